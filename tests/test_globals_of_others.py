@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import passgraph as pg
+
 WALK = r"""
 import os, signal, sys, warnings, locale, logging, threading, gc, decimal, random, types
 from pathlib import Path
@@ -121,3 +123,9 @@ assert not different, list(different.items())[:1]
 def test_globals_of_others_stay(tmp_path: Path) -> None:
     made = subprocess.run([sys.executable, "-W", "ignore", "-c", WALK, tmp_path], capture_output=True, text=True)
     assert made.returncode == 0, made.stderr[-3000:]
+
+
+def test_unknown_escapes_in_a_docstring_do_not_warn() -> None:
+    """Warnings are errors here."""
+    text = "def k(c: Image) -> vec4:\n    'two \\d, \\\\ and \\' \\' are told'  # and \\w\n    return c[0, 0]"
+    assert pg.kernel(source=text).name == "k"

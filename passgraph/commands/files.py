@@ -7,18 +7,21 @@ from collections.abc import Iterable
 from fractions import Fraction
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.frames.animation_times import is_animated
-from passgraph.frames.frame import Source
 from passgraph.frames.names import Pattern, has_wildcard, is_film, is_video, unread_files
-from passgraph.frames.pictures import ToPictures
 from passgraph.picture_decoders import holds_several
 from passgraph.pictures import type_of_suffix
 from passgraph.writing import NewFile
+
+if TYPE_CHECKING:
+    from passgraph.frames.frame import Source
+    from passgraph.frames.pictures import ToPictures
 
 #: Suffixes of float formats: they hold light as it is, beyond 1 too.
 FLOAT_SUFFIXES = (".exr", ".npy")
