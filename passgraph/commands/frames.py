@@ -25,7 +25,7 @@ from passgraph.frames.remote import connected
 from passgraph.frames.run import frames
 from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import OPEN_SRGB, Input, Target
-from passgraph.picture_decoders import scaled
+from passgraph.pictures import scaled
 from passgraph.run.compile import compile
 from passgraph.run.finite_checks import NonFinite
 from passgraph.run.program import Program

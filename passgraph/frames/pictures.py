@@ -15,10 +15,8 @@ from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Sink, Source, Stored
 from passgraph.frames.names import Pattern
-from passgraph.pictures import check_holds_16, load_stored, save, type_of_suffix
+from passgraph.pictures import check_holds_bits, format_of_suffix, load_stored, save
 
-#: Formats that hold float32; the others hold whole numbers.
-_FLOAT_SUFFIXES = (".exr", ".npy")
 #: Most frames without pictures.
 MOST_NUMBERS = 1 << 31
 
@@ -106,10 +104,9 @@ class ToPictures(Sink):
     def begin(self, source: Source) -> None:
         self._inputs = source.paths if isinstance(source, Pictures) else {}
         for path in self._named:
-            if path.suffix.lower() not in type_of_suffix:
-                raise InputError(f"{path}: unknown suffix {path.suffix!r}; expected one of {' '.join(type_of_suffix)}")
+            format_of_suffix(path)
             if self.bits == 16:
-                check_holds_16(path)
+                check_holds_bits(path, 16)
 
     @property
     def _named(self) -> list[Path]:
@@ -117,16 +114,17 @@ class ToPictures(Sink):
         return [self.paths.path(1)] if isinstance(self.paths, Pattern) else list(self.paths.values())
 
     def in_bytes(self, source: Source) -> bool:
-        return self.bits == 8 and not any(path.suffix.lower() in _FLOAT_SUFFIXES for path in self._named)
+        return self.bits == 8 and not any(format_of_suffix(path).is_float for path in self._named)
 
     def holds(self, frame: Frame) -> bool:
         given = self._inputs.get(frame.number)
         return is_made(self.path(frame), [] if given is None else [given])
 
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
-        if self.path(frame).suffix.lower() in _FLOAT_SUFFIXES:
+        kind = format_of_suffix(self.path(frame))
+        if kind.is_float:
             return np.dtype(np.float32)
-        return np.dtype(np.uint16 if self.bits == 16 else np.uint8)
+        return np.dtype(np.uint16 if self.bits == 16 else kind.dtypes[0])
 
     def prepare(self, frame: Frame, picture: Stored) -> None:
         save(self.path(frame), picture, like=self._inputs.get(frame.number))
