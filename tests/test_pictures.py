@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import struct
-import subprocess
-import sys
 import zlib
 from pathlib import Path
 from typing import Any
@@ -16,9 +14,8 @@ import pytest
 import tifffile
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PIL import Image, ImageFile, ImageOps
+from PIL import Image
 
-from passgraph import pictures
 from passgraph.pictures import load, load_stored, save
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
 from tests.picture_files import bytes_of, png, png_16, refused
@@ -325,7 +322,7 @@ def test_exr_with_half_floats(tmp_path: Path) -> None:
 
 
 def test_exr_holds_associated_color(tmp_path: Path) -> None:
-    """Color in the file is multiplied by alpha; alpha 0 with color is light without cover, which stays."""
+    """Color in the file is multiplied by alpha; color where alpha is 0 is light, which stays."""
     openexr = pytest.importorskip("OpenEXR")
     inside = np.array([[[0.25, 0.5, 0.125, 0.5], [2.0, 1.0, 0.0, 0.0]]], np.float32)
     openexr.File({}, {"RGBA": inside}).write(str(tmp_path / "a.exr"))
@@ -337,9 +334,9 @@ def test_exr_holds_associated_color(tmp_path: Path) -> None:
 
 def layered(path: Path) -> dict[str, np.ndarray[Any, Any]]:
     openexr = pytest.importorskip("OpenEXR")
-    values: dict[str, Any] = {name: rng.random((4, 6), np.float32) for name in ("R", "G", "B", "Z", "N.X", "N.Y", "N.Z", "diffuse.R",
-                                                                "diffuse.G", "diffuse.B")}  # fmt: skip
-    openexr.File({}, values).write(str(path))
+    names = ("R", "G", "B", "Z", "N.X", "N.Y", "N.Z", "diffuse.R", "diffuse.G", "diffuse.B")
+    values: dict[str, Any] = {name: rng.random((4, 6), np.float32) for name in names}
+    openexr.File({}, dict(values)).write(str(path))  # it changes what it is given
     return values
 
 

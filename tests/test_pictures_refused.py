@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PIL import Image
 
 from passgraph.errors import InputError
 from passgraph.pictures import load, load_stored, save

@@ -122,10 +122,10 @@ def texture_of(data: bytes, space: ColorSpace, what: str, notes: Notes, where: s
                 too_large = error
                 raise
             pixels = picture.read()
-    except InputError as error:
+    except InputError:
         if too_large is not None:
             raise
-        notes.add(f"the picture cannot be read ({str(error).removeprefix(f'{what}: ')[:80]}); left out", what)
+        notes.add("it is not a picture that can be read; left out", what)
         return None
     if pixels.dtype == np.uint16:
         pixels = (pixels >> 8).astype(np.uint8)
