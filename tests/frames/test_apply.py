@@ -122,7 +122,7 @@ def test_16_bits_stay_16_bits_where_it_is_said(capsys: pytest.CaptureFixture[str
     well(capsys, *TINY, "in/a.png", "-o", "eight.png")
     assert load_stored(Path("eight.png")).dtype == np.uint8
     for told, *arguments in (
-        ("x.jpg: holds 8-bit", "in/a.png", "-o", "x.jpg"),
+        ("x.jpg: JPEG holds 8-bit", "in/a.png", "-o", "x.jpg"),
         ("x/a.webp: holds 8-bit", "in/a.webp", "in/a.png", "-o", "x/"),
         ("x.1.exr: holds floats", "in", "-o", "x.%d.exr"),
         ("--bits is for picture files, and none is written", "in", "-o", "x.mp4"),
