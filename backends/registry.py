@@ -18,6 +18,8 @@ BUILT_IN = {
     "opencl": "passgraph.backends.opencl:OpenCLBackend",
     "null": "passgraph.backends.null:NullBackend",
 }
+#: What people call backends.
+_OTHER_NAMES = {"opengl": "gl", "glsl": "gl", "moderngl": "gl", "cl": "opencl", "pyopencl": "opencl", "cpu": "numpy"}
 
 
 def backend_names() -> list[str]:
@@ -44,7 +46,7 @@ def backend_class(name: str) -> type[Backend]:
     if path is None:
         import difflib
 
-        near = difflib.get_close_matches(name, backend_names(), n=1)
+        near = [_OTHER_NAMES[name]] if name in _OTHER_NAMES else difflib.get_close_matches(name, backend_names(), n=1)
         hint = f" (did you mean {near[0]!r}?)" if near else ""
         raise BackendError(f"there is no backend {name!r}{hint}; there are {', '.join(backend_names())}")
     module, _, attribute = path.partition(":")

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 import numpy as np
 
 import passgraph as pg
-from passgraph.arguments import LARGEST_FLOAT, among, is_number, numbers, shown
+from passgraph.arguments import LARGEST_FLOAT, among, as_float, is_number, numbers, shown
 
 
 def check(value: object, hint: Any, what: str) -> None:
@@ -62,7 +62,8 @@ def fits(value: object, hint: Any) -> bool:
 
 def _fits_class(value: object, hint: Any) -> bool:
     if hint is float:
-        return is_number(value) and abs(value) <= LARGEST_FLOAT  # type: ignore[arg-type]  # NaN is not
+        number = as_float(value)
+        return number is not None and abs(number) <= LARGEST_FLOAT
     if hint is int:
         return is_number(value) and isinstance(value, (int, np.integer)) and abs(int(value)) < 2**31
     if hint is bool:

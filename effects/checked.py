@@ -6,10 +6,15 @@ import functools
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, ParamSpec, TypeVar, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar, get_args, get_type_hints
+
+import numpy as np
 
 from passgraph.arguments import flag, one_of, text
 from passgraph.effects.annotations import check, check_fields
+
+if TYPE_CHECKING:
+    from passgraph.graph.targets import Target
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -47,11 +52,51 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def made(*args: P.args, **options: P.kwargs) -> R:
-        for argument, value in signature.bind(*args, **options).arguments.items():
+        bound = signature.bind(*args, **options)
+        for argument, value in bound.arguments.items():
             if value is not signature.parameters[argument].default:
                 check(value, hints().get(argument, Any), f"{name}: {argument}")
-        return function(*args, **options)
+                if isinstance(value, np.generic):
+                    # NumPy's scalars wrap at 8 bits and round to halves when an effect computes with them.
+                    bound.arguments[argument] = value.item()
+        return function(*bound.args, **bound.kwargs)
 
+    return made
+
+
+def with_surface_depth(function: Callable[P, R]) -> Callable[P, R]:
+    """Pass an effect the distance of surfaces: of a depth input, what is infinite, NaN or negative becomes 0.
+
+    Depth of 0 means that nothing is drawn. Other tools say infinity, which a gather would spread.
+    """
+    from passgraph.graph.targets import Target
+
+    signature = inspect.signature(function)
+
+    @functools.wraps(function)
+    def made(*args: P.args, **options: P.kwargs) -> R:
+        bound = signature.bind(*args, **options)
+        depth = bound.arguments.get("depth")
+        if isinstance(depth, Target) and depth.made_by is None and not depth.is_previous:
+            bound.arguments["depth"] = _surface_depth(depth)
+        return function(*bound.args, **bound.kwargs)
+
+    return made
+
+
+#: The largest float32 is what infinity becomes where it is replaced.
+_SURFACE_DEPTH = """
+def surface_depth(depth: Image) -> float:
+    z = depth[0, 0].r
+    return z if z > 0.0 and z < 3.4028234e38 else 0.0
+"""
+
+
+def _surface_depth(depth: Target) -> Target:
+    from passgraph.graph.calls import kernel
+    from passgraph.graph.targets import target
+
+    made: Target = kernel(source=_SURFACE_DEPTH)(depth, into=target(f"surfaces of {depth.name}", "r32f", like=depth))
     return made
 
 
@@ -89,7 +134,7 @@ def effect(name: str, takes: Takes = "picture", *, linear: bool = False) -> Call
     one_of(takes, "effect: takes", get_args(Takes))
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
-        made = checked(function)
+        made = checked(with_surface_depth(function) if takes == "picture+depth" else function)
         made.effect = mark  # type: ignore[attr-defined]
         return made
 

@@ -8,12 +8,13 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from passgraph.arguments import among, shown
+from passgraph.cached import cached_property
 from passgraph.errors import GraphError, UnknownNameError
 
 if TYPE_CHECKING:

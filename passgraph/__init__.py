@@ -13,6 +13,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from passgraph import interrupts
+
+if interrupts.is_command():  # before the imports that take long
+    interrupts.install()
+
 from passgraph.errors import (
     BackendError,
     DeviceMissingError,
@@ -79,6 +84,10 @@ def __getattr__(name: str) -> Any:
 
         return import_module(_MODULES[name])
     raise AttributeError(f"module 'passgraph' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LATER, *_MODULES})
 
 
 __all__ = [

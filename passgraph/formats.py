@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from typing import TypeAlias
 
 from passgraph.arguments import among, shown
+from passgraph.cached import cached_property
 from passgraph.errors import GraphError
 
 #: A prelude function that a value passes through before it is stored, and the numbers that it takes behind the value.

@@ -11,8 +11,8 @@ from __future__ import annotations
 import io
 import os
 import re
-import secrets
 import tempfile
+import warnings
 from collections.abc import Callable
 from math import prod
 from pathlib import Path
@@ -36,6 +36,7 @@ from passgraph.image_files import (
 from passgraph.quantise import check_no_nan, quantised
 from passgraph.reading import check_regular, read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
+from passgraph.writing import NewFile
 
 Picture = NDArray[np.float32]
 Stored = NDArray[Any]  # (h, w, 4) uint8, uint16 or float32
@@ -77,8 +78,8 @@ def load(
 
     Raises
     ------
-    InputError : the file is missing, not a file, unreadable, empty, truncated, corrupt, too large, of another format,
-        of integers without a scale (signed or 32 bits), or without the layer.
+    InputError : the file is missing, not a file, unreadable, empty, truncated, corrupt, too large, of another
+        format, of integers without a scale (signed or 32 bits), or without the layer.
 
     Examples
     --------
@@ -132,6 +133,11 @@ def metadata_of(path: Path) -> Metadata:
             return image.metadata()
     except InputError:
         return Metadata()
+
+
+def is_deep(path: Path) -> bool:
+    """Return True if a picture file holds integers of 16 bits, by its header; False if it cannot be read."""
+    return metadata_of(path).deep
 
 
 def holds_several(file: Path) -> bool:
@@ -256,7 +262,7 @@ def save(
     picture: object,
     *,
     linear: bool = False,
-    like: str | os.PathLike[str] | None = None,
+    like: str | os.PathLike[str] | Metadata | None = None,
     bits: int | None = None,
 ) -> None:
     """Save a picture file; an older file of that name stays until the new one is complete.
@@ -271,7 +277,7 @@ def save(
     linear : encode the colors of floats from linear light to sRGB for integer formats.
     like : a picture file whose metadata is kept where the format holds it: color profile (ICC), resolution, EXIF, time
         code; not its size, orientation and thumbnail. Where it has no alpha, and the picture is opaque, no alpha is
-        stored.
+        stored. Where it has 16 bits, floats are stored in 16 bits if the format holds them; others warn.
     bits : 8 or 16 for integers; 16 or 32 for floats, also in TIFF and JPEG XL (32). By default those of the array
         for uint8, uint16 and float16, where the format holds them.
 
@@ -290,8 +296,13 @@ def save(
     arguments.flag(linear, f"{file}: linear", InputError)
     kind = format_of_suffix(file)
     pixels = _checked(file, picture)
+    metadata = _metadata(like)
+    if bits is None and metadata.deep and pixels.dtype.kind == "f" and not kind.is_float:
+        if "uint16" in kind.dtypes:
+            bits = 16
+        else:
+            warnings.warn(f"{file}: {fewer_bits(kind)}", stacklevel=2)
     dtype = _stored_dtype(file, pixels, kind, bits)
-    metadata = Metadata() if like is None else metadata_of(arguments.path(like, "the picture that another is like"))
     values = _converted(file, pixels, dtype, linear)
     values = metadata.stored_channels(_fitting_channels(file, values, kind))
     if kind.name == "npy":
@@ -333,6 +344,17 @@ def check_holds_bits(file: Path, bits: int) -> np.dtype[Any]:
         )
         raise InputError(f"{file}: {kind.name} holds {held}, not {bits} bits; choose another suffix or other bits")
     return found[0]
+
+
+def fewer_bits(kind: WritableFormat) -> str:
+    """The warning where a picture of 16 bits is saved in a format without them."""
+    return f"{kind.name} holds 8 bits a channel, and what it is made of has 16; to keep them, save as .png or .tif"
+
+
+def _metadata(like: str | os.PathLike[str] | Metadata | None) -> Metadata:
+    if like is None or isinstance(like, Metadata):
+        return like or Metadata()
+    return metadata_of(arguments.path(like, "the picture that another is like"))
 
 
 def _stored_dtype(file: Path, pixels: Stored, kind: WritableFormat, bits: int | None) -> np.dtype[Any]:
@@ -402,32 +424,12 @@ def _write_npy(temporary: Path, values: Stored) -> None:
         np.save(stream, values, allow_pickle=False)
 
 
-def place_of(file: Path) -> Path:
-    """Where a file of this name is written: through a symbolic link, so that the link stays one.
-
-    Raises
-    ------
-    InputError
-        For a directory, and a folder that is not there.
-    """
-    target = Path(os.path.realpath(file))
-    if target.is_dir():
-        raise InputError(f"{file}: is a directory; expected the name of a file")
-    if not target.parent.is_dir():
-        raise InputError(f"{file}: the folder {target.parent} does not exist; make it first")
-    return target
-
-
 def _write(file: Path, write_to: Callable[[Path], None]) -> None:
-    """Calls `write_to` with a new name in the same folder, then gives that file its name in one step."""
+    """Write a file under a temporary name in the same folder, then give it its name in one step."""
     try:
-        target = place_of(file)
-        temporary = target.with_name(f".passgraph-{secrets.token_hex(6)}{target.suffix}")
-        try:
-            write_to(temporary)
-            os.replace(temporary, target)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with NewFile(file) as made:
+            write_to(made.temporary)
+            made.complete()
     except (OSError, ValueError) as error:
         raise InputError(
             f"{file}: cannot be written ({_reason(error)}); check the folder's permissions and free space"

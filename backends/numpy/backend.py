@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -23,6 +22,7 @@ from passgraph.backends.base import (
 )
 from passgraph.backends.numpy.machine.workers import Workers, thread_count
 from passgraph.backends.numpy.storage import MAX_PIXELS, Storage, adopted, made
+from passgraph.cached import cached_property
 from passgraph.errors import BackendError
 from passgraph.formats import Format, float_format
 from passgraph.graph.geometry import Geometry

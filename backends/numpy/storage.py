@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.numpy.machine.memory import ROOM, aligned_zeros, rest_of_page
+from passgraph.cached import cached_property
 from passgraph.formats import FORMATS, Format
 
 #: What lies between the passes of a chain, and what a depth buffer holds.

@@ -19,7 +19,6 @@ float PG_VALUE sqrt(float);
 float PG_VALUE fmin(float, float);
 float PG_VALUE fmax(float, float);
 float PG_VALUE ldexp(float, int);
-uint PG_VALUE abs(int);
 float2 PG_VALUE convert_float2(int2);
 uchar PG_VALUE convert_uchar_sat_rte(float);
 ushort PG_VALUE convert_ushort_sat_rte(float);

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache, cached_property
+from functools import cache
 from importlib import resources
 from typing import ClassVar
 
 from passgraph.backends.c_like import FLOOR_DIVIDE, INT_MOD, CLike, spelled
 from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout
 from passgraph.backends.printing import Listing
+from passgraph.cached import cached_property
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program

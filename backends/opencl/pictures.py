@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 from weakref import ReferenceType, ref
 
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.backends.base import DevicePicture
 from passgraph.backends.opencl.storage import Placement, tight
+from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.formats import FORMATS, Format, colour_format
 

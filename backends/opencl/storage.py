@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any
 
 from numpy.typing import NDArray
 
+from passgraph.cached import cached_property
 from passgraph.formats import Format
 
 #: The first index that no longer fits into int.

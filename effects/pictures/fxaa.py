@@ -99,7 +99,8 @@ def _smoothing(quality: Quality) -> Any:
         # Past the middle of the step it is the other row's pixels that move
         if (end < 0.0) != (m - border < 0.0):
             shift = max(shift, 0.5 - min(back, ahead) / (back + ahead))
-        return mix(color[0, 0], color.texel(at + across), shift)
+        # Not where nothing moves: infinity times 0 is NaN
+        return mix(color[0, 0], color.texel(at + across), shift) if shift > 0.0 else color[0, 0]
 
     return smooth
 

@@ -58,7 +58,7 @@ def blurred_a_little(color: Image, circles: Image) -> vec4:
             # what lies behind this pixel is seen around it as far as this pixel itself is blurred
             own = min(abs(there), abs(here)) if there > here else abs(there)
             seen = disc(min(own, SMALL), sqrt(float(x * x + y * y))) * (1.0 - nearer(there))
-            total += clamp(color[x, y].rgb, 0.0, BRIGHTEST) * seen
+            total += min(vec3(BRIGHTEST), max(vec3(0.0), color[x, y].rgb)) * seen
             weight += seen
     return vec4(total / weight if weight > 0.0 else color[0, 0].rgb, color[0, 0].a)
 
@@ -82,7 +82,7 @@ def halved(color: Image, circles: Image) -> tuple[vec4, vec4, float]:
     for y in range(2):
         for x in range(2):
             r = circles.texel(first + ivec2(x, y)).r
-            c = clamp(color.texel(first + ivec2(x, y)).rgb, 0.0, BRIGHTEST)
+            c = min(vec3(BRIGHTEST), max(vec3(0.0), color.texel(first + ivec2(x, y)).rgb))
             share = nearer(r)
             front += vec4(c, 1.0) * (0.25 * share)
             if share < 0.5 and max(r, 0.0) >= 0.75 * far - 0.5:

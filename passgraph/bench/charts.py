@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from passgraph.bench.pareto import front
+from passgraph.writing import NewFile
 
 #: Distinguishable in print and to most colour-blind readers: M. Okabe, K. Ito, "Color Universal Design", 2008.
 COLORS = ("#000000", "#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#8c6d31", "#7f7f7f", "#b30059")
@@ -88,7 +89,9 @@ def pareto_plot(points: Sequence[Point], title: str, path: Path, error: str) -> 
     axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0), title="method")
     if maps:
         axes.text(0.0, -0.13, maps[2:], transform=axes.transAxes, fontsize=7)
-    figure.savefig(path)
+    with NewFile(path) as made:
+        figure.savefig(made.temporary)
+        made.complete()
 
 
 def _plain_ticks(axis: Any) -> None:

@@ -15,6 +15,7 @@ from passgraph.bench.pareto import front
 from passgraph.bench.tables import SHOWN, as_csv, as_json, processor, truth_line
 from passgraph.bench.truth import Float32, Mask
 from passgraph.pictures import save
+from passgraph.writing import write_text
 
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 1320px; padding: 0 1em; color: #222 }
@@ -48,9 +49,9 @@ def write_report(
     for result in results:
         say(f"writing {result.name}")
         parts.append(_section(result, folder))
-    (folder / "results.csv").write_text(as_csv([row for r in results for row in r.rows]), encoding="utf-8")
-    (folder / "results.json").write_text(as_json(results, settings), encoding="utf-8")
-    (folder / "report.html").write_text("\n".join([*parts, "</body></html>", ""]), encoding="utf-8")
+    write_text(folder / "results.csv", as_csv([row for r in results for row in r.rows]))
+    write_text(folder / "results.json", as_json(results, settings))
+    write_text(folder / "report.html", "\n".join([*parts, "</body></html>", ""]))
     return [folder / name for name in ("report.html", "results.csv", "results.json")]
 
 

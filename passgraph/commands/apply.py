@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.commands.files import check_apart, check_no_video, is_one_picture, tell_of_several
+from passgraph.commands.files import check_apart, check_no_video, is_one_picture, tell_of_lost_bits, tell_of_several
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
     Decorated,
@@ -23,7 +23,7 @@ from passgraph.commands.options import (
 )
 from passgraph.commands.ramps import FramesOption, check_no_ramps
 from passgraph.commands.running import check_one_picture, check_outputs, run_and_save
-from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job
+from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job, pictures_beside
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import InputError
 from passgraph.frames.frame import MOST_JOBS
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 INPUTS = "Reads each INPUT: a picture, folder, wildcard, numbered sequence, video, animation, or - (a stream)."
 OUTPUT = (
-    "A picture (.png .jpg .tif .webp in 8 bits, of .png .tif as --bits says, .exr .npy float32), a folder, a numbered "
+    "A picture (.png .jpg .tif .webp .bmp .tga .jxl .ppm .dpx, .exr .hdr .pfm .npy in floats), a folder, a numbered "
     "sequence (out.%04d.png), a video (.mp4 .mov .mkv .webm), an animation (.gif .apng), or - for a stream."
 )
 OUTPUT_OF_NOTHING = (
@@ -54,8 +54,9 @@ def frames_option(of: str) -> Callable[[Decorated], Decorated]:
 
 
 bits_option = click.option(
-    "--bits", type=click.Choice(["8", "16"]), default="8", show_default=True,
-    help="Of a channel in .png and .tif; the other formats have 8, or floats.",
+    "--bits", type=click.Choice(["8", "16"]),
+    help="Bits per channel where the format holds them: .png .tif .jxl 8 or 16, .exr 16 (half) or 32.  "
+    "[default: as the input, else 8; .exr 32]",
 )  # fmt: skip
 
 
@@ -152,7 +153,7 @@ def apply_effect(
     depth: Path | None = None, depth_buffer: HardwareDepth | None = None, **options: Any,
 ) -> int:  # fmt: skip
     """One picture or many through an effect that reads them; ``given`` are its parameters."""
-    if is_one_picture(inputs, output) and options["frames"] is None:
+    if is_one_picture(inputs, output) and options["frames"] is None and not pictures_beside(effect, given):
         check_no_ramps(effect, given)
         if options["scheduler"] is not None:
             raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
@@ -217,9 +218,10 @@ def generate(
     if is_film(output) or Pattern.is_in(str(output)):
         raise InputError(f"{output}: holds frames; say how many: --frames 100")
     check_no_video(options["rate"], options["codec"], options["codec_option"])
-    check_outputs(output, capture, int(options["bits"]))
+    bits = int(options["bits"] or 8)
+    check_outputs(output, capture, bits)
     job = generator_job(effect, None, size, given)
-    run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile, bits=int(options["bits"]))
+    run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile, bits=bits)
     return 0
 
 
@@ -228,12 +230,14 @@ def apply_to_one(
     holds: HardwareDepth | None, given: dict[str, Any], options: dict[str, Any],
 ) -> int:  # fmt: skip
     """One picture file to one."""
-    from passgraph.frames.pictures import is_made
+    from passgraph.frames.pictures import Pictures, ToPictures, bits_of, is_made
 
     check_apart([picture, *([depth] if depth else [])], [(output, str(picture))])
     check_no_video(options["rate"], options["codec"], options["codec_option"])
-    bits = int(options["bits"])
+    sink = ToPictures({1: output}, None if options["bits"] is None else int(options["bits"]))
+    bits = sink.bits or bits_of(output, picture)
     check_outputs(output, capture, bits)
+    tell_of_lost_bits(sink, Pictures([picture]))
     if options["resume"] and is_made(output, [picture]):
         click.echo(f"{output}: is there already")
         return 0

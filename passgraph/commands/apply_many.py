@@ -6,27 +6,31 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from passgraph.commands.clips import (
     Writing,
     check_clips,
     check_writing,
     clips_of,
     depth_of,
+    frames_beside,
     goes_into_folder,
     inputs_of,
     sources_of,
 )
 from passgraph.commands.files import STREAM, rate_of, tell_of_several
-from passgraph.commands.frames import FramesJob, RedOf, Settings, run_clips
+from passgraph.commands.frames import Converted, FramesJob, Settings, colors_of, red_of, run_clips
 from passgraph.commands.options import flag_of
 from passgraph.commands.over_frames import Changing
-from passgraph.commands.sources import picture_parameters
+from passgraph.commands.sources import picture_parameters, pictures_beside
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.frames.frame import Source
 from passgraph.frames.names import Pattern, is_film, is_video
-from passgraph.frames.pictures import Numbers, Pictures, Repeated
+from passgraph.frames.pictures import Held, Numbers, Pictures, Repeated
 from passgraph.frames.pipe import Raw
+from passgraph.graph.targets import Input
 
 if TYPE_CHECKING:
     from passgraph.scene.hardware_depth import HardwareDepth
@@ -46,14 +50,23 @@ def apply_to_many(
     clips = clips_of(sources, output, writing)
     check_writing(writing, clips)
     depths = None if depth is None else depth_of(depth, clips)
-    pictures = [path for path in given.values() if isinstance(path, Path)]
-    check_clips(clips, output, [*pictures, *(inputs_of(depths) if depths else [])])
+    beside = pictures_beside(effect, given)
+    stills = [path for path in given.values() if isinstance(path, Path) and path not in beside.values()]
+    opened = {name: frames_beside(path, clips, writing.raw) for name, path in beside.items()}
+    further = [*opened.values(), *([depths] if depths else [])]
+    check_clips(clips, output, [*stills, *(path for source in further for path in inputs_of(source))])
     tell_of_several(path for clip in clips if isinstance(clip.source, Pictures) for path in inputs_of(clip.source))
     changing = Changing.of(effect, given)
-    parameters, constants = picture_parameters(effect, given)
-    depth_source = None if depths is None else RedOf(depths)
-    job = FramesJob(effect, parameters, depth_source, constants, holds, changing, size)
+    parameters, constants = picture_parameters(effect, {n: value for n, value in given.items() if n not in beside})
+    parameters |= {name: Input(name, "rgba32f") for name in opened}
+    depth_source = None if depths is None else Converted(depths, red_of)
+    pictures = {name: Converted(Held(source, _warn), colors_of) for name, source in opened.items()}
+    job = FramesJob(effect, parameters, depth_source, constants, holds, changing, size, dict(pictures))
     return run_clips(job, clips, settings, broken)
+
+
+def _warn(line: str) -> None:
+    click.echo(f"passgraph: warning: {line}", err=True)
 
 
 def _repeated(effect: Effect, inputs: tuple[str, ...], frames: int | None) -> list[Source]:
@@ -80,7 +93,7 @@ def _check_further_pictures(effect: Effect, inputs: tuple[str, ...], output: str
 
 
 def writing_of(
-    rate: str | None, codec: str | None, codec_option: Sequence[str], bits: str, raw: str | None = None,
+    rate: str | None, codec: str | None, codec_option: Sequence[str], bits: str | None, raw: str | None = None,
     sound: bool = True,
 ) -> Writing:  # fmt: skip
     """How outputs are written, from the options of these names."""
@@ -92,4 +105,4 @@ def writing_of(
         if not (key and equals):
             raise InputError(f"--codec-option {text!r}: expected KEY=VALUE, such as crf=23")
         codec_options[key] = value
-    return Writing(layout, a_second, codec, codec_options, sound, int(bits))
+    return Writing(layout, a_second, codec, codec_options, sound, None if bits is None else int(bits))

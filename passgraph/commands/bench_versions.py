@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from passgraph.commands.capture import file_name
-from passgraph.commands.files import write_text
 from passgraph.errors import InputError
+from passgraph.writing import write_text
 
 if TYPE_CHECKING:
     from passgraph.bench.versions import Version

@@ -19,6 +19,7 @@ from passgraph.commands.files import (
     check_path,
     check_picture_path,
     is_folder,
+    tell_of_lost_bits,
     tell_of_unread,
 )
 from passgraph.errors import InputError
@@ -55,7 +56,7 @@ class Writing:
     codec: str | None = None
     codec_options: dict[str, str] = field(default_factory=dict)
     sound: bool = True
-    bits: int = 8
+    bits: int | None = None
 
     def pictures(self, paths: Mapping[int, Path] | Pattern) -> ToPictures:
         return ToPictures(paths, self.bits)
@@ -220,6 +221,9 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
             raise InputError("--bits is for picture files, and none is written; name some: -o out.%04d.png")
         for path in made:
             check_holds_bits(path, 16)
+    for clip in clips:
+        if isinstance(clip.sink, ToPictures):
+            tell_of_lost_bits(clip.sink, clip.source)
     if writing.raw and not any(isinstance(clip.source, Pipe) or isinstance(clip.sink, ToPipe) for clip in clips):
         raise InputError("--raw is for streams, and none is read or written; name one: -o -")
 
@@ -244,9 +248,16 @@ def check_clips(clips: list[Clip], output: str, others: Iterable[Path] = ()) -> 
 
 def depth_of(path: Path, clips: list[Clip]) -> Source:
     """One picture for all frames, or a sequence in step with them."""
+    return frames_beside(path, clips) if path.is_dir() or not os.path.lexists(path) or is_video(path) else Still(path)
+
+
+def frames_beside(path: Path, clips: list[Clip], raw: Raw | None = None) -> Source:
+    """Frames that go in step with those of the one clip."""
     text = os.fspath(path)
-    if path.is_dir() or not os.path.lexists(path):
-        if len(clips) != 1:
-            raise InputError(f"{text}: goes with one sequence, and there are {len(clips)} inputs; run them apart")
+    if len(clips) != 1 and not is_video(path):
+        raise InputError(f"{text}: goes with one sequence, and there are {len(clips)} inputs; run them apart")
+    if text != STREAM:
         return open_source(path)
-    return Video(path) if is_video(path) else Still(path)
+    if isinstance(clips[0].source, Pipe):
+        raise InputError("-: standard input is INPUT already; give another one of the two by a file")
+    return Pipe(sys.stdin.buffer, raw)

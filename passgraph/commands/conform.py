@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, get_args
 
 import click
 
-from passgraph.commands.files import check_path, write_text
+from passgraph.commands.files import check_path
 from passgraph.commands.options import BackendType
+from passgraph.writing import write_text
 
 if TYPE_CHECKING:
     from passgraph.verify.conformance import SuiteReport
+    from passgraph.verify.conformance.case import Case
     from passgraph.verify.conformance.suite import Progress
 
 
@@ -55,9 +57,16 @@ def conform(backend: str, groups: tuple[str, ...], quick: bool, report: Path | N
 
 @contextmanager
 def _bar(count: int) -> Iterator[Progress]:
-    """A bar on stderr, on a terminal only."""
+    """On stderr: a bar on a terminal, else a line per group of cases."""
     if not sys.stderr.isatty():
-        yield lambda number, case, state: None
+        begun = set[str]()
+
+        def name_group(number: int, case: Case, state: object) -> None:
+            if case.group not in begun:
+                begun.add(case.group)
+                click.echo(f"passgraph: {case.group} (case {number + 1} of {count})", err=True)
+
+        yield name_group
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn

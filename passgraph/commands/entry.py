@@ -13,9 +13,11 @@ from importlib import import_module
 import click
 
 import passgraph
+from passgraph import interrupts
 from passgraph.arguments import near, shown
 from passgraph.commands.errors import told
 from passgraph.errors import InputError, PassgraphError
+from passgraph.writing import discard_unfinished
 
 #: Set, an unforeseen error shows its traceback.
 TRACEBACK_VARIABLE = "PASSGRAPH_TRACEBACK"
@@ -28,6 +30,7 @@ STATUS = {
     2: "an error, told on stderr",
     130: "interrupted (Ctrl-C)",
     141: "the reader of the output went away (as in: passgraph backends | head -1); nothing is said",
+    143: "terminated (SIGTERM)",
 }
 #: Commands by name, each with its one line for the list; a command is imported when it is used.
 COMMANDS = {
@@ -83,13 +86,27 @@ def group() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit."""
+    interrupts.install()
     gc.set_threshold(GARBAGE_AFTER, *gc.get_threshold()[1:])
-    sys.exit(run(None if arguments is None else list(arguments)))
+    try:
+        status = run(None if arguments is None else list(arguments))
+    except KeyboardInterrupt:  # in its first or last moments
+        status = interrupts.status()
+    sys.exit(status)
 
 
 def run(arguments: list[str] | None) -> int:
     """The exit status: one of :data:`STATUS`, which the help of the group shows too."""
     _open_streams()
+    interrupts.raise_them(True)
+    try:
+        return _run(arguments)
+    finally:
+        interrupts.raise_them(False)
+        discard_unfinished()
+
+
+def _run(arguments: list[str] | None) -> int:
     try:
         with warnings.catch_warnings():
             # Drivers and compilers talk even when all is well; what matters here is raised.
@@ -98,8 +115,9 @@ def run(arguments: list[str] | None) -> int:
             sys.stdout.flush()
     except (KeyboardInterrupt, click.Abort) as error:
         where = error if str(error) else error.__cause__ or ""  # click makes its own of Python's
-        click.echo(f"passgraph: interrupted {where}".rstrip(), err=True)
-        return 130
+        what = "interrupted" if interrupts.status() == 130 else "terminated"
+        click.echo(f"passgraph: {what} {where}".rstrip(), err=True)
+        return interrupts.status()
     except BrokenPipeError:
         _drop_output()
         return 141
@@ -111,6 +129,8 @@ def run(arguments: list[str] | None) -> int:
         error.show()
         return 2
     except Exception as error:
+        if interrupts.received() is not None:  # imports of C code make errors of their own of an interrupt
+            return interrupts.status()
         if os.environ.get(TRACEBACK_VARIABLE):
             raise
         if isinstance(error, OSError) and not _can_print():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
 from collections.abc import Iterable
 from fractions import Fraction
 from pathlib import Path
@@ -13,9 +12,12 @@ import click
 from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.frames.animation_times import is_animated
+from passgraph.frames.frame import Source
 from passgraph.frames.names import Pattern, has_wildcard, is_film, is_video, unread_files
+from passgraph.frames.pictures import ToPictures
 from passgraph.image_files import WRITABLE
-from passgraph.pictures import format_of_suffix, holds_several, place_of
+from passgraph.pictures import format_of_suffix, holds_several
+from passgraph.writing import NewFile
 
 #: Suffixes of float formats: they hold light as it is, beyond 1 too.
 FLOAT_SUFFIXES = tuple(suffix for suffix, kind in WRITABLE.items() if kind.is_float)
@@ -38,6 +40,14 @@ def is_one_picture(inputs: tuple[str, ...], output: str) -> bool:
         # Its pictures go into a folder or have numbers; else it is said that a picture is expected.
         return bool(Path(output).suffix) and not Pattern.is_in(output)
     return os.path.lexists(path) or not (Pattern.is_in(inputs[0]) or has_wildcard(inputs[0]))
+
+
+def is_several(path: Path) -> bool:
+    """Return True if a picture parameter names frames: a stream, a folder, a sequence, a video or an animation."""
+    text = os.fspath(path)
+    if os.path.lexists(path):
+        return path.is_dir() or is_video(path) or is_animated(path)
+    return text == STREAM or Pattern.is_in(text) or has_wildcard(text) or is_video(path)
 
 
 def is_folder(output: str) -> bool:
@@ -65,6 +75,12 @@ def tell_of_unread(folder: Path) -> None:
         )
 
 
+def tell_of_lost_bits(sink: ToPictures, source: Source) -> None:
+    """Warn where pictures of 16 bits a channel go into a format that holds 8."""
+    if loss := sink.lost_bits(source):
+        click.echo(f"passgraph: warning: {loss}", err=True)
+
+
 def check_picture_path(path: Path) -> None:
     """Raise InputError where a picture cannot be written there."""
     format_of_suffix(path)
@@ -73,10 +89,9 @@ def check_picture_path(path: Path) -> None:
 
 def check_path(path: Path) -> None:
     """Raise InputError where no file of this name can be made; a file is made and removed to find out."""
-    probe = place_of(path).with_name(f".passgraph-{secrets.token_hex(6)}")
     try:
-        probe.touch(exist_ok=False)
-        probe.unlink()
+        with NewFile(path) as probe:
+            probe.temporary.touch(exist_ok=False)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise InputError(f"{path}: cannot be written ({reason}); check the folder's permissions") from error
@@ -118,17 +133,6 @@ def _identities(path: Path) -> list[object]:
     except (OSError, ValueError):
         return [os.path.realpath(path)]
     return [os.path.realpath(path), (status.st_dev, status.st_ino)]
-
-
-def write_text(path: Path, text: str) -> None:
-    """A text file, whole or not at all."""
-    target = Path(os.path.realpath(path))
-    temporary = target.with_name(f".passgraph-{secrets.token_hex(6)}")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, target)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def rate_of(text: str) -> Fraction:

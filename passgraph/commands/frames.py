@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -23,6 +23,7 @@ from passgraph.frames.frame import Frame, Outcome, Source, Stored, Summary
 from passgraph.frames.pipe import Pipe, ToPipe
 from passgraph.frames.remote import connected
 from passgraph.frames.run import frames
+from passgraph.frames.stored import with_channels
 from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import OPEN_SRGB, Input, Target
 from passgraph.pictures import scaled
@@ -58,6 +59,7 @@ class FramesJob:
     holds: HardwareDepth | None = None
     changing: Changing | None = None
     size: tuple[int, int] | None = None  # of pictures that are made of parameters alone
+    pictures: dict[str, Source] = field(default_factory=dict)  # parameters that are frames too, in step
 
     @property
     def makes_all(self) -> bool:
@@ -85,26 +87,34 @@ class FramesJob:
         """Where the frames of a clip come from, by input."""
         if self.makes_all:
             return clip.source
-        return {"frame": clip.source} if self.depth is None else {"frame": clip.source, "depth": self.depth}
+        depth = {} if self.depth is None else {"depth": self.depth}
+        return {"frame": clip.source, **depth, **self.pictures}
 
     def values(self, clip: Clip) -> Values:
         """What the runs of a clip are given beside its frames."""
         return self.given if self.changing is None else self.changing.values(clip.source, clip.rate, self.given)
 
 
-class RedOf:
-    """Frames whose red is depth, in step with those of the picture."""
+class Converted:
+    """Frames that go with others, their pixels converted: `red_of` where red is depth, or `colors_of`."""
 
-    def __init__(self, source: Source) -> None:
-        self.source, self.name, self.count = source, source.name, source.count
+    def __init__(self, source: Source, convert: Callable[[Stored], Stored]) -> None:
+        self.source, self.name, self.count, self._convert = source, source.name, source.count, convert
         self.endless = getattr(source, "endless", False)
 
     def __iter__(self) -> Iterator[Frame]:
         for frame in self.source:
-            yield Frame(frame.number, frame.name, lambda frame=frame: self._red(frame), frame.metadata)  # type: ignore[misc]
+            yield Frame(frame.number, frame.name, lambda frame=frame: self._convert(frame.read()), frame.metadata)  # type: ignore[misc]
 
-    def _red(self, frame: Frame) -> Stored:
-        return scaled(frame.read()[:, :, :1])
+
+def red_of(picture: Stored) -> Stored:
+    """Red as float32, (h, w, 1)."""
+    return scaled(picture[:, :, :1])
+
+
+def colors_of(picture: Stored) -> Stored:
+    """As `passgraph.load` gives a picture: float32, (h, w, 4)."""
+    return scaled(with_channels(picture, 4))
 
 
 def run_clips(job: FramesJob, clips: list[Clip], settings: Settings, broken: list[str]) -> int:
@@ -165,7 +175,7 @@ def _run_clip(
         try:
             summary = frames(
                 program, job.sources(clip), clip.sink, values=values, jobs=settings.jobs, linear=settings.linear,
-                resume=settings.resume, same_size=True, watch=watch, client=client,
+                resume=settings.resume, same_size=not job.pictures, watch=watch, client=client,
             )  # fmt: skip
         except InputError as error:
             if not is_one_of_many:

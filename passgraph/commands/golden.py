@@ -17,11 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.commands.capture import file_name
-from passgraph.commands.files import check_folder, write_text
+from passgraph.commands.files import check_folder
 from passgraph.errors import InputError
 from passgraph.formats import Format
 from passgraph.reading import check_regular, read_text
 from passgraph.verify.oracle.passes import Key, Passes
+from passgraph.writing import write_text
 
 MANIFEST = "manifest.json"
 MAX_MANIFEST_BYTES = 1 << 24

@@ -86,8 +86,10 @@ def run_and_save(
                 say(f"timing each pass on {name}")
                 times = program.profile(**job.given)
         say(f"writing {output}")
-        held = quantised(array, np.dtype(np.uint16), str(output)) if bits == 16 else array
-        save(output, held, like=like)
+        is_whole = array.dtype.kind == "u" or output.suffix.lower() in FLOAT_SUFFIXES
+        held = array if is_whole else quantised(array, np.dtype(f"u{bits // 8}"), str(output))
+        is_half = bits == 16 and output.suffix.lower() in FLOAT_SUFFIXES
+        save(output, held, like=like, bits=16 if is_half else None)
     height, width = array.shape[:2]
     looking = " (with capture)" if observer is not None else ""
     click.echo(

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from passgraph.cached import cached_property
 from passgraph.commands.flat import flat_volumes
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError

@@ -12,6 +12,7 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.commands.files import is_several
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.graph.calls import kernel
@@ -80,6 +81,12 @@ def as_distance(depth: Target, holds: HardwareDepth | None) -> Target:
     from passgraph.effects.surfaces.engine_depth import distances
 
     return distances(depth, holds)
+
+
+def pictures_beside(effect: Effect, parameters: dict[str, Any]) -> dict[str, Path]:
+    """Picture parameters that name frames of their own, which go in step with those of the input."""
+    named = {p.name: parameters.get(p.name) for p in effect.parameters if p.type == "picture"}
+    return {name: path for name, path in named.items() if isinstance(path, Path) and is_several(path)}
 
 
 def picture_parameters(effect: Effect, parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -95,8 +95,8 @@ class Animation:
         image = self._opened()
         for number in range(self.count):
             image.seek(number)
-            picture = image.convert("RGBA")
-            yield np.asarray(picture if picture.size == self.size else picture.crop((0, 0, *self.size)))
+            picture = np.asarray(image.convert("RGBA"))
+            yield picture[: self.size[1], : self.size[0]]
 
     def _decoded(self, shown: Iterator[Any], number: int) -> Any:
         try:

@@ -83,8 +83,8 @@ class ToAnimation(Film):
         begins, pictures = zip(*self._kept, strict=True)
         ends = max(round(self._end * units), begins[-1] + least)
         lengths = [after - before for before, after in pairwise((*begins, ends))]
-        assert self._temporary is not None
-        with self._temporary.open("xb") as stream:
+        assert self._made is not None
+        with self._made.temporary.open("xb") as stream:
             if self._format == "GIF":
                 gif.write_gif(stream, pictures, lengths, self._plays)
             else:
@@ -94,9 +94,9 @@ class ToAnimation(Film):
 
     def abandon(self) -> None:
         self._kept = []
-        if self._temporary is not None:
-            self._temporary.unlink(missing_ok=True)
-            self._temporary = None
+        if self._made is not None:
+            self._made.discard()
+            self._made = None
 
 
 def _of_few_colours(pixels: NDArray[np.uint8]) -> gif.Paletted:

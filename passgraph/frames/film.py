@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from passgraph.frames.frame import Frame, Sink, Source
 from passgraph.frames.pictures import Pictures, is_made
 from passgraph.frames.pipe import Pipe
 from passgraph.frames.video import Video
+from passgraph.writing import NewFile, place_of
 
 #: Frames a second of pictures that do not say how many.
 RATE = Fraction(25)
@@ -41,7 +41,7 @@ class Film(Sink):
         self.path, self.rate = arguments.path(path, f"{self.kind} to write"), rate
         self._size: tuple[int, int] | None = None
         self._first: int | None = None  # number of the first frame
-        self._temporary: Path | None = None
+        self._made: NewFile | None = None
 
     @property
     def name(self) -> str:
@@ -59,17 +59,10 @@ class Film(Sink):
 
     def begin(self, source: Source) -> None:
         self._rate, self._size, self._first = self.rate_for(source), None, None
-        try:
-            target = Path(os.path.realpath(self.path))
-        except ValueError as error:
-            raise InputError(f"{arguments.shown(self.path)}: cannot be the name of a file ({error})") from error
+        target = place_of(self.path)
         if isinstance(source, (Animation, Video)) and target == Path(os.path.realpath(source.path)):
             raise InputError(f"{self.path}: would be overwritten while it is read; give the output another name")
-        if target.is_dir() or not target.parent.is_dir():
-            what = "is a directory" if target.is_dir() else f"the folder {target.parent} does not exist"
-            raise InputError(f"{self.path}: {what}; expected the name of {self.kind} in a folder that is there")
-        self._target = target
-        self._temporary = target.with_name(f".passgraph-{secrets.token_hex(6)}{target.suffix}")
+        self._made = NewFile(self.path)
 
     def _check_size(self, frame: Frame, size: tuple[int, int]) -> None:
         """All frames have the first one's size."""
@@ -94,6 +87,6 @@ class Film(Sink):
 
     def _renamed(self) -> None:
         """The file is whole: it gets its name."""
-        assert self._temporary is not None
-        os.replace(self._temporary, self._target)
-        self._temporary = None
+        assert self._made is not None
+        self._made.complete()
+        self._made = None

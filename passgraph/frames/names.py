@@ -6,10 +6,10 @@ import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
 from glob import glob
 from pathlib import Path
 
+from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.image_files import READ_SUFFIXES
 

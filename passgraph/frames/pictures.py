@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -12,10 +13,12 @@ from typing import Any
 import numpy as np
 
 from passgraph import arguments
+from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Sink, Source, Stored
 from passgraph.frames.names import Pattern
-from passgraph.pictures import check_holds_bits, format_of_suffix, load_stored, save
+from passgraph.image_files import WRITABLE, Metadata
+from passgraph.pictures import check_holds_bits, fewer_bits, format_of_suffix, is_deep, load_stored, metadata_of, save
 
 #: Most frames without pictures.
 MOST_NUMBERS = 1 << 31
@@ -77,19 +80,21 @@ class ToPictures(Sink):
     Parameters
     ----------
     paths : the files by the frames' numbers, or a `Pattern`
-    bits : 8, or 16 for .png and .tif
+    bits : 8, or 16 for .png and .tif; left out, those of the source: 16 where its picture file has 16, or its video
+        more than 8.  Where the format holds 8, a warning says so.
 
     Formats of whole numbers hold results rounded; .exr and .npy hold them as they are.  Of a source that is `Pictures`
-    each keeps its colour profile, resolution and EXIF.
+    each keeps its color profile, resolution and EXIF.
     """
 
     whole_when_prepared = True
 
-    def __init__(self, paths: Mapping[int, Path] | Pattern, bits: int = 8) -> None:
-        if bits not in (8, 16):
+    def __init__(self, paths: Mapping[int, Path] | Pattern, bits: int | None = None) -> None:
+        if bits not in (None, 8, 16):
             raise InputError(f"bits of pictures are 8 or 16, got {arguments.shown(bits)}")
         self.paths, self.bits = paths, bits
         self._inputs: Mapping[int, Path] = {}
+        self._deep = False
 
     @property
     def name(self) -> str:
@@ -103,6 +108,9 @@ class ToPictures(Sink):
 
     def begin(self, source: Source) -> None:
         self._inputs = source.paths if isinstance(source, Pictures) else {}
+        self._deep = getattr(source, "deep", False)
+        if loss := self.lost_bits(source):
+            warnings.warn(loss, stacklevel=2)
         for path in self._named:
             format_of_suffix(path)
             if self.bits == 16:
@@ -114,7 +122,23 @@ class ToPictures(Sink):
         return [self.paths.path(1)] if isinstance(self.paths, Pattern) else list(self.paths.values())
 
     def in_bytes(self, source: Source) -> bool:
-        return self.bits == 8 and not any(format_of_suffix(path).is_float for path in self._named)
+        held = [format_of_suffix(path).dtypes for path in self._named]
+        if self.bits == 16 or any(dtypes[0] != "uint8" for dtypes in held):
+            return False
+        return not (self.bits is None and any("uint16" in dtypes for dtypes in held) and _deep(source))
+
+    def lost_bits(self, source: Source) -> str:
+        """What to say where a source has 16 bits a channel and a format here holds 8; empty where none is lost."""
+        for path in self._named if self.bits is None else []:
+            kind = format_of_suffix(path)
+            if kind.dtypes == ("uint8",) and (name := _deep(source)):
+                return f"{path}: {fewer_bits(kind)} ({name})"
+        return ""
+
+    def notes(self, frame: Frame) -> Metadata | None:
+        """What a frame's output keeps of the picture file that it is made of."""
+        made_of = self._inputs.get(frame.number)
+        return None if made_of is None else metadata_of(made_of)
 
     def holds(self, frame: Frame) -> bool:
         given = self._inputs.get(frame.number)
@@ -124,10 +148,30 @@ class ToPictures(Sink):
         kind = format_of_suffix(self.path(frame))
         if kind.is_float:
             return np.dtype(np.float32)
-        return np.dtype(np.uint16 if self.bits == 16 else kind.dtypes[0])
+        bits = self.bits or bits_of(self.path(frame), self._inputs.get(frame.number), self._deep)
+        return np.dtype(np.uint16 if bits == 16 else kind.dtypes[0])
 
     def prepare(self, frame: Frame, picture: Stored) -> None:
-        save(self.path(frame), picture, like=self._inputs.get(frame.number))
+        path = self.path(frame)
+        bits = self.bits if format_of_suffix(path).is_float else None
+        save(path, picture, like=self.notes(frame), bits=bits)
+
+
+def bits_of(output: Path, made_of: Path | None, deep: bool = False) -> int:
+    """Bits a channel of an output where nothing is said: those of what it is made of, if the format has them."""
+    kind = WRITABLE.get(output.suffix.lower())
+    if kind is None or "uint16" not in kind.dtypes:
+        return 8
+    if kind.dtypes[0] == "uint16":
+        return 16
+    return 16 if deep or (made_of is not None and is_deep(made_of)) else 8
+
+
+def _deep(source: Source) -> str:
+    """The name of a source's first picture, or of its video, with more than 8 bits a channel; empty where none has."""
+    if isinstance(source, Pictures):
+        return next((os.fspath(path) for path in source.paths.values() if is_deep(path)), "")
+    return source.name if getattr(source, "deep", False) else ""
 
 
 def is_made(output: Path, inputs: Iterable[Path]) -> bool:
@@ -154,6 +198,30 @@ class Still:
     def __iter__(self) -> Iterator[Frame]:
         for number in count(1):
             yield Frame.of(number, self.name, self._picture)
+
+
+class Held:
+    """Frames of a source that goes with another one: where it ends first, its last frame is repeated.
+
+    ``tell`` is called with a line that says so, once.
+    """
+
+    endless = True
+
+    def __init__(self, source: Source, tell: Callable[[str], object]) -> None:
+        self.source, self.name, self.count, self._tell = source, source.name, source.count, tell
+
+    def __iter__(self) -> Iterator[Frame]:
+        last, number = None, 0
+        for last in self.source:
+            number += 1
+            yield last
+        if last is None:
+            raise InputError(f"{self.name}: has no frames; expected one or more")
+        held = Frame(last.number, last.name, cache(last.read), last.metadata)
+        self._tell(f"{self.name}: ends after {number} frames; its last one goes with those that follow")
+        while True:
+            yield held
 
 
 class Arrays:

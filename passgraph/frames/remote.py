@@ -180,7 +180,7 @@ class RemoteRun(Run):
         path = os.path.abspath(self.sink.path(frame))
         folder = inode(os.path.dirname(path))
         dtype = self.sink.stores(frame, (1, 1)).str  # of a picture file the suffix says it
-        return None if folder is None else Room(path, folder, dtype, frame.name)
+        return None if folder is None else Room(path, folder, dtype, frame.name, self.sink.notes(frame))
 
     def _prepare(self, item: Any) -> Any:
         return None if isinstance(item.made, self._written) else super()._prepare(item)

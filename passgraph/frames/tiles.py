@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack, closing
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,6 +19,8 @@ from passgraph.frames.tiles_job import Wanted, blocks_room, prepared
 from passgraph.frames.tiles_run import Advance, Job, Progress, run_tiles, shown
 from passgraph.frames.tiles_sinks import Sink, planned_sink
 from passgraph.frames.tiles_sources import Source
+from passgraph.image_files import Metadata
+from passgraph.pictures import metadata_of
 from passgraph.plan.data import Options, Plan
 from passgraph.run.finite_checks import NonFinite
 
@@ -56,8 +61,10 @@ def tiled(
         (h, w, 1 to 4); of several inputs a mapping by name.  Inputs of another size than the results are read whole.
     sink
         Where the result goes: a path that ends in .tif, .tiff or .zarr, or an array that takes
-        ``array[rows, columns] = numbers``; of several results a mapping by name.  Files and stores appear under their
-        name when they are whole; an older one stays until then.  Into 8 and 16 bits go values from 0 to 1.
+        ``array[rows, columns] = numbers``; of several results a mapping by name.  A TIFF file keeps the color profile
+        and resolution of a TIFF input, and has no alpha where the input has none and the result is opaque.  Files and
+        stores appear under their name when they are whole; an older one stays until then.  Into 8 and 16 bits go values
+        from 0 to 1.
     memory
         Bytes that pictures, decoded blocks and compiled passes may take beside what the process holds already, such as
         ``"1 GB"`` or ``512 << 20``; tiles are as large as is good within it.
@@ -101,7 +108,7 @@ def tiled(
     """
     wanted = Wanted(graph, source, memory, values, tile, size, backend, options, non_finite)
     with ExitStack() as stack:
-        job = prepared(wanted, lambda plan, sources: _sinks(plan, sink, dtype, sources), stack)
+        job = prepared(wanted, lambda plan, sources: _sinks(plan, sink, dtype, sources, source), stack)
         run = _runner(job, client, memory, stack)
         for each in job.sinks.values():
             stack.callback(each.abandon)
@@ -126,7 +133,15 @@ def _runner(job: Job, client: Client | None, memory: int | str, stack: ExitStack
     return lambda advance: run_tiles_on(client, job, blocks_room(memory), advance)
 
 
-def _sinks(plan: Plan, given: object, dtype: object, sources: Mapping[str, Source]) -> dict[str, Sink]:
+def _notes(sources: Mapping[str, Source], given: object) -> Metadata:
+    """What a result keeps of the first input: its color profile, its resolution, and whether it has no alpha."""
+    name, source = next(iter(sources.items()), ("", None))
+    picture = given.get(name) if isinstance(given, Mapping) else given
+    found = metadata_of(Path(picture)) if isinstance(picture, (str, os.PathLike)) else Metadata()
+    return replace(found, opaque=source is not None and source.shape[2] in (1, 3))
+
+
+def _sinks(plan: Plan, given: object, dtype: object, sources: Mapping[str, Source], made_of: object) -> dict[str, Sink]:
     names = list(plan.outputs)
     if not isinstance(given, Mapping):
         if len(names) != 1:
@@ -136,11 +151,11 @@ def _sinks(plan: Plan, given: object, dtype: object, sources: Mapping[str, Sourc
     if strangers or len(given) != len(names):
         got = arguments.shown(strangers[0]) if strangers else ", ".join(map(repr, given)) or "none"
         raise InputError(f"sink must name each result ({', '.join(names)}) and nothing else, got {got}")
-    found = {}
+    found, notes = {}, _notes(sources, made_of)
     for name, resource in plan.outputs.items():
         made = plan.resources[resource]
         shape = made.size[1], made.size[0], made.format.channels
-        found[name] = planned_sink(given[name], shape, made.format, dtype, f"sink of {name!r}")
+        found[name] = planned_sink(given[name], shape, made.format, dtype, f"sink of {name!r}", notes)
         _check_apart(given[name], sources, f"sink of {name!r}")
     return found
 

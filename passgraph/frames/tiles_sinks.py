@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import secrets
-import shutil
 from os import PathLike
 from pathlib import Path
 from typing import Any, Protocol
@@ -25,7 +22,9 @@ from passgraph.frames.tiles_parts import (
     imported,
     pieces,
 )
-from passgraph.frames.tiles_tiff import TILE, TiffSink
+from passgraph.frames.tiles_tiff import TILE, AlphaUsedError, TiffSink
+from passgraph.image_files import Metadata
+from passgraph.writing import NewFile, place_of
 
 #: Sides of the chunks of a new Zarr array, in pixels.
 CHUNK = 512
@@ -49,13 +48,17 @@ class Sink(Protocol):
         """Leave nothing behind; idempotent, also after `finish`."""
 
 
-def planned_sink(given: Any, shape: tuple[int, int, int], format_: Format, dtype: Any, what: str) -> Sink:
+def planned_sink(
+    given: Any, shape: tuple[int, int, int], format_: Format, dtype: Any, what: str, notes: Metadata | None = None
+) -> Sink:
     """A sink for a picture of (height, width, channels); nothing is made before it is opened.
 
     Parameters
     ----------
     given : a path that ends in .tif, .tiff or .zarr, or an array that takes ``array[rows, columns] = numbers``
     format_ : of the target; a new file holds its numbers where ``dtype`` is None
+    notes : of the picture that the result is made of, for a TIFF file; where it is opaque, and the result too, no alpha
+        is stored
 
     Raises
     ------
@@ -73,7 +76,7 @@ def planned_sink(given: Any, shape: tuple[int, int, int], format_: Format, dtype
         if kind == "TIFF" and path.is_dir():
             raise InputError(f"{what}: {path} is a directory; give the name of a file")
         made = checked_dtype(format_.number if dtype is None else dtype, f"{what}: dtype")
-        return FileSink(path, shape, made, what, kind)
+        return FileSink(path, shape, made, what, kind, notes)
     if dtype is not None:
         raise InputError(f"{what}: dtype is for new files; an array keeps its own")
     return ArraySink(given, shape, what)
@@ -133,40 +136,64 @@ class ArraySink:
 class FileSink:
     """A file or Zarr store under another name, which it takes at the end: whole or not at all."""
 
-    def __init__(self, path: Path, shape: tuple[int, int, int], dtype: np.dtype[Any], what: str, kind: str) -> None:
-        # Through a symbolic link, so that the link stays one.
-        self.path = Path(os.path.realpath(path))
+    def __init__(
+        self, path: Path, shape: tuple[int, int, int], dtype: np.dtype[Any], what: str, kind: str,
+        notes: Metadata | None = None,
+    ) -> None:  # fmt: skip
+        place_of(path, is_folder=kind == "Zarr")  # refused before the work
+        self.path = path
         self.shape, self.dtype, self.what, self._kind = shape, dtype, f"{what} ({path})", kind
         self.block = (TILE, TILE) if kind == "TIFF" else (min(CHUNK, shape[0]), min(CHUNK, shape[1]))
         if dtype.kind == "b":
             raise InputError(f"{self.what}: dtype bool cannot be written; give uint8, uint16 or floats")
         self._package = imported("tifffile" if kind == "TIFF" else "zarr", self.what)
-        self._made = self.path.with_name(f".passgraph-{secrets.token_hex(6)}{self.path.suffix}")
+        self._made: NewFile | None = None
         self._inner: Any = None
+        self._notes = notes or Metadata()
 
     def open(self) -> None:
+        self._made = NewFile(self.path, is_folder=self._kind == "Zarr")
         try:
             if self._kind == "TIFF":
-                self._inner = TiffSink(self._made, self.shape, self.dtype)
+                height, width, channels = self.shape
+                stored = channels - 1 if self._notes.opaque and channels == 4 else channels
+                self._inner = TiffSink(self._made.temporary, (height, width, stored), self.dtype, self._notes)
             else:
-                self._inner = ArraySink(self._new_zarr(), self.shape, self.what)
+                self._inner = ArraySink(self._new_zarr(self._made.temporary), self.shape, self.what)
         except OSError as error:
             raise self._failed(error) from error
 
-    def _new_zarr(self) -> Any:
+    def _new_zarr(self, path: Path) -> Any:
         chunks = (*self.block, self.shape[2])
-        return self._package.create_array(store=str(self._made), shape=self.shape, dtype=self.dtype, chunks=chunks)
+        return self._package.create_array(store=str(path), shape=self.shape, dtype=self.dtype, chunks=chunks)
 
     def write(self, part: Part, picture: Convert) -> None:
         try:
-            self._inner.write(part, picture)
+            try:
+                self._inner.write(part, picture)
+            except AlphaUsedError:
+                self._add_alpha()
+                self._inner.write(part, picture)
         except OSError as error:
             raise self._failed(error) from error
+
+    def _add_alpha(self) -> None:
+        """Begin anew with alpha, which was left out until now."""
+        assert self._made is not None
+        wide = NewFile(self.path)
+        narrow, self._made, old = self._inner, wide, self._made
+        try:
+            self._inner = TiffSink(wide.temporary, self.shape, self.dtype, self._notes)
+            narrow.copy_with_alpha(self._inner)
+        finally:
+            narrow.close()
+            old.discard()
 
     def finish(self) -> None:
         try:
             self._inner.finish()
-            _rename(self._made, self.path)
+            assert self._made is not None
+            self._made.complete()
         except OSError as error:
             raise self._failed(error) from error
         self._inner = None
@@ -179,22 +206,5 @@ class FileSink:
         if isinstance(self._inner, TiffSink):
             self._inner.close()
         self._inner = None
-        if self._made.is_dir():
-            shutil.rmtree(self._made, ignore_errors=True)
-        else:
-            self._made.unlink(missing_ok=True)
-
-
-def _rename(made: Path, path: Path) -> None:
-    """Give what is made its name; a Zarr store of that name, which is a folder, makes way first."""
-    if not path.is_dir() or path.is_symlink():
-        os.replace(made, path)
-        return
-    old = path.with_name(f".passgraph-{secrets.token_hex(6)}{path.suffix}")
-    os.rename(path, old)
-    try:
-        os.rename(made, path)
-    except OSError:
-        os.rename(old, path)
-        raise
-    shutil.rmtree(old, ignore_errors=True)
+        if self._made is not None:
+            self._made.discard()

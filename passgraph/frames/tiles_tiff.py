@@ -12,10 +12,16 @@ from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 from passgraph.frames.tiles_parts import Convert, Numbers, Part, checked_dtype, checked_shape, imported, pieces
+from passgraph.image_files import Metadata
 
 #: Sides of the tiles that are written, in pixels: what readers of large pictures expect; a multiple of 16 by the
 #: format (TIFF 6.0, section 15).
 TILE = 256
+
+
+def opaque(dtype: np.dtype[Any]) -> Any:
+    """What alpha 1 is in a type."""
+    return np.iinfo(dtype).max if dtype.kind == "u" else 1
 
 
 class TiffSource:
@@ -126,14 +132,25 @@ class TiffSource:
         self._tiff.close()
 
 
+class AlphaUsedError(Exception):
+    """Pixels for a file without alpha are not opaque."""
+
+
 class TiffSink:
-    """A tiled TIFF file without compression: where each tile lies is known at once, so they come in any order."""
+    """A tiled TIFF file without compression: where each tile lies is known at once, so they come in any order.
+
+    Pixels may have one channel more than ``shape``: alpha, which is not stored; where it is not 1, AlphaUsedError is
+    raised.  ``notes`` are those of the picture that the file is made of.
+    """
 
     block = (TILE, TILE)
 
-    def __init__(self, path: Path, shape: tuple[int, int, int], dtype: np.dtype[Any]) -> None:
+    def __init__(
+        self, path: Path, shape: tuple[int, int, int], dtype: np.dtype[Any], notes: Metadata | None = None
+    ) -> None:
         import tifffile
 
+        notes = notes or Metadata()
         self.shape, self.dtype = shape, dtype.newbyteorder("=")
         channels = shape[2]
         # tifffile makes room for the picture without writing it, so the file takes its bytes as they come.
@@ -141,6 +158,8 @@ class TiffSink:
             path, None, shape=shape[:2] if channels == 1 else shape, dtype=self.dtype, tile=self.block,
             photometric="rgb" if channels > 2 else "minisblack", planarconfig=None if channels == 1 else "contig",
             extrasamples=["unassalpha"] if channels in (2, 4) else None, metadata=None,
+            iccprofile=notes.profile or None, resolution=notes.resolution,
+            resolutionunit="INCH" if notes.resolution else None,
         )  # fmt: skip
         with tifffile.TiffFile(path) as made:
             self._offsets = made.pages[0].dataoffsets
@@ -150,7 +169,7 @@ class TiffSink:
     def write(self, part: Part, picture: Convert) -> None:
         """A part, piece by piece."""
         for piece in pieces(part, self.block):
-            numbers = np.ascontiguousarray(picture(piece), self.dtype)
+            numbers = np.ascontiguousarray(self._without_alpha(picture(piece)), self.dtype)
             top, bottom, left, right = piece
             for y in range(top // TILE * TILE, bottom, TILE):
                 y0, y1 = max(top, y), min(bottom, y + TILE)
@@ -158,6 +177,26 @@ class TiffSink:
                     x0, x1 = max(left, x), min(right, x + TILE)
                     here = numbers[y0 - top : y1 - top, x0 - left : x1 - left]
                     self._put(y, x, y0 - y, x0 - x, np.ascontiguousarray(here))
+
+    def _without_alpha(self, numbers: Numbers) -> Numbers:
+        if numbers.shape[2] == self.shape[2]:
+            return numbers
+        if (numbers[..., -1] != opaque(self.dtype)).any():
+            raise AlphaUsedError
+        return numbers[..., :-1]
+
+    def copy_with_alpha(self, into: TiffSink) -> None:
+        """All tiles, opaque, into a file with a channel more; those that are not written yet are zeros there too."""
+        pixels, channels = TILE * TILE, self.shape[2]
+        self._file.flush()
+        for begin, there in zip(self._offsets, into._offsets, strict=True):
+            self._file.seek(begin)
+            data = self._file.read(pixels * channels * self.dtype.itemsize)
+            numbers = np.zeros(pixels * channels, self.dtype)
+            found = np.frombuffer(data, self.dtype)
+            numbers[: len(found)] = found
+            alpha = np.full((pixels, 1), opaque(self.dtype), self.dtype)
+            into._at(there, np.concatenate([numbers.reshape(pixels, channels), alpha], axis=1))
 
     def _put(self, y: int, x: int, down: int, along: int, piece: Numbers) -> None:
         """A piece into the tile at (y, x), so many rows down and columns along."""

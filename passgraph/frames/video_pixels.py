@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -17,9 +18,8 @@ if TYPE_CHECKING:
 #: Numbers of libavutil's AVColorRange: 16 to 235, and 0 to 255.
 LIMITED, FULL = 1, 2
 _RANGES = {LIMITED: "tv", FULL: "pc"}
-#: Y'CbCr of 8 bits in planes.
-_PLANAR = {f"yuv{j}4{way}p" for j in ("", "j") for way in ("10", "11", "20", "22", "40", "44")}
-_PLANAR_WITH_ALPHA = {f"yuva4{way}p" for way in ("20", "22", "44")}
+#: Y'CbCr in planes, of 8 bits or as many as the name ends with.
+_PLANAR = re.compile(r"yuv(a|j|)4(?:10|11|20|22|40|44)p(|(?:9|10|12|14|16)le)")
 
 
 class Matrix(NamedTuple):
@@ -45,11 +45,11 @@ def is_matrix(number: int) -> bool:
 class Conversion(threading.local):
     """Frames to (h, w, 4) pixels and back, of the same matrix and range.
 
-    Colours of 8 bits are ours, since swscale either makes quarter colour darker by a step of 255 or takes four times as
-    long; it makes chroma as wide as luma, and does all of the rest.  Each thread keeps what converts, with its tables:
-    a new one costs a 1080p frame more than its pixels do.  Where libavfilter can do it, it does, since its frames come
-    from a pool: no memory that the system has to make ready, page by page, for each frame, and rows with room behind
-    them, without which swscale leaves out the last pixels of some.
+    Colors are ours, since swscale makes them darker: of 8 bits by a step of 255, or it takes four times as long, and of
+    more bits by up to 17 of their steps.  It makes chroma as wide as luma, and does all of the rest.  Each thread
+    keeps what converts, with its tables: a new one costs a 1080p frame more than its pixels do.  Where libavfilter can
+    do it, it does, since its frames come from a pool: no memory that the system has to make ready, page by page, for
+    each frame, and rows with room behind them, without which swscale leaves out the last pixels of some.
     """
 
     def __init__(self) -> None:
@@ -65,16 +65,16 @@ class Conversion(threading.local):
         """(h, w, 4) uint8, or uint16 where it is ``deep``."""
         code, wide = _code(frame), _wide(frame.format.name)
         is_upright = all(plane.line_size >= plane.width for plane in frame.planes)
-        if deep or code is None or wide is None or not is_upright:
+        if code is None or wide is None or not is_upright:
             return self.converted(frame, "rgba64le" if deep else "rgba").to_ndarray()
-        return pixels_of(_planes(self.converted(frame, wide)), code)
+        return pixels_of(_planes(self.converted(frame, wide)), code, np.uint16 if deep else np.uint8)
 
     def frame(self, pixels: Stored, format: str, matrix: int, colour_range: int) -> VideoFrame:
         """A frame in a pixel format by libavutil's name, of contiguous (h, w, 4) pixels."""
         from av import VideoFrame
 
         wide = _wide(format)
-        if pixels.dtype == np.uint8 and wide is not None and matrix in _MATRICES:
+        if wide is not None and matrix in _MATRICES:
             made = self._empty(pixels.shape[1], pixels.shape[0], wide, handed_out=wide == format)
             made.colorspace, made.color_range = matrix, colour_range
             code = _code(made)
@@ -144,21 +144,20 @@ def _needs_rounding(source: str, target: str) -> bool:
 
 
 def _wide(format: str) -> str | None:
-    """The format with chroma as wide as luma, where ours are the colours."""
-    if format in _PLANAR:
-        return "yuvj444p" if "j" in format else "yuv444p"
-    return "yuva444p" if format in _PLANAR_WITH_ALPHA else None
+    """The format with chroma as wide as luma, where ours are the colors."""
+    found = _PLANAR.fullmatch(format)
+    return found and f"yuv{found[1]}444p{found[2]}"
 
 
 def _code(frame: VideoFrame) -> Code | None:
     matrix, colour_range = _MATRICES.get(int(frame.colorspace)), int(frame.color_range)
     if matrix is None or colour_range not in _RANGES:
         return None
-    return Code(matrix.red, matrix.blue, full=colour_range == FULL)
+    return Code(matrix.red, matrix.blue, colour_range == FULL, frame.format.components[0].bits)
 
 
 def _planes(frame: VideoFrame) -> list[Plane]:
     """A frame's own memory, of planes that are all of its size; the arrays keep it alive."""
     planes: tuple[Any, ...] = frame.planes
-    rows = (np.frombuffer(plane, np.uint8).reshape(frame.height, plane.line_size) for plane in planes)
-    return [row[:, : frame.width] for row in rows]
+    dtype = np.uint8 if frame.format.components[0].bits == 8 else np.uint16
+    return [np.frombuffer(plane, dtype).reshape(frame.height, -1)[:, : frame.width] for plane in planes]

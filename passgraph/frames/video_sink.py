@@ -77,9 +77,9 @@ class ToVideo(Film):
         self._last: int | None = None  # pts of the last one
         self._count = 0
         super().begin(source)
-        assert self._temporary is not None
+        assert self._made is not None
         try:
-            self._container = self._av.open(os.fspath(self._temporary), "w")
+            self._container = self._av.open(os.fspath(self._made.temporary), "w")
             self._encoder = self._chosen()
             if self._video is not None and self.sound:
                 check_sound(self._video.path, self._container, self.path)
@@ -230,14 +230,14 @@ class ToVideo(Film):
         self._renamed()
 
     def abandon(self) -> None:
-        temporary, self._temporary = self._temporary, None
-        if temporary is None:
+        made, self._made = self._made, None
+        if made is None:
             return
         with suppress(Exception):  # what cannot be closed well is removed all the same
             self._container.close()
         if self._sound is not None:
             self._sound.close()
-        temporary.unlink(missing_ok=True)
+        made.discard()
 
     def _guarded(self, work: Callable[[], None]) -> None:
         """Errors of libav with the file's name: nothing can be added behind them."""

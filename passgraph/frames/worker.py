@@ -18,6 +18,7 @@ from distributed.diagnostics.plugin import WorkerPlugin
 
 from passgraph.frames.frame import Stored
 from passgraph.frames.stored import given, stored
+from passgraph.image_files import Metadata
 from passgraph.pictures import load_stored, save
 from passgraph.plan.data import Options
 from passgraph.run.compile import compile
@@ -121,12 +122,15 @@ class Named:
 
 @dataclass(frozen=True)
 class Room:
-    """Where a worker writes a result: a file, the number of its folder's inode, and the type that is stored."""
+    """Where a worker writes a result: a file, the number of its folder's inode, the type that is stored, and what goes
+    along of the picture file that it is made of, as :meth:`ToPictures.prepare` writes it.
+    """
 
     path: str
     folder: int
     dtype: str
     frame: str
+    notes: Metadata | None = None
 
 
 @dataclass(frozen=True)
@@ -160,7 +164,7 @@ def compute(
     result = results[next(iter(results)) if output is None else output]
     if room is None or inode(os.path.dirname(room.path)) != room.folder:
         return sizes, result
-    save(room.path, stored(result, np.dtype(room.dtype), room.frame))
+    save(room.path, stored(result, np.dtype(room.dtype), room.frame), like=room.notes)
     return sizes, Written(result.shape)
 
 

@@ -7,13 +7,14 @@ import dataclasses
 import inspect
 import os
 import sys
+import threading
 import types as pytypes
 from collections.abc import Callable
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Self, TypeVar, dataclass_transform
 
 from passgraph.arguments import shown
+from passgraph.cached import cached_property
 from passgraph.errors import KernelError, PassgraphError
 from passgraph.language import ir
 from passgraph.language.scope import TEXT_NAMES, FunctionSource, Scope, python_scope, text_scope
@@ -23,6 +24,11 @@ from passgraph.language.source import Source, fail, source_from_text, source_of,
 T = TypeVar("T")
 #: Where kernels of this package stand.
 _OURS = f"{Path(__file__).parents[1]}{os.sep}"
+
+#: Held while a kernel is parsed, and by a fork: the child of a process that was importing the parser would wait for it.
+_parsing = threading.RLock()
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_parsing.acquire, after_in_parent=_parsing.release, after_in_child=_parsing.release)
 
 
 class Kernel:
@@ -44,10 +50,11 @@ class Kernel:
 
     @cached_property
     def _parsed(self) -> tuple[ir.TypedKernel, tuple[Scope, ...]]:
-        # Whoever only imports this package needs no parser.
-        from passgraph.language.parse import parse_with_scopes
+        with _parsing:
+            # Whoever only imports this package needs no parser.
+            from passgraph.language.parse import parse_with_scopes
 
-        program, scopes = parse_with_scopes(self._function, self.stage)
+            program, scopes = parse_with_scopes(self._function, self.stage)
         return program, tuple(scopes.values())
 
     @cached_property

@@ -13,11 +13,11 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any, cast
 
 from passgraph import disk_cache
+from passgraph.cached import cached_property
 from passgraph.errors import PassgraphError
 from passgraph.language import ir, scalar, types
 from passgraph.language.emitter import Derived, fold

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Literal, TypeAlias
 
+from passgraph.cached import cached_property
 from passgraph.language.domains import ANY, Domain
 from passgraph.language.meanings import Values
 from passgraph.language.symbols import Symbol

@@ -10,13 +10,13 @@ import math
 import types as pytypes
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.arguments import numbers, shown
+from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.language import ir, symbols
 from passgraph.language.layout import described, in_order

@@ -5,15 +5,16 @@ from __future__ import annotations
 import ast
 import inspect
 import linecache
+import re
 import textwrap
 import types as pytypes
 import unicodedata
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import NoReturn
 
+from passgraph.cached import cached_property
 from passgraph.errors import KernelError, PassgraphError
 
 #: Longest kernel text taken from a stranger, in characters; the longest kernel of our own has about 5,000.
@@ -66,6 +67,15 @@ def fail(span: Span, message: str) -> NoReturn:
     raise KernelError(span.point_at(message))
 
 
+#: Python warns of unknown escapes, and only a filter for the whole process would silence it; docstrings have some.
+_ESCAPE = re.compile(r"\\(.)", re.DOTALL)
+_ESCAPES = "\n\r\\'\"abfnrtvxNuU01234567"
+
+
+def _known_escape(found: re.Match[str]) -> str:
+    return found[0] if found[1] in _ESCAPES else f"\\{found[0]}"
+
+
 @dataclass(frozen=True)
 class Source:
     """One piece of kernel text and where it begins."""
@@ -112,9 +122,7 @@ class Source:
             For what is not Python, and for nesting that would exhaust the stack.
         """
         try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # such as unknown escapes in a docstring
-                tree = ast.parse(self.text)
+            tree = ast.parse(_ESCAPE.sub(_known_escape, self.text))
         except SyntaxError as error:
             line = error.lineno or 1
             column = max(0, (error.offset or 1) - 1)

@@ -7,10 +7,11 @@ that a kernel may capture.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeVar
 
+from passgraph.arguments import shown
 from passgraph.errors import PassgraphError
 
 #: The largest uint: 32 bits.
@@ -27,9 +28,12 @@ else:
         """A whole number from 0 to 4294967295 on the host; kernels that capture it have a uint."""
 
         def __new__(cls, value: int = 0) -> uint:
-            made = super().__new__(cls, value)
+            try:
+                made = super().__new__(cls, value)
+            except (TypeError, ValueError, OverflowError):
+                made = -1
             if not 0 <= made <= UINT_MAX:
-                raise PassgraphError(f"a uint is a whole number from 0 to {UINT_MAX}, got {value}")
+                raise PassgraphError(f"a uint is a whole number from 0 to {UINT_MAX}, got {shown(value)}")
             return made
 
 
@@ -46,6 +50,15 @@ class Symbol:
         return f"<passgraph function {self.name}>"
 
 
+def _flat(values: Iterable[Any]) -> Iterator[Any]:
+    for value in values:
+        value = value.tolist() if hasattr(value, "tolist") else value
+        if isinstance(value, (list, tuple)):
+            yield from _flat(value)
+        else:
+            yield value
+
+
 class _Constant(tuple[Any, ...]):
     """A vector or matrix value on the host: numbers in the language's order, without arithmetic."""
 
@@ -54,7 +67,12 @@ class _Constant(tuple[Any, ...]):
     def __new__(cls, *arguments: Any) -> Self:
         numbers: list[Any] = []
         for argument in arguments:
-            numbers.extend(argument if isinstance(argument, Iterable) else [argument])
+            # An array of NumPy, of no dimension too, as Python's numbers; of a matrix the rows are its columns.
+            values = argument.tolist() if hasattr(argument, "tolist") else argument
+            numbers.extend(_flat(values) if isinstance(values, (list, tuple)) else [values])
+        for number in numbers:
+            if not isinstance(number, (int, float)):
+                raise PassgraphError(f"{cls.__name__} takes numbers, got {shown(number)}")
         if len(numbers) == 1:
             numbers = cls._filled(numbers[0])
         if len(numbers) != cls.size:

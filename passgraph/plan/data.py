@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.arguments import flag
+from passgraph.cached import cached_property
 from passgraph.formats import Format
 from passgraph.graph.draw_state import DrawState
 from passgraph.graph.targets import DrawPass, InputSpec, PixelPass

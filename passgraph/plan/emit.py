@@ -154,7 +154,11 @@ def _depth_clear(spec: TargetSpec) -> float:
 def _mark_static(
     steps: list[Step], resources: list[Resource], with_history: set[int], work: Work
 ) -> tuple[list[Step], set[int]]:
-    """Steps whose every source is static run once; a picture written by one static and one other step is not."""
+    """Mark the steps whose every source is static: they run once.
+
+    A resource is not static if another step also writes it, or if a step of every run reads it before its last write:
+    from the second run on that step would read the final content.
+    """
     if not work.options.static:
         return steps, set()
     # A picture with history changes its memory at each run, so what it holds must be written at each run.
@@ -165,6 +169,8 @@ def _mark_static(
         if any(isinstance(v, (Value, Derived)) and not v.static for v in step.values.values()):
             changing.update(step.writes)
     changing = _spread(changing, steps)
+    while overwritten := _read_before_last_write(changing, steps):
+        changing = _spread(changing | overwritten, steps)
     marked: list[Step] = []
     static: set[int] = set()
     for step in steps:
@@ -174,6 +180,18 @@ def _mark_static(
             static.update(step.writes)
             work.notes.append(f"pass {step.name} depends on static inputs only: runs once")
     return marked, static
+
+
+def _read_before_last_write(changing: set[int], steps: list[Step]) -> set[int]:
+    """Resources outside ``changing`` that a step of every run reads before the last step that writes them."""
+    last_write = {r: index for index, step in enumerate(steps) for r in step.writes}
+    return {
+        r
+        for index, step in enumerate(steps)
+        if any(written in changing for written in step.writes)
+        for r in step.reads
+        if r not in changing and last_write.get(r, -1) > index
+    }
 
 
 def _spread(changing: set[int], steps: list[Step]) -> set[int]:

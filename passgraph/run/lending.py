@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import OVERWRITTEN, READ, DevicePicture, Use
+from passgraph.cached import cached_property
 from passgraph.plan.data import DrawStep, Plan
 from passgraph.run.admission import Picture
 from passgraph.run.result import Results

@@ -5,10 +5,10 @@ from __future__ import annotations
 import weakref
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from passgraph import arguments
+from passgraph.cached import cached_property
 from passgraph.errors import GraphError
 from passgraph.formats import Format
 from passgraph.graph.targets import InputSpec, Target

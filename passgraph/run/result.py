@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph import arguments
-from passgraph.errors import UnknownNameError
+from passgraph.errors import InputError, UnknownNameError
 from passgraph.plan.data import Step
 
 Picture: TypeAlias = NDArray[np.float32]
@@ -38,6 +38,15 @@ class Result(Mapping[str, Picture]):
 
     def __len__(self) -> int:
         return len(self._pictures)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        """The picture of a result with one target, so that ``np.asarray(result)`` is its array."""
+        if len(self) != 1:
+            names = ", ".join(self)
+            raise InputError(f"a result of {len(self)} targets is no array; name one of them: result[name] of {names}")
+        (picture,) = self.values()
+        made = np.asarray(picture, dtype)
+        return made.copy() if copy and made is picture else made
 
     def save(self, path: str | PathLike[str], name: str | None = None) -> None:
         """Write a result (the first where no name is given) as PNG, EXR …; the file is written whole or not at all.

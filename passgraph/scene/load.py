@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from io import BytesIO
 from os import PathLike
@@ -134,9 +133,7 @@ def _read(file: Path, folder: FolderReader) -> Any:
     # FolderReader has the methods that trimesh calls, without its base class, which can write too
     resolver: Any = folder
     try:
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
-            # numpy's warnings about NaN in a file come back as errors or warnings of ours
-            warnings.simplefilter("ignore")
+        with np.errstate(all="ignore"):  # NaN in a file comes back as an error or warning of ours
             return trimesh.load_scene(
                 BytesIO(as_utf8(data) if kind == "obj" else data),
                 file_type=kind,

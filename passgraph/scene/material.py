@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from passgraph import arguments
+from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.scene.matrices import floats, number
 from passgraph.srgb import srgb_to_linear

@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from passgraph.arguments import numbers, shown, string
+from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.graph.geometry import Fixed, fixed
 from passgraph.scene.matrices import Float64, floats, transform_points, vec3

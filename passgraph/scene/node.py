@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
 from passgraph import arguments
+from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.scene.material import Material
 from passgraph.scene.matrices import Float64, matrix4, transform_points

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import pi
 from os import PathLike
 from typing import Literal, cast
@@ -13,6 +12,7 @@ from typing import Literal, cast
 import numpy as np
 
 from passgraph import arguments
+from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.scene.camera import DEFAULT_AZIMUTH_RAD, DEFAULT_ELEVATION_RAD, DEFAULT_FOV_RAD, Camera, NamedCamera
 from passgraph.scene.framing import ways_round

@@ -21,6 +21,7 @@ from passgraph.commands.frames import FramesJob, Settings, run_clips
 from passgraph.effects.registry import EFFECTS
 from passgraph.frames import Pattern, ToPictures
 from passgraph.frames.open import open_source
+from passgraph.image_files import opened_image
 from passgraph.pictures import load_stored
 from tests.commands.told import Outcome, refused
 from tests.frames.made import ADD, grays, picture, sequence, value, video
@@ -119,12 +120,16 @@ def test_16_bits_stay_16_bits_where_it_is_said(capsys: pytest.CaptureFixture[str
     well(capsys, *TINY, "in", "--bits", "16", "-o", "n.%d.png")
     for file in ("one.tif", "out/a.png", "out/b.tif", "n.1.png", "n.2.png"):
         assert np.array_equal(load_stored(Path(file))[..., :3], wide), file
-    well(capsys, *TINY, "in/a.png", "-o", "eight.png")
+    well(capsys, *TINY, "in/a.png", "--bits", "8", "-o", "eight.png")
     assert load_stored(Path("eight.png")).dtype == np.uint8
+    well(capsys, *TINY, "in", "--bits", "16", "-o", "half.%d.exr")
+    well(capsys, *TINY, "in/a.png", "--bits", "16", "-o", "half.exr")
+    for name in ("half.1.exr", "half.exr"):
+        with opened_image(Path(name)) as image:
+            assert image.dtype == np.float16
     for told, *arguments in (
         ("x.jpg: JPEG holds 8-bit", "in/a.png", "-o", "x.jpg"),
-        ("x/a.webp: holds 8-bit", "in/a.webp", "in/a.png", "-o", "x/"),
-        ("x.1.exr: holds floats", "in", "-o", "x.%d.exr"),
+        ("x/a.webp: WebP holds 8-bit", "in/a.webp", "in/a.png", "-o", "x/"),
         ("--bits is for picture files, and none is written", "in", "-o", "x.mp4"),
     ):
         pg.save("in/a.webp", np.zeros((5, 7, 3)))
@@ -431,7 +436,7 @@ def test_ctrl_c_keeps_what_is_whole() -> None:
     process = subprocess.Popen(
         [*command, "--sigma-px", "20"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
-    while process.poll() is None and not list(Path("out").glob("*.png")):
+    while process.poll() is None and not list(Path("out").glob("[!.]*.png")):
         time.sleep(0.002)
     process.send_signal(signal.SIGINT)
     out, err = process.communicate(timeout=60)

@@ -292,3 +292,24 @@ def test_a_scheduler_that_does_not_answer_is_told() -> None:
         pytest.raises(pg.InputError, match=r"no scheduler answers at 'tcp://127.0.0.1:1'"),
     ):
         connected("tcp://127.0.0.1:1")
+
+
+def test_files_of_a_cluster_are_those_written_here(program: pg.Program, client: Any, tmp_path: Path) -> None:
+    """Profile, resolution, EXIF, channels and bits: to the byte."""
+    from PIL import Image, ImageCms
+
+    profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+    exif = Image.Exif()
+    exif[0x010E] = "a description"
+    Image.new("RGB", (8, 6), (10, 20, 30)).save(tmp_path / "1.png", icc_profile=profile, dpi=(300, 300), exif=exif)
+    pg.save(tmp_path / "2.png", np.full((6, 8, 3), 1000, np.uint16))
+    source = Pictures({n: tmp_path / f"{n}.png" for n in (1, 2)})
+    made = {}
+    for folder, one in (("here", None), ("there", client)):
+        (tmp_path / folder).mkdir()
+        sink = ToPictures({n: tmp_path / folder / f"{n}.png" for n in (1, 2)})
+        assert pg.frames(program, source, sink, values={"k": 1.0}, client=one).whole
+        made[folder] = [(tmp_path / folder / f"{n}.png").read_bytes() for n in (1, 2)]
+    assert made["here"] == made["there"]
+    with Image.open(tmp_path / "there" / "1.png") as picture:
+        assert (picture.mode, picture.info["icc_profile"]) == ("RGB", profile)

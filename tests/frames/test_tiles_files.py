@@ -375,3 +375,39 @@ def test_memory_stays_below_what_was_counted(tmp_path: Path) -> None:
     assert counted <= 150_000_000
     assert taken <= counted
     assert (tifffile.imread(tmp_path / "out.tif") == 77).all()
+
+
+def _notes_and_channels(path: Path) -> tuple[int, bytes, float]:
+    with tifffile.TiffFile(path) as made:
+        page = made.pages[0]
+        resolution = page.tags.valueof(282, (0, 1))
+        return page.samplesperpixel, page.tags.valueof(34675, b""), resolution[0] / resolution[1]
+
+
+@pytest.mark.parametrize("dtype", ["u1", "u2", "f4"])
+def test_a_result_has_the_channels_and_notes_of_its_source(tmp_path: Path, dtype: str) -> None:
+    """Alpha is left out until a pixel has some; then the whole file has it."""
+    from PIL import ImageCms
+
+    profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+    picture = (np.random.default_rng(0).random((600, 700, 3)) * 255).astype(np.uint8)
+    tifffile.imwrite(
+        tmp_path / "a.tif", picture, photometric="rgb", iccprofile=profile, resolution=(300, 300), resolutionunit="INCH"
+    )
+    same = pg.kernel(source="def same(c: Image) -> vec4: return c[0, 0]")
+    holed = pg.kernel(
+        source="def holed(c: Image) -> vec4:\n"
+        "    return vec4(c[0, 0].rgb, 0.0 if pixel().x > 600 and pixel().y > 500 else 1.0)"
+    )
+    made = {}
+    for graph, channels in ((same, 3), (holed, 4)):
+        path = tmp_path / f"{channels}.tif"
+        pg.tiled(graph(pg.Input("c")), tmp_path / "a.tif", path, dtype=dtype, tile=(256, 256), progress=False)
+        assert _notes_and_channels(path) == (channels, profile, 300)
+        made[channels] = tifffile.imread(path).astype(np.float64) / (1 if dtype == "f4" else np.iinfo(dtype).max)
+    assert np.abs(made[3] - picture / 255).max() < 1e-6
+    assert np.array_equal(made[4][..., :3], made[3])
+    hole = np.zeros((600, 700), bool)
+    hole[501:, 601:] = True
+    assert np.array_equal(made[4][..., 3], np.where(hole, 0.0, 1.0))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["3.tif", "4.tif", "a.tif"]

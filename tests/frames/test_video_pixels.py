@@ -95,6 +95,72 @@ def test_smaller_chroma(format: str) -> None:
     assert np.abs(error).max() <= 6 and np.abs(error.mean((0, 1))).max() < 0.5
 
 
+def deep_code(colours: Any, matrix: int, colour_range: int, bits: int) -> Any:
+    """As `coded`, of any number of bits: ITU-T H.273 equations 20 to 25 with BitDepth, in float64."""
+    full, step = coded(colours, matrix, FULL), 1 << (bits - 8)
+    if colour_range == LIMITED:
+        return coded(colours, matrix, LIMITED) * step
+    most = (1 << bits) - 1
+    return np.stack([full[0] / 255 * most, *(128 * step + (one - 128) / 255 * most for one in full[1:])])
+
+
+DEEP = [*((f"yuv444p{bits}le", bits) for bits in (9, 10, 12, 14, 16)), *((f"yuva444p{n}le", n) for n in (10, 12, 16))]
+
+
+@pytest.mark.parametrize(("format", "bits"), DEEP)
+@pytest.mark.parametrize(("matrix", "colour_range"), CODES)
+def test_every_deeper_number_is_the_nearest(format: str, bits: int, matrix: int, colour_range: int) -> None:
+    """Half a step of 65535 one way and of the format the other, and what float32 rounds."""
+    most, step = (1 << bits) - 1, 1 << (bits - 8)
+    planes = RNG.integers(0, most + 1, (3 + ("a" in format), 37, 51), np.uint16)
+    planes[:, :5, :] = RNG.choice(np.array([0, 16, 128, 235, 240, 255]) * step, (len(planes), 5, 51))
+    planes[:, 5] = most
+    frame = av.VideoFrame(51, 37, format)
+    for plane, given in zip(frame.planes, planes, strict=True):
+        rows = np.full((plane.height, plane.line_size // 2), 77, np.uint16)
+        rows[:, :51] = given
+        plane.update(rows.tobytes())
+    frame.colorspace, frame.color_range = matrix, colour_range
+    pixels = Conversion().pixels(frame, deep=True)
+    assert pixels.dtype == np.uint16
+    offset = deep_code(np.zeros(3), matrix, colour_range, bits)
+    columns = np.stack([deep_code(one, matrix, colour_range, bits) - offset for one in np.eye(3)], -1)
+    exact = np.tensordot(np.linalg.inv(columns), planes[:3].astype(float) - offset[:, None, None], 1)
+    colours = np.moveaxis(exact, 0, -1).clip(0, 1) * 65535
+    assert np.abs(pixels[..., :3] - colours).max() <= 0.5 + 0.02
+    alpha = planes[3] / most * 65535 if "a" in format else np.full((37, 51), 65535)
+    assert np.abs(pixels[..., 3] - alpha).max() <= 0.5
+    made = Conversion().frame(np.ascontiguousarray(pixels), format, matrix, colour_range)
+    assert (made.format.name, made.colorspace, made.color_range) == (format, matrix, colour_range)
+    stored = [np.frombuffer(p, np.uint16).reshape(p.height, -1)[:, : p.width] for p in made.planes]
+    wanted = deep_code(pixels[..., :3] / 65535, matrix, colour_range, bits).clip(0, most)
+    assert np.abs(np.stack(stored[:3]) - wanted).max() <= 0.5 + 0.02
+    if "a" in format:
+        assert np.abs(stored[3] - pixels[..., 3] / 65535 * most).max() <= 0.5
+
+
+@pytest.mark.parametrize("bits", [10, 12])
+@pytest.mark.parametrize("way", ["20", "22", "40"])
+def test_deep_luma_goes_through_where_chroma_is_smaller(way: str, bits: int) -> None:
+    """White of limited range is white, and grays are right to half a step."""
+    step = 1 << (bits - 8)
+    frame = av.VideoFrame(64, 48, f"yuv4{way}p{bits}le")
+    luma = np.linspace(16 * step, 235 * step, 64 * 48).round().astype(np.uint16).reshape(48, 64)
+    for number, plane in enumerate(frame.planes):
+        rows = np.full((plane.height, plane.line_size // 2), 128 * step, np.uint16)
+        if number == 0:
+            rows[:, :64] = luma
+        plane.update(rows.tobytes())
+    frame.colorspace, frame.color_range = 1, LIMITED
+    pixels = Conversion().pixels(frame, deep=True)
+    exact = (luma / step - 16) / 219 * 65535
+    assert np.abs(pixels[..., :3] - exact[..., None]).max() <= 0.5 + 0.02
+    assert pixels[-1, -1].tolist() == [65535] * 4
+    again = Conversion().frame(pixels, f"yuv4{way}p{bits}le", 1, LIMITED)
+    stored = np.frombuffer(again.planes[0], np.uint16).reshape(48, -1)[:, :64]
+    assert np.array_equal(stored, luma)
+
+
 def test_pictures_of_several_threads_do_not_meet() -> None:
     """What converts is kept, a frame of the other format too: by each thread its own."""
     from concurrent.futures import ThreadPoolExecutor

@@ -30,7 +30,7 @@ from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.graph.outputs import named_outputs
 from passgraph.verify.fuzz.cases import EXACT, output_of, run, same_bits
 from passgraph.verify.fuzz.draws import drawn, draws
-from passgraph.verify.fuzz.graphs import OPTIMISATIONS, graphs, grown, plannable, run_thrice
+from passgraph.verify.fuzz.graphs import OPTIMISATIONS, graphs, grown, plannable, run_frames
 from passgraph.verify.fuzz.pictures import Picture, unit
 from tests.conftest import DEVICES, require
 from tests.plan.orders import shuffled
@@ -194,12 +194,12 @@ def test_pieces_and_threads_change_no_bit_of_a_graph(case: dict[str, Any]) -> No
         return
     targets = targets_of(outputs)
     with open_backend("numpy:1") as backend:
-        expected = run_thrice(targets, backend, replace(pg.Options(), **dict.fromkeys(OPTIMISATIONS, False)))
+        expected = run_frames(targets, backend, replace(pg.Options(), **dict.fromkeys(OPTIMISATIONS, False)))
     for way, constants in enumerate(PIECES):
         with pytest.MonkeyPatch.context() as patch, open_backend(f"numpy:{THREADS[way % 4]}") as backend:
             set_pieces(patch, constants)
             for title, target in targets.items():
-                made = run_thrice({**outputs, title: target}, backend, pg.Options())
+                made = run_frames({**outputs, title: target}, backend, pg.Options())
                 kept = [{title: one[title]} for one in made]
                 assert_same([{title: one[title]} for one in expected], kept, f"{constants}")
 

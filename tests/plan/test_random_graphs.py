@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -16,10 +17,24 @@ from passgraph.backends.null import NullBackend
 from passgraph.backends.registry import open_backend
 from passgraph.plan.data import Resource, Step, lifetimes
 from passgraph.verify.fuzz.cases import EXACT
-from passgraph.verify.fuzz.graphs import OPTIMISATIONS, different, graphs, grown, plannable, run_thrice
+from passgraph.verify.fuzz.graphs import OPTIMISATIONS, different, frames, graphs, grown, plannable, run_frames
+from passgraph.verify.fuzz.naive import naive_difference
 from tests.conftest import SLOW_ON_OPENCL, require
 from tests.plan.orders import apart, shuffled
 
+SIZE = (8, 6)
+TRIANGLE = pg.Mesh.make(np.array([[-1, -1, 0.5], [3, -1, 0.5], [-1, 3, 0.5]], np.float32), np.array([[0, 1, 2]]))
+KERNELS = """
+class Corner:
+    position: vec4
+
+def place(vertex: Vertex) -> Corner:
+    return Corner(vec4(vertex.position, 1.0))
+
+def paint(corner: Corner, texture: Image, by: float) -> vec4:
+    return texture.texel(pixel()) * by
+"""
+PLACE, PAINT = pg.vertex(source=KERNELS, name="place"), pg.fragment(source=KERNELS, name="paint")
 BOUNDED = settings(
     deadline=None,
     derandomize=True,
@@ -71,7 +86,7 @@ def test_each_optimisation_off_equals_on(backend_name: str, case: dict[str, Any]
     if not plannable(outputs):
         return
     with open_backend(backend_name) as backend:
-        expected = run_thrice(outputs, backend, pg.Options())
+        expected = run_frames(outputs, backend, pg.Options())
         for off in OPTIMISATIONS:
             if backend_name in EXACT or off not in ("fuse", "simplify"):
                 other = replace(pg.Options(), **{off: False})
@@ -88,7 +103,7 @@ def test_every_order_of_passes_gives_the_same(backend_name: str, case: dict[str,
     # Unfused, so that there is more to put in order.
     options = pg.Options(fuse=False)
     with open_backend(backend_name) as backend, pytest.MonkeyPatch.context() as patch:
-        expected = run_thrice(outputs, backend, options)
+        expected = run_frames(outputs, backend, options)
         for way in range(3):
             patch.setattr(passgraph.plan.build, "order", lambda work, way=way: shuffled(work, seed + way))
             assert different(outputs, backend, options, options, expected) == ""
@@ -115,6 +130,47 @@ def assert_means_what_was_written(case: dict[str, Any]) -> None:
     everything_off = pg.Options(**dict.fromkeys(OPTIMISATIONS, False))
     with open_backend("reference") as backend:
         assert different(outputs, backend, everything_off, pg.Options()) == ""
+
+
+@settings(BOUNDED, max_examples=12)
+@given(case=graphs())
+def test_a_plan_gives_what_its_passes_give_one_by_one(case: dict[str, Any]) -> None:
+    assert_is_naive(case)
+
+
+@pytest.mark.slow
+@settings(BOUNDED, max_examples=500)
+@given(case=graphs())
+def test_many_plans_give_what_their_passes_give_one_by_one(case: dict[str, Any]) -> None:
+    assert_is_naive(case)
+
+
+def assert_is_naive(case: dict[str, Any]) -> None:
+    outputs = grown(case)
+    if not plannable(outputs):
+        return
+    with open_backend("numpy") as backend:
+        for options in (pg.Options(), replace(pg.Options(), **{case["off"]: False})):
+            assert naive_difference(outputs, backend, frames(), options) == ""
+
+
+@pytest.mark.parametrize("backend_name", ["reference", "numpy", "gl", "opencl"])
+def test_content_drawn_over_by_a_static_pass_is_there_in_every_run(backend_name: str) -> None:
+    """A static draw, a reader of every run, and a static draw over the same target."""
+    require(backend_name)
+    level = pg.kernel(source="def level(still: Image, frame: Image) -> vec4: return still[0, 0] + frame[0, 0]")
+    still = pg.Input("still", "rgba32f", SIZE, static=True)
+    frame = pg.Input("frame", "rgba32f", SIZE)
+    first = pg.draw(TRIANGLE, vertex=PLACE, fragment=PAINT, into=pg.target("t", "rgba32f", SIZE), texture=still, by=1.0)
+    read = level(first, frame, into=pg.target("read", "rgba32f", SIZE))
+    over = pg.draw(TRIANGLE, vertex=PLACE, fragment=PAINT, into=first, texture=still, by=5.0)
+    picture = np.ones((SIZE[1], SIZE[0], 4), np.float32)
+    found = []
+    with open_backend(backend_name) as backend, pg.compile({"read": read, "over": over}, backend) as program:
+        for number in (10, 20, 30):
+            results = program(still=picture, frame=np.full_like(picture, number))
+            found.append((results["read"][2, 2, 0], results["over"][2, 2, 0]))
+    assert found == [(11, 5), (21, 5), (31, 5)]
 
 
 def test_a_plan_that_shares_memory_too_early_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:

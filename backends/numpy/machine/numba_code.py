@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
+from functools import partial
 from itertools import accumulate
 from typing import Any
 
@@ -18,6 +18,7 @@ import numpy as np
 
 from passgraph.backends.numpy.machine.native import Code, function_code
 from passgraph.backends.numpy.machine.shipped import Shipped
+from passgraph.cached import cached_property
 
 _LLVM = {"i64": "i64", "f64": "double"}
 _DTYPES = {name: np.dtype(kind) for name, kind in (

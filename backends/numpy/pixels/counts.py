@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from passgraph.backends.numpy.machine import ir
@@ -15,6 +14,7 @@ from passgraph.backends.numpy.vector.constants import zeros
 from passgraph.backends.numpy.vector.lanes import Lanes, counting
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
 from passgraph.backends.numpy.vector.stored import element
+from passgraph.cached import cached_property
 from passgraph.graph.reductions import MOST_BINS
 from passgraph.plan.known import COUNTED
 

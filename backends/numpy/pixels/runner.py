@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from functools import cached_property, partial
+from functools import partial
 from operator import is_not
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from passgraph.backends.numpy.machine.native import Code, function_code, lanes, 
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.pixels.chains import Stage, Tiling, pitch, tiling
 from passgraph.backends.numpy.pixels.layout import Layout, StageLayout, literals_of
+from passgraph.cached import cached_property
 from passgraph.language.literals import filled, with_literals_apart
 from passgraph.language.scalar import Apart, ScalarProgram, work
 

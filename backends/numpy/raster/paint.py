@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -19,6 +18,7 @@ from passgraph.backends.numpy.raster.layout import TILE
 from passgraph.backends.numpy.raster.merge import merge_code
 from passgraph.backends.numpy.raster.planes import plane_numbers, plane_rows
 from passgraph.backends.numpy.raster.shade import shade_code
+from passgraph.cached import cached_property
 from passgraph.plan.data import DrawStep
 
 if TYPE_CHECKING:

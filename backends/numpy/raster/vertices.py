@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from passgraph.backends.numpy.raster.kernel import found_in, image_names, image_
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes, counting
 from passgraph.backends.numpy.vector.operations import F32, F64, I64
+from passgraph.cached import cached_property
 from passgraph.formats import Format
 from passgraph.plan.data import DrawStep
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 
+from passgraph.cached import cached_property
 from passgraph.language.source import Span, fail
 from passgraph.shaders.glsl.tokens import Token, token_lines
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.verify.conformance import control, whole_numbers
+from passgraph.verify.conformance import control, integer_chains, whole_numbers
 from passgraph.verify.conformance.case import Case, Picture
 
 GROUP = "language"
@@ -263,6 +263,7 @@ def cases() -> Iterator[Case]:
     yield from control.cases()
     yield _parameters(x)
     yield from whole_numbers.cases(_graph)
+    yield from integer_chains.cases(_graph)
     yield from _stores()
     yield Case(GROUP, "identities", partial(_graph, IDENTITIES), (64, 8), (_specials(),))
     yield Case(GROUP, "written zeros", partial(_graph, ZEROS), (64, 8), (_specials(),), most_ambiguous=0.3)

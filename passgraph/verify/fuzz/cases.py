@@ -24,6 +24,7 @@ from passgraph.run.compile import compile as compile_graph
 from passgraph.verify.compare import compare
 from passgraph.verify.fuzz.kernels import PARAMETERS
 from passgraph.verify.fuzz.pictures import SIDE, Picture, values
+from passgraph.writing import write_text
 
 #: A case as data.
 Case: TypeAlias = dict[str, Any]
@@ -59,7 +60,7 @@ def save(case: Case, why: str, folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{case['kind']}-{key}.json"
     lines = {k: v.splitlines() if k in ("text", "other") else v for k, v in case.items()}
-    path.write_text(json.dumps({**lines, "why": why}, indent=1) + "\n")
+    write_text(path, json.dumps({**lines, "why": why}, indent=1) + "\n")
     return path
 
 

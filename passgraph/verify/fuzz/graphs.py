@@ -5,7 +5,9 @@ A graph is described by a list of steps and grown from it, so that a description
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -26,14 +28,18 @@ from passgraph.plan.data import Options
 from passgraph.run.compile import compile as compile_graph
 from passgraph.scene.mesh import Mesh
 from passgraph.verify.fuzz.cases import EXACT, Case, Tally, judged, same_bits
+from passgraph.verify.fuzz.naive import naive_difference
 from passgraph.verify.fuzz.pictures import Picture, unit
 
 SIZES = ((12, 9), (6, 5))
 #: Small enough for a random graph, and of every kind: float, half, unorm of 8 and 16 bits, encoded.
 FORMATS = ("rgba32f", "rgba16f", "rgba8", "rgba16", "rgba8_srgb")
+#: The backend on which plans are held against their passes one by one: it compiles fast, and fusing changes no bit.
+NAIVE = "numpy"
 OPTIMISATIONS = ("cull", "fuse", "order", "alias", "static", "simplify")
 OPERATIONS = (
     "copy", "left", "add", "gain", "curve", "either", "pair", "zoom", "draw", "history", "blur", "reduce", "histogram",
+    "draw still",
 )  # fmt: skip
 
 PIXEL_KERNELS = {
@@ -106,8 +112,8 @@ class Growing:
             self._history(a, b, size_a, format_, flag, named)
         elif operation in ("reduce", "histogram"):
             self._reduce(operation, a, size_a, format_, flag, border, named)
-        elif operation == "draw":
-            self._draw(a, b, size_a, format_, flag, named)
+        elif operation in ("draw", "draw still"):
+            self._draw(a, b if operation == "draw" else self.still, size_a, format_, flag, named)
         else:
             assert made is not None
             more = {"add": (b,), "either": (b, flag), "gain": (Value("by", float) if flag else 1.25,)}
@@ -177,13 +183,22 @@ def plannable(outputs: dict[str, Target]) -> bool:
     return True
 
 
-def run_thrice(outputs: dict[str, Target], backend: Backend, options: Options) -> list[dict[str, Picture]]:
-    """Three runs: the second has another frame and value, the third another static picture."""
+@cache
+def frames() -> tuple[Mapping[str, Any], ...]:
+    """What five runs bring: another frame each, later another static picture. The same array is the same picture:
+    what depends on it alone runs once.
+    """
+    stills = unit(10, SIZES[0]), unit(11, SIZES[0])
+    rows = ((0, 0, 0.5), (1, 0, 0.75), (2, 0, 0.75), (2, 1, 0.25), (3, 1, 0.25))
+    return tuple({"frame": unit(frame, SIZES[0]), "still": stills[still], "by": by} for frame, still, by in rows)
+
+
+def run_frames(outputs: dict[str, Target], backend: Backend, options: Options) -> list[dict[str, Picture]]:
+    """The results of each of `frames`."""
     seen = []
     with compile_graph(outputs, backend, options=options) as program:
         wanted = {*program.plan.inputs, *program.plan.values, *program.inputs}
-        for frame, still, by in ((0, 0, 0.5), (1, 0, 0.75), (1, 1, 0.75)):
-            every: dict[str, Any] = {"frame": unit(frame, SIZES[0]), "still": unit(10 + still, SIZES[0]), "by": by}
+        for every in frames():
             seen.append(dict(program(**{name: value for name, value in every.items() if name in wanted})))
     return seen
 
@@ -192,8 +207,8 @@ def different(
     outputs: dict[str, Target], backend: Backend, one: Options, other: Options, expected: list[Any] | None = None
 ) -> str:
     """Where two ways of running a graph differ in a bit; empty where they do not."""
-    expected = run_thrice(outputs, backend, one) if expected is None else expected
-    found = run_thrice(outputs, backend, other)
+    expected = run_frames(outputs, backend, one) if expected is None else expected
+    found = run_frames(outputs, backend, other)
     for number, (a, b) in enumerate(zip(expected, found, strict=True)):
         for name in a:
             if not same_bits(a[name], b[name]):
@@ -219,4 +234,8 @@ def graph_outcome(case: Case, outputs: dict[str, Target], backends: list[Backend
             why = different(outputs, backend, Options(), off)
             if why:
                 return f"{backend.name}: with {case['off']} off, {why}"
+        if backend.name == NAIVE:
+            for options in (Options(), off):
+                if why := naive_difference(outputs, backend, frames(), options):
+                    return f"{backend.name}: {why}"
     return ""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
@@ -49,8 +48,7 @@ def outcome(case: Case, backends: Iterable[Backend], tally: Tally | None = None)
         return ""
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise InputError(f"the {case['kind']} case cannot be read: {type(error).__name__} {error}") from error
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore")
+    with np.errstate(all="ignore"):
         try:
             return judge(case, made, list(backends), tally)
         except Exception as error:

@@ -1,0 +1,33 @@
+"""`functools.cached_property` without a lock."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+__all__ = ["cached_property"]
+
+if TYPE_CHECKING or sys.version_info >= (3, 12):
+    from functools import cached_property
+else:
+    T = TypeVar("T")
+
+    class cached_property(Generic[T]):
+        """Compute an attribute at its first use and keep it in the instance.
+
+        Python 3.11's own holds a lock of the class while it computes: a process forked meanwhile never gets it. Two
+        threads may compute the same value here; the last one is kept.
+        """
+
+        def __init__(self, function: Callable[[Any], T]) -> None:
+            self.function, self.__doc__ = function, function.__doc__
+
+        def __set_name__(self, owner: type, name: str) -> None:
+            self.name = name
+
+        def __get__(self, instance: Any, owner: type | None = None) -> Any:
+            if instance is None:
+                return self
+            value = instance.__dict__[self.name] = self.function(instance)
+            return value

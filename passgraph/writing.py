@@ -1,0 +1,205 @@
+"""Output files: written under a temporary name, renamed when complete, and removed where the work ends before that.
+
+Only regular files are replaced.  A device, FIFO or socket stays what it is, also behind a symbolic link.
+
+A temporary name holds the machine and the process that made it: `.passgraph-MACHINE-PID-RANDOM`.  A process that is
+killed leaves its files; the next one that writes to the same folder removes them (:func:`_sweep`).
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import secrets
+import shutil
+import stat
+from contextlib import suppress
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+
+from passgraph.arguments import shown
+from passgraph.errors import InputError
+
+_TEMPORARY = re.compile(r"\.passgraph-([0-9a-f]{8})-([0-9]{1,10})-[0-9a-f]{12}(\.\w+)?")
+#: Temporary files of this process.
+_unfinished: set[Path] = set()
+#: Folders that were swept.
+_swept: set[Path] = set()
+
+
+class NewFile:
+    """A file, or a folder where ``is_folder``, that is written as ``temporary`` and gets its name from `complete`.
+
+    Used as a context it is discarded at the end, unless it was completed.
+
+    Raises
+    ------
+    InputError
+        As :func:`place_of`.
+    """
+
+    def __init__(self, file: str | os.PathLike[str], *, is_folder: bool = False) -> None:
+        self._file, self._is_folder = Path(file), is_folder
+        self.target = place_of(self._file, is_folder=is_folder)
+        _sweep(self.target.parent)
+        name = f".passgraph-{_machine()}-{os.getpid()}-{secrets.token_hex(6)}{self.target.suffix}"
+        self.temporary = self.target.with_name(name)
+        _unfinished.add(self.temporary)
+
+    def __enter__(self) -> NewFile:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.discard()
+
+    def complete(self) -> None:
+        """Give it its name, in one step; raises OSError, and InputError where something else has taken the name."""
+        _check_kind(self._file, self.target, self._is_folder)
+        if self._is_folder and self.target.is_dir():
+            _replace_folder(self.temporary, self.target)
+        else:
+            os.replace(self.temporary, self.target)
+        _unfinished.discard(self.temporary)
+
+    def discard(self) -> None:
+        """Remove what is not complete; idempotent."""
+        _remove(self.temporary)
+        _unfinished.discard(self.temporary)
+
+
+def place_of(file: Path, *, is_folder: bool = False) -> Path:
+    """The path at which a file of this name is written: behind a symbolic link, so that the link stays one.
+
+    Raises
+    ------
+    InputError
+        The name is a directory (or, for a folder, a file), a device, a FIFO or a socket; its folder is missing; or a
+        link on the way lies in a folder where every user may make one.
+    """
+    try:
+        target = Path(os.path.realpath(file))
+        _check_kind(file, target, is_folder)
+        if (link := _open_link(Path(os.path.abspath(file)))) is not None:
+            raise InputError(
+                f"{file}: {link} is a symbolic link in a folder where every user may make one; expected a path without "
+                f"such a link. Give the file that it leads to, if that is meant: {target}"
+            )
+    except ValueError as error:  # a null byte
+        raise InputError(f"{shown(str(file))}: cannot be written ({error}); expected the name of a file") from error
+    if not target.parent.is_dir():
+        raise InputError(f"{file}: the folder {target.parent} does not exist; make it first")
+    return target
+
+
+def _check_kind(file: Path, target: Path, is_folder: bool) -> None:
+    """Refuse a name that something other than a regular file (or a folder) has."""
+    try:
+        mode = os.lstat(target).st_mode
+    except OSError:  # nothing is there, or writing will say why not
+        return
+    if stat.S_ISDIR(mode):
+        if not is_folder:
+            raise InputError(f"{file}: is a directory; expected the name of a file")
+    elif not stat.S_ISREG(mode):
+        raise InputError(f"{file}: is a device, a FIFO or a socket; expected the name of a file. Give another name")
+
+
+def _open_link(path: Path) -> Path | None:
+    """The first link on the way that leads out of a sticky folder to which every user may write, such as /tmp.
+
+    Any user can lay a link there that leads to another one's files.
+    """
+    links = 0
+    pending, way = list(path.parts[:0:-1]), Path(path.anchor)
+    while pending:
+        step = way / pending.pop()
+        if not step.is_symlink():
+            way = step if step.name != ".." else way.parent
+            continue
+        mode = way.stat().st_mode
+        end = Path(os.path.realpath(step))
+        if mode & stat.S_ISVTX and mode & stat.S_IWOTH and not end.is_relative_to(os.path.realpath(way)):
+            return step
+        links += 1
+        if links > _MOST_LINKS:  # a ring: opening it fails
+            return None
+        inner = Path(os.readlink(step))
+        pending += [part for part in inner.parts[::-1] if part != inner.anchor]
+        way = Path(inner.anchor) if inner.is_absolute() else way
+    return None
+
+
+_MOST_LINKS = 40
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file, complete or not at all."""
+    with NewFile(path) as made:
+        made.temporary.write_text(text, encoding="utf-8")
+        made.complete()
+
+
+def discard_unfinished() -> None:
+    """Remove the temporary files of this process; for a process that ends now."""
+    for path in list(_unfinished):
+        if f"-{os.getpid()}-" in path.name:  # a forked child has its parent's list
+            _remove(path)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+        return
+    with suppress(OSError):
+        path.unlink()
+
+
+def _replace_folder(made: Path, path: Path) -> None:
+    """Rename a folder over another one.
+
+    The older one is renamed first, to a name that is never swept: it is the only copy until the new one has its name.
+    """
+    old = path.with_name(f".passgraph-old-{secrets.token_hex(6)}{path.suffix}")
+    os.rename(path, old)
+    try:
+        os.rename(made, path)
+    except BaseException:
+        os.rename(old, path)
+        raise
+    shutil.rmtree(old, ignore_errors=True)
+
+
+@cache
+def _machine() -> str:
+    """A short hash of what process numbers are counted in: the host and, in a container, its own numbering."""
+    try:
+        counted = os.stat("/proc/self/ns/pid").st_ino
+    except OSError:
+        counted = 0
+    return sha256(f"{platform.node()} {counted}".encode()).hexdigest()[:8]
+
+
+def _sweep(folder: Path) -> None:
+    """Remove temporary files of this user's dead processes on this machine, once a process and folder."""
+    if folder in _swept or os.name != "posix":  # on other systems os.kill would end the process that it asks for
+        return
+    _swept.add(folder)
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            found = _TEMPORARY.fullmatch(entry.name)
+            if found is None or found[1] != _machine() or not _is_dead(int(found[2])):
+                continue
+            if not entry.is_symlink() and entry.stat(follow_symlinks=False).st_uid == os.getuid():
+                _remove(Path(entry.path))
+
+
+def _is_dead(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return True
+    except (OSError, OverflowError):  # another user's
+        return False
+    return False
