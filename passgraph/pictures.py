@@ -1,18 +1,20 @@
-"""Pictures on disk: read into `(h, w, 4) float32`, written whole or not at all.
+"""Load and save pictures: `(h, w, 4) float32` from and to image files, written whole or not at all.
 
-Row 0 is the top row. Values of 8- and 16-bit files are scaled to [0, 1] and kept as stored, which for
-nearly every such file means sRGB-encoded; `linear=True` decodes them on reading and encodes them on writing.
-OpenEXR, float TIFF and float npy hold linear light and pass unchanged. Embedded colour profiles change no number; they
-go from one file to another with `like`.
+Row 0 is the top row. Values of 8- and 16-bit files are scaled to [0, 1] and kept as stored, which for nearly every such
+file means sRGB-encoded; `linear=True` decodes them when loading and encodes them when saving. OpenEXR, HDR, PFM, float
+TIFF and float npy hold linear light and pass unchanged. Embedded color profiles change no value; they pass from one
+file to another with `like`. Alpha is straight in arrays, whatever the file stores.
 """
 
 from __future__ import annotations
 
 import io
 import os
-import struct
+import re
+import tempfile
 import warnings
 from collections.abc import Callable
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -21,63 +23,63 @@ from numpy.typing import NDArray
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.picture_decoders import decode, import_openexr, scaled
-from passgraph.picture_notes import Notes, notes_of
-from passgraph.pictures_16 import png_of, tiff_of
+from passgraph.image_files import (
+    WRITABLE,
+    Metadata,
+    WritableFormat,
+    associated,
+    opened_image,
+    straight,
+    upright,
+    write_image,
+)
 from passgraph.quantise import check_no_nan, quantised
-from passgraph.reading import read_bytes
+from passgraph.reading import check_regular, read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
 from passgraph.writing import NewFile
 
-type_of_suffix = {
-    ".png": "PNG",
-    ".jpg": "JPEG",
-    ".jpeg": "JPEG",
-    ".tif": "TIFF",
-    ".tiff": "TIFF",
-    ".webp": "WEBP",
-    ".exr": "EXR",
-    ".npy": "NPY",
-}
+Picture = NDArray[np.float32]
+Stored = NDArray[Any]  # (h, w, 4) uint8, uint16 or float32
 
-# Keep what was rendered: no chroma subsampling, and WebP without loss, also under transparent pixels. Of PNG, zlib's
-# level 4 makes files a tenth larger than its own choice, 6, in a third of the time.
-_options: dict[str, dict[str, Any]] = {
-    "PNG": {"compress_level": 4},
-    "JPEG": {"quality": 95, "subsampling": 0},
-    "WEBP": {"lossless": True, "exact": True},
-}
-
-#: Most memory that loading a picture may take where the caller says nothing: some 200 million pixels.
+#: Most memory that loading a picture may take by default: some 200 million pixels.
 MAX_BYTES = 1 << 32
-#: A limit beyond this is none: no machine has such a memory.
+#: No machine has more memory; a larger limit is none.
 MOST_BYTES = 1 << 52
-#: Pixels that are decoded from sRGB at a time, so that what is held beside the picture stays small.
-_PIXELS_AT_ONCE = 1 << 18
-#: Of pictures that come from no file.
-_NOTHING = Notes()
+#: Of the result, four float32.
+BYTES_PER_PIXEL = 16
+#: Pixels converted at a time, so that temporaries stay small.
+_PIXELS_AT_ONCE = 1 << 16
+#: `shot.exr:diffuse`: a layer of a file.
+_LAYER = re.compile(r"(.+\.exr):([^/\\]+)", re.IGNORECASE | re.DOTALL)
+#: Encodings that are no sRGB, by OpenImageIO's names.
+_LOG = ("kodaklog", "cineon", "adx10")
 
 
-def load(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, linear: bool = False) -> NDArray[np.float32]:
-    """Read a picture file; what it is, is told by its content and not by its name.
+def load(
+    path: str | os.PathLike[str], *, layer: str | None = None, max_bytes: int = MAX_BYTES, linear: bool = False
+) -> Picture:
+    """Load a picture file. Its content decides the format, not its name.
 
     Parameters
     ----------
-    path : PNG, JPEG, TIFF, WebP, BMP, GIF, TGA, OpenEXR or npy.
-        EXIF orientation is applied. Of several frames or parts the first is read.
-    max_bytes : most memory that loading may take, told from the picture's header before any is asked for:
-        16 bytes a pixel for the result, what its decoder holds (1 to 16 bytes a pixel), and the file itself.
-    linear : decode the colours (not alpha) of integer formats from sRGB to linear light.
+    path : PNG, JPEG, TIFF, OpenEXR, WebP, BMP, GIF, TGA, HDR, PNM, PFM, DPX, Cineon, JPEG XL, JPEG 2000, PSD, DDS or
+        npy. EXIF orientation is applied. Of several pictures in a file the first is read. ``shot.exr:diffuse`` reads a
+        layer of an OpenEXR file.
+    layer : a layer, part or channel of an OpenEXR file, such as ``"diffuse"``, ``"N"`` or ``"Z"``.
+    max_bytes : most memory that loading may take, computed from the header before any is allocated: 16 bytes per
+        pixel for the result, what the decoder holds (1 to 48 bytes per pixel), and the file itself.
+    linear : decode the colors (not alpha) of integer formats from sRGB to linear light.
 
     Returns
     -------
     (h, w, 4) float32, row 0 on top: red, green, blue and straight alpha (1 where the file has none).
-    Gray is repeated in red, green and blue. In [0, 1] for 8- and 16-bit files, unlimited for float ones.
+    Gray is repeated in red, green and blue. In [0, 1] for 8- and 16-bit files, unlimited for float ones. Colors of
+    files that store them multiplied by alpha (OpenEXR, some TIFF) are divided by it; where alpha is 0 they stay.
 
     Raises
     ------
-    InputError : the file is missing, not a file, unreadable, empty, truncated, corrupt, too large,
-        of another format, or in a colour space that has no single meaning as RGB (CMYK, Lab).
+    InputError : the file is missing, not a file, unreadable, empty, truncated, corrupt, too large, of another
+        format, of integers without a scale (signed or 32 bits), or without the layer.
 
     Examples
     --------
@@ -87,11 +89,15 @@ def load(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, linear: bo
     ...     load(f"{folder}/gray.png").shape
     (2, 3, 4)
     """
-    file = arguments.path(path, "the picture to load")
+    file, named_layer = split_layer(arguments.path(path, "the picture to load"))
+    if layer is not None:
+        arguments.string(layer, f"{file}: layer")
     max_bytes = arguments.whole(max_bytes, f"{file}: max_bytes", 1, MOST_BYTES, InputError)
     arguments.flag(linear, f"{file}: linear", InputError)
-    picture, encoded = _decoded(file, _read(file, max_bytes), max_bytes, as_stored=False)
-    if linear and encoded:
+    picture, encoding = _load(file, None, layer or named_layer, max_bytes, as_stored=False)
+    if linear and encoding is not None:
+        if encoding.lower() in _LOG:
+            raise InputError(f"{file}: is encoded as {encoding}, not sRGB; load it without linear=True")
         pixels = picture.reshape(-1, 4)
         for first in range(0, len(pixels), _PIXELS_AT_ONCE):
             part = pixels[first : first + _PIXELS_AT_ONCE, :3]
@@ -99,31 +105,156 @@ def load(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, linear: bo
     return picture
 
 
-def load_stored(path: Path, data: bytes | None = None) -> NDArray[Any]:
-    """As `load`, in the file's own type: (h, w, 4) uint8, uint16 (both sRGB-encoded) or float32.
+def load_stored(path: Path, data: bytes | None = None) -> Stored:
+    """Load a picture in the file's own type: (h, w, 4) uint8, uint16 (both sRGB-encoded) or float32.
 
-    ``data`` is the content where it is not read from the file; ``path`` then only says whose it is.
+    ``data`` is the content where it is not on disk; ``path`` then only names it in messages.
     """
-    return _decoded(path, _read(path, MAX_BYTES) if data is None else data, MAX_BYTES, as_stored=True)[0]
+    file, layer = split_layer(path)
+    return _load(file, data, layer, MAX_BYTES, as_stored=True)[0]
 
 
-def _read(file: Path, max_bytes: int) -> bytes:
-    data = read_bytes(file, "a picture file", max_bytes, "make it smaller, or raise max_bytes if it is meant")
-    if not data:
-        raise InputError(f"{file}: is empty (0 bytes); expected a picture file")
-    return data
+def split_layer(path: Path) -> tuple[Path, str | None]:
+    """The file and the layer that ``file.exr:layer`` names; a file of that whole name comes first.
+
+    >>> split_layer(Path("shot.exr:diffuse"))[1]
+    'diffuse'
+    """
+    found = _LAYER.fullmatch(os.fspath(path))
+    return (path, None) if found is None or os.path.lexists(path) else (Path(found[1]), found[2])
 
 
-def _decoded(file: Path, data: bytes, max_bytes: int, *, as_stored: bool) -> tuple[NDArray[Any], bool]:
+def metadata_of(path: Path) -> Metadata:
+    """The metadata of a picture file; none where it has none or cannot be read."""
+    file, layer = split_layer(path)
     try:
-        return decode(file, data, max_bytes, as_stored=as_stored)
+        check_regular(file, "a picture file")
+        with opened_image(file, layer=layer) as image:
+            return image.metadata()
     except InputError:
-        raise
+        return Metadata()
+
+
+def is_deep(path: Path) -> bool:
+    """Return True if a picture file holds integers of 16 bits, by its header; False if it cannot be read."""
+    return metadata_of(path).deep
+
+
+def holds_several(file: Path) -> bool:
+    """Return True if a TIFF file has pictures behind the first; False for files that cannot be read."""
+    if file.suffix.lower() not in (".tif", ".tiff") or not file.is_file():
+        return False
+    try:
+        with opened_image(file) as image:
+            return image.count > 1
+    except InputError:
+        return False
+
+
+def check_size(file: Path, width: int, height: int, held: int, max_bytes: int) -> None:
+    """Refuse a picture that is empty or takes too much memory.
+
+    ``held`` is what is in memory beside the result: stored pixels, the decoder's memory, the file.
+    """
+    if width < 1 or height < 1:
+        raise InputError(f"{file}: says it is {width}×{height} pixels; expected at least 1×1")
+    needed = width * height * BYTES_PER_PIXEL + held
+    if needed > max_bytes:
+        raise InputError(
+            f"{file}: says it is {width}×{height} = {width * height} pixels, which take {needed} bytes of memory"
+            f" to load; expected at most {max_bytes}; make it smaller, or raise max_bytes if it is meant"
+        )
+
+
+def scaled(values: Stored) -> Picture:
+    """Integers as floats in [0, 1]; floats as float32."""
+    floats: Picture = values.astype(np.float32, copy=False)
+    return floats / np.float32(np.iinfo(values.dtype).max) if values.dtype.kind == "u" else floats
+
+
+def _load(
+    file: Path, data: bytes | None, layer: str | None, max_bytes: int, *, as_stored: bool
+) -> tuple[Stored, str | None]:
+    """The picture, and the encoding of integers ("" where the file does not name it) or None for floats."""
+    if data is None:
+        size = check_regular(file, "a picture file")
+        if size > max_bytes:
+            raise InputError(
+                f"{file}: has {size} bytes; expected at most {max_bytes}; make it smaller, or raise max_bytes"
+            )
+        head = read_head(file)
+    else:
+        size, head = len(data), data[:6]
+    if not head:
+        raise InputError(f"{file}: is empty (0 bytes); expected a picture file")
+    try:
+        if head == b"\x93NUMPY":
+            content = read_bytes(file, "a picture file", max_bytes) if data is None else data
+            picture, is_float = _decode_npy(file, content, max_bytes, as_stored)
+            return picture, None if is_float else ""
+        with opened_image(file, data, layer) as image:
+            check_size(file, image.width, image.height, image.held + size, max_bytes)
+            check_size(file, *image.data_size, image.held + size, max_bytes)
+            pixels = image.read()
+            if image.is_associated:
+                pixels = straight(pixels)
+            rgba = _as_rgba(upright(pixels, image.orientation), as_stored)
+            return rgba, None if pixels.dtype.kind == "f" else image.encoding
     except MemoryError as error:
         raise InputError(f"{file}: not enough memory to decode it; make the picture smaller") from error
-    except Exception as error:  # decoders meet broken bytes with errors of every kind
-        message = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"{file}: truncated or corrupt ({message}); make or copy the file again") from error
+
+
+def read_head(file: Path) -> bytes:
+    """The first bytes of a file."""
+    try:
+        with file.open("rb") as stream:
+            return stream.read(6)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{file}: cannot be read ({_reason(error)}); check its permissions") from error
+
+
+def _as_rgba(pixels: Stored, as_stored: bool) -> Stored:
+    """(h, w, 1 to 4) as (h, w, 4), in the stored type or as float32."""
+    height, width, channels = pixels.shape
+    if as_stored and channels == 4 and pixels.dtype.kind == "u":
+        return np.ascontiguousarray(pixels)
+    integer = as_stored and pixels.dtype.kind == "u"
+    picture = np.empty((height, width, 4), pixels.dtype if integer else np.float32)
+    rows = max(_PIXELS_AT_ONCE // width, 1)
+    has_alpha = channels in (2, 4)
+    for top in range(0, height, rows):
+        part = pixels[top : top + rows]
+        values = part if integer else scaled(part)
+        into = picture[top : top + rows]
+        for channel in range(3):  # one channel at a time takes a quarter of the time of all three
+            into[..., channel] = values[..., channel if channels > 2 else 0]
+        into[..., 3] = values[..., -1] if has_alpha else np.iinfo(picture.dtype).max if integer else 1
+    return picture
+
+
+def _decode_npy(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tuple[Stored, bool]:
+    """An array saved by NumPy, (h, w) or (h, w, 1 to 4) of floats, uint8 or uint16; and whether it holds floats."""
+    stream = io.BytesIO(data)
+    try:
+        version = np.lib.format.read_magic(stream)
+        read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, by_columns, dtype = read_header(stream)
+    except Exception as error:  # NumPy parses the header as Python text and raises errors of many kinds
+        raise InputError(f"{file}: truncated or corrupt ({_reason(error)}); make or copy the file again") from error
+    if len(shape) not in (2, 3) or (len(shape) == 3 and shape[2] not in (1, 2, 3, 4)):
+        raise InputError(f"{file}: has shape {shape}; expected (h, w) or (h, w, 1 to 4)")
+    check_size(file, shape[1], shape[0], len(data), max_bytes)
+    if dtype.kind != "f" and dtype.str[1:] not in ("u1", "u2"):
+        raise InputError(f"{file}: has dtype {dtype}; expected float, uint8 or uint16")
+    try:
+        flat = np.frombuffer(data, dtype, prod(shape), stream.tell())
+    except ValueError as error:
+        raise InputError(f"{file}: truncated or corrupt ({error}); make or copy the file again") from error
+    array = flat.reshape(shape, order="F" if by_columns else "C")
+    array = array[..., None] if array.ndim == 2 else array
+    with np.errstate(over="ignore"):  # a float64 beyond float32 becomes infinity, as in a float target
+        native = array.astype(np.float32 if dtype.kind == "f" else dtype.newbyteorder("="), copy=False)
+    return _as_rgba(native, as_stored), dtype.kind == "f"
 
 
 def save(
@@ -131,82 +262,144 @@ def save(
     picture: object,
     *,
     linear: bool = False,
-    like: str | os.PathLike[str] | Notes | None = None,
+    like: str | os.PathLike[str] | Metadata | None = None,
+    bits: int | None = None,
 ) -> None:
-    """Write a picture file; an older file of that name stays until the new one is complete.
+    """Save a picture file; an older file of that name stays until the new one is complete.
 
     Parameters
     ----------
-    path : the suffix chooses the format: .png .jpg .jpeg .tif .tiff .webp (8-bit), .exr .npy (float32).
-        uint16 is stored in 16 bits by .png and .tif.
-    picture : (h, w) or (h, w, 1 | 2 | 3 | 4), row 0 on top: gray, gray and alpha, RGB, RGBA.
-        Floats are clipped to [0, 1] and rounded half to even for 8-bit formats and written unchanged to
-        float formats. uint8 and uint16 are stored as they are, by float formats divided by 255 and 65535.
-    linear : encode the colours of floats from linear light to sRGB for 8-bit formats.
-    like : a picture file whose colour profile (ICC), resolution and EXIF go along, where both formats hold them; of
-        EXIF neither size and turn nor the small copy of the picture.  Where it has no transparency, and the picture
-        is opaque, no alpha is stored.  Where it has 16 bits a channel, floats are stored in 16 bits by .png and .tif;
-        other 8-bit formats warn.
+    path : the suffix chooses the format: 8-bit .png .jpg .jpeg .tif .tiff .webp .bmp .tga .pgm .ppm .pnm .jxl, 16-bit
+        .dpx, float .exr .hdr .pfm .npy.
+    picture : (h, w) or (h, w, 1 | 2 | 3 | 4), row 0 on top: gray, gray and alpha, RGB, RGBA, with straight alpha.
+        Floats are clipped to [0, 1] and rounded half to even for integer formats and written unchanged to float
+        formats. uint8 and uint16 are stored as they are; float formats store them divided by 255 and 65535.
+    linear : encode the colors of floats from linear light to sRGB for integer formats.
+    like : a picture file whose metadata is kept where the format holds it: color profile (ICC), resolution, EXIF, time
+        code; not its size, orientation and thumbnail. Where it has no alpha, and the picture is opaque, no alpha is
+        stored. Where it has 16 bits, floats are stored in 16 bits if the format holds them; others warn.
+    bits : 8 or 16 for integers; 16 or 32 for floats, also in TIFF and JPEG XL (32). By default those of the array
+        for uint8, uint16 and float16, where the format holds them.
 
     Raises
     ------
     InputError : unknown suffix, no such folder, a place that cannot be written, a shape or dtype that is no
-        picture, zero size, NaN in an 8-bit format, transparency or uint16 in a JPEG, uint16 in a WebP.
+        picture, zero size, NaN in an integer format, transparency where the format has none, bits it does not hold.
 
     Examples
     --------
-    >>> save("picture.bmp", np.zeros((2, 2)))
+    >>> save("picture.abc", np.zeros((2, 2)))
     Traceback (most recent call last):
-    passgraph.errors.InputError: picture.bmp: unknown suffix '.bmp'; expected one of .png .jpg .jpeg .tif ...
+    passgraph.errors.InputError: picture.abc: unknown suffix '.abc'; expected one of .png .jpg .jpeg .tif ...
     """
     file = arguments.path(path, "where a picture is saved")
     arguments.flag(linear, f"{file}: linear", InputError)
-    kind = type_of_suffix.get(file.suffix.lower())
-    if kind is None:
-        expected = " ".join(type_of_suffix)
-        raise InputError(f"{file}: unknown suffix '{file.suffix}'; expected one of {expected}")
+    kind = format_of_suffix(file)
     pixels = _checked(file, picture)
-    notes = _notes(like)
-    if notes.deep and pixels.dtype.kind == "f":
-        if kind in ("PNG", "TIFF"):
-            pixels, linear = _as_whole(file, pixels, linear, np.uint16), False
-        elif kind in ("JPEG", "WEBP"):
+    metadata = _metadata(like)
+    if bits is None and metadata.deep and pixels.dtype.kind == "f" and not kind.is_float:
+        if "uint16" in kind.dtypes:
+            bits = 16
+        else:
             warnings.warn(f"{file}: {fewer_bits(kind)}", stacklevel=2)
-    if kind == "EXR":
-        values = _as_float32(file, pixels)
-        openexr = import_openexr(file)
-        _write(file, lambda temporary: _encode_exr(openexr, temporary, values))
-    elif kind == "NPY":
-        buffer = io.BytesIO()
-        np.save(buffer, _as_float32(file, pixels), allow_pickle=False)
-        _write(file, lambda temporary: _write_new(temporary, buffer.getvalue()))
-    elif pixels.dtype == np.uint16:
-        check_holds_16(file)
-        if linear:
-            raise InputError(f"{file}: uint16 with linear=True; expected floats")
-        wide = _encoded_wide(file, notes.channels(pixels), kind, notes)
-        _write(file, lambda temporary: _write_new(temporary, wide))
+    dtype = _stored_dtype(file, pixels, kind, bits)
+    values = _converted(file, pixels, dtype, linear)
+    values = metadata.stored_channels(_fitting_channels(file, values, kind))
+    if kind.name == "npy":
+        _write(file, lambda temporary: _write_npy(temporary, values))
     else:
-        encoded = encode_with_pillow(file, notes.channels(_as_whole(file, pixels, linear, np.uint8)), kind, notes)
-        _write(file, lambda temporary: _write_new(temporary, encoded))
+        if kind.associated and values.shape[2] in (2, 4):
+            values = associated(values)
+        _write(file, lambda temporary: write_image(file, temporary, values, kind, metadata))
 
 
-# Writing
+def encode_png(file: Path, pixels: Stored) -> bytes:
+    """The bytes of a PNG file of uint8 or uint16; ``file`` is its name for messages."""
+    with tempfile.TemporaryDirectory(prefix="passgraph-") as folder:
+        made = Path(folder) / "a.png"
+        write_image(file, made, pixels, WRITABLE[".png"], Metadata())
+        return made.read_bytes()
 
 
-def check_holds_16(file: Path) -> None:
-    """Raise InputError where a file of this name does not hold 16 bits a channel."""
-    if type_of_suffix.get(file.suffix.lower()) not in ("PNG", "TIFF"):
-        floats = file.suffix.lower() in (".exr", ".npy")
-        held = "floats, which need no bits to be named" if floats else "8 bits a channel"
-        raise InputError(f"{file}: holds {held}; 16 bits go into .png and .tif")
+def format_of_suffix(file: Path) -> WritableFormat:
+    """The format in which a file of this name is saved."""
+    kind = WRITABLE.get(file.suffix.lower())
+    if kind is None:
+        raise InputError(f"{file}: unknown suffix '{file.suffix}'; expected one of {' '.join(WRITABLE)}")
+    return kind
 
 
-def _encoded_wide(file: Path, pixels: NDArray[Any], kind: str, notes: Notes) -> bytes:
-    try:
-        return png_of(pixels, notes) if kind == "PNG" else tiff_of(pixels, notes)
-    except (ValueError, struct.error, MemoryError) as error:
-        raise InputError(f"{file}: {kind} cannot hold these pixels ({_reason(error)}); save as .exr") from error
+def check_holds_bits(file: Path, bits: int) -> np.dtype[Any]:
+    """The dtype of a file of this name with so many bits per channel.
+
+    Raises
+    ------
+    InputError : the format does not hold them.
+    """
+    kind = format_of_suffix(file)
+    found = [np.dtype(name) for name in kind.dtypes if np.dtype(name).itemsize * 8 == bits]
+    if not found:
+        held = " or ".join(
+            dict.fromkeys(f"{np.dtype(name).itemsize * 8}-bit {np.dtype(name).name}" for name in kind.dtypes)
+        )
+        raise InputError(f"{file}: {kind.name} holds {held}, not {bits} bits; choose another suffix or other bits")
+    return found[0]
+
+
+def fewer_bits(kind: WritableFormat) -> str:
+    """The warning where a picture of 16 bits is saved in a format without them."""
+    return f"{kind.name} holds 8 bits a channel, and what it is made of has 16; to keep them, save as .png or .tif"
+
+
+def _metadata(like: str | os.PathLike[str] | Metadata | None) -> Metadata:
+    if like is None or isinstance(like, Metadata):
+        return like or Metadata()
+    return metadata_of(arguments.path(like, "the picture that another is like"))
+
+
+def _stored_dtype(file: Path, pixels: Stored, kind: WritableFormat, bits: int | None) -> np.dtype[Any]:
+    if bits is not None:
+        return check_holds_bits(file, arguments.whole(bits, f"{file}: bits", 8, 32, InputError))
+    if pixels.dtype.name in kind.dtypes and pixels.dtype != np.float32:
+        return pixels.dtype
+    if pixels.dtype == np.uint16 and not kind.is_float:
+        check_holds_bits(file, 16)
+    return np.dtype(kind.dtypes[0])
+
+
+def _converted(file: Path, pixels: Stored, dtype: np.dtype[Any], linear: bool) -> Stored:
+    """Pixels in the type that is stored."""
+    if linear and dtype.kind == "u":
+        if pixels.dtype.kind == "u":
+            raise InputError(
+                f"{file}: {pixels.dtype} with linear=True; expected floats (integers of linear light band)"
+            )
+        check_no_nan(pixels, str(file))
+        pixels = np.clip(pixels, 0, 1).astype(np.float32)
+        colors = 3 if pixels.shape[2] > 2 else 1
+        pixels[..., :colors] = linear_to_srgb(pixels[..., :colors])
+    if pixels.dtype == dtype:
+        return np.ascontiguousarray(pixels)
+    if dtype.kind == "u":
+        return quantised(scaled(pixels) if pixels.dtype.kind == "u" else pixels, dtype, str(file))
+    with np.errstate(over="ignore"):  # beyond the type's range a float becomes infinity, as in a float target
+        return scaled(pixels).astype(dtype) if pixels.dtype.kind == "u" else pixels.astype(dtype)
+
+
+def _fitting_channels(file: Path, pixels: Stored, kind: WritableFormat) -> Stored:
+    """Pixels with a number of channels that the format holds: gray is repeated, opaque alpha is dropped."""
+    channels = pixels.shape[2]
+    if channels in kind.channels:
+        return pixels
+    if channels in (2, 4) and not {2, 4} & set(kind.channels):
+        if pixels[..., -1].min() < (1 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max):
+            raise InputError(
+                f"{file}: {kind.name} has no transparency; save as .png, or pass picture[..., :{channels - 1}]"
+            )
+        return _fitting_channels(file, np.ascontiguousarray(pixels[..., :-1]), kind)
+    if channels > 2:
+        raise InputError(f"{file}: {kind.name} holds gray, got {channels} channels; save as .ppm or .png")
+    return np.ascontiguousarray(pixels[..., [0, 0, 0, *range(1, channels)]])
 
 
 def _checked(file: Path, picture: object) -> NDArray[Any]:
@@ -226,92 +419,18 @@ def _checked(file: Path, picture: object) -> NDArray[Any]:
     return pixels
 
 
-def _as_float32(file: Path, pixels: NDArray[Any]) -> NDArray[np.float32]:
-    if pixels.dtype.kind == "u":
-        return scaled(pixels)
-    with np.errstate(over="ignore"):  # a float64 beyond float32 becomes infinity, as in a float target
-        return np.ascontiguousarray(pixels, np.float32)
-
-
-def _notes(like: str | os.PathLike[str] | Notes | None) -> Notes:
-    if like is None or isinstance(like, Notes):
-        return like or _NOTHING
-    return notes_of(arguments.path(like, "the picture that another is like"))
-
-
-def fewer_bits(kind: str) -> str:
-    """What is said where a picture of 16 bits goes into a format without them."""
-    return f"{kind} holds 8 bits a channel, and what it is made of has 16; to keep them, save as .png or .tif"
-
-
-def _as_whole(file: Path, pixels: NDArray[Any], linear: bool, dtype: type[np.uint8 | np.uint16]) -> NDArray[Any]:
-    if pixels.dtype == np.uint8:
-        if linear:
-            raise InputError(f"{file}: uint8 with linear=True; expected floats (8 bits of linear light band)")
-        return np.ascontiguousarray(pixels)
-    if linear:
-        check_no_nan(pixels, str(file))
-        pixels = np.clip(pixels, 0, 1).astype(np.float32)
-        colours = 3 if pixels.shape[2] > 2 else 1
-        pixels[..., :colours] = linear_to_srgb(pixels[..., :colours])
-    encoded: NDArray[Any] = quantised(pixels, np.dtype(dtype), str(file))
-    return encoded
-
-
-def encode_with_pillow(file: Path, pixels: NDArray[np.uint8], kind: str, notes: Notes = _NOTHING) -> bytes:
-    """The bytes of a file: PNG, JPEG, TIFF or WEBP; ``file`` says whose they are."""
-    from PIL import Image as pillow
-
-    channels = pixels.shape[2]
-    if kind == "JPEG" and channels in (2, 4):
-        if pixels[..., -1].min() < 255:
-            raise InputError(f"{file}: JPEG has no transparency; save as .png, or pass picture[..., :{channels - 1}]")
-        pixels = pixels if channels == 4 else np.ascontiguousarray(pixels[..., :-1])
-    buffer = _Named(kind)
-    if kind == "JPEG" and channels == 4:
-        # Pixels of which Pillow leaves out the fourth number by itself.
-        image = pillow.frombuffer("RGBX", pixels.shape[1::-1], pixels, "raw", "RGBX", 0, 1)
-    else:
-        image = pillow.fromarray(pixels[..., 0] if pixels.shape[2] == 1 else pixels)
-    if kind == "WEBP" and channels < 3:
-        image = image.convert("RGB" if channels == 1 else "RGBA")
-    try:
-        image.save(buffer, **_options.get(kind, {}), **notes.options(kind))
-    except (OSError, ValueError, struct.error, MemoryError) as error:
-        size = f"{image.width}×{image.height}"
-        raise InputError(
-            f"{file}: {kind} cannot hold {size} pixels ({_reason(error)}); save as .png or .exr"
-        ) from error
-    return buffer.getvalue()
-
-
-class _Named(io.BytesIO):
-    """Bytes of a file with the suffix of its kind: by that Pillow loads what writes it, by a kind five formats."""
-
-    def __init__(self, kind: str) -> None:
-        super().__init__()
-        self.name = f"picture.{kind.lower()}"
-
-
-def _encode_exr(openexr: Any, temporary: Path, values: NDArray[np.float32]) -> None:
-    names = {1: "Y", 2: "YA", 3: "RGB", 4: "RGBA"}[values.shape[2]]
-    channels = {name: np.ascontiguousarray(values[..., i]) for i, name in enumerate(names)}
-    header = {"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}
-    openexr.File(header, channels).write(os.fspath(temporary))
-
-
-def _write_new(temporary: Path, data: bytes) -> None:
+def _write_npy(temporary: Path, values: Stored) -> None:
     with temporary.open("xb") as stream:
-        stream.write(data)
+        np.save(stream, values, allow_pickle=False)
 
 
 def _write(file: Path, write_to: Callable[[Path], None]) -> None:
-    """Calls `write_to` with a new name in the same folder, then gives that file its name in one step."""
+    """Write a file under a temporary name in the same folder, then give it its name in one step."""
     try:
         with NewFile(file) as made:
             write_to(made.temporary)
             made.complete()
-    except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: OpenEXR
+    except (OSError, ValueError) as error:
         raise InputError(
             f"{file}: cannot be written ({_reason(error)}); check the folder's permissions and free space"
         ) from error

@@ -67,8 +67,6 @@ def _save(path: Path, size: tuple[int, int]) -> None:
      "rgb.gif", "rgb.tga", "rgb.npy", "rgb.exr"],
 )  # fmt: skip
 def test_loading_holds_what_the_header_foretells(tmp_path: Path, name: str) -> None:
-    if name.endswith(".exr"):
-        pytest.importorskip("OpenEXR")
     file = tmp_path / name
     _save(file, (WIDTH, HEIGHT))
     # a first small picture loads the decoder's code
@@ -100,38 +98,8 @@ def test_a_small_file_of_a_huge_picture_is_refused_by_its_memory(
         pg.load(tmp_path / "a.png")
 
 
-def test_channels_that_are_not_shown_count(tmp_path: Path) -> None:
-    openexr = pytest.importorskip("OpenEXR")
-    channels = {name: np.zeros((64, 64), np.float32) for name in ("R", "G", "B", *(f"z{k}" for k in range(50)))}
-    openexr.File({"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}, channels).write(
-        str(tmp_path / "a.exr")
-    )
-    with pytest.raises(pg.InputError, match=r"64×64 = 4096 pixels, which take 9[0-9]{5} bytes of memory"):
-        pg.load(tmp_path / "a.exr", max_bytes=4096 * 100)
-
-
-def test_pillows_own_limit_is_not_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pillow calls pictures of more than twice its limit bombs, TIFF once more when it decodes."""
-    for name in ("a.png", "a.tiff", "a.jpg", "a.gif", "a.bmp", "a.tga"):
-        Image.new("L", (64, 32)).save(tmp_path / name)
-        with monkeypatch.context() as patch:
-            patch.setattr(Image, "MAX_IMAGE_PIXELS", 1000)
-            assert pg.load(tmp_path / name).shape == (32, 64, 4)
-            assert Image.MAX_IMAGE_PIXELS == 1000
-
-
-def test_pillows_own_limit_holds_for_webp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing but the setting of the whole process switches it off there."""
-    Image.new("L", (64, 32)).save(tmp_path / "a.webp")
-    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 1000)
-    with pytest.raises(pg.InputError, match=r"larger than Pillow reads in this process .*Raise that, or convert"):
-        pg.load(tmp_path / "a.webp")
-
-
-def test_other_formats_of_pillow_are_not_opened(tmp_path: Path) -> None:
-    """EPS starts Ghostscript, whatever its name."""
+def test_no_program_is_started_for_a_file(tmp_path: Path) -> None:
+    """PostScript would need one, whatever the file's name."""
     (tmp_path / "a.png").write_bytes(b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 8 8\nshowpage\n")
-    Image.new("RGB", (4, 4)).save(tmp_path / "b.png", "PCX")
-    for name in ("a.png", "b.png"):
-        with pytest.raises(pg.InputError, match="not a picture that can be read, or corrupt; expected PNG, JPEG"):
-            pg.load(tmp_path / name)
+    with pytest.raises(pg.InputError, match="not a picture that can be read, or corrupt"):
+        pg.load(tmp_path / "a.png")

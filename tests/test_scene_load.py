@@ -340,7 +340,7 @@ def test_broken_texture_is_a_warning(tmp_path):
     (tmp_path / "t.png").write_bytes(data[:90])
     scene = Scene.load(obj(tmp_path, QUAD + FACES, "newmtl a\nmap_Kd t.png\n"), ground=False)
     assert scene.nodes[0].material.base_color_texture is None
-    assert "cannot be decoded" in scene.warnings[0]
+    assert "not a picture that can be read" in scene.warnings[0]
 
 
 def test_huge_texture_is_refused(tmp_path, monkeypatch):

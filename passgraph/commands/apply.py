@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 INPUTS = "Reads each INPUT: a picture, folder, wildcard, numbered sequence, video, animation, or - (a stream)."
 OUTPUT = (
-    "A picture (.png .jpg .tif .webp in 8 bits, of .png .tif as --bits says, .exr .npy float32), a folder, a numbered "
+    "A picture (.png .jpg .tif .webp .bmp .tga .jxl .ppm .dpx, .exr .hdr .pfm .npy in floats), a folder, a numbered "
     "sequence (out.%04d.png), a video (.mp4 .mov .mkv .webm), an animation (.gif .apng), or - for a stream."
 )
 OUTPUT_OF_NOTHING = (
@@ -55,7 +55,8 @@ def frames_option(of: str) -> Callable[[Decorated], Decorated]:
 
 bits_option = click.option(
     "--bits", type=click.Choice(["8", "16"]),
-    help="Of a channel in .png and .tif; the other formats have 8, or floats.  [default: as the input, else 8]",
+    help="Bits per channel where the format holds them: .png .tif .jxl 8 or 16, .exr 16 (half) or 32.  "
+    "[default: as the input, else 8; .exr 32]",
 )  # fmt: skip
 
 

@@ -42,7 +42,8 @@ from passgraph.frames.pictures import Pictures, Repeated, Still, ToPictures
 from passgraph.frames.pipe import Pipe, Raw, ToPipe
 from passgraph.frames.video import Video
 from passgraph.frames.video_sink import ToVideo
-from passgraph.pictures import check_holds_16, type_of_suffix
+from passgraph.image_files import WRITABLE
+from passgraph.pictures import check_holds_bits
 from passgraph.reading import check_regular
 
 
@@ -176,7 +177,7 @@ def _into_folder(source: Source, folder: Path, writing: Writing) -> Sink:
 
 
 def _written_name(path: Path) -> str:
-    return path.name if path.suffix.lower() in type_of_suffix else f"{path.stem}.png"
+    return path.name if path.suffix.lower() in WRITABLE else f"{path.stem}.png"
 
 
 def goes_into_folder(output: str) -> bool:
@@ -219,7 +220,7 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
         if not made:
             raise InputError("--bits is for picture files, and none is written; name some: -o out.%04d.png")
         for path in made:
-            check_holds_16(path)
+            check_holds_bits(path, 16)
     for clip in clips:
         if isinstance(clip.sink, ToPictures):
             tell_of_lost_bits(clip.sink, clip.source)

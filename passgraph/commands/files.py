@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from fractions import Fraction
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,8 +14,8 @@ from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.frames.animation_times import is_animated
 from passgraph.frames.names import Pattern, has_wildcard, is_film, is_video, unread_files
-from passgraph.picture_decoders import holds_several
-from passgraph.pictures import type_of_suffix
+from passgraph.image_files import WRITABLE
+from passgraph.pictures import format_of_suffix, holds_several
 from passgraph.writing import NewFile
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     from passgraph.frames.pictures import ToPictures
 
 #: Suffixes of float formats: they hold light as it is, beyond 1 too.
-FLOAT_SUFFIXES = (".exr", ".npy")
+FLOAT_SUFFIXES = tuple(suffix for suffix, kind in WRITABLE.items() if kind.is_float)
 #: Standard input or output.
 STREAM = "-"
 
@@ -87,10 +86,7 @@ def tell_of_lost_bits(sink: ToPictures, source: Source) -> None:
 
 def check_picture_path(path: Path) -> None:
     """Raise InputError where a picture cannot be written there."""
-    if path.suffix.lower() not in type_of_suffix:
-        raise InputError(f"{path}: unknown suffix {path.suffix!r}; expected one of {' '.join(type_of_suffix)}")
-    if path.suffix.lower() == ".exr" and find_spec("OpenEXR") is None:
-        raise InputError(f"{path}: OpenEXR is not installed; run: pip install 'passgraph[exr]'")
+    format_of_suffix(path)
     check_path(path)
 
 

@@ -26,7 +26,7 @@ from passgraph.frames.run import frames
 from passgraph.frames.stored import with_channels
 from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import OPEN_SRGB, Input, Target
-from passgraph.picture_decoders import scaled
+from passgraph.pictures import scaled
 from passgraph.run.compile import compile
 from passgraph.run.finite_checks import NonFinite
 from passgraph.run.program import Program

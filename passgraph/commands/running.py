@@ -16,7 +16,7 @@ from passgraph.commands.options import check_computes
 from passgraph.commands.progress import progress
 from passgraph.commands.sources import Job, in_bytes
 from passgraph.errors import InputError
-from passgraph.pictures import check_holds_16
+from passgraph.pictures import check_holds_bits
 from passgraph.quantise import quantised
 from passgraph.run.finite_checks import NonFinite
 
@@ -38,7 +38,7 @@ def check_outputs(output: Path, capture: Path | None, bits: int = 8) -> None:
     """Refuse what cannot be written before the long work."""
     check_picture_path(output)
     if bits == 16:
-        check_holds_16(output)
+        check_holds_bits(output, 16)
     if capture is not None:
         check_folder(capture)
 
@@ -88,7 +88,8 @@ def run_and_save(
         say(f"writing {output}")
         is_whole = array.dtype.kind == "u" or output.suffix.lower() in FLOAT_SUFFIXES
         held = array if is_whole else quantised(array, np.dtype(f"u{bits // 8}"), str(output))
-        save(output, held, like=like)
+        is_half = bits == 16 and output.suffix.lower() in FLOAT_SUFFIXES
+        save(output, held, like=like, bits=16 if is_half else None)
     height, width = array.shape[:2]
     looking = " (with capture)" if observer is not None else ""
     click.echo(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import struct
 from collections.abc import Iterator
@@ -16,8 +17,7 @@ from passgraph.errors import InputError
 from passgraph.frames import apng, gif
 from passgraph.frames.animation_times import times_of
 from passgraph.frames.frame import Frame
-from passgraph.picture_decoders import check_size, open_picture
-from passgraph.pictures import MAX_BYTES
+from passgraph.pictures import MAX_BYTES, check_size
 from passgraph.reading import read_bytes
 
 #: Units of times, which hundredths, thousandths and usual rates are whole numbers of (that of MPEG).
@@ -83,10 +83,10 @@ class Animation:
             raise InputError(f"{self.path}: truncated; {_until(self.count)}")
 
     def _opened(self) -> Any:
+        from PIL import Image as pillow
+
         try:
-            return open_picture(self._data, self.name)
-        except InputError:
-            raise
+            return pillow.open(io.BytesIO(self._data), formats=("GIF", "PNG", "WEBP"))
         except Exception as error:
             raise InputError(f"{self.path}: truncated or corrupt ({_text(error)}); make or copy it again") from error
 

@@ -11,16 +11,10 @@ from pathlib import Path
 
 from passgraph.cached import cached_property
 from passgraph.errors import InputError
+from passgraph.image_files import READ_SUFFIXES
 
-#: Files of a folder that are read as pictures: what `passgraph.load` reads.
-PICTURE_SUFFIXES = (
-    ".png", ".apng", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".tga", ".exr", ".npy",
-)  # fmt: skip
-#: Pictures as well, which are not read.
-UNREAD_SUFFIXES = (
-    ".avif", ".heic", ".heif", ".jxl", ".jp2", ".j2k", ".hdr", ".pfm", ".ppm", ".pgm", ".pbm", ".pnm", ".psd", ".dng",
-    ".cr2", ".cr3", ".nef", ".arw",
-)  # fmt: skip
+#: Pictures that `passgraph.load` does not read.
+UNREAD_SUFFIXES = (".avif", ".heic", ".heif", ".dng", ".cr2", ".cr3", ".nef", ".arw")
 #: Files that are read and written as videos.
 VIDEO_SUFFIXES = (".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".ts", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv")
 #: Files that are written as animated pictures, and what Pillow calls their formats.
@@ -113,7 +107,7 @@ def _key(part: str) -> tuple[int, int, str]:
 
 
 def is_picture(path: Path) -> bool:
-    return path.suffix.lower() in PICTURE_SUFFIXES
+    return path.suffix.lower() in READ_SUFFIXES
 
 
 def is_video(path: Path) -> bool:

@@ -17,11 +17,9 @@ from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Sink, Source, Stored
 from passgraph.frames.names import Pattern
-from passgraph.picture_notes import Notes, is_deep, notes_of
-from passgraph.pictures import check_holds_16, fewer_bits, load_stored, save, type_of_suffix
+from passgraph.image_files import WRITABLE, Metadata
+from passgraph.pictures import check_holds_bits, fewer_bits, format_of_suffix, is_deep, load_stored, metadata_of, save
 
-#: Formats that hold float32; the others hold whole numbers.
-_FLOAT_SUFFIXES = (".exr", ".npy")
 #: Most frames without pictures.
 MOST_NUMBERS = 1 << 31
 
@@ -114,10 +112,9 @@ class ToPictures(Sink):
         if loss := self.lost_bits(source):
             warnings.warn(loss, stacklevel=2)
         for path in self._named:
-            if path.suffix.lower() not in type_of_suffix:
-                raise InputError(f"{path}: unknown suffix {path.suffix!r}; expected one of {' '.join(type_of_suffix)}")
+            format_of_suffix(path)
             if self.bits == 16:
-                check_holds_16(path)
+                check_holds_bits(path, 16)
 
     @property
     def _named(self) -> list[Path]:
@@ -125,41 +122,48 @@ class ToPictures(Sink):
         return [self.paths.path(1)] if isinstance(self.paths, Pattern) else list(self.paths.values())
 
     def in_bytes(self, source: Source) -> bool:
-        kinds = {type_of_suffix.get(path.suffix.lower(), "") for path in self._named}
-        holds_16 = bool(kinds & {"PNG", "TIFF"})
-        return self.bits != 16 and not kinds & {"EXR", "NPY"} and not (holds_16 and self.bits is None and _deep(source))
+        held = [format_of_suffix(path).dtypes for path in self._named]
+        if self.bits == 16 or any(dtypes[0] != "uint8" for dtypes in held):
+            return False
+        return not (self.bits is None and any("uint16" in dtypes for dtypes in held) and _deep(source))
 
     def lost_bits(self, source: Source) -> str:
         """What to say where a source has 16 bits a channel and a format here holds 8; empty where none is lost."""
         for path in self._named if self.bits is None else []:
-            kind = type_of_suffix.get(path.suffix.lower(), "")
-            if kind in ("JPEG", "WEBP") and (name := _deep(source)):
+            kind = format_of_suffix(path)
+            if kind.dtypes == ("uint8",) and (name := _deep(source)):
                 return f"{path}: {fewer_bits(kind)} ({name})"
         return ""
 
-    def notes(self, frame: Frame) -> Notes | None:
+    def notes(self, frame: Frame) -> Metadata | None:
         """What a frame's output keeps of the picture file that it is made of."""
         made_of = self._inputs.get(frame.number)
-        return None if made_of is None else notes_of(made_of)
+        return None if made_of is None else metadata_of(made_of)
 
     def holds(self, frame: Frame) -> bool:
         given = self._inputs.get(frame.number)
         return is_made(self.path(frame), [] if given is None else [given])
 
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
-        if self.path(frame).suffix.lower() in _FLOAT_SUFFIXES:
+        kind = format_of_suffix(self.path(frame))
+        if kind.is_float:
             return np.dtype(np.float32)
         bits = self.bits or bits_of(self.path(frame), self._inputs.get(frame.number), self._deep)
-        return np.dtype(np.uint16 if bits == 16 else np.uint8)
+        return np.dtype(np.uint16 if bits == 16 else kind.dtypes[0])
 
     def prepare(self, frame: Frame, picture: Stored) -> None:
-        save(self.path(frame), picture, like=self.notes(frame))
+        path = self.path(frame)
+        bits = self.bits if format_of_suffix(path).is_float else None
+        save(path, picture, like=self.notes(frame), bits=bits)
 
 
 def bits_of(output: Path, made_of: Path | None, deep: bool = False) -> int:
     """Bits a channel of an output where nothing is said: those of what it is made of, if the format has them."""
-    if type_of_suffix.get(output.suffix.lower()) not in ("PNG", "TIFF"):
+    kind = WRITABLE.get(output.suffix.lower())
+    if kind is None or "uint16" not in kind.dtypes:
         return 8
+    if kind.dtypes[0] == "uint16":
+        return 16
     return 16 if deep or (made_of is not None and is_deep(made_of)) else 8
 
 

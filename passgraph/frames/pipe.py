@@ -15,7 +15,7 @@ from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Sink, Source, Stored
 from passgraph.frames.stored import with_channels
 from passgraph.graph.targets import MAX_SIDE
-from passgraph.pictures import MAX_BYTES, encode_with_pillow, load_stored
+from passgraph.pictures import MAX_BYTES, encode_png, load_stored
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
@@ -182,7 +182,7 @@ class ToPipe(Sink):
 
     def prepare(self, frame: Frame, picture: Stored) -> bytes:
         if self.raw is None:
-            return encode_with_pillow(Path(frame.name), picture, "PNG")
+            return encode_png(Path(frame.name), picture)
         layout = LAYOUTS[self.raw.layout]
         return layout.ordered(with_channels(picture, layout.channels)).tobytes()
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from passgraph.frames.frame import Stored
 from passgraph.graph.targets import InputSpec
-from passgraph.picture_decoders import scaled
+from passgraph.pictures import scaled
 from passgraph.quantise import quantised
 from passgraph.run.admission import GREY_CHANNELS, format_of
 from passgraph.srgb import srgb_to_linear

@@ -19,7 +19,8 @@ from passgraph.frames.tiles_job import Wanted, blocks_room, prepared
 from passgraph.frames.tiles_run import Advance, Job, Progress, run_tiles, shown
 from passgraph.frames.tiles_sinks import Sink, planned_sink
 from passgraph.frames.tiles_sources import Source
-from passgraph.picture_notes import Notes, notes_of
+from passgraph.image_files import Metadata
+from passgraph.pictures import metadata_of
 from passgraph.plan.data import Options, Plan
 from passgraph.run.finite_checks import NonFinite
 
@@ -132,11 +133,11 @@ def _runner(job: Job, client: Client | None, memory: int | str, stack: ExitStack
     return lambda advance: run_tiles_on(client, job, blocks_room(memory), advance)
 
 
-def _notes(sources: Mapping[str, Source], given: object) -> Notes:
+def _notes(sources: Mapping[str, Source], given: object) -> Metadata:
     """What a result keeps of the first input: its color profile, its resolution, and whether it has no alpha."""
     name, source = next(iter(sources.items()), ("", None))
     picture = given.get(name) if isinstance(given, Mapping) else given
-    found = notes_of(Path(picture)) if isinstance(picture, (str, os.PathLike)) else Notes()
+    found = metadata_of(Path(picture)) if isinstance(picture, (str, os.PathLike)) else Metadata()
     return replace(found, opaque=source is not None and source.shape[2] in (1, 3))
 
 

@@ -23,7 +23,7 @@ from passgraph.frames.tiles_parts import (
     pieces,
 )
 from passgraph.frames.tiles_tiff import TILE, AlphaUsedError, TiffSink
-from passgraph.picture_notes import Notes
+from passgraph.image_files import Metadata
 from passgraph.writing import NewFile, place_of
 
 #: Sides of the chunks of a new Zarr array, in pixels.
@@ -49,7 +49,7 @@ class Sink(Protocol):
 
 
 def planned_sink(
-    given: Any, shape: tuple[int, int, int], format_: Format, dtype: Any, what: str, notes: Notes | None = None
+    given: Any, shape: tuple[int, int, int], format_: Format, dtype: Any, what: str, notes: Metadata | None = None
 ) -> Sink:
     """A sink for a picture of (height, width, channels); nothing is made before it is opened.
 
@@ -138,7 +138,7 @@ class FileSink:
 
     def __init__(
         self, path: Path, shape: tuple[int, int, int], dtype: np.dtype[Any], what: str, kind: str,
-        notes: Notes | None = None,
+        notes: Metadata | None = None,
     ) -> None:  # fmt: skip
         place_of(path, is_folder=kind == "Zarr")  # refused before the work
         self.path = path
@@ -149,7 +149,7 @@ class FileSink:
         self._package = imported("tifffile" if kind == "TIFF" else "zarr", self.what)
         self._made: NewFile | None = None
         self._inner: Any = None
-        self._notes = notes or Notes()
+        self._notes = notes or Metadata()
 
     def open(self) -> None:
         self._made = NewFile(self.path, is_folder=self._kind == "Zarr")

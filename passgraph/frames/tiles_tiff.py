@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 from passgraph.frames.tiles_parts import Convert, Numbers, Part, checked_dtype, checked_shape, imported, pieces
-from passgraph.picture_notes import Notes
+from passgraph.image_files import Metadata
 
 #: Sides of the tiles that are written, in pixels: what readers of large pictures expect; a multiple of 16 by the
 #: format (TIFF 6.0, section 15).
@@ -146,11 +146,11 @@ class TiffSink:
     block = (TILE, TILE)
 
     def __init__(
-        self, path: Path, shape: tuple[int, int, int], dtype: np.dtype[Any], notes: Notes | None = None
+        self, path: Path, shape: tuple[int, int, int], dtype: np.dtype[Any], notes: Metadata | None = None
     ) -> None:
         import tifffile
 
-        notes = notes or Notes()
+        notes = notes or Metadata()
         self.shape, self.dtype = shape, dtype.newbyteorder("=")
         channels = shape[2]
         # tifffile makes room for the picture without writing it, so the file takes its bytes as they come.

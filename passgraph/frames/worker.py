@@ -18,7 +18,7 @@ from distributed.diagnostics.plugin import WorkerPlugin
 
 from passgraph.frames.frame import Stored
 from passgraph.frames.stored import given, stored
-from passgraph.picture_notes import Notes
+from passgraph.image_files import Metadata
 from passgraph.pictures import load_stored, save
 from passgraph.plan.data import Options
 from passgraph.run.compile import compile
@@ -130,7 +130,7 @@ class Room:
     folder: int
     dtype: str
     frame: str
-    notes: Notes | None = None
+    notes: Metadata | None = None
 
 
 @dataclass(frozen=True)

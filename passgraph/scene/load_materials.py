@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from passgraph.errors import InputError
-from passgraph.picture_decoders import open_picture
+from passgraph.image_files import opened_image
 from passgraph.scene.files import FolderReader, plain_name
 from passgraph.scene.material import AlphaMode, ColorSpace, Material, Texture, Wrap, check_texels
 from passgraph.scene.notes import Notes
@@ -113,23 +113,25 @@ def texture_of(data: bytes, space: ColorSpace, what: str, notes: Notes, where: s
     ------
     InputError : it has more texels than are allowed; ``where`` names it.
     """
+    too_large: InputError | None = None
     try:
-        picture = open_picture(data, where)
-    except Exception:  # pillow's decoders raise nearly anything on broken data
+        with opened_image(Path(what), data) as picture:
+            try:
+                check_texels(picture.width, picture.height, where)
+            except InputError as error:
+                too_large = error
+                raise
+            pixels = picture.read()
+    except InputError:
+        if too_large is not None:
+            raise
         notes.add("it is not a picture that can be read; left out", what)
         return None
-    check_texels(picture.width, picture.height, where)
-    try:
-        if picture.mode.startswith("I;16") or picture.mode == "I":
-            # pillow would clip 16 bits to 255; keep the upper byte
-            grey = np.asarray(picture).astype(np.int64) >> 8
-            return Texture.make(np.clip(grey, 0, 255).astype(np.uint8), space, what, wrap)
-        return Texture.make(np.asarray(picture.convert("RGBA")), space, what, wrap)
-    except InputError:
-        raise
-    except Exception as error:
-        notes.add(f"the picture cannot be decoded ({str(error)[:80]}); left out", what)
-        return None
+    if pixels.dtype == np.uint16:
+        pixels = (pixels >> 8).astype(np.uint8)
+    elif pixels.dtype != np.uint8:
+        pixels = np.rint(np.clip(np.nan_to_num(pixels), 0, 1) * np.float32(255)).astype(np.uint8)
+    return Texture.make(pixels, space, what, wrap)
 
 
 def rgba(color: Any) -> tuple[float, float, float, float]:

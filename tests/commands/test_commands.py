@@ -329,7 +329,7 @@ BLUR = ["apply", "gaussian-blur", "in.png", "-o", "out.png"]
         (["render", "nope.glb", "-o", "out.png"], "nope.glb: no such file"),
         (["render", "in.png", "-o", "out.png"], "in.png"),
         (["render", "-b", "vulkan", "-o", "out.png"], "there is no backend 'vulkan'"),
-        (["render", "-o", "out.bmp"], "unknown suffix '.bmp'; expected one of .png"),
+        (["render", "-o", "out.abc"], "unknown suffix '.abc'; expected one of .png"),
         (["render", "-o", "out"], "unknown suffix ''"),
         (["render", "-o", "folder/out.png"], "does not exist; make it first"),
         (["render", "-o", "out.png", "--capture", "a/b"], "a/b: cannot be made a folder"),
@@ -377,7 +377,7 @@ def test_an_unwritable_output_is_refused_before_the_work(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("passgraph.commands.render.seen_by", lambda *_: pytest.fail("work began"))
-    for output in ("nowhere/out.png", "out.bmp", "folder.png"):
+    for output in ("nowhere/out.png", "out.abc", "folder.png"):
         Path("folder.png").mkdir(exist_ok=True)
         refused(capsys, "render", "-o", output)
 

@@ -421,7 +421,7 @@ def test_sizes_that_no_memory_holds_are_refused_before_it_is_asked_for() -> None
     whole = bytearray(animation("a.gif", frames_of()).read_bytes())
     whole[6:10] = b"\xff\xff\xff\xff"
     Path("b.gif").write_bytes(whole)
-    with pytest.raises(InputError, match="says it is 65535×65535"):
+    with pytest.raises(InputError, match=r"65535×65535|4294836225 pixels"):
         Animation("b.gif")
     assert times_of(bytes(whole)) is not None
 

@@ -21,6 +21,7 @@ from passgraph.commands.frames import FramesJob, Settings, run_clips
 from passgraph.effects.registry import EFFECTS
 from passgraph.frames import Pattern, ToPictures
 from passgraph.frames.open import open_source
+from passgraph.image_files import opened_image
 from passgraph.pictures import load_stored
 from tests.commands.told import Outcome, refused
 from tests.frames.made import ADD, grays, picture, sequence, value, video
@@ -80,8 +81,8 @@ def test_pictures_behind_the_first_of_a_file_are_told(capsys: pytest.CaptureFixt
     ("names", "told"),
     [
         (["b.HEIC"], "in/b.HEIC: left out, pictures of such a format are not read"),
-        (["b.hdr", "c.avif"], "in/b.hdr and 1 other in that folder: left out"),
-        (["b10.ppm", "b9.ppm", "c.dng"], "in/b9.ppm and 2 others in that folder: left out"),
+        (["b.arw", "c.avif"], "in/b.arw and 1 other in that folder: left out"),
+        (["b10.cr2", "b9.cr2", "c.dng"], "in/b9.cr2 and 2 others in that folder: left out"),
         (["notes.txt", ".b.avif.txt"], ""),
     ],
 )
@@ -121,10 +122,14 @@ def test_16_bits_stay_16_bits_where_it_is_said(capsys: pytest.CaptureFixture[str
         assert np.array_equal(load_stored(Path(file))[..., :3], wide), file
     well(capsys, *TINY, "in/a.png", "--bits", "8", "-o", "eight.png")
     assert load_stored(Path("eight.png")).dtype == np.uint8
+    well(capsys, *TINY, "in", "--bits", "16", "-o", "half.%d.exr")
+    well(capsys, *TINY, "in/a.png", "--bits", "16", "-o", "half.exr")
+    for name in ("half.1.exr", "half.exr"):
+        with opened_image(Path(name)) as image:
+            assert image.dtype == np.float16
     for told, *arguments in (
-        ("x.jpg: holds 8 bits a channel", "in/a.png", "-o", "x.jpg"),
-        ("x/a.webp: holds 8 bits a channel", "in/a.webp", "in/a.png", "-o", "x/"),
-        ("x.1.exr: holds floats", "in", "-o", "x.%d.exr"),
+        ("x.jpg: JPEG holds 8-bit", "in/a.png", "-o", "x.jpg"),
+        ("x/a.webp: WebP holds 8-bit", "in/a.webp", "in/a.png", "-o", "x/"),
         ("--bits is for picture files, and none is written", "in", "-o", "x.mp4"),
     ):
         pg.save("in/a.webp", np.zeros((5, 7, 3)))
@@ -164,11 +169,11 @@ def test_formats_that_are_not_written_become_png(capsys: pytest.CaptureFixture[s
     from PIL import Image
 
     Path("a").mkdir()
-    Image.new("RGB", (3, 2), (9, 9, 9)).save("a/one.bmp")
+    Image.new("RGB", (3, 2), (9, 9, 9)).save("a/one.gif")
     well(capsys, *TINY, "a", "-o", "out")
     assert names("out") == ["one.png"]
     Image.new("RGB", (3, 2), (9, 9, 9)).save("a/one.png")
-    assert "out/one.png: a/one.bmp and a/one.png would both be written to it" in refused(
+    assert "out/one.png: a/one.gif and a/one.png would both be written to it" in refused(
         capsys, *TINY, "a", "-o", "out"
     )
 
@@ -361,7 +366,7 @@ def test_resume_does_what_is_left(capsys: pytest.CaptureFixture[str]) -> None:
         (["a", "-o", "c.png"], "a: is a directory; expected a picture file"),
         (["a", "-o", "none/out"], "none/out: cannot be made a folder"),
         (["a", "-o", "none/out.#.png"], "none does not exist; make it first"),
-        (["a", "-o", "out.#.bmp"], "unknown suffix '.bmp'"),
+        (["a", "-o", "out.#.abc"], "unknown suffix '.abc'"),
         (["a", "-o", "a/in.0001.png/"], "cannot be made a folder"),
         (["none", "-o", "out/"], "none: no such file"),
         (["none*.png", "-o", "out/"], "none*.png: no file has such a name; check the wildcard"),

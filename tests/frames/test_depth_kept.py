@@ -59,7 +59,7 @@ def test_python_keeps_them_or_warns(tmp_path: Path) -> None:
     picture = pg.load(tmp_path / "a.tif")
     pg.save(tmp_path / "b.png", picture, like=tmp_path / "a.tif")
     assert np.array_equal(load_stored(tmp_path / "b.png")[..., :3], WIDE)
-    with pytest.warns(UserWarning, match="WEBP holds 8 bits a channel, and what it is made of has 16"):
+    with pytest.warns(UserWarning, match="WebP holds 8 bits a channel, and what it is made of has 16"):
         pg.save(tmp_path / "b.webp", picture, like=tmp_path / "a.tif")
     with unchanged() as program:
         frames(program, Pictures([tmp_path / "a.tif"]), ToPictures({1: tmp_path / "c.png"}))

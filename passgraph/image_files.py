@@ -1,0 +1,507 @@
+"""Read and write image files with OpenImageIO: pixels as stored, layers, alpha association and metadata.
+
+`passgraph.pictures` is the public interface. This module knows OpenImageIO; nothing else does.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.errors import InputError
+
+if TYPE_CHECKING:
+    import OpenImageIO as oiio
+
+Pixels = NDArray[Any]  # (h, w, channels) uint8, uint16, float16 or float32
+
+#: Formats that are read, by OpenImageIO's names. Its "null" reader invents pixels from a file's name.
+READABLE = (
+    "png", "jpeg", "tiff", "openexr", "webp", "bmp", "gif", "targa", "hdr", "pnm", "dpx", "cineon", "jpegxl",
+    "jpeg2000", "psd", "dds", "fits", "ico", "iff", "rla", "sgi", "softimage",
+)  # fmt: skip
+#: Suffixes of files that a folder of pictures is searched for.
+READ_SUFFIXES = (
+    ".png", ".apng", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".tga", ".exr", ".npy", ".hdr", ".pfm",
+    ".ppm", ".pgm", ".pbm", ".pnm", ".dpx", ".cin", ".jxl", ".jp2", ".j2k", ".psd", ".dds", ".sgi",
+)  # fmt: skip
+EXPECTED = "PNG, JPEG, TIFF, OpenEXR, WebP, BMP, GIF, TGA, HDR, PNM, PFM, DPX, Cineon, JPEG XL, JPEG 2000, PSD or npy"
+#: What files of the common formats begin with.
+_SIGNATURES = (
+    b"\x89PNG",
+    b"\xff\xd8\xff",
+    b"II*\0",
+    b"MM\0*",
+    b"II+\0",
+    b"MM\0+",
+    b"\x76\x2f\x31\x01",
+    b"RIFF",
+    b"GIF8",
+)
+#: Formats whose files hold color multiplied by alpha, unless a file says otherwise.
+_ASSOCIATED = ("openexr", "tiff", "iff", "rla")
+#: Bytes per pixel that readers hold beside the pixels that they return: whole decoded pictures, strips, coefficients of
+#: progressive JPEG (three int16 and their copies).
+_HELD_BY_READER = {"jpeg": 12, "webp": 16, "gif": 12, "tiff": 12, "jpegxl": 48, "jpeg2000": 36, "psd": 16}
+_TYPES = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32, "double": np.float32}
+#: Metadata that describes the file it came from, not the picture.
+_OF_THE_FILE = (
+    "oiio:", "jpeg:", "png:", "tiff:", "openexr:", "dpx:", "webp:", "bmp:", "gif:", "targa:", "pnm:", "psd:", "dds:",
+    "compression", "planarconfig", "thumbnail", "ICCProfile:", "screenWindow", "chromaticities",
+    "Exif:ColorSpace", "Exif:YCbCrPositioning", "textureformat", "wrapmodes", "worldto", "name", "view", "chunkCount",
+)  # fmt: skip
+#: Size and orientation (EXIF 2.32) change: pixels are stored upright, at a size of their own.
+_SIZE_AND_ORIENTATION = (
+    "Orientation", "Exif:PixelXDimension", "Exif:PixelYDimension", "Exif:ImageWidth", "Exif:ImageLength"
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class WritableFormat:
+    """What a file format holds.
+
+    Attributes
+    ----------
+    name : for messages
+    writer : OpenImageIO's name
+    dtypes : the types of its numbers
+    channels : the numbers of channels that it holds
+    associated : color is stored multiplied by alpha
+    attributes : how OpenImageIO writes it
+    largest : most pixels across or down
+    """
+
+    name: str
+    writer: str
+    dtypes: tuple[str, ...]
+    channels: tuple[int, ...] = (1, 2, 3, 4)
+    associated: bool = False
+    attributes: tuple[tuple[str, Any], ...] = ()
+    largest: int = 1 << 30
+
+    @property
+    def is_float(self) -> bool:
+        return self.dtypes[0].startswith("float")
+
+
+# Files keep what was rendered: no chroma subsampling, lossless WebP. PNG's zlib level 4 gives files a tenth larger
+# than level 6 in a third of the time.
+_FAITHFUL_JPEG = (("compression", "jpeg:95"), ("jpeg:subsampling", "4:4:4"))
+_INTEGERS = ("uint8", "uint16")
+_JPEG = WritableFormat("JPEG", "jpeg", ("uint8",), (1, 3), attributes=_FAITHFUL_JPEG, largest=65500)
+_TIFF = WritableFormat("TIFF", "tiff", (*_INTEGERS, "float32", "float16"), attributes=(("compression", "zip"),))
+_LOSSLESS = (("compression", "lossless"),)
+#: By suffix. The first dtype is the default one.
+WRITABLE = {
+    ".png": WritableFormat("PNG", "png", _INTEGERS, attributes=(("png:compressionLevel", 4),)),
+    ".jpg": _JPEG,
+    ".jpeg": _JPEG,
+    ".tif": _TIFF,
+    ".tiff": _TIFF,
+    ".webp": WritableFormat("WebP", "webp", ("uint8",), (3, 4), attributes=_LOSSLESS, largest=16383),
+    ".exr": WritableFormat(
+        "OpenEXR", "openexr", ("float32", "float16"), associated=True, attributes=(("compression", "zip"),)
+    ),
+    ".npy": WritableFormat("npy", "", ("float32",)),
+    ".hdr": WritableFormat("HDR", "hdr", ("float32",), (3,)),
+    ".pfm": WritableFormat("PFM", "pnm", ("float32",), (1, 3)),
+    ".pgm": WritableFormat("PGM", "pnm", _INTEGERS, (1,)),
+    ".ppm": WritableFormat("PPM", "pnm", _INTEGERS, (3,)),
+    ".pnm": WritableFormat("PNM", "pnm", _INTEGERS, (1, 3)),
+    ".bmp": WritableFormat("BMP", "bmp", ("uint8",), (1, 3, 4)),
+    ".tga": WritableFormat("TGA", "targa", ("uint8",), (1, 3, 4)),
+    ".dpx": WritableFormat("DPX", "dpx", ("uint16", "uint8"), (1, 3, 4)),
+    ".jxl": WritableFormat("JPEG XL", "jpegxl", (*_INTEGERS, "float32"), (1, 3, 4)),
+}
+
+
+@dataclass(frozen=True)
+class Metadata:
+    """What a picture file says beside its pixels, for the picture that is made from it.
+
+    Attributes
+    ----------
+    entries : (name, OpenImageIO's type, value): ICC profile, resolution, EXIF, time code ...
+    opaque : the file has no alpha
+    deep : it holds integers of 16 bits
+    """
+
+    entries: tuple[tuple[str, str, Any], ...] = ()
+    opaque: bool = False
+    deep: bool = False
+
+    def get(self, name: str) -> Any:
+        """The value of an entry, or None."""
+        return next((value for key, _, value in self.entries if key == name), None)
+
+    @property
+    def profile(self) -> bytes:
+        """ICC profile; empty where there is none."""
+        value = self.get("ICCProfile")
+        return b"" if value is None else bytes(np.asarray(value, np.uint8))
+
+    @property
+    def resolution(self) -> tuple[float, float] | None:
+        """Dots per inch, across and down."""
+        per_inch = {"in": 1.0, "inch": 1.0, "cm": 2.54, "m": 0.0254}.get(str(self.get("ResolutionUnit")))
+        across, down = self.get("XResolution"), self.get("YResolution")
+        return None if per_inch is None or not across or not down else (across * per_inch, down * per_inch)
+
+    def stored_channels(self, pixels: Pixels) -> Pixels:
+        """(h, w, 4) integers without alpha, where neither the source nor the picture uses it.
+
+        >>> Metadata(opaque=True).stored_channels(np.full((2, 3, 4), 255, np.uint8)).shape
+        (2, 3, 3)
+        """
+        if not self.opaque or pixels.shape[2] != 4:
+            return pixels
+        unused = pixels[..., 3].min() == _opaque(pixels.dtype)
+        return np.ascontiguousarray(pixels[..., :3]) if unused else pixels
+
+
+@contextmanager
+def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
+    """A file name for OpenImageIO, which reads names in UTF-8 only and no memory: of this file, or of these bytes."""
+    text = os.fspath(file)
+    if data is None and text.isascii():
+        yield text
+        return
+    try:
+        text.encode()
+        writable = data is None
+    except UnicodeEncodeError:
+        writable = False
+    if writable:
+        yield text
+        return
+    with tempfile.TemporaryDirectory(prefix="passgraph-") as folder:
+        # No suffix: the reader is found by the content.
+        other = os.path.join(folder, "picture")
+        if data is None:
+            os.symlink(os.path.abspath(text), other)
+        else:
+            Path(other).write_bytes(data)
+        yield other
+
+
+class ImageFile:
+    """An open picture file, or one layer of it; its header is read, its pixels are not.
+
+    Attributes
+    ----------
+    width, height : pixels as stored, before orientation is applied; of OpenEXR the display window
+    dtype : uint8, uint16, float16 or float32
+    channels : how many are read: 1 (gray), 2 (gray, alpha), 3 or 4
+    held : bytes that reading holds beside the result
+    orientation : EXIF's, 1 for upright
+    count : pictures in the file
+
+    Raises
+    ------
+    InputError : no such format, a broken header, types or channels that are no picture, no such layer.
+    """
+
+    def __init__(self, file: Path, name: str, layer: str | None = None) -> None:
+        import OpenImageIO as oiio
+
+        self._file, self._oiio = file, oiio
+        hint = oiio.ImageSpec()
+        hint.attribute("oiio:UnassociatedAlpha", 1)
+        try:
+            opened = oiio.ImageInput.open(name, hint)
+        except UnicodeDecodeError as error:
+            raise self._corrupt(error) from error
+        problem = oiio.geterror()
+        if opened is None or opened.format_name() not in READABLE:
+            raise self._unreadable(name, problem)
+        self._input, self.format = opened, opened.format_name()
+        try:
+            self._subimage, self._spec = self._find_part(layer)
+            self._order = self._find_channels(layer)
+        except UnicodeDecodeError as error:
+            raise self._corrupt(error) from error
+        spec = self._spec
+        if spec.deep or spec.depth > 1:
+            raise InputError(f"{file}: holds {'deep samples' if spec.deep else 'a volume'}; expected a flat picture")
+        self.channels = len(self._order)
+        stored = {str(spec.channelformat(channel)) for channel in self._order}
+        kinds = [_TYPES.get(kind) for kind in sorted(stored)]
+        if None in kinds:
+            named = ", ".join(sorted(stored))
+            raise InputError(
+                f"{file}: holds {named}; expected 8 or 16 bits without sign, or floats; convert it, for example to "
+                "an RGB PNG or a float TIFF"
+            )
+        self.dtype = np.result_type(*kinds) if kinds else np.dtype(np.uint8)
+        self._windowed = self.format == "openexr"
+        self.width, self.height = (spec.full_width, spec.full_height) if self._windowed else (spec.width, spec.height)
+        self.orientation = int(_attribute(spec, "Orientation", 1))
+        first, last = min(self._order), max(self._order)
+        stored_bytes = spec.width * spec.height * (last - first + 1) * self.dtype.itemsize
+        tile = 8 * spec.tile_width * spec.tile_height * spec.nchannels
+        self.held = stored_bytes + spec.width * spec.height * _HELD_BY_READER.get(self.format, 0) + tile
+
+    @property
+    def data_size(self) -> tuple[int, int]:
+        """Width and height of the stored pixels, which an OpenEXR file may have outside of its display window."""
+        return self._spec.width, self._spec.height
+
+    @property
+    def count(self) -> int:
+        """1, or 2 for two and more."""
+        found = 1
+        while found < 2 and self._input.seek_subimage(found, 0):
+            found += 1
+        self._input.seek_subimage(self._subimage, 0)
+        self._input.geterror()
+        return found
+
+    @property
+    def is_associated(self) -> bool:
+        """Color is stored multiplied by alpha."""
+        said = _attribute(self._spec, "oiio:UnassociatedAlpha", 0)
+        return self.format in _ASSOCIATED and not said and self.has_alpha
+
+    @property
+    def has_alpha(self) -> bool:
+        return self.channels in (2, 4)
+
+    @property
+    def encoding(self) -> str:
+        """The color space that the file or its format names: "" where it says nothing."""
+        return str(_attribute(self._spec, "oiio:ColorSpace", ""))
+
+    def metadata(self) -> Metadata:
+        entries = tuple(
+            (entry.name, str(entry.type), entry.value)
+            for entry in self._spec.extra_attribs
+            if not entry.name.startswith(_OF_THE_FILE) and entry.name not in _SIZE_AND_ORIENTATION
+        )
+        found = Metadata(entries, not self.has_alpha, self.dtype == np.uint16)
+        # ICC.1:2022, section 7.2.6: the color space of the data. Results are RGB.
+        if found.profile and found.profile[16:20] != b"RGB ":
+            return replace(found, entries=tuple(entry for entry in entries if entry[0] != "ICCProfile"))
+        return found
+
+    def read(self) -> Pixels:
+        """(height, width, channels) as stored, in the display window; pixels outside the data window are 0."""
+        spec, first, last = self._spec, min(self._order), max(self._order)
+        kind = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}[self.dtype.name]
+        pixels: Any = self._input.read_image(self._subimage, 0, first, last + 1, kind)
+        problem = self._input.geterror() or self._oiio.geterror()
+        # Cameras write bytes between markers; the picture is whole.
+        if pixels is None or (problem and "extraneous bytes" not in problem):
+            raise self._corrupt(problem)
+        pixels = pixels.reshape(spec.height, spec.width, last - first + 1)
+        order = [channel - first for channel in self._order]
+        if order != list(range(pixels.shape[2])):
+            pixels = pixels[..., order]
+        if self.format == "tiff" and _attribute(spec, "tiff:PhotometricInterpretation", 1) == 0 and _is_wide(spec):
+            pixels = np.iinfo(pixels.dtype).max - pixels  # white is zero, which the reader inverts for 8 bits only
+        return _in_window(spec, pixels) if self._windowed else pixels
+
+    def close(self) -> None:
+        self._input.close()
+
+    def _find_part(self, layer: str | None) -> tuple[int, oiio.ImageSpec]:
+        """The part of a multi-part file that holds a layer: the first one without a name."""
+        names, index = [], 0
+        while self._input.seek_subimage(index, 0):
+            spec = self._input.spec()
+            name = str(_attribute(spec, "oiio:subimagename", ""))
+            if layer is None or layer == name or _channels_of(spec.channelnames, layer):
+                return index, spec
+            names += [name] if name else []
+            names += _layers(spec.channelnames)
+            index += 1
+        self._input.geterror()
+        raise InputError(f"{self._file}: no layer {layer!r}; it has {', '.join(names) or 'none'}")
+
+    def _find_channels(self, layer: str | None) -> list[int]:
+        """Indices of gray, gray and alpha, RGB or RGBA."""
+        names = list(self._spec.channelnames)
+        part = str(_attribute(self._spec, "oiio:subimagename", ""))
+        chosen = dict(enumerate(names))
+        if layer is not None and (found := _channels_of(names, layer)):
+            chosen = found
+        short = {name.rpartition(".")[2].upper(): index for index, name in reversed(list(chosen.items()))}
+        for wanted in ("RGB", "XYZ", "Y"):
+            if all(letter in short for letter in wanted):
+                return [short[letter] for letter in wanted] + ([short["A"]] if "A" in short else [])
+        if self.format != "openexr" or (layer is not None and len(chosen) <= 4):
+            return list(chosen)[:4]
+        known = _layers(names)
+        raise InputError(
+            f"{self._file}: has no color: its channels are {', '.join(names)}; name a layer: "
+            f"{self._file}:{(known or [part or names[0]])[0]}"
+        )
+
+    def _unreadable(self, name: str, problem: str) -> InputError:
+        with open(name, "rb") as stream:
+            head = stream.read(8)
+        if head.startswith(_SIGNATURES):
+            return self._corrupt(problem)
+        size = os.stat(name).st_size
+        reason = f" ({_one_line(problem)})" if problem else ""
+        return InputError(
+            f"{self._file}: not a picture that can be read, or corrupt{reason}; expected {EXPECTED},"
+            f" got {size} bytes that begin with {head!r}"
+        )
+
+    def _corrupt(self, reason: object) -> InputError:
+        text = _one_line(reason) or "no pixels"
+        return InputError(f"{self._file}: truncated or corrupt ({text}); make or copy the file again")
+
+
+@contextmanager
+def opened_image(file: Path, data: bytes | None = None, layer: str | None = None) -> Iterator[ImageFile]:
+    """An `ImageFile`, closed at the end; ``data`` is the file's content where it is not on disk."""
+    with name_of(file, data) as name:
+        image = ImageFile(file, name, layer)
+        try:
+            yield image
+        finally:
+            image.close()
+
+
+def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, metadata: Metadata) -> None:
+    """Write pixels of a dtype and number of channels that the format holds; ``file`` is the name for messages.
+
+    Raises
+    ------
+    InputError : what the format cannot hold.
+    OSError : the place cannot be written.
+    """
+    import OpenImageIO as oiio
+
+    height, width, channels = pixels.shape
+    names = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
+    spec = oiio.ImageSpec(width, height, channels, names[pixels.dtype.name])
+    if channels == 2:
+        spec.channelnames, spec.alpha_channel = ("Y", "A"), 1
+    if not kind.associated:
+        spec.attribute("oiio:UnassociatedAlpha", 1)
+    for name, value in kind.attributes:
+        spec.attribute(name, value)
+    for name, type_, value in metadata.entries:
+        spec.attribute(name, type_, value)
+    if max(width, height) > kind.largest:
+        raise InputError(f"{file}: {kind.name} cannot hold {width}×{height} pixels; save as .png or .exr")
+    to.touch(exist_ok=False)  # an OSError says what is wrong with the place
+    with name_of(to) as name:
+        output = oiio.ImageOutput.create(kind.writer)
+        done = output is not None and output.open(name, spec) and output.write_image(np.ascontiguousarray(pixels))
+        problem = oiio.geterror() if output is None else output.geterror()
+        if output is not None:
+            done = output.close() and done
+            problem = problem or output.geterror()
+    if not done:
+        if shutil.disk_usage(to.parent).free < pixels.nbytes:  # OpenImageIO gives no error number
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), os.fspath(file))
+        reason = f"{kind.name} cannot hold {width}×{height}×{channels} {pixels.dtype} ({_one_line(problem)})"
+        raise InputError(f"{file}: {reason}; save as .png or .exr")
+
+
+def straight(pixels: Pixels) -> Pixels:
+    """Divide the color of (h, w, 2 or 4) by alpha; where alpha is 0 color stays, in the dtype of ``pixels``.
+
+    >>> straight(np.array([[[0.25, 0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]]], np.float32)).tolist()
+    [[[0.5, 0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]]]
+    """
+    alpha = pixels[..., -1:].astype(np.float32)
+    if pixels.dtype.kind == "u":
+        alpha /= np.float32(np.iinfo(pixels.dtype).max)
+    result = pixels.astype(np.float32)
+    with np.errstate(all="ignore"):  # infinite colors and alpha, and float16's overflow, are as IEEE 754 has them
+        result[..., :-1] /= np.where(alpha == 0, np.float32(1), alpha)
+        if pixels.dtype.kind == "u":
+            result = np.rint(np.clip(result, 0, np.iinfo(pixels.dtype).max))
+        return result.astype(pixels.dtype)
+
+
+def associated(pixels: Pixels) -> Pixels:
+    """Multiply the color of (h, w, 2 or 4) floats by alpha.
+
+    >>> associated(np.array([[[0.5, 0.0, 0.0, 0.5]]], np.float32)).tolist()
+    [[[0.25, 0.0, 0.0, 0.5]]]
+    """
+    result = pixels.copy()
+    alpha = pixels[..., -1:]
+    with np.errstate(all="ignore"):
+        result[..., :-1] = np.where(alpha == 0, 0, pixels[..., :-1] * alpha)  # 0 × infinity too
+    return result
+
+
+Turn = Callable[[Pixels], Pixels]
+#: EXIF 2.32, tag 0x0112: undo what was done to the camera.
+_TURNS: dict[int, Turn] = {
+    2: lambda a: a[:, ::-1],
+    3: lambda a: a[::-1, ::-1],
+    4: lambda a: a[::-1],
+    5: lambda a: a.swapaxes(0, 1),
+    6: lambda a: a.swapaxes(0, 1)[:, ::-1],
+    7: lambda a: a[::-1, ::-1].swapaxes(0, 1),
+    8: lambda a: a.swapaxes(0, 1)[::-1],
+}
+
+
+def upright(pixels: Pixels, orientation: int) -> Pixels:
+    """A view of pixels as EXIF's orientation says that they are shown."""
+    return _TURNS[orientation](pixels) if orientation in _TURNS else pixels
+
+
+def _in_window(spec: oiio.ImageSpec, pixels: Pixels) -> Pixels:
+    """The display window, from pixels of the data window."""
+    if (spec.x, spec.y, spec.width, spec.height) == (spec.full_x, spec.full_y, spec.full_width, spec.full_height):
+        return pixels
+    window = np.zeros((spec.full_height, spec.full_width, pixels.shape[2]), pixels.dtype)
+    left, top = spec.x - spec.full_x, spec.y - spec.full_y
+    x0, x1 = max(left, 0), min(left + spec.width, spec.full_width)
+    y0, y1 = max(top, 0), min(top + spec.height, spec.full_height)
+    if x0 < x1 and y0 < y1:
+        window[y0:y1, x0:x1] = pixels[y0 - top : y1 - top, x0 - left : x1 - left]
+    return window
+
+
+def _layers(names: Any) -> list[str]:
+    """Names of layers, and of channels that are in none.
+
+    >>> _layers(["R", "G", "B", "Z", "diffuse.R", "diffuse.G"])
+    ['Z', 'diffuse']
+    """
+    found = {name.rpartition(".")[0] or name: None for name in names}
+    return [name for name in found if name not in ("R", "G", "B", "A", "Y")]
+
+
+def _channels_of(names: Any, layer: str) -> dict[int, str]:
+    """Channels of a layer by their index: those named ``layer.X``, or the one named ``layer``."""
+    inside = {index: name for index, name in enumerate(names) if name.rpartition(".")[0] == layer}
+    return inside or {index: name for index, name in enumerate(names) if name == layer}
+
+
+def _attribute(spec: oiio.ImageSpec, name: str, default: Any) -> Any:
+    value = spec.getattribute(name)
+    return default if value is None else value
+
+
+def _is_wide(spec: oiio.ImageSpec) -> bool:
+    return str(spec.format) == "uint16"
+
+
+def _opaque(dtype: np.dtype[Any]) -> Any:
+    """Alpha 1 in a dtype."""
+    return dtype.type(np.iinfo(dtype).max if dtype.kind == "u" else 1)
+
+
+def _one_line(reason: object) -> str:
+    return " ".join(str(reason).split())
