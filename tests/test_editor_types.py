@@ -21,7 +21,7 @@ root = Path(__file__).resolve().parent.parent
 README = next(re.finditer(r"```python\n(.*?)```", (root / "README.md").read_text(), re.DOTALL))[1]
 #: To a type checker a tuple is no vec3.
 EXAMPLE = re.sub(r"weights: vec3 = \(", "weights: vec3 = vec3(", README)
-STARRED = EXAMPLE.replace("from passgraph import Const, Image, dot, vec3, vec4", "from passgraph import *")
+STARRED = re.sub(r"(?m)^from passgraph import .*$", "from passgraph import *", EXAMPLE)
 KNOWN = """
 from typing import Literal, assert_type
 from passgraph import *
