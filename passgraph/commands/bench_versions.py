@@ -51,7 +51,7 @@ def bench_versions(
     _check_names(file, [exact, *names], targets)
     chosen = {name: target for name, target in targets.items() if not names or name in (*names, exact)}
     pictures = read_inputs({"": chosen}, inputs)
-    picture_size, given = made_inputs(chosen, pictures, size, DEFAULT_SIZE, special=False)
+    picture_size, given = made_inputs(chosen, pictures, size, DEFAULT_SIZE)
     with ExitStack() as stack:
         devices = opened(backends)
         for device in devices:

@@ -10,11 +10,26 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from passgraph.commands.given_values import SettingType, known_values, run_values
-from passgraph.commands.graph_inputs import MADE_SIZE, InputType, made_inputs, opened, read_inputs
+from passgraph.commands.graph_inputs import (
+    MADE_SIZE,
+    InputType,
+    extreme_input,
+    made_inputs,
+    opened,
+    plain_input,
+    read_inputs,
+)
 from passgraph.commands.options import BackendType, SizeType
 from passgraph.commands.progress import progress
 from passgraph.commands.range_ends import MOST_ENDS, Tries
-from passgraph.commands.verdicts import console, most_ambiguous_option, most_seconds_option, say_equality, say_faults
+from passgraph.commands.verdicts import (
+    console,
+    most_ambiguous_option,
+    most_seconds_option,
+    say_equality,
+    say_faults,
+    say_non_finite,
+)
 from passgraph.errors import InputError
 
 if TYPE_CHECKING:
@@ -48,6 +63,8 @@ class Golden:
     "--ends", type=click.IntRange(0, 1 << 10), default=MOST_ENDS, show_default=True, metavar="N",
     help="Runs more of a graph at most, each with one value at an end of its range; 0: none.",
 )  # fmt: skip
+@click.option("--stress", is_flag=True, help="Run again with extreme values in made pictures, and report that apart.")
+@click.option("--allow-nan", is_flag=True, help="Pass NaN and infinity that the reference computes too.")
 @click.option("--golden", type=click.Path(path_type=Path), metavar="FOLDER", help="Compare with what is recorded here.")
 @click.option("--record", is_flag=True, help="With --golden: write inputs and outputs there instead.")
 @click.option(
@@ -63,6 +80,8 @@ def check(
     most_ambiguous: float,
     most_seconds: float | None,
     ends: int,
+    stress: bool,
+    allow_nan: bool,
     golden: Path | None,
     record: bool,
     golden_steps: int,
@@ -71,8 +90,9 @@ def check(
 
     Of a module its ``outputs`` are checked (a target, several, or a mapping), else its targets, else its effects on
     pictures, else each of its kernels.  Said first is whether backends made the same bits; then whether each is within
-    what rounding allows, with no NaN or infinity in the place of numbers; where rounding may turn too many decisions
-    for a verdict, it is undecided.  What passes is run again with values at the ends of their ranges.
+    what rounding allows. NaN and infinity fail, also where the reference computes them (--allow-nan). Where rounding
+    may turn too many decisions, or bounds are too wide, the verdict is undecided. What passes is run again with values
+    at the ends of their ranges, and with --stress with extreme values in the pictures that are made for it.
 
     Exit status: 0 all passed and as recorded, 1 something differs or is undecided, 2 an error.
     """
@@ -97,10 +117,14 @@ def check(
                 say(name)
                 pace = Pace(most_seconds, _named(say, name))
                 run = _Run(name, graph, pictures, dict(settings), size, kept, pace)
-                passed = run.checked(devices, say, most_ambiguous)
+                passed = run.checked(devices, say, most_ambiguous, allow_nan)
                 if passed and kept is None:
                     tries = Tries(ends, pictures, run.settings, size, devices, most_ambiguous)
                     passed = tries.passed(name, graph, pace, say)
+                if stress and kept is None:
+                    title = f"{name}, stress"
+                    extreme = _Run(title, graph, pictures, dict(settings), size, None, pace, extreme_input)
+                    passed &= extreme.checked(devices, say, most_ambiguous, True)
                 well &= passed
         finally:
             for backend in devices:
@@ -114,6 +138,7 @@ class _Run:
     def __init__(
         self, name: str, graph: Graph, pictures: Mapping[str, Picture], settings: Mapping[str, str],
         size: tuple[int, int] | None, golden: Golden | None, pace: Pace,
+        make: Callable[[tuple[int, int], int, str], Picture] = plain_input,
     ) -> None:  # fmt: skip
         from passgraph.commands.golden import recorded_run
         from passgraph.verify.oracle.passes import Passes
@@ -123,13 +148,15 @@ class _Run:
         if golden is not None and not golden.record:
             size, self.inputs, self.settings = recorded_run(golden.folder, name)
         else:
-            size, self.inputs = made_inputs(graph, pictures, size)
+            size, self.inputs = made_inputs(graph, pictures, size, made=make)
             self.made = [name for name in self.inputs if name not in pictures]
         values = run_values(name, graph, self.settings)
         self.settings = {name: text for name, text in self.settings.items() if name in values}
         self.passes = Passes(graph, size, [{**self.inputs, **values}], pace)
 
-    def checked(self, backends: Sequence[Any], say: Callable[[str], None], most_ambiguous: float) -> bool:
+    def checked(
+        self, backends: Sequence[Any], say: Callable[[str], None], most_ambiguous: float, allow_nan: bool
+    ) -> bool:
         """Whether every backend passed and all is as recorded; all that is found is printed."""
         from passgraph.commands import golden as recorded
         from passgraph.verify.compare import compared
@@ -140,8 +167,9 @@ class _Run:
         say_equality(on, report, self.name)
         _show(self.name, report)
         say_faults(on, report, self.name, self.made)
+        finite = say_non_finite(on, report, self.name, allow_nan)
         if self.golden is None:
-            return report.passed
+            return report.passed and finite
         if self.golden.record:
             recorded.record(self.golden.folder, self.name, self.passes, self.inputs, self.settings)
             click.echo(f"{self.name}: recorded in {self.golden.folder}")

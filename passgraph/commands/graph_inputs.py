@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,29 +62,41 @@ def read_inputs(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, Path]])
     return {name: load(path) for name, path in inputs}
 
 
+def plain_input(size: tuple[int, int], seed: int, number: str) -> Picture:
+    """A picture of usual values, for a channel's type."""
+    from passgraph.verify.conformance.scenes import plausible
+
+    return plausible(size, seed)
+
+
+def extreme_input(size: tuple[int, int], seed: int, number: str) -> Picture:
+    """A picture that also holds zeros, negative, huge and tiny values, where the format has them."""
+    from passgraph.verify.conformance.scenes import picture, with_special
+
+    return with_special(picture(size, seed), number)
+
+
 def made_inputs(
     graph: Graph,
     pictures: Mapping[str, Picture],
     size: tuple[int, int] | None,
     made_size: tuple[int, int] = MADE_SIZE,
-    special: bool = True,
+    made: Callable[[tuple[int, int], int, str], Picture] = plain_input,
 ) -> tuple[tuple[int, int], dict[str, Picture]]:
     """The output's size and a picture for each input: given, its default, or made.
 
-    ``special``: made pictures hold zeros, negative, huge and tiny values, where the format has them.
+    ``made`` makes a picture of a size, with a seed, for a channel's type: `plain_input` or `extreme_input`.
     """
     from passgraph.plan.reach import inputs_behind
-    from passgraph.verify.conformance.scenes import picture, with_special
 
     first = next(iter(pictures.values()), None)
     chosen = size or (made_size if first is None else (first.shape[1], first.shape[0]))
-    made = {}
+    brought = {}
     for number, (name, spec) in enumerate(inputs_behind(list(graph.values())).items()):
         channels = 4 if spec.format is None else spec.format.channels
         if name in pictures:
-            made[name] = pictures[name][:, :, :channels]
+            brought[name] = pictures[name][:, :, :channels]
         elif spec.default is None:
             kind = "f4" if spec.format is None else spec.format.number
-            plain = picture(spec.size or chosen, number)[:, :, :channels]
-            made[name] = with_special(plain, kind) if special else plain
-    return chosen, made
+            brought[name] = made(spec.size or chosen, number, kind)[:, :, :channels]
+    return chosen, brought

@@ -50,6 +50,22 @@ def say_equality(on: Console, report: Report, name: str = "") -> None:
         on.print(f"{name}{': ' if name else ''}{report.equality}", markup=False, soft_wrap=True)
 
 
+def say_non_finite(on: Console, report: Report, name: str, allowed: bool) -> bool:
+    """Tell of the first NaN or infinity that the reference computes too; return False if it is not allowed.
+
+    What only overflows where it is stored is told and passes: made pictures have highlights that few effects expect.
+    """
+    found = [target for backend in report.ran for target in backend.targets if target.non_finite is not None]
+    for target in found[:1]:
+        assert target.non_finite is not None
+        passes = allowed or not target.non_finite.causes
+        where = f"{name}: pass {target.step}, target {target.target}"
+        mend = "" if passes else "; where it is meant to be so: --allow-nan"
+        on.print(f"{where}: {target.non_finite}{mend}", markup=False, soft_wrap=True)
+        return passes
+    return True
+
+
 def say_faults(on: Console, report: Report, name: str = "", made: Sequence[str] = ()) -> None:
     """Why backends did not pass, once where it is the same of several; errors keep their lines.
 
@@ -65,8 +81,8 @@ def say_faults(on: Console, report: Report, name: str = "", made: Sequence[str] 
     targets = [target for backend in report.backends for target in backend.targets]
     if made and any(target.other_kind for target in targets):
         on.print(
-            f"What was made for {', '.join(made)} holds negative, huge and tiny numbers on purpose; where yours never "
-            "do, give a picture: --input NAME=FILE",
+            f"What was made for {', '.join(made)} holds 0 to 1, highlights up to 10,000, and a row of zeros; where "
+            "yours does not, give a picture: --input NAME=FILE",
             markup=False, soft_wrap=True,
         )  # fmt: skip
     if any(target.undecided for target in targets):

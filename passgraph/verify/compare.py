@@ -33,6 +33,7 @@ from passgraph.verify.oracle.passes import Key, Passes, Picture
 from passgraph.verify.oracle.watch import Cause, Watch
 from passgraph.verify.report import (
     MOST_AMBIGUOUS,
+    MOST_UNPROMISED,
     BackendReport,
     Difference,
     Report,
@@ -179,7 +180,13 @@ class _Comparison:
         }
         other = other_kinds(judged, expected, allowed)
         undecided = [key for key, target in made.items() if not target.decided][:1]
-        watches = self._watches_of(snaps, {key[1] for key in (*other, *undecided)})
+        both = {key: pixels for key in made if (pixels := _both_not_finite(judged[key], expected[key])).any()}
+        first_both = next(iter(both), None)
+        told_both = [] if first_both is None else [first_both]
+        watches = self._watches_of(snaps, {key[1] for key in (*other, *undecided, *told_both)})
+        for key in told_both:
+            kind = told(self.passes, key, both[key], judged[key], expected, watches[key[1]])
+            made[key] = replace(made[key], non_finite=replace(kind, both=True))
         for key, pixels in other.items():
             kind = told(self.passes, key, pixels, judged[key], expected, watches[key[1]])
             made[key] = replace(made[key], other_kind=kind)
@@ -194,10 +201,16 @@ class _Comparison:
         return known
 
 
+def _both_not_finite(got: Picture, expected: Picture) -> NDArray[np.bool_]:
+    return np.asarray((~np.isfinite(got) & ~np.isfinite(expected)).any(axis=2))
+
+
 def _places(target: TargetReport, watch: Watch) -> tuple[tuple[Cause, int], ...]:
     """What leaves a target undecided, and in how many pixels."""
     if target.ambiguous > target.most_ambiguous:
         return tuple(watch.decisions.most_common())
+    if target.is_vague and target.unpromised <= max(target.most_ambiguous, MOST_UNPROMISED):
+        return tuple(watch.imprecise.most_common())
     opened = {cause: len(np.unique(np.concatenate(parts))) for cause, parts in watch.opened.items()}
     return tuple(sorted(opened.items(), key=lambda item: -item[1]))
 
@@ -241,7 +254,17 @@ def _measured(
         _rmse(accumulated),
         most_ambiguous=most_ambiguous,
         untried=allowed.untried,
+        spread=_spread(reference),
     )
+
+
+def _spread(picture: Picture) -> float:
+    """What finite values span, without the outermost twentieths, or their size if that is more."""
+    finite = np.asarray(picture, np.float64)[np.isfinite(picture)]
+    if not finite.size:
+        return float("inf")
+    low, middle, high = np.percentile(finite, (5, 50, 95))
+    return float(max(high - low, abs(middle)))
 
 
 def _rmse(apart: NDArray[np.float64]) -> float:

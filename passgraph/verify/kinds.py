@@ -57,9 +57,15 @@ class OtherKind:
     expected: tuple[float, ...]
     reads: tuple[tuple[str, tuple[float, ...]], ...]
     causes: tuple[Cause, ...]
+    both: bool = False  # the reference has the same
 
     def __str__(self) -> str:
         column, row = self.pixel
+        if self.both:
+            return (
+                f"NaN or infinity at {self.share:.3%} of pixels, as the reference computes it, such as column "
+                f"{column}, row {row}: {numbers(self.got)}{self.given}: {self.cause}"
+            )
         return (
             f"NaN or infinity where the reference has numbers, or the reverse, at {self.share:.3%} of pixels, such as "
             f"column {column}, row {row}: {numbers(self.got)} where the reference has {numbers(self.expected)}"

@@ -17,6 +17,10 @@ MOST_AMBIGUOUS = 0.05
 #: Share of pixels of a target of which operations may promise nothing before there is no verdict.  Pictures that are
 #: made for a check hold what operations promise nothing for in a quarter of their pixels, and passes read around.
 MOST_UNPROMISED = 0.5
+#: A target whose allowed values span more than this share of what its values span says nothing of its backend.
+WIDEST_SHARE = 0.25
+#: Narrower bounds are never too wide: steps of formats of fixed range, and float32's own.
+NARROW_STEPS, NARROW = 4.0, 1e-6
 #: Decisions that are told, those of most pixels.
 MOST_TOLD = 3
 
@@ -38,9 +42,11 @@ class TargetReport:
     worst : (column, row) of the pixel that is farthest outside; where none is, of the largest error
     worst_got, worst_expected, worst_low, worst_high : values of the channel that is worst there, and what is allowed
     median_width : half of all intervals are narrower than this
+    spread : what the reference's values span, from the lowest twentieth to the highest, or their size if that is more
     accumulated_max, accumulated_rmse : on this backend's own pictures, with errors of earlier passes
     other_kind : NaN or infinity in the place of numbers, or the reverse, which bounds allow and no decision explains
     most_ambiguous : share of pixels that may be ambiguous before there is no verdict
+    non_finite : NaN or infinity that both make
     untried : pixels (of a draw: fragments) whose bounds were not found in the time that was given
     places : of the first target that is undecided: decisions with their lines of the kernel, and in how many pixels
     """
@@ -67,6 +73,14 @@ class TargetReport:
     most_ambiguous: float = MOST_AMBIGUOUS
     untried: int = 0
     places: tuple[tuple[Cause, int], ...] = ()
+    spread: float = np.inf
+    non_finite: OtherKind | None = None
+
+    @property
+    def is_vague(self) -> bool:
+        """Whether the allowed values are so far apart, compared with the values, that nearly any picture would pass."""
+        narrow = NARROW_STEPS / self.format.steps if self.format.steps else NARROW
+        return self.most_ambiguous < 1.0 and self.median_width > max(WIDEST_SHARE * self.spread, narrow)
 
     @property
     def within_bounds(self) -> bool:
@@ -78,6 +92,7 @@ class TargetReport:
         """Whether all was looked at, and few enough pixels are ambiguous for the verdict to mean something."""
         return (
             not self.untried
+            and not self.is_vague
             and self.ambiguous <= self.most_ambiguous
             and self.unpromised <= max(self.most_ambiguous, MOST_UNPROMISED)
         )
@@ -95,7 +110,8 @@ class TargetReport:
         if self.other_kind is not None:
             return f"NaN or infinite {self.other_kind.share:.3%}"
         ambiguous = f"{self.ambiguous:.2%} ambiguous"
-        return f"within, {ambiguous}" if self.decided else f"undecided, {ambiguous}"
+        figures = f"error {self.max_error:.2g}, allowed {self.median_width:.2g}"
+        return f"{'within' if self.decided else 'undecided'}, {ambiguous}, {figures}"
 
     @property
     def undecided(self) -> str:
@@ -107,6 +123,15 @@ class TargetReport:
             return (
                 f"{where}: time was up before the bounds of {self.untried} pixels were found; give more "
                 "(--most-seconds, most_seconds of compare), or smaller pictures"
+            )
+        promised = self.unpromised <= max(self.most_ambiguous, MOST_UNPROMISED)
+        if self.is_vague and promised and self.ambiguous <= self.most_ambiguous:
+            lost = ", ".join(f"{cause} at {count} pixels" for cause, count in self.places[:MOST_TOLD])
+            return (
+                f"{where}: half of all values may be {self.median_width:.3g} or more apart, and the values themselves "
+                f"span {self.spread:.3g}, so that nearly any picture would pass. "
+                f"{f'Precision is lost in {lost}. ' if lost else ''}Use smaller arguments there, or avoid "
+                "differences of large numbers"
             )
         if self.ambiguous <= self.most_ambiguous:
             return (

@@ -66,6 +66,19 @@ def picture(size: tuple[int, int] = SIZE, seed: int = 0) -> Picture:
     return np.dstack([colours, np.ones_like(x)]).astype(np.float32)
 
 
+def plausible(size: tuple[int, int] = SIZE, seed: int = 0) -> Picture:
+    """What cameras and renderers give: 0 to 1, highlights up to 10,000, alpha from 0 to 1, and a row of zeros.
+
+    >>> float(plausible((8, 4)).max()), plausible((8, 4))[0].any()
+    (10000.0, np.False_)
+    """
+    made = picture(size, seed)
+    made[-1] = np.geomspace(1.0, 1e4, size[0], dtype=np.float32)[:, None]
+    made[..., 3] = np.linspace(0.0, 1.0, size[0], dtype=np.float32)
+    made[0] = 0.0
+    return made
+
+
 #: What a channel holds (`Format.number`) → numbers with meanings of their own: zeros, ones, halves, huge and tiny ones.
 _SPECIAL = {
     "f4": (0.0, 1.0, 0.5, -1.0, -2.5, 2.0, 1e20, -1e20, 3e38, 1e-20, -1e-20, 1e-37, 8388609.0, -7.0, 4294967296.0),

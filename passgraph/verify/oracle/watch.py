@@ -49,11 +49,13 @@ class Watch:
     decisions : what rounding may turn, and in how many pixels (of a draw: fragments)
     opened : operations whose result may be NaN or infinite where no argument may be; pixels, row by row.  In the
         order in which the kernel computes them
+    imprecise : operations whose result may be anything of its own size where no argument may, and in how many pixels
     """
 
     step: Step
     decisions: Counter[Cause] = field(default_factory=Counter)
     opened: dict[Cause, list[Ints]] = field(default_factory=dict)
+    imprecise: Counter[Cause] = field(default_factory=Counter)
 
     def opened_at(self, pixel: int) -> tuple[Cause, ...]:
         return tuple(cause for cause, parts in self.opened.items() if any((part == pixel).any() for part in parts))
@@ -86,6 +88,7 @@ class WatchedInterpreter(Interpreter[Bounded, Lanes]):
         if wider:
             self.watch.decisions[Cause(expression.operation, expression.span)] += wider
         self._note_opened(expression, arguments, made)
+        self._note_imprecise(expression, arguments, made)
         return made
 
     def _note_opened(self, expression: ir.Apply, arguments: Sequence[Bounded], made: Bounded) -> None:
@@ -99,6 +102,24 @@ class WatchedInterpreter(Interpreter[Bounded, Lanes]):
         if len(lanes):
             found = self.watch.opened.setdefault(Cause(expression.operation, expression.span), [])
             found.append(self.pixels[self.track.lanes[lanes]])
+
+    def _note_imprecise(self, expression: ir.Apply, arguments: Sequence[Bounded], made: Bounded) -> None:
+        if not isinstance(made, Interval):
+            return
+        fresh = _imprecise(made)
+        for argument in arguments:
+            if isinstance(argument, Interval):
+                fresh = fresh & ~_imprecise(argument)
+        count = int((np.broadcast_to(fresh, self.track.lanes.shape) & self.track.active).sum())
+        if count:
+            self.watch.imprecise[Cause(expression.operation, expression.span)] += count
+
+
+def _imprecise(a: Interval) -> Lanes:
+    """Lanes of which a component is wider than a quarter of its size."""
+    with np.errstate(all="ignore"):
+        wide = a.hi - a.lo > 0.25 * np.fmax(np.abs(a.lo), np.abs(a.hi))
+    return np.asarray(wide.reshape(len(a), -1).any(axis=1))
 
 
 def _doubt(track: Track) -> int:
