@@ -198,7 +198,7 @@ def _show(name: str, report: Report) -> None:
     for backend in report.ran:
         table.add_column(backend.name, justify="right")
     for row in zip(*(backend.targets for backend in report.ran), strict=True):
-        cells = [t.verdict if t.passed else f"[bold red]{t.verdict}[/]" for t in row]
+        cells = [f"{t.verdict if t.passed else f'[bold red]{t.verdict}[/]'}, {t.figures}" for t in row]
         table.add_row(escape(row[0].step), escape(row[0].target), *cells)
     if report.ran:
         console().print(table)

@@ -110,8 +110,12 @@ class TargetReport:
         if self.other_kind is not None:
             return f"NaN or infinite {self.other_kind.share:.3%}"
         ambiguous = f"{self.ambiguous:.2%} ambiguous"
-        figures = f"error {self.max_error:.2g}, allowed {self.median_width:.2g}"
-        return f"{'within' if self.decided else 'undecided'}, {ambiguous}, {figures}"
+        return f"{'within' if self.decided else 'undecided'}, {ambiguous}"
+
+    @property
+    def figures(self) -> str:
+        """Beside the verdict: the largest error, and how wide the bounds of half of all values are at most."""
+        return f"error {self.max_error:.2g}, allowed {self.median_width:.2g}"
 
     @property
     def undecided(self) -> str:
