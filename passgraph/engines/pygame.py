@@ -10,8 +10,8 @@ from passgraph.engines.attachment import Attachment, Effect
 from passgraph.engines.hooks import check_has, hook
 from passgraph.errors import InputError
 
-#: ``pygame.OPENGL``
-_OPENGL = 0x2
+#: ``pygame.OPENGL``, and ``pygame.PREALLOC``: that SDL sends a surface of its own to the window.
+_OPENGL, _PREALLOC = 0x2, 0x01000000
 
 
 def attach(
@@ -52,7 +52,12 @@ def attach(
 def _check_has_opengl(display: Any) -> None:
     """Frames that pygame makes of surfaces are sent to the window behind ``flip``, where no effect sees them."""
     surface = display.get_surface()
-    if surface is not None and not surface.get_flags() & _OPENGL:
+    if surface is None:
+        return
+    # SDL from 2.32 on sends surfaces through OpenGL, and sets its flag for all windows.
+    flags = surface.get_flags()
+    is_scaled = tuple(surface.get_size()) != tuple(display.get_window_size())
+    if not flags & _OPENGL or flags & _PREALLOC or is_scaled:
         raise InputError(
             "pygame: the display has no OpenGL; call pygame.display.set_mode(size, pygame.OPENGL | pygame.DOUBLEBUF), "
             "and draw with OpenGL. Where surfaces are drawn, run a program on them: "

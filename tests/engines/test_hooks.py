@@ -95,15 +95,21 @@ def test_an_effect_that_cannot_be_made_hooks_nothing() -> None:
     assert window.destroy is print
 
 
-def test_a_display_of_surfaces_has_no_frame_for_effects() -> None:
+@pytest.mark.parametrize(
+    ("flags", "size"),
+    [(0x10, (64, 48)), (0x01000002, (64, 48)), (0x2, (1280, 960))],
+    ids=["no OpenGL", "surfaces, sent by SDL through OpenGL", "scaled surfaces, likewise"],
+)
+def test_a_display_of_surfaces_has_no_frame_for_effects(flags: int, size: tuple[int, int]) -> None:
+    surface = SimpleNamespace(get_flags=lambda: flags, get_size=lambda: (64, 48))
     display = SimpleNamespace(
-        flip=lambda: None, quit=lambda: None, set_mode=lambda: None,
-        get_surface=lambda: SimpleNamespace(get_flags=lambda: 0x10),
+        flip=lambda: None, quit=lambda: None, set_mode=lambda: None, get_surface=lambda: surface,
+        get_window_size=lambda: size,
     )  # fmt: skip
     attach = import_module("passgraph.engines.pygame").attach
     with pytest.raises(pg.InputError, match=r"pygame: the display has no OpenGL; call .*pygame\.OPENGL"):
         attach(display, black_and_white)
-    display.get_surface = lambda: SimpleNamespace(get_flags=lambda: 0x12)
+    surface.get_flags, display.get_window_size = lambda: 0x2, lambda: (64, 48)
     attach(display, black_and_white).close()
     display.get_surface = lambda: None  # before set_mode
     attach(display, black_and_white).close()
