@@ -20,10 +20,11 @@ P = ParamSpec("P")
 R = TypeVar("R")
 #: Effects come as a function that returns the picture and one that returns every target; both have one name in texts.
 SUFFIXES = ("_passes", "_targets")
-#: What an effect is applied to: one picture; a picture and a linear depth picture; a scene; a flat world and a size.
-Takes = Literal["picture", "picture+depth", "scene", "world2d"]
+#: What an effect is applied to: nothing, where it makes its picture of parameters alone; one picture; a picture and a
+#: linear depth picture; a scene; a flat world and a size.
+Takes = Literal["nothing", "picture", "picture+depth", "scene", "world2d"]
 #: How many arguments that is; those behind it are parameters.
-POSITIONAL: dict[Takes, int] = {"picture": 1, "picture+depth": 2, "scene": 1, "world2d": 2}
+POSITIONAL: dict[Takes, int] = {"nothing": 0, "picture": 1, "picture+depth": 2, "scene": 1, "world2d": 2}
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
@@ -125,8 +126,8 @@ def effect(name: str, takes: Takes = "picture", *, linear: bool = False) -> Call
     Parameters
     ----------
     name : lower-case words with hyphens
-    takes : "picture": a target; "picture+depth": a target and its linear depth; "scene": a `passgraph.Scene`;
-        "world2d": a `passgraph.effects.light2d.World2D` and a size
+    takes : "nothing": it makes its picture of parameters; "picture": a target; "picture+depth": a target and its linear
+        depth; "scene": a `passgraph.Scene`; "world2d": a `passgraph.effects.light2d.World2D` and a size
     linear : whether pictures of 8 and 16 bits are decoded from sRGB to linear light where nothing else is said
     """
 

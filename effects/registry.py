@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from passgraph.arguments import among, shown
 from passgraph.cached import cached_property
@@ -33,15 +33,14 @@ class Effect:
     ----------
     name : such as "tone-map"
     path : module and function, ``"passgraph.effects.pictures.tone_map:tone_map"``
-    takes : what its positional arguments are, see `passgraph.effects.checked.effect`; "nothing" of shader files that
-        make their picture of parameters alone
+    takes : what its positional arguments are, see `passgraph.effects.checked.effect`
     summary : the first line of its docstring
     loaded : the function where it is here already, as of a file that was just run; else it is imported
     """
 
     name: str
     path: str
-    takes: Takes | Literal["nothing"]
+    takes: Takes
     summary: str
     loaded: Callable[..., Any] | None = None
 
@@ -107,7 +106,7 @@ EFFECTS: Mapping[str, Effect] = _Effects()
 def _built_in() -> dict[str, Effect]:
     """Effects of this package, by kind, then by name: functions under ``@effect("name")`` in any of its files."""
     found = [effect for module, text in _texts() for effect in _marked(module, text)]
-    order = ("picture", "picture+depth", "scene", "world2d")
+    order = ("nothing", "picture", "picture+depth", "scene", "world2d")
     return {effect.name: effect for effect in sorted(found, key=lambda one: (order.index(one.takes), one.name))}
 
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 from passgraph.arguments import near, shown
 from passgraph.commands.flat import read_as_volumes
@@ -101,7 +101,7 @@ def _list(found: Mapping[str, object]) -> str:
 
 
 def effects_of_module(path: Path) -> dict[str, Effect]:
-    """Effects of a Python module of the user's, which is run, and each kernel of its own that reads a picture."""
+    """Effects of a Python module of the user's, which is run, and each pixel kernel of its own."""
     from passgraph.commands.own_file import names_of
     from passgraph.effects.checked import Mark
     from passgraph.graph.calls import PixelKernel
@@ -114,7 +114,7 @@ def effects_of_module(path: Path) -> dict[str, Effect]:
             place = f"{path}:{function.__name__}"
             found[mark.name] = Effect(mark.name, place, mark.takes, summary_of(function.__doc__), function)
     for name, kernel in names.items():
-        if isinstance(kernel, PixelKernel) and kernel.program.images and name not in found:
+        if isinstance(kernel, PixelKernel) and name not in found:
             found[name] = _of_kernel(kernel, path)
     return found
 
@@ -124,7 +124,7 @@ def effects_of_text(path: Path) -> dict[str, Effect]:
     from passgraph.commands.own_file import kernel_of_text
 
     kernel = kernel_of_text(path)
-    return {kernel.name: _of_kernel(kernel, path)} if kernel.program.images else {}
+    return {kernel.name: _of_kernel(kernel, path)}
 
 
 def _graphs_of_module_or_text(path: Path, name: str | None) -> Mapping[str, Graph]:
@@ -157,7 +157,10 @@ def reader_of(path: Path) -> Reader:
 
 @dataclass(frozen=True)
 class KernelEffect(Effect):
-    """A kernel as an effect: its first image is the picture, its other parameters are those of the effect."""
+    """A kernel as an effect: its first image is the picture, its other parameters are those of the effect.
+
+    Without an image it makes its picture of parameters alone.
+    """
 
     @property
     def kernel(self) -> PixelKernel[Any]:
@@ -167,9 +170,9 @@ class KernelEffect(Effect):
     def parameters(self) -> tuple[Parameter, ...]:
         from passgraph.effects.parameters import help_of
 
-        picture, texts = self.kernel.program.images[0], help_of(self.kernel)
+        texts = help_of(self.kernel)
         self._check_flat()
-        others = (parameter for parameter in self.kernel.parameters if parameter.name != picture)
+        others = (parameter for parameter in self.kernel.parameters if parameter.name not in self._picture)
         return tuple(_said(parameter, texts.get(parameter.name, ""), self) for parameter in others)
 
     def _check_flat(self) -> None:
@@ -185,11 +188,17 @@ class KernelEffect(Effect):
         return False
 
     def made(self, *taken: Any, **given: Any) -> Any:
-        return self.kernel(**{self.kernel.program.images[0]: taken[0]}, **given)
+        return self.kernel(**dict(zip(self._picture, taken, strict=True)), **given)
+
+    @property
+    def _picture(self) -> tuple[str, ...]:
+        """The name of the image that is the picture, if there is one."""
+        return tuple(self.kernel.program.images[:1])
 
 
 def _of_kernel(kernel: PixelKernel[Any], path: Path) -> KernelEffect:
-    return KernelEffect(kernel.name, f"{path}:{kernel.name}", "picture", summary_of(kernel.__doc__), kernel)
+    takes: Literal["picture", "nothing"] = "picture" if kernel.program.images else "nothing"
+    return KernelEffect(kernel.name, f"{path}:{kernel.name}", takes, summary_of(kernel.__doc__), kernel)
 
 
 def _said(parameter: KernelParameter, text: str, effect: Effect) -> Parameter:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -141,6 +142,10 @@ def flag_of(parameter: Parameter) -> str:
     '--radius-px'
     """
     return "--" + parameter.name.replace("_", "-")
+
+
+#: Of options for parameters that have the name of a command's option.
+PREFIX = "kernel_"
 
 
 class EffectOption(click.Option):
@@ -299,21 +304,26 @@ def options_of(effect: Effect, kind: type[EffectOption] = EffectOption) -> list[
 def options_beside(
     own: Sequence[click.Parameter], effect: Effect, kind: type[EffectOption] = EffectOption
 ) -> list[EffectOption]:
-    """Options of an effect's parameters beside a command's own; one that the command has too is the command's."""
+    """Options of an effect's parameters beside a command's own.
+
+    A parameter with the name of one of the command's options gets an option with a prefix: ``--kernel-rate``.
+    """
     taken = {name for param in own for name in (*param.opts, *param.secondary_opts, param.name)}
-    made = []
+    made: list[EffectOption] = []
     for option in options_of(effect, kind):
-        if not taken.intersection((*option.opts, *option.secondary_opts, option.name)):
-            made.append(option)
-        elif option.required:
-            raise InputError(
-                f"{effect.name} needs a value for {option.name!r}, and that is the name of an option of the command; "
-                "give the parameter a default, or another name"
-            )
+        parameter = option.parameter
+        while taken.intersection((*option.opts, *option.secondary_opts, option.name)):
+            option = option_of(replace(option.parameter, name=PREFIX + option.parameter.name), kind)
+        option.parameter = parameter
+        made.append(option)
     return made
 
 
 def given_parameters(ctx: click.Context) -> dict[str, Any]:
     """Parameters that were written on the command line; what is left out stays the effect's own choice."""
-    options = [p.name for p in ctx.command.get_params(ctx) if isinstance(p, EffectOption) and p.name]
-    return {n: ctx.params[n] for n in options if ctx.get_parameter_source(n) is not ParameterSource.DEFAULT}
+    options = {p.name: p.parameter.name for p in ctx.command.get_params(ctx) if isinstance(p, EffectOption) and p.name}
+    return {
+        name: ctx.params[option]
+        for option, name in options.items()
+        if ctx.get_parameter_source(option) is not ParameterSource.DEFAULT
+    }

@@ -47,7 +47,7 @@ Graph = Mapping[str, pg.Target]
 #: Largest text of kernels, bytes.
 MAX_TEXT_BYTES = 1 << 20
 #: Names of inputs, for effects that take pictures.
-TAKEN = {"picture": ("frame",), "picture+depth": ("frame", "depth")}
+TAKEN: dict[str, tuple[str, ...]] = {"nothing": (), "picture": ("frame",), "picture+depth": ("frame", "depth")}
 
 
 def graphs_of(path: Path, name: str | None = None) -> dict[str, Graph]:

@@ -19,6 +19,7 @@ from passgraph.effects.registry import EFFECTS, Effect, effect_named
 OUTSIDE = Path(__file__).parents[1] / "outside_effect"
 #: What a function of each kind begins with.
 TAKEN: dict[Takes, list[object]] = {
+    "nothing": [],
     "picture": [pg.Target],
     "picture+depth": [pg.Target, pg.Target],
     "scene": [pg.Scene],
@@ -115,7 +116,7 @@ def test_an_unknown_name_gets_a_suggestion() -> None:
 
 
 def test_a_wrong_mark_is_refused() -> None:
-    with pytest.raises(pg.GraphError, match="effect: takes cannot be 'mesh'; it is one of picture, picture"):
+    with pytest.raises(pg.GraphError, match="effect: takes cannot be 'mesh'; it is one of nothing, picture, picture"):
         effect("x", "mesh")  # type: ignore[arg-type]
 
 
