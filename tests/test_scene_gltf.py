@@ -6,6 +6,8 @@ import base64
 import io
 import json
 import logging
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -477,3 +479,20 @@ def test_an_opacity_that_would_hide_all_is_taken_as_opaque(tmp_path: Path) -> No
     scene = Scene.load(tmp_path / "m.obj", ground=False)
     assert scene.nodes[0].material.base_color[3] == 0.75
     assert scene.warnings == ("material 'a': its emissive light (Ke, map_Ke) is not shown",)
+
+
+@pytest.mark.parametrize("stride", [0, 12, 252])
+def test_a_count_beyond_its_buffer_is_refused_before_memory_is_allocated(tmp_path: Path, stride: int) -> None:
+    plain(tmp_path)
+    header = json.loads((tmp_path / "m.gltf").read_text())
+    header["accessors"][0]["count"] = 1 << 31
+    if stride:
+        header["bufferViews"][0]["byteStride"] = stride
+    (tmp_path / "m.gltf").write_text(json.dumps(header))
+    code = (
+        "import resource; import passgraph as pg; pg.Scene; resource.setrlimit(resource.RLIMIT_AS, (6 << 30,) * 2);"
+        f" pg.Scene.load({str(tmp_path / 'm.gltf')!r})"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "accessor 0 needs" in done.stderr.splitlines()[-1]
+    assert "the file is corrupt or truncated" in done.stderr

@@ -57,9 +57,10 @@ class GltfData:
         """(count, components) of an accessor; normalised integers as float64 in [-1, 1] or [0, 1]."""
         accessor = self.entry("accessors", index)
         dtype, width, count = _layout(accessor, f"{self.file}: accessor {index}")
-        values = np.zeros((count, width), dtype)
-        if "bufferView" in accessor:
+        if "bufferView" in accessor:  # its length is checked before anything is allocated
             values = self._rows(accessor["bufferView"], accessor.get("byteOffset", 0), dtype, count, width, index)
+        else:
+            values = np.zeros((count, width), dtype)
         if "sparse" in accessor:
             values = self._sparse(values.copy(), accessor["sparse"], index)
         if accessor.get("normalized") and dtype.kind in "iu":
