@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.frames.tiles_parts import Part
 from passgraph.plan.footprint import Footprint, Halo, windows
+from passgraph.plan.memory import told
 
 #: Windows are not larger than this where little is computed twice: their pictures of four floats are then below 32 MiB,
 #: up to which allocators hand memory out again (glibc, M_MMAP_THRESHOLD); what is larger comes from the system page by
@@ -21,30 +20,6 @@ LEAST_TILES = 8
 LEAST_PIXELS = 1 << 19
 #: Pixels computed for each pixel of a result: wider tiles are taken, which files read faster, up to here.
 FAIR_SHARE = 1.1
-_UNITS = {"": 1, "k": 10**3, "m": 10**6, "g": 10**9, "t": 10**12}
-_BINARY = {"ki": 1 << 10, "mi": 1 << 20, "gi": 1 << 30, "ti": 1 << 40}
-#: A number of bytes beyond this is a typing error.
-MOST_BYTES = 1 << 52
-
-
-def bytes_of(memory: object) -> int:
-    """A number of bytes, such as ``1_000_000``, ``"1 GB"`` or ``"512 MiB"``.
-
-    >>> bytes_of("1 GB"), bytes_of("1.5 KiB")
-    (1000000000, 1536)
-    """
-    if isinstance(memory, str):
-        found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([kmgt]?i?)b?\s*", memory.lower())
-        unit = None if found is None else {**_UNITS, **_BINARY}.get(found[2])
-        if found is None or unit is None:
-            raise InputError(f"memory must be bytes, such as '1 GB' or '512 MiB', got {arguments.shown(memory)}")
-        memory = int(float(found[1]) * unit)
-    return arguments.whole(memory, "memory (bytes)", 1, MOST_BYTES, InputError)
-
-
-def told(count: int) -> str:
-    """Bytes as messages tell them."""
-    return f"{count / 1e9:.1f} GB" if count >= 10**9 else f"{-(-count // 10**6)} MB"
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from passgraph.errors import BackendError
 from passgraph.graph.outputs import Outputs, named_outputs
 from passgraph.graph.targets import checked_size
 from passgraph.plan.data import Options
+from passgraph.plan.memory import bytes_of
 from passgraph.run.finite_checks import NonFinite, checked_choice
 from passgraph.run.program import Program
 from passgraph.run.result import Results
@@ -26,6 +27,7 @@ def compile(
     non_finite: NonFinite = "error",
     check_finite: bool = False,
     results: Results = "float32",
+    memory: int | str | None = None,
 ) -> Program:
     """Plan the graph behind some targets and make it ready to run.
 
@@ -54,10 +56,14 @@ def compile(
         ``"float32"``: values, 0 to 1 for formats of whole steps; ``"stored"``: what the target itself holds, such as
         uint8 for ``rgba8``.
 
+    memory
+        Most memory that inputs and targets may take: bytes, or text such as ``"2 GB"``. Left out, half of the machine's
+        (or the container's). Checked on the plan, before anything is allocated.
+
     Raises
     ------
     GraphError, KernelError
-        For what does not fit; with inputs whose size is open, at the first run.
+        For what does not fit, also into ``memory``; with inputs whose size is open, at the first run.
     BackendError
         For a pass that needs more images, parameters or targets, or a larger picture, than the device takes.
     DeviceMissingError
@@ -88,6 +94,7 @@ def compile(
     opened = open_backend(backend) if owns else arguments.instance(backend, Backend, "backend", expected, BackendError)  # type: ignore[arg-type]
     typed = cast("Results", arguments.one_of(results, "results", get_args(Results)))
     program = Program(named, opened, owns, bound, options, choice, checking, typed)
+    program.most_memory = None if memory is None else bytes_of(memory)
     try:
         if all(spec.size and spec.format for spec in program.inputs.values()):
             assert program.plan is not None

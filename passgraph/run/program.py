@@ -69,6 +69,8 @@ class Program:
         self._overrides: dict[tuple[str, str], object] = {}
         self._admission = Admission(self._inputs, outputs.values(), non_finite)
         self._closed = False
+        #: Bytes that the targets may take; None: half of the machine's memory.
+        self.most_memory: int | None = None
         self.replanned = 0  # how often an input of another size or format made a new plan
 
     @property
@@ -193,10 +195,12 @@ class Program:
         return {
             "backend": self.backend.name, "size": self._size, "options": asdict(self._options),
             "non_finite": self._non_finite, "check_finite": self._check_finite, "results": self._results,
+            "memory": self.most_memory,
         }  # fmt: skip
 
     def _make_plan(self) -> None:
         from passgraph.plan.build import build
+        from passgraph.plan.memory import check_memory
         from passgraph.run.execution import Execution
 
         # Nothing is left half made where the new plan fails: the next run starts afresh.
@@ -204,6 +208,7 @@ class Program:
             self._execution.release()
         self._held.execution = self._plan = None
         plan = build(self._outputs, self._size, self._bound, self._options, self.backend.limits)
+        check_memory(plan, self.most_memory)
         self._held.execution = made = Execution(plan, self.backend)
         self._plan = plan
         self._pass_check = PassCheck(plan) if self._check_finite else None

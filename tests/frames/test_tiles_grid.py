@@ -7,9 +7,10 @@ from itertools import product
 import pytest
 
 import passgraph as pg
-from passgraph.frames.tiles_grid import MOST_PIXELS, Cost, bytes_of, grid_of
+from passgraph.frames.tiles_grid import MOST_PIXELS, Cost, grid_of
 from passgraph.frames.tiles_parts import PIECE_PIXELS, pieces
 from passgraph.plan.footprint import Footprint, Halo
+from passgraph.plan.memory import bytes_of
 
 NEAR = Footprint(Halo(7, 7, 7, 7), frozenset())
 SIZES = [(1, 1), (3, 2000), (2000, 3), (1000, 800), (30_000, 20_000), (100_000, 20_000)]
