@@ -5,8 +5,8 @@ int pg_add(int a, int b) { return as_int(as_uint(a) + as_uint(b)); }
 int pg_sub(int a, int b) { return as_int(as_uint(a) - as_uint(b)); }
 int pg_mul(int a, int b) { return as_int(as_uint(a) * as_uint(b)); }
 int pg_shl(int a, int b) { return as_int(as_uint(a) << (as_uint(b) & 31u)); }
-// Not as_int(abs(a)): compilers take abs as never negative, also of the lowest int, and drop what tests for that.
-int pg_abs(int a) { return as_int(a < 0 ? 0u - as_uint(a) : as_uint(a)); }
+// Not the built-in: compilers take its result as never negative, also of the lowest int, and drop what tests for that.
+int pg_abs(int a) { return max(a, pg_sub(0, a)); }
 
 // By bits, so that no compiler assumes them away.
 bool pg_isnan(float x) { return (as_uint(x) & 0x7FFFFFFFu) > 0x7F800000u; }

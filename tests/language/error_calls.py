@@ -86,6 +86,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: pickle.dumps(FRAME), "handle of 'frame': graphs are not pickled; send plain data: pg.to_data(...)"),
     (lambda: vectors.dot(1, 2), "dot() exists inside kernels only; on the host use numpy"),
     (lambda: symbols.vec3(1, 2), "vec3 takes 3 numbers, got 2"),
+    (lambda: symbols.vec3("abc"), "vec3 takes numbers, got 'abc'"),
     (lambda: INVERT(FRAME, "a"), "gain must be float|parameter 'gain' must be float (a number), got 'a'"),
     (lambda: INVERT(FRAME, (1, 2)), "parameter 'gain' must be float (a number), got (1, 2)"),
     (lambda: TAPS(FRAME, 1.5), "parameter 'n' must be int, got floats (1.5); convert them first"),
