@@ -86,8 +86,8 @@ def with_surface_depth(function: Callable[P, R]) -> Callable[P, R]:
 
 
 #: The largest float32 is what infinity becomes where it is replaced.
-_SURFACE_DEPTH = """
-def surface_depth(depth: Image) -> float:
+_TEXT = """
+def {}(depth: Image) -> float:
     z = depth[0, 0].r
     return z if z > 0.0 and z < 3.4028234e38 else 0.0
 """
@@ -96,8 +96,11 @@ def surface_depth(depth: Image) -> float:
 def _surface_depth(depth: Target) -> Target:
     from passgraph.graph.calls import kernel
     from passgraph.graph.targets import target
+    from passgraph.run.finite_checks import SURFACE_DEPTH
 
-    made: Target = kernel(source=_SURFACE_DEPTH)(depth, into=target(f"surfaces of {depth.name}", "r32f", like=depth))
+    made: Target = kernel(source=_TEXT.format(SURFACE_DEPTH))(
+        depth, into=target(f"surfaces of {depth.name}", "r32f", like=depth)
+    )
     return made
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
@@ -23,7 +23,7 @@ from passgraph.plan.window import WINDOW, window_plan
 from passgraph.plan.within_limits import check
 from passgraph.run.admission import admitted_picture, format_of
 from passgraph.run.execution import Execution
-from passgraph.run.finite_checks import NonFinite, checked_choice
+from passgraph.run.finite_checks import NonFinite, checked_choice, readers_of
 from passgraph.run.program import Program
 from passgraph.run.result import Results
 
@@ -130,15 +130,11 @@ class Windows:
     def admitted(self, name: str, numbers: Numbers, window: Part) -> Any:
         """A window of an input, ready to be computed with."""
         try:
-            return admitted_part(self.bound, name, numbers, self._readers(name))
+            return admitted_part(self.bound, name, numbers)
         except InputError as error:
             raise InputError(
                 f"{error} (counted in a tile that begins at column {window[2]}, row {window[0]})"
             ) from None
-
-    def _readers(self, name: str) -> Iterator[str]:
-        """Passes that read an input, by name."""
-        return (step.name for step in self.plan.steps if self.plan.inputs[name] in step.reads)
 
     def compute(
         self, window: Part, pictures: Mapping[str, Any], values: Mapping[str, object], *, stored: bool = False
@@ -164,6 +160,7 @@ class Windows:
             self.execution.release()
 
 
-def admitted_part(bound: Bound, name: str, numbers: Numbers, readers: Iterable[str] = ()) -> Any:
+def admitted_part(bound: Bound, name: str, numbers: Numbers) -> Any:
     """A part of an input as a run takes it: the one place where what tiles read goes into a program."""
+    readers = readers_of(name, bound.outputs.values())
     return admitted_picture(numbers, InputSpec(name, bound.inputs[name].format), bound.non_finite, readers)

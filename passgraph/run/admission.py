@@ -13,7 +13,7 @@ from passgraph import arguments
 from passgraph.backends.base import DevicePicture
 from passgraph.errors import InputError
 from passgraph.formats import Format, as_many_channels, colour_format, curved, float_format
-from passgraph.graph.targets import InputSpec, Target
+from passgraph.graph.targets import InputSpec, Pass, Target
 from passgraph.plan.data import Plan
 from passgraph.run.finite_checks import NonFinite, admitted, readers_of
 
@@ -58,7 +58,7 @@ def admitted_device_picture(picture: DevicePicture, spec: InputSpec) -> DevicePi
 
 
 def admitted_picture(
-    given: Any, spec: InputSpec, non_finite: NonFinite = "keep", readers: Iterable[str] = ()
+    given: Any, spec: InputSpec, non_finite: NonFinite = "keep", readers: Iterable[Pass] = ()
 ) -> NDArray[Any]:
     """An input as (height, width, channels): as it is where the input's format holds such numbers, else in float32.
     What could hold NaN or infinity is looked through, see :func:`passgraph.run.finite_checks.admitted`.

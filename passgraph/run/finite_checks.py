@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 from passgraph.arguments import one_of
 from passgraph.errors import GraphError, InputError
 from passgraph.formats import Format
-from passgraph.graph.targets import Target
+from passgraph.graph.targets import Pass, PixelPass, Target
 from passgraph.plan.data import Plan, Step
 
 Picture: TypeAlias = NDArray[np.float32]
 NonFinite: TypeAlias = Literal["error", "replace", "keep"]
 CHOICES: tuple[NonFinite, ...] = get_args(NonFinite)
+#: The kernel that makes infinite, NaN and negative depth sky (effects/checked.py).
+SURFACE_DEPTH = "surface_depth"
 #: From here on float16 rounds to infinity (halfway between its largest number and 2¹⁶); below, to `LARGEST_HALF`.
 HALF_OVERFLOW = 65520.0
 LARGEST_HALF = 65504.0
@@ -103,7 +105,7 @@ def _are_finite_halves(picture: NDArray[Any]) -> bool:
     return bool(largest < HALF_INFINITY and lowest < HALF_INFINITY + 0x8000)
 
 
-def admitted(picture: Picture, name: str, format: Format | None, choice: NonFinite, readers: Iterable[str]) -> Picture:
+def admitted(picture: Picture, name: str, format: Format | None, choice: NonFinite, readers: Iterable[Pass]) -> Picture:
     """An input as passes may read it.
 
     Parameters
@@ -113,7 +115,7 @@ def admitted(picture: Picture, name: str, format: Format | None, choice: NonFini
     format : that it is stored in; None for float32
     choice : "error" refuses values that are not finite; "replace" makes NaN 0 and infinity the largest number of
         the format; "keep" lets them in
-    readers : names of the passes that read it, for the message
+    readers : the passes that read it; a picture that `SURFACE_DEPTH` alone reads is let in as it is
 
     Raises
     ------
@@ -126,11 +128,14 @@ def admitted(picture: Picture, name: str, format: Format | None, choice: NonFini
     found = find(picture, format)
     if found is None:
         return picture
+    passes = list(readers)
+    if passes and all(isinstance(one, PixelPass) and one.kernel.name == SURFACE_DEPTH for one in passes):
+        return picture
     stored = f" in {format.name}" if format is not None and np.isfinite(found.value) else ""
     if choice == "error":
         raise InputError(
-            f"input {name!r}: {found}{stored}; {_passes(list(readers))}. Mend the picture, or compile with "
-            "non_finite='replace' (NaN becomes 0, infinity the largest number) or 'keep'; "
+            f"input {name!r}: {found}{stored}; {_passes([one.name for one in passes])}. Mend the picture, or compile "
+            "with non_finite='replace' (NaN becomes 0, infinity the largest number) or 'keep'; "
             "on the command line --non-finite replace"
         )
     largest = LARGEST_HALF if _is_half(format) else LARGEST_FLOAT
@@ -194,11 +199,11 @@ class PassCheck:
         (self._bad.add if bad else self._bad.discard)(resource)
 
 
-def readers_of(name: str, outputs: Iterable[Target]) -> Iterator[str]:
-    """Passes behind some targets that read an input, by name."""
+def readers_of(name: str, outputs: Iterable[Target]) -> Iterator[Pass]:
+    """Passes behind some targets that read an input."""
     from passgraph.graph.calls import graph
 
     made = graph(*outputs)
     for node, data in made.nodes(data=True):
         if data["kind"] == "input" and data["name"] == name:
-            yield from (reader.name for reader in made.successors(node))
+            yield from made.successors(node)

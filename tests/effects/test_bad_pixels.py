@@ -57,6 +57,18 @@ def test_depth_that_is_no_distance_is_sky(name: str, value: float) -> None:
     assert np.array_equal(results(name, FRAME, other, **options), expected)
 
 
+def test_infinite_depth_needs_no_option_and_an_infinite_picture_does() -> None:
+    """What one pass turns into sky needs no refusal; what any other pass reads does."""
+    fog = EFFECTS["fog"].made(pg.Input("frame", "rgba32f", (WIDTH, HEIGHT)), pg.Input("depth", "r32f", (WIDTH, HEIGHT)))
+    depth = np.where(DEPTH > 4, np.float32(np.inf), DEPTH)
+    with pg.compile(fog, "numpy") as program:
+        assert np.isfinite(np.asarray(program(frame=FRAME, depth=depth))).all()
+        frame = FRAME.copy()
+        frame[0, 0, 0] = np.inf
+        with pytest.raises(pg.InputError, match="input 'frame': 1 of"):
+            program(frame=frame, depth=depth)
+
+
 def test_fxaa_of_linear_light_leaves_infinity_where_it_is() -> None:
     from passgraph.effects.pictures.fxaa import fxaa
 
