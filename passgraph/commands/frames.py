@@ -122,6 +122,8 @@ def run_clips(job: FramesJob, clips: list[Clip], settings: Settings, broken: lis
     for message in broken:
         _complain(message)
     is_whole, program = not broken, None
+    if settings.scheduler is not None:
+        click.echo(f"passgraph: connecting to {settings.scheduler}", err=True)
     client = None if settings.scheduler is None else connected(settings.scheduler)
     try:
         for clip in clips:

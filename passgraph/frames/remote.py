@@ -83,6 +83,10 @@ def lost_reported(client: Any, what: str, then: str) -> Iterator[None]:
         raise BackendError(f"{what}: no worker could compute it: {error}") from error
 
 
+#: How long a scheduler is waited for.
+CONNECT_SECONDS = 5
+
+
 def connected(address: str) -> Any:
     """A client of the scheduler at an address; the caller closes it.
 
@@ -93,11 +97,11 @@ def connected(address: str) -> Any:
     """
     Client = _client_class()
     try:
-        return Client(address, set_as_default=False)
+        return Client(address, set_as_default=False, timeout=CONNECT_SECONDS)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
-            f"no scheduler answers at {address!r} ({type(error).__name__}); start one with dask scheduler, and give "
-            "the address that it prints, such as tcp://host:8786"
+            f"no scheduler answers at {address!r} within {CONNECT_SECONDS} s ({type(error).__name__}); start one with "
+            "dask scheduler, and give the address that it prints, such as tcp://host:8786"
         ) from None
 
 
