@@ -338,10 +338,22 @@ def test_two_wrap_modes_are_named(tmp_path: Path) -> None:
     assert scene.warnings == (expected,)
 
 
+@pytest.mark.parametrize("filters", [{"magFilter": 9728}, {"minFilter": 9728}])
+def test_a_filter_that_is_not_applied_is_named(tmp_path: Path, filters: dict[str, int]) -> None:
+    material = {"name": "wood", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+    (warning,) = plain(tmp_path, material, UVS, **pictured(**filters)).warnings
+    assert warning == "wood base colour: its sampler asks for the nearest texel (NEAREST); it is filtered linearly"
+
+
 @pytest.mark.parametrize(
     ("material", "warning"),
     [
         ({"emissiveFactor": [0, 0, 1]}, "material 'wood': its emissive light is not shown"),
+        (
+            {"pbrMetallicRoughness": {"metallicFactor": 0.8}},
+            "material 'wood': its metal is not shown; it looks diffuse",
+        ),
+        ({"extensions": {"KHR_materials_unlit": {}}}, "material 'wood': KHR_materials_unlit is not shown"),
         ({"occlusionTexture": {"index": 0}}, "material 'wood': its occlusion map is not used"),
         ({"normalTexture": {"index": 0, "scale": 2}}, "material 'wood': the scale of its normal map is not applied"),
         ({"extensions": {"KHR_materials_sheen": {}}}, "material 'wood': KHR_materials_sheen is not shown"),

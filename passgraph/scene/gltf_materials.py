@@ -20,6 +20,8 @@ from passgraph.scene.matrices import Float64
 GLOSSY = "KHR_materials_pbrSpecularGlossiness"
 TRANSFORM = "KHR_texture_transform"
 WEBP = "EXT_texture_webp"
+#: Of a sampler (glTF 2.0, section 5.26): texels are not weighted.
+_NEAREST = 9728
 # of a sampler (OpenGL's numbers); what is none of them repeats
 WRAPS: dict[Any, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 
@@ -87,6 +89,10 @@ class GltfMaterials:
         add = self.data.notes.add
         if any(source.get("emissiveFactor", ())):
             add("its emissive light is not shown", where)
+        matt = source.get("pbrMetallicRoughness", {})
+        # Left out, the factor is 1, which most files do not mean.
+        if matt.get("metallicFactor", 0.0) or "metallicRoughnessTexture" in matt:
+            add("its metal is not shown; it looks diffuse", where)
         if "occlusionTexture" in source:
             add("its occlusion map is not used", where)
         if source.get("normalTexture", {}).get("scale", 1.0) != 1.0:
@@ -133,6 +139,8 @@ class GltfMaterials:
             return "repeat"
         sampler = self.data.entry("samplers", texture["sampler"])
         across, down = (WRAPS.get(sampler.get(key, 10497), "repeat") for key in ("wrapS", "wrapT"))
+        if _NEAREST in (sampler.get("magFilter"), sampler.get("minFilter")):
+            self.data.notes.add("its sampler asks for the nearest texel (NEAREST); it is filtered linearly", what)
         if across != down:
             self.data.notes.add(f"it wraps by {across} across and {down} down; {across} is used for both", what)
         return across
