@@ -54,6 +54,10 @@ class TiffSource:
         bits = page.bitspersample
         if page.dtype is None or bits not in (8, 16, 32, 64):
             raise InputError(f"{self.name}: {bits} bits a channel; expected 8, 16, or floats of 16, 32 or 64")
+        rows, columns = (page.tilelength, page.tilewidth) if page.is_tiled else (page.rowsperstrip, 1)
+        if not (rows and rows > 0 and columns and columns > 0):
+            kind = f"tiles of {columns}x{rows} pixels" if page.is_tiled else f"strips of {rows} rows"
+            raise InputError(f"{self.name}: says that it has {kind}; it is corrupt, make or copy it again")
         if page.imagedepth != 1 or page.photometric not in (1, 2, 6):
             kind = getattr(page.photometric, "name", page.photometric)
             raise InputError(f"{self.name}: is {kind}; expected gray (MINISBLACK) or RGB; convert it first")

@@ -8,6 +8,7 @@ from typing import Any
 import dask.array
 import numpy as np
 import pytest
+import tifffile
 
 import passgraph as pg
 from passgraph.effects.pictures.bloom import bloom
@@ -177,3 +178,21 @@ def test_what_is_not_finite_is_found_in_its_tile() -> None:
     given[7, 15, 1] = np.nan
     with pytest.raises(pg.InputError, match=r"(?s)not finite.*counted in a tile that begins at column 8, row 0"):
         pg.tiled(GRAPHS["sobel"]("clamp"), given, np.zeros_like(given), tile=(10, 6), progress=False)
+
+
+@pytest.mark.parametrize("compression", [None, "zlib"])
+@pytest.mark.parametrize(("tag", "tile"), [(278, None), (322, (16, 16)), (323, (16, 16))])
+def test_a_tiff_of_empty_strips_or_tiles_is_told(
+    tmp_path: Path, tag: int, tile: tuple[int, int] | None, compression: str | None
+) -> None:
+    """Damage: RowsPerStrip, TileWidth or TileLength is 0."""
+    file = tmp_path / "a.tif"
+    tifffile.imwrite(file, np.zeros((40, 50, 3), np.uint8), photometric="rgb", tile=tile, compression=compression)
+    with tifffile.TiffFile(file) as tiff:
+        entry = tiff.pages.first.tags[tag]
+        begin, size = entry.valueoffset, 4 if entry.dtype == 4 else 2
+    data = bytearray(file.read_bytes())
+    data[begin : begin + size] = bytes(size)
+    file.write_bytes(data)
+    with pytest.raises(pg.InputError, match=r"a\.tif\): says that it has .*; it is corrupt, make or copy it again"):
+        pg.tiled(made("copied", frame()), source=file, sink=tmp_path / "b.tif")
