@@ -230,7 +230,7 @@ def test_every_command_takes_the_same_names(named: str, capsys: pytest.CaptureFi
         ("apply empty.py photo.png -o out.png", "empty.py: has no effect and no kernel; mark a function"),
         ("apply two.py photo.png -o out.png", "two.py: has several effects; say which, such as two.py:a; it has a, b"),
         ("apply struct.py photo.png -o out.png", "parameter 'light' is a Light, which cannot be written on a command"),
-        ("apply taken.py photo.png -o out.png", "needs a value for 'output', and that is the name of an option"),
+        ("apply taken.py photo.png -o out.png", "Missing option '--kernel-output'"),
         ("apply mine.py photo.png -o out.png --weights 1,2", "weights is vec3, expected 3 numbers such as 1,0.9,0.8"),
         ("apply mine.py photo.png -o out.png --weights 1,2,x", "expected a number such as 0.5, got 'x'"),
         ("apply mine.py photo.png -o out.png --gain nan", "nan is not a finite number"),
