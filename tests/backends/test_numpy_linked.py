@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import passgraph as pg
 from passgraph.backends.numpy.machine import native
 from passgraph.backends.numpy.machine.compiler import compiled, load_object
 from passgraph.backends.numpy.machine.linked import MARK, linked, loaded
@@ -91,8 +94,11 @@ define double @entered(i64 %n) {
 """
 
 
+ENTERED = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_int64)
+
+
 def called(address: int, *numbers: int) -> list[float]:
-    function = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_int64)(address)
+    function = ENTERED(address)
     return [function(number) for number in numbers]
 
 
@@ -102,10 +108,12 @@ def test_linked_code_computes_what_llvm_loads() -> None:
     image = linked(code, "entered")
     assert image is not None and image.startswith(MARK)
     wanted = [1.6, 2.7, 3.8, 4.9, 6.0, 5.5, 6.5, 7.5]
-    by_llvm = called(load_object(code, "entered"), *range(8))
+    address, unload = load_object(code, "entered")
+    by_llvm = called(address, *range(8))
+    unload()
     assert by_llvm == pytest.approx(wanted, abs=1e-15)
     for _ in range(2):  # at two places
-        assert called(loaded(image), *range(8)) == by_llvm
+        assert called(loaded(image)[0], *range(8)) == by_llvm
 
 
 @linux
@@ -114,7 +122,7 @@ def test_the_c_librarys_functions_are_reached_from_anywhere() -> None:
     image = linked(compiled(LIBRARY, 0), "entered")
     assert image is not None and image.count(b"memset") == image.count(b"exp2") == 1
     for _ in range(2):
-        assert called(loaded(image), *range(8)) == [2.0**n for n in range(8)]
+        assert called(loaded(image)[0], *range(8)) == [2.0**n for n in range(8)]
 
 
 @pytest.mark.parametrize("text", [OUTSIDE, WRITTEN], ids=["calls another function", "writes to itself"])
@@ -139,12 +147,12 @@ def test_kernels_are_linked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         return PLAIN.replace("@entered", f"@{name}")
 
     parts = ("a test of linking", str(tmp_path))
-    first = called(native.function_code(parts, emit).address, 2)
+    first = native.function_code(parts, emit).function(ENTERED)(2)
     (file,) = (tmp_path / "code").iterdir()
     assert file.read_bytes()[32:].startswith(MARK)
     native.remember("code", file.name, compiled(emit(file.stem), 0))
     native._codes.clear()
-    assert called(native.function_code(parts, lambda _: pytest.fail("compiled anew")).address, 2) == first
+    assert native.function_code(parts, lambda _: pytest.fail("compiled anew")).function(ENTERED)(2) == first
 
 
 def test_a_processor_is_told_by_what_decides_its_instructions(tmp_path: Path) -> None:
@@ -161,3 +169,49 @@ def test_a_processor_is_told_by_what_decides_its_instructions(tmp_path: Path) ->
     file.write_text("processor\t: 0\nBogoMIPS\t: 50.00\nFeatures\t: fp asimd\n\n")
     assert told_by_linux(file) is None  # another family of processors
     assert told_by_linux(tmp_path / "missing") is None
+
+
+def mappings() -> int:
+    """Pieces of this process's memory that hold code of nobody's file."""
+    lines = Path("/proc/self/maps").read_text(encoding="utf-8").splitlines()
+    return sum(line.split()[1].startswith("r-x") and len(line.split()) == 5 for line in lines)
+
+
+@linux
+@pytest.mark.parametrize("by_llvm", [False, True], ids=["linked", "by LLVM"])
+def test_code_goes_with_the_last_that_has_it(by_llvm: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
+    if by_llvm:
+        monkeypatch.setattr(native, "linked", lambda code, name: None)
+
+    def made(number: int) -> native.Code:
+        return native.function_code((str(tmp_path), str(number)), lambda name: PLAIN.replace("@entered", f"@{name}"))
+
+    one, before = made(0), mappings()
+    for number in range(1, 100):
+        assert made(number).function(ENTERED)(2) == 3.8
+    assert mappings() - before < 50, "at most a few wait to be unloaded"
+    function = made(0).function(ENTERED)
+    assert made(0) is one
+    del one
+    assert function(2) == 3.8
+
+
+def test_closed_programs_leave_no_code() -> None:
+    def program(number: int) -> pg.Program:
+        kernel = pg.kernel(source=f"def k(p: Image) -> vec4:\n    return p[0, 0] * {number}.0625")
+        return pg.compile(kernel(pg.Input("p", "rgba32f", (64, 64)), into=pg.target("o", "rgba32f")))
+
+    def codes() -> int:
+        gc.collect()
+        return len(native._codes)
+
+    image = np.ones((64, 64, 4), np.float32)
+    with program(0) as made:
+        made(p=image)
+    before = codes()
+    for number in range(1, 20):
+        with program(number) as made:
+            assert made(p=image)["o"][0, 0, 0] == number + 0.0625
+    del made
+    assert codes() <= before

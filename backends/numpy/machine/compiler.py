@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import ctypes
 import threading
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -18,6 +19,8 @@ from passgraph.backends.numpy.machine.ir import POINTS
 
 #: Of each thread its own: a target machine fills in what it finds out as it goes.
 _own = threading.local()
+#: Engines whose code nobody has any more.
+_unloaded: list[Any] = []
 
 
 @cache
@@ -31,12 +34,14 @@ def host() -> tuple[str, str]:
 def machine() -> Any:
     """A target machine of this processor, for this thread alone."""
     if not hasattr(_own, "machine"):
-        name, features = host()
-        target = llvm.Target.from_default_triple()
-        _own.machine = target.create_target_machine(
-            cpu=name, features=features, opt=2, reloc="pic", codemodel="default"
-        )
+        _own.machine = _new_machine()
     return _own.machine
+
+
+def _new_machine() -> Any:
+    name, features = host()
+    target = llvm.Target.from_default_triple()
+    return target.create_target_machine(cpu=name, features=features, opt=2, reloc="pic", codemodel="default")
 
 
 def compiled(text: str, loops: int) -> bytes:
@@ -110,14 +115,16 @@ def _beside_others(name: str) -> Any:
     return getattr(function, "_cfn", function)
 
 
-@cache
-def _engine() -> Any:
-    return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine())
+def load_object(code: bytes, function: str) -> tuple[int, Callable[[], object]]:
+    """Where a function of an object file is, loaded by LLVM, and what unloads it; one thread at a time.
 
-
-def load_object(code: bytes, function: str) -> int:
-    """Where a function of an object file is, loaded by LLVM; one thread at a time."""
-    engine = _engine()
+    What is unloaded goes with the next one that is loaded: it may be the garbage collector that unloads it, in a thread
+    that is inside LLVM or forks.
+    """
+    while _unloaded:
+        _unloaded.pop().close()
+    # An engine gives back nothing before it is closed, and its machine with it.
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _new_machine())
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
-    return int(engine.get_function_address(function))
+    return int(engine.get_function_address(function)), partial(_unloaded.append, engine)

@@ -11,8 +11,9 @@ from __future__ import annotations
 import ctypes
 import mmap
 import struct
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any, ClassVar
 
 #: Begins what is linked; the format's number is its last byte.
@@ -99,8 +100,8 @@ def _text(code: bytes, strings: _Section, at: int) -> bytes:
     return code[strings.offset + at : code.index(b"\0", strings.offset + at)]
 
 
-def loaded(code: bytes) -> int:
-    """Where the function is that `linked` code is entered at.  It stays until the process ends: threads may be in it.
+def loaded(code: bytes) -> tuple[int, Callable[[], object]]:
+    """Where the function is that `linked` code is entered at, and what unloads it, when no thread may be in it.
 
     Raises
     ------
@@ -119,8 +120,10 @@ def loaded(code: bytes) -> int:
     ctypes.memmove(address, bytes(image), len(image))
     # Never both written and run.
     if system.mprotect(address, len(image), mmap.PROT_READ | mmap.PROT_EXEC):
-        raise OSError(ctypes.get_errno(), "memory for code cannot be run")
-    return address + int(entry)
+        error = ctypes.get_errno()
+        system.munmap(address, len(image))
+        raise OSError(error, "memory for code cannot be run")
+    return address + int(entry), partial(system.munmap, address, len(image))
 
 
 def _address(name: str) -> int:
@@ -135,4 +138,5 @@ def _system() -> Any:
     library.mmap.restype = ctypes.c_void_p
     library.mmap.argtypes = [ctypes.c_void_p, ctypes.c_size_t, *[ctypes.c_int] * 3, ctypes.c_long]
     library.mprotect.argtypes = [ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int]
+    library.munmap.argtypes = [ctypes.c_void_p, ctypes.c_size_t]
     return library

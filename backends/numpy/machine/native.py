@@ -10,6 +10,8 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
+from typing import Any
+from weakref import WeakValueDictionary, finalize
 
 import llvmlite
 
@@ -60,7 +62,10 @@ def lanes() -> int:
 
 
 class Code:
-    """Machine code of one function, maybe still on its way."""
+    """Machine code of one function, maybe still on its way.
+
+    It is unloaded with this object: whoever has its address keeps the object, as `function` does.
+    """
 
     def __init__(self, name: str, text: str, loops: int, made: bytes | None) -> None:
         self.name, self._text, self._loops = name, text, loops
@@ -93,9 +98,17 @@ class Code:
         assert self._address is not None
         return self._address
 
+    def function(self, kind: Callable[[int], Any], *keeps: object) -> Any:
+        """The function as ctypes calls it, which keeps its code, and what else it is told to, alive."""
+        made = kind(self.address)
+        made.keeps = (self, *keeps)
+        return made
+
     def _load(self) -> None:
         assert self._object is not None
-        self._address = _loaded(self.name, self._object)
+        self._address, unload = _loaded(self.name, self._object)
+        # Not when the interpreter ends: a daemon thread may still be in the function.
+        finalize(self, unload).atexit = False
         self._text, self._object = "", b""
 
 
@@ -106,7 +119,8 @@ def _compiled(name: str, text: str, loops: int) -> bytes:
     return linked(made, name) or made
 
 
-def _loaded(name: str, code: bytes) -> int:
+def _loaded(name: str, code: bytes) -> tuple[int, Callable[[], object]]:
+    """Where the function is, and what unloads it."""
     if code.startswith(MARK):
         return loaded(code)
     from passgraph.backends.numpy.machine.compiler import load_object
@@ -126,7 +140,8 @@ def _place() -> Iterator[None]:
         lock.release()
 
 
-_codes: dict[str, Code] = {}
+#: What some program has, by its key: code is unloaded with the last program that has it.
+_codes: WeakValueDictionary[str, Code] = WeakValueDictionary()
 _local = threading.local()
 
 
@@ -168,11 +183,12 @@ def _code(parts: tuple[str, ...], emit: Callable[[str], str], loops: int) -> Cod
     processor, features = _processor()
     told = (*texts, llvmlite.__version__, processor, *sorted(features), *parts)
     key = hashlib.sha256("\0".join(told).encode()).hexdigest()[:40]
-    if key not in _codes:
+    code = _codes.get(key)
+    if code is None:
         name = f"pg_{key}"
         made = recall("code", f"{name}.o")
-        _codes[key] = Code(name, emit(name) if made is None else "", loops, made)
-    return _codes[key]
+        code = _codes[key] = Code(name, emit(name) if made is None else "", loops, made)
+    return code
 
 
 @contextmanager

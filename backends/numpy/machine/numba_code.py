@@ -84,7 +84,7 @@ class Call:
     def run(self) -> Callable[..., int]:
         """A function of the numbers of a piece."""
         kind = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, *[ctypes.c_int64] * self.pieces)
-        return partial(kind(self.code.address), self.numbers.ctypes.data)
+        return partial(self.code.function(kind, self.numbers, self.held), self.numbers.ctypes.data)
 
     def bound(self, *arguments: Any) -> Callable[..., int]:
         """A function of the numbers of a piece, until others are bound; the arrays are kept alive as long."""

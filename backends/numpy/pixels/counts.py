@@ -42,7 +42,7 @@ class Counts:
 
     @cached_property
     def function(self) -> Any:
-        return _CALL(self.code.address)
+        return self.code.function(_CALL)
 
     def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
         (image,), made = images, [number for output in outputs for number in (output.address, output.pitch)]

@@ -75,7 +75,7 @@ class PixelRun:
     def function(self) -> Any:
         """What makes pieces; it finds the bodies in the context."""
         self.context[self.begin - len(self.bodies) : self.begin] = [body.address for body in self.bodies]
-        return _CALL(self.code.address)
+        return self.code.function(_CALL, self.bodies)
 
     def __call__(
         self, outputs: Sequence[Storage], images: Sequence[Sequence[Storage]], blocks: Sequence[Block]

@@ -38,7 +38,7 @@ class VertexStage:
 
     @cached_property
     def function(self) -> Any:
-        return _CALL(self.code.address)
+        return self.code.function(_CALL)
 
     def bound(
         self, block: Block, attributes: Sequence[Any], images: Sequence[Storage], clip: Any, varyings: Any
