@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -332,3 +336,36 @@ def test_memory_that_is_not_there_is_told_with_what_it_is_for_and_nothing_is_kep
         with pytest.raises(BackendError, match=says):
             pg.compile(made, backend=backend)
         assert not backend.held
+
+
+HUNGRY = """
+import resource, sys
+import numpy as np, passgraph as pg
+backend, extra = sys.argv[1], int(sys.argv[2])
+kernel = pg.kernel(source="def mean(p: Image) -> vec4:\\n    return p[-1, 0] * 0.5 + p[1, 0] * 0.5")
+
+def program(size):
+    once = kernel(pg.Input("frame", "rgba32f", size), into=pg.target("once", "rgba32f"))
+    return pg.compile(kernel(once, into=pg.target("twice", "rgba32f")), backend=backend)
+
+with program((64, 64)) as small:  # all that is loaded and compiled once
+    small(frame=np.ones((64, 64, 4), np.float32))
+picture = np.ones((2048, 2048, 4), np.float32)
+with open("/proc/self/statm") as file:
+    now = int(file.read().split()[0]) * resource.getpagesize()
+resource.setrlimit(resource.RLIMIT_AS, (now + (extra << 20),) * 2)
+try:
+    with program((2048, 2048)) as large:
+        large(frame=picture)
+except pg.BackendError as error:
+    print(error)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of address space are Linux's")
+@pytest.mark.parametrize("extra", [30, 200], ids=["for its targets", "for its results"])
+def test_a_process_without_memory_is_told_so(backend_name: str, extra: int) -> None:
+    command = [sys.executable, "-c", HUNGRY, backend_name, str(extra)]
+    made = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert made.returncode == 0, made.stderr
+    assert re.search(r"2048 ?x ?2048|192 MiB", made.stdout) and "memory" in made.stdout.lower(), made.stdout

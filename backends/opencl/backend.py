@@ -92,8 +92,12 @@ class OpenCLBackend(Backend):
                 f"{what} needs {size:,} bytes; {self.device.name.strip()} gives at most {self.max_bytes:,} "
                 f"at once (of {self.device.global_mem_size:,}); use a smaller size or format"
             )
+        flags = self.cl.mem_flags.READ_WRITE
+        if self.is_cpu:
+            # Its memory is the host's, asked for at once: PoCL ends the process where it finds none later.
+            flags |= self.cl.mem_flags.ALLOC_HOST_PTR
         with self.reported(f"making {what} of {size:,} bytes"):
-            buffer = self.cl.Buffer(self.context, self.cl.mem_flags.READ_WRITE, size)
+            buffer = self.cl.Buffer(self.context, flags, size)
         self.alive[buffer.int_ptr] = buffer
         return buffer
 
@@ -133,12 +137,13 @@ class OpenCLBackend(Backend):
         """Driver errors as BackendError that says what was being done."""
         try:
             yield
-        except self.cl.MemoryError as error:
-            raise BackendError(
-                f"{self.device.name.strip()} is out of memory while {doing} "
-                f"({self.device.global_mem_size:,} bytes in all): {error}"
-            ) from None
         except self.cl.Error as error:
+            codes = self.cl.status_code
+            if error.code in (codes.MEM_OBJECT_ALLOCATION_FAILURE, codes.OUT_OF_RESOURCES, codes.OUT_OF_HOST_MEMORY):
+                raise BackendError(
+                    f"{self.device.name.strip()} is out of memory while {doing} "
+                    f"({self.device.global_mem_size:,} bytes in all): {error}"
+                ) from None
             raise BackendError(f"the OpenCL driver failed while {doing}: {error}") from None
 
     # Pictures

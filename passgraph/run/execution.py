@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
@@ -78,7 +78,7 @@ class Execution:
             # Nothing moves them, and they know nothing of this: a program that nobody has is gone at once.
             self._buffers = Buffers(plan, backend, {resource: self._storage(resource) for resource in plan.buffers})
             chains = Chains(plan)
-            with backend.compiling():
+            with backend.compiling(), self._reports_memory("compile this graph"):
                 while len(self._runs) < len(plan.steps):
                     self._compile_next(chains)
         except BaseException:
@@ -153,6 +153,18 @@ class Execution:
             )
         return self._compile_draw(step)
 
+    @contextmanager
+    def _reports_memory(self, doing: str) -> Iterator[None]:
+        """Want of memory as an error that says what was being done, and what the graph takes."""
+        try:
+            yield
+        except MemoryError as error:
+            held = sum(memory.bytes for memory in self.plan.memories) / 2**20
+            raise BackendError(
+                f"{self.backend.name} finds no memory to {doing} ({error}); its targets take {held:.0f} MiB, and the "
+                "results come on top; use a smaller size or format, or work tile by tile"
+            ) from error
+
     def _made(self, number: int) -> Any:
         """A storage for one of the plan's memories."""
         memory = self.plan.memories[number]
@@ -205,7 +217,8 @@ class Execution:
         where results go, by resource; ``results`` as what the others are asked for afterwards, None if they are not.
         ``timed`` is handed each step to run.
         """
-        self.lending.begin(room or {}, results)
+        with self._reports_memory("make room for the results"):
+            self.lending.begin(room or {}, results)
         values = self._values(given)
         static = {name: values[name] for name in self._static_values}
         for number, handle in enumerate(self._by_value):
@@ -215,7 +228,8 @@ class Execution:
         if check is not None:
             check.begin()
         try:
-            self._run_steps(pictures, values, observe, check, static_changed, timed)
+            with self._reports_memory("run this graph"):
+                self._run_steps(pictures, values, observe, check, static_changed, timed)
         except BaseException:
             self.lending.begin({})
             raise
@@ -350,15 +364,18 @@ class Execution:
 
     def download(self, resource: int) -> Picture:
         """A picture of the last run."""
-        return self.backend.download(self._storage(resource))
+        with self._reports_memory(f"read {self.plan.resources[resource].name!r}"):
+            return self.backend.download(self._storage(resource))
 
     def result(self, resource: int, results: Results) -> Given:
         """The same as its caller wants it: what was given to write into, the format's numbers, or values."""
         found = self.lending.result(resource)
         if found is None:
-            format_ = self.plan.resources[resource].format
-            found = self.lending.array(resource, np.dtype(format_.number if results == "stored" else np.float32))
-            self.backend.download_into(self._storage(resource), found, format_)
+            made = self.plan.resources[resource]
+            with self._reports_memory(f"read {made.name!r} ({made.size[0]}x{made.size[1]} {made.format.name})"):
+                dtype = np.dtype(made.format.number if results == "stored" else np.float32)
+                found = self.lending.array(resource, dtype)
+                self.backend.download_into(self._storage(resource), found, made.format)
         return found
 
     def replace(self, resource: int, picture: Picture) -> None:

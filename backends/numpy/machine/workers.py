@@ -85,7 +85,10 @@ class Workers:
     def _start(self) -> None:
         for number in range(1, self.count):
             thread = threading.Thread(target=_work, args=(self._jobs,), name=f"passgraph_{number}", daemon=True)
-            thread.start()
+            try:
+                thread.start()
+            except RuntimeError:  # the system gives no more: there is no memory for a stack, or a limit
+                return
             self._threads.append(thread)
 
     def close(self) -> None:
