@@ -18,22 +18,24 @@ import llvmlite
 from passgraph.backends.numpy.machine.linked import MARK, linked, loaded
 from passgraph.backends.numpy.machine.processor import told_by_linux
 from passgraph.disk_cache import recall, remember, text_digest
+from passgraph.errors import BackendError
 from passgraph.language import borders
 
 #: Held by whoever writes text or loads code: LLVM's engine and what numba knows are one for the process, made once.
 _compiling = threading.RLock()
+_importing = threading.Lock()
 #: Whoever is inside LLVM with a text holds one of them; as many threads may be.
 _places = [threading.Lock() for _ in range(16)]
 
 
 def _hold() -> None:
     _compiling.acquire()
-    for lock in _places:
+    for lock in (*_places, _importing):
         lock.acquire()
 
 
 def _let_go() -> None:
-    for lock in _places:
+    for lock in (*_places, _importing):
         lock.release()
     _compiling.release()
 
@@ -48,9 +50,7 @@ def _processor() -> tuple[str, frozenset[str]]:
     """What tells this processor from others, and what it can do, without LLVM where the system says it."""
     told = told_by_linux()
     if told is None:
-        from passgraph.backends.numpy.machine.compiler import host
-
-        name, features = host()
+        name, features = _compiler().host()
         told = name, frozenset(feature[1:] for feature in features.split(",") if feature.startswith("+"))
     return told
 
@@ -113,9 +113,7 @@ class Code:
 
 
 def _compiled(name: str, text: str, loops: int) -> bytes:
-    from passgraph.backends.numpy.machine.compiler import compiled
-
-    made = compiled(text, loops)
+    made = _compiler().compiled(text, loops)
     return linked(made, name) or made
 
 
@@ -123,9 +121,22 @@ def _loaded(name: str, code: bytes) -> tuple[int, Callable[[], object]]:
     """Where the function is, and what unloads it."""
     if code.startswith(MARK):
         return loaded(code)
-    from passgraph.backends.numpy.machine.compiler import load_object
+    found: tuple[int, Callable[[], object]] = _compiler().load_object(code, name)
+    return found
 
-    return load_object(code, name)
+
+def _compiler() -> Any:
+    """LLVM, loaded when code is first compiled: what is on disk needs none."""
+    try:
+        # One at a time: a thread that waits for a module whose import fails is given half of it.
+        with _importing:
+            from passgraph.backends.numpy.machine import compiler
+    except (ImportError, OSError) as error:
+        raise BackendError(
+            "numpy compiles kernels with llvmlite, which cannot be loaded here; its library takes about 300 MB of "
+            f"address space: raise the process's limit, else install llvmlite again ({error})"
+        ) from error
+    return compiler
 
 
 @contextmanager
@@ -224,8 +235,9 @@ class _Batch:
             return
         self.queue.put(code)
         if self.started < self.others:
-            self.started += 1
-            threading.Thread(target=_help, args=(self.queue,), name="passgraph_compile", daemon=True).start()
+            with suppress(RuntimeError):  # the system gives no more threads: this one compiles all
+                threading.Thread(target=_help, args=(self.queue,), name="passgraph_compile", daemon=True).start()
+                self.started += 1
 
     def finish(self) -> None:
         for code in self.codes:
