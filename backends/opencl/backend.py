@@ -92,12 +92,10 @@ class OpenCLBackend(Backend):
                 f"{what} needs {size:,} bytes; {self.device.name.strip()} gives at most {self.max_bytes:,} "
                 f"at once (of {self.device.global_mem_size:,}); use a smaller size or format"
             )
-        flags = self.cl.mem_flags.READ_WRITE
-        if self.is_cpu:
-            # Its memory is the host's, asked for at once: PoCL ends the process where it finds none later.
-            flags |= self.cl.mem_flags.ALLOC_HOST_PTR
+        # On processors its memory is the host's, asked for at once: PoCL ends the process where it finds none later.
+        at_once = self.cl.mem_flags.ALLOC_HOST_PTR if self.is_cpu else 0
         with self.reported(f"making {what} of {size:,} bytes"):
-            buffer = self.cl.Buffer(self.context, flags, size)
+            buffer = self.cl.Buffer(self.context, self.cl.mem_flags.READ_WRITE | at_once, size)
         self.alive[buffer.int_ptr] = buffer
         return buffer
 
