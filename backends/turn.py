@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import threading
 from collections import deque
@@ -14,6 +15,10 @@ from passgraph.errors import BackendError, PassgraphError
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
+
+
+#: How long the end of the interpreter waits for what another thread runs on a backend.
+LAST_RUN_S = 10.0
 
 
 class Turn:
@@ -55,6 +60,10 @@ class Turn:
         while self._left:
             with suppress(PassgraphError):  # not the error of whoever entered
                 self._left.popleft()()
+
+    def end(self) -> None:
+        """Called when the interpreter ends: what daemon threads run now ends well, and nothing new begins."""
+        self._lock.acquire(timeout=LAST_RUN_S)
 
     def forked(self, backend: Backend) -> None:
         """Called in a child process right after the fork, while it has one thread."""
@@ -109,6 +118,17 @@ def turn_of(backend: Backend, name: str) -> Turn:
 def _after_fork() -> None:
     for backend in list(_backends.values()):
         backend.turn.forked(backend)
+
+
+@atexit.register
+def _at_exit() -> None:
+    """Keep daemon threads out of drivers for good.
+
+    A thread that comes back from a driver's C++ when there is no interpreter any more is ended by Python, which C++ takes
+    for an error that nobody caught: the process aborts.
+    """
+    for backend in list(_backends.values()):
+        backend.turn.end()
 
 
 if hasattr(os, "register_at_fork"):

@@ -398,3 +398,34 @@ def test_what_fails_to_be_given_back_leaves_the_turn_free() -> None:
     other = threading.Thread(target=enter, daemon=True)
     other.start()
     assert entered.wait(HANGS_S)
+
+
+DAEMONS = """
+import sys, threading, time
+import numpy as np, passgraph as pg
+
+kernel = pg.kernel(source="def left(p: Image) -> vec4: return p[-1, 0]")
+frame = np.ones((480, 640, 4), np.float32)
+running = threading.Semaphore(0)
+
+def run(program):
+    program(frame=frame)
+    running.release()
+    while True:
+        program(frame=frame)
+
+moved = kernel(pg.Input("frame", "rgba32f", (640, 480)), into=pg.target("out"))
+shared, another = (pg.compile(moved, sys.argv[1]) for _ in range(2))
+for program in (shared, shared, another):
+    threading.Thread(target=run, args=(program,), daemon=True).start()
+for _ in range(3):
+    running.acquire()
+"""
+
+
+def test_the_interpreter_ends_while_daemon_threads_run(backend_name: str) -> None:
+    for _ in range(2):
+        made = subprocess.run(
+            [sys.executable, "-c", DAEMONS, backend_name], capture_output=True, text=True, check=False, timeout=HANGS_S
+        )
+        assert (made.returncode, made.stderr) == (0, "")
