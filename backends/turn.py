@@ -124,8 +124,8 @@ def _after_fork() -> None:
 def _at_exit() -> None:
     """Keep daemon threads out of drivers for good.
 
-    A thread that comes back from a driver's C++ when there is no interpreter any more is ended by Python, which C++ takes
-    for an error that nobody caught: the process aborts.
+    A thread that comes back from a driver's C++ when the interpreter is gone is ended by Python, which C++ takes for an
+    error that nobody caught: the process aborts.
     """
     for backend in list(_backends.values()):
         backend.turn.end()
