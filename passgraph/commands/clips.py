@@ -40,7 +40,7 @@ from passgraph.frames.names import (
 from passgraph.frames.open import open_source
 from passgraph.frames.pictures import Pictures, Repeated, Still, ToPictures
 from passgraph.frames.pipe import Pipe, Raw, ToPipe
-from passgraph.frames.video import Video
+from passgraph.frames.video import INTERLACED, Video
 from passgraph.frames.video_sink import ToVideo
 from passgraph.image_files import WRITABLE
 from passgraph.pictures import check_holds_bits
@@ -224,6 +224,8 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
     for clip in clips:
         if isinstance(clip.sink, ToPictures):
             tell_of_lost_bits(clip.sink, clip.source)
+        if isinstance(clip.source, Video) and clip.source.is_interlaced:
+            click.echo(f"passgraph: warning: {clip.source.path}: {INTERLACED}", err=True)
     if writing.raw and not any(isinstance(clip.source, Pipe) or isinstance(clip.sink, ToPipe) for clip in clips):
         raise InputError("--raw is for streams, and none is read or written; name one: -o -")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
@@ -30,6 +31,13 @@ RGB, BT709, BT601, UNSPECIFIED = 0, 1, 6, 2
 _FORMATS = "mov,matroska,avi,mpegts,mpeg,mpegvideo,h264,hevc,ivf,ogg,asf,flv,mxf,nut"
 #: A file may not make libav read other ones.
 OPENING = {"format_whitelist": _FORMATS, "protocol_whitelist": "file"}
+#: Of libavcodec's numbers for the order of fields, the last one (1) that is none.
+PROGRESSIVE = 1
+#: What is said of a video whose frames are two fields, taken one after the other.
+INTERLACED = (
+    "is interlaced; the two fields of each frame are taken as one picture, and what is written is marked progressive; "
+    "deinterlace it first (ffmpeg -i INPUT -vf bwdif=mode=send_frame OUTPUT)"
+)
 
 
 def import_av(file: Path) -> Any:
@@ -53,6 +61,7 @@ class Video:
     rate : frames a second on average, or None
     time_base : what one unit of ``pts`` in a frame's metadata is, in seconds
     matrix, colour_range, primaries, transfer : as the file says, by the numbers of libavutil; written again as they are
+    is_interlaced : whether a frame is two fields, one after the other; they are read as one picture, with a warning
     deep, has_alpha, has_chroma : whether it has more than 8 bits, transparency, and colours as Y'CbCr
 
     Raises
@@ -73,6 +82,7 @@ class Video:
             self.aspect = stream.sample_aspect_ratio
             self.matrix, self.colour_range = context.colorspace, context.color_range
             self.primaries, self.transfer = context.color_primaries, context.color_trc
+            self.is_interlaced = context.field_order > PROGRESSIVE
             parts = context.format.components if context.format else ()
             self.deep = any(part.bits > 8 for part in parts)
             self.has_alpha = any(part.is_alpha for part in parts)
@@ -96,6 +106,8 @@ class Video:
 
     def __iter__(self) -> Iterator[Frame]:
         number, end, converted = 0, Fraction(0), Conversion()
+        if self.is_interlaced:
+            warnings.warn(f"{self.path}: {INTERLACED}", stacklevel=2)
         with opened(self.path) as container:
             stream = video_stream(self.path, container)
             stream.thread_type = "AUTO"

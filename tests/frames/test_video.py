@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.commands import main
 from passgraph.errors import InputError
 from passgraph.frames import Arrays, Outcome, ToArrays, ToVideo, Video
 from tests.frames.made import INVERT, SCALED, grays, inverted, picture, sequence, summed, value, video
@@ -517,3 +518,20 @@ def test_every_column_of_a_narrow_video_is_read(tmp_path: Path, width: int) -> N
         made = frame.read()
         assert (made[..., 3] == 255).all()
         assert np.abs(made[..., :3].astype(int) - (200, 100, 50)).max() <= 3
+
+
+@pytest.mark.parametrize(("codec", "suffix"), [("mpeg2video", ".mpg"), ("libx264", ".mp4")])
+def test_interlaced_video_is_told(tmp_path: Path, codec: str, suffix: str, capfd: pytest.CaptureFixture[str]) -> None:
+    source = tmp_path / f"fields{suffix}"
+    with av.open(str(source), "w") as container:
+        stream = container.add_stream(codec, 25)
+        stream.width, stream.height, stream.pix_fmt, stream.options = 64, 48, "yuv420p", {"flags": "+ildct+ilme"}
+        for level in (40, 80, 120):
+            frame = av.VideoFrame.from_ndarray(np.full((48, 64, 3), level, np.uint8))
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    with pytest.warns(UserWarning, match="is interlaced; .* deinterlace it first"):
+        assert len(list(Video(source))) == 3
+    assert main(["apply", "black-and-white", str(source), "-o", str(tmp_path / "out.mp4")]) == 0
+    assert "passgraph: warning: " in (said := capfd.readouterr().err) and "is interlaced" in said
+    assert not Video(tmp_path / "out.mp4").is_interlaced
