@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.commands import main
+from passgraph.commands.entry import run
 from passgraph.errors import InputError
 from passgraph.frames import Arrays, Outcome, ToArrays, ToVideo, Video
 from tests.frames.made import INVERT, SCALED, grays, inverted, picture, sequence, summed, value, video
@@ -532,6 +532,6 @@ def test_interlaced_video_is_told(tmp_path: Path, codec: str, suffix: str, capfd
         container.mux(stream.encode())
     with pytest.warns(UserWarning, match="is interlaced; .* deinterlace it first"):
         assert len(list(Video(source))) == 3
-    assert main(["apply", "black-and-white", str(source), "-o", str(tmp_path / "out.mp4")]) == 0
+    assert run(["apply", "black-and-white", str(source), "-o", str(tmp_path / "out.mp4")]) == 0
     assert "passgraph: warning: " in (said := capfd.readouterr().err) and "is interlaced" in said
     assert not Video(tmp_path / "out.mp4").is_interlaced
