@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import ChainMap
-from collections.abc import Sequence
 from functools import cache
 from typing import cast
 
@@ -32,9 +31,8 @@ COMMUTATIVE = frozenset(row.name for row in OPERATIONS.values() if row.commutes)
 class Emitter:
     """Instructions in the making.  ``simplify=False`` turns folding of floats, sharing and selection off."""
 
-    def __init__(self, simplify: bool = True, derived: Derived | None = None) -> None:
+    def __init__(self, simplify: bool = True) -> None:
         self.simplify = simplify
-        self.derived = derived  # what follows from numbers that are known later
         self.blocks: list[list[s.Instruction]] = [[]]
         self.known: list[dict[tuple[object, ...], object]] = [{}]
         self.ids = self.highest = 0
@@ -127,8 +125,6 @@ class Emitter:
     def _fold(self, name: str, result: str, arguments: tuple[s.Operand, ...]) -> s.Operand | None:
         literals = [a for a in arguments if isinstance(a, s.Lit)]
         if len(literals) == len(arguments):
-            if self.derived is not None and result == "float" and any(map(s.is_place, literals)):
-                return self.derived.of(name, literals)
             return fold(name, result, tuple(literals))
         if name in ("less", "greater") and repr(arguments[0]) == repr(arguments[1]):
             return s.Lit("bool", False)
@@ -272,23 +268,6 @@ class Emitter:
         """Bounds of an int that loop indices, limits (min, max, clamp) or a few values bound on both sides, or None."""
         found = self.bounds.of(value)
         return (int(found.low), int(found.high)) if found.known else None
-
-
-class Derived:
-    """Numbers that are computed of others, which are known later: the places behind theirs, and how they come about."""
-
-    def __init__(self, first: int) -> None:
-        self.first = first
-        self.steps: list[tuple[str, tuple[s.Lit, ...]]] = []
-        self._places: dict[str, s.Lit] = {}
-
-    def of(self, name: str, arguments: Sequence[s.Lit]) -> s.Lit:
-        """The number that an operation gives."""
-        told = f"{name} {arguments}"
-        if told not in self._places:
-            self._places[told] = s.place(self.first + len(self.steps))
-            self.steps.append((name, tuple(arguments)))
-        return self._places[told]
 
 
 @cache

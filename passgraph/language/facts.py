@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 
 from passgraph.formats import Store
 from passgraph.language import ir
@@ -90,12 +89,9 @@ def inner_first(facts: Facts) -> list[Facts]:
 class Shared:
     """What a kernel and everything fused into it have in common."""
 
-    def __init__(
-        self, emitter: Emitter, by_table: bool = False, literals: Mapping[float, s.Lit] = MappingProxyType({})
-    ) -> None:
+    def __init__(self, emitter: Emitter, by_table: bool = False) -> None:
         self.emitter = emitter
         self.by_table = by_table  # texels are decoded, which is shorter and mostly slower than computing
-        self.literals = literals  # numbers that have places
         self.slots: dict[str, s.UniformSlot] = {}
         self.uses: dict[str, s.ImageUse] = {}
         self.buffers: dict[str, Array] = {}

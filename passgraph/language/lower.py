@@ -7,9 +7,8 @@ footprints.  A kernel whose image is *fused* has that image's kernel computed in
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
-from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -19,7 +18,7 @@ from passgraph.formats import Store
 from passgraph.language import ir
 from passgraph.language import scalar as s
 from passgraph.language.arrays import Arrays
-from passgraph.language.emitter import MIN_CALL, Derived, Emitter, eliminate_dead
+from passgraph.language.emitter import MIN_CALL, Emitter, eliminate_dead
 from passgraph.language.evaluate import computed
 from passgraph.language.expand import EXPANSIONS, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared, inner_first
@@ -30,7 +29,7 @@ from passgraph.language.operations import OPERATIONS
 from passgraph.language.parse import parse_kernel
 from passgraph.language.source import NOWHERE, Span, fail
 from passgraph.language.steps import Steps
-from passgraph.language.types import FLOAT, Scalar, component_count, element_of, held_as
+from passgraph.language.types import Scalar, component_count, element_of, held_as
 
 #: Instructions of a program; drivers' compilers take a minute for twice as many, and gigabytes.
 MAX_INSTRUCTIONS = 20_000
@@ -38,46 +37,33 @@ MAX_INSTRUCTIONS = 20_000
 MAX_TABLE_NUMBERS = 16_384
 
 
-def lower(
-    program: ir.TypedKernel, facts: Facts | None = None, literals: Mapping[float, s.Lit] = MappingProxyType({}),
-    derived: Derived | None = None,
-) -> s.ScalarProgram:  # fmt: skip
+def lower(program: ir.TypedKernel, facts: Facts | None = None) -> s.ScalarProgram:
     """The scalar program of a kernel under given facts.
-
-    ``literals``: what stands for these float literals of the kernel, and of those fused into it (literals.py).
-    ``derived`` takes what follows from them.
 
     Raises
     ------
     KernelError
         Where a loop bound is not known, a texel offset is not bounded, or a loop is too long.
-    TypeError
-        Where a literal must be known that something stands for.
     """
     facts = facts or Facts()
     try:
-        return _lower(program, facts, literals, derived)
+        return _lower(program, facts)
     except RecursionError:
         message = f"{program.name} nests too deeply (calls, branches and expressions together)"
         raise KernelError(program.source.point_at(message)) from None
 
 
-def _lower(
-    program: ir.TypedKernel, facts: Facts, literals: Mapping[float, s.Lit], derived: Derived | None
-) -> s.ScalarProgram:
+def _lower(program: ir.TypedKernel, facts: Facts) -> s.ScalarProgram:
     try:
-        return _lowered(program, facts, literals, derived)
+        return _lowered(program, facts)
     except KernelLengthError:
         if not any(image.decode for each in inner_first(facts) for image in each.images.values()):
             raise
-    return _lowered(program, facts, literals, derived, by_table=True)
+    return _lowered(program, facts, by_table=True)
 
 
-def _lowered(
-    program: ir.TypedKernel, facts: Facts, literals: Mapping[float, s.Lit], derived: Derived | None,
-    by_table: bool = False,
-) -> s.ScalarProgram:  # fmt: skip
-    shared = Shared(Emitter(facts.simplify, derived), by_table, literals)
+def _lowered(program: ir.TypedKernel, facts: Facts, by_table: bool = False) -> s.ScalarProgram:
+    shared = Shared(Emitter(facts.simplify), by_table)
     lowering = Lowering(program, facts, shared, prefix="")
     lowering.run()
     emitter = shared.emitter
@@ -275,11 +261,6 @@ class Lowering:
         return _VALUES[type(expression)](self, expression)
 
     def _literal(self, expression: ir.Literal) -> list[s.Operand]:
-        # The prelude's own numbers are no kernel's.
-        if self.shared.literals and expression.type is FLOAT and not self.arguments:
-            placed = self.shared.literals.get(expression.value)
-            if placed is not None:
-                return [placed]
         return [s.known(expression.type, expression.value)]
 
     def _local(self, expression: ir.Local) -> list[s.Operand]:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias, cast
+from typing import TypeAlias
 
 from passgraph.cached import cached_property
 from passgraph.language.meanings import int_of_bits
@@ -24,20 +24,6 @@ FORMAT_VERSION = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
-    """In the place of a float that is known later: which of a row of numbers it is.
-
-    It equals no number, and what computes with it raises TypeError: a program in which nothing did is the same for
-    every such number.
-    """
-
-    number: int
-
-    def __repr__(self) -> str:
-        return f"#{self.number}"
-
-
-@dataclass(frozen=True, slots=True)
 class Lit:
     """A number that is known."""
 
@@ -45,20 +31,7 @@ class Lit:
     value: bool | int | float
 
     def __repr__(self) -> str:
-        value: object = self.value
-        if self.type == "float" and not isinstance(value, Place):
-            value = float(self.value).hex()
-        return f"{self.type}:{value}"
-
-
-def place(number: int) -> Lit:
-    """The literal that is a number of a row."""
-    return Lit("float", cast(float, Place(number)))
-
-
-def is_place(x: Lit) -> bool:
-    """Whether a literal is a number of a row."""
-    return isinstance(cast(object, x.value), Place)
+        return f"{self.type}:{float(self.value).hex() if self.type == 'float' else self.value}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -302,8 +275,6 @@ class ScalarProgram:
     buffers: tuple[tuple[str, object], ...] = ()
     #: Numbers of the first and the last value of each call of a function of the prelude that is long.
     calls: tuple[tuple[int, int], ...] = field(default=(), compare=False, repr=False)
-    #: What it is with its numbers apart, where that is known (:mod:`.lower_cache`).
-    apart: Apart | None = field(default=None, init=False, compare=False, repr=False)
 
     @cached_property
     def key(self) -> str:
@@ -331,14 +302,6 @@ class ScalarProgram:
 
     def reads_size(self, image: str) -> bool:
         return any(name.startswith(f"size.{image}.") for name, _ in self.builtins)
-
-
-@dataclass(frozen=True)
-class Apart:
-    """A program with places for float literals, and these in order."""
-
-    program: ScalarProgram
-    literals: tuple[float, ...]
 
 
 def walk(body: Iterable[Instruction]) -> Iterator[Instruction]:

@@ -35,7 +35,6 @@ def image_facts(target: Target, where: str, work: Work, sized: bool = False, by_
 
 
 def specialise(work: Work) -> None:
-    work.programs.expect(program for lowered in work.passes.values() for program in _programs_of(lowered.node))
     for lowered in work.passes.values():
         specialise_pass(lowered, work)
 

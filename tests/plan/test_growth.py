@@ -247,21 +247,6 @@ def test_rows_that_are_alike_are_lowered_once(monkeypatch: pytest.MonkeyPatch) -
     assert [step.values["p0/by"] for step in steps] == list(map(float, range(30)))
 
 
-def test_a_kernel_that_no_other_is_like_is_lowered_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Though what becomes of it hangs on its numbers: places for them would be tried in vain first, as for two."""
-    monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    text = "def bright(color: Image) -> vec4: return color[0, 0] * 0.37 if 0.37 * {} > 1.0 else color[0, 0]"
-    one, two = (pg.kernel(source=text.format(number)) for number in (3.1, 2.3))
-    lowered: list[str] = []
-    original = lower_cache.lower
-    monkeypatch.setattr(lower_cache, "lower", lambda *given: lowered.append(given[0].name) or original(*given))
-    with plan([made(one, frame(), number=1)]):
-        assert len(lowered) == 1
-    read = frame()
-    with plan([made(kernel, read, number=number) for number, kernel in enumerate((one, two))]):
-        assert len(lowered) == 4  # in vain, and each by itself
-
-
 def test_chains_that_a_backend_is_asked_for_are_few_and_short() -> None:
     """Each step is the start of a few, so that a backend that takes none is asked in proportion to the steps."""
     with plan(unfused(100)) as program:

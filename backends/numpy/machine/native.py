@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import threading
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -173,21 +173,6 @@ def function_code(parts: tuple[str, ...], emit: Callable[[str], str], *, loops: 
     return code
 
 
-def place_among(family: tuple[str, ...], member: Hashable) -> tuple[int, int]:
-    """How many others this thread had named before, since :func:`side_by_side` began: of a family, and of all.
-
-    None outside of it.
-    """
-    batch: _Batch | None = getattr(_local, "batch", None)
-    if batch is None:
-        return 0, 0
-    members = batch.families.setdefault(family, {})
-    if member not in members:
-        members[member] = len(members), batch.members
-        batch.members += 1
-    return members[member]
-
-
 def _code(parts: tuple[str, ...], emit: Callable[[str], str], loops: int) -> Code:
     # Border rules come from the language's own text, beside the programs among the parts.
     texts = (text_digest(Path(__file__).parents[1], (".py", ".ll")), text_digest(Path(borders.__file__).parent))
@@ -226,8 +211,6 @@ class _Batch:
         self.codes: list[Code] = []
         self.queue: SimpleQueue[Code | None] = SimpleQueue()
         self.started = 0
-        self.families: dict[tuple[str, ...], dict[Hashable, tuple[int, int]]] = {}
-        self.members = 0  # of all families
 
     def add(self, code: Code) -> None:
         self.codes.append(code)

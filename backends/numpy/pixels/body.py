@@ -14,11 +14,10 @@ from passgraph.backends.numpy.pixels.frame import Frame
 from passgraph.backends.numpy.pixels.layout import StageLayout, View
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes
-from passgraph.backends.numpy.vector.operations import BOOL, F32, I32, I64
+from passgraph.backends.numpy.vector.operations import BOOL, I32, I64
 from passgraph.backends.numpy.vector.stored import decoded, element, woven
 from passgraph.backends.numpy.vector.texels import neighbours
 from passgraph.language import scalar as s
-from passgraph.language.literals import place_of
 
 POINTER = ir.PointerType()
 #: A frame, the number of the (first) row, and from which number of it to which.
@@ -33,11 +32,8 @@ def times(b: Lanes, value: Any, count: int) -> Any:
     return value if count == 1 else b.mul(value, number(count))
 
 
-def body_text(stage: StageLayout, name: str, program: s.ScalarProgram | None = None) -> str:
-    """A module with the function :data:`BODY` of a stage.
-
-    ``program`` is the stage's own, or that with its literals elsewhere: in code, or where it has places, in memory.
-    """
+def body_text(stage: StageLayout, name: str) -> str:
+    """A module with the function :data:`BODY` of a stage."""
     module = ir.Module(name)
     function = ir.Function(module, BODY, name)
     if s.is_straight(stage.program) and all(use.pointwise for use in stage.program.images):
@@ -45,7 +41,7 @@ def body_text(stage: StageLayout, name: str, program: s.ScalarProgram | None = N
     # Nothing writes to the frame meanwhile.
     function.args[0].add_attribute("noalias")
     b = Lanes(IRBuilder(function), stage.lanes)
-    Stretch(b, stage, function.args[0], program or stage.program).emit(*function.args[1:])
+    Stretch(b, stage, function.args[0]).emit(*function.args[1:])
     b.ret_void()
     return str(module)
 
@@ -60,7 +56,7 @@ class Entries(dict[str, Any]):
 
     def __missing__(self, name: str) -> Any:
         place = self.frame.places[name]
-        if name in ("floats", "ints", "literals") or name.endswith(tuple("0123456789")):
+        if name in ("floats", "ints") or name.endswith(tuple("0123456789")):
             made = self.row(place)
         else:
             with self.b.goto_entry_block():
@@ -86,18 +82,9 @@ class Entries(dict[str, Any]):
 class Stretch:
     """Emits the loop along a row."""
 
-    def __init__(self, b: Lanes, stage: StageLayout, frame: Any, program: s.ScalarProgram) -> None:
-        self.b, self.stage, self.program = b, stage, program
+    def __init__(self, b: Lanes, stage: StageLayout, frame: Any) -> None:
+        self.b, self.stage, self.program = b, stage, stage.program
         self.entries = Entries(b, stage.frame, frame)
-        self._literals: dict[int, Any] = {}
-
-    def literal(self, place: int) -> Any:
-        """A literal that is in memory."""
-        if place not in self._literals:
-            row = self.entries["literals"]
-            with self.b.goto_entry_block():
-                self._literals[place] = self.b.load_at(row, number(place), F32, steady=True)
-        return self._literals[place]
 
     def emit(self, y: Any, begin: Any, last: Any) -> None:
         """From number ``begin`` of the row to ``last``: a turn's worth at least.
@@ -171,10 +158,6 @@ class PixelBody(LaneBody):
             numbers = self.rounded(output, meant)
             found += numbers if held is meant else [decoded(b, b.spread(number), meant) for number in numbers]
         return found
-
-    def operand(self, value: s.Operand) -> Any:
-        place = place_of(value)
-        return super().operand(value) if place is None else self.place.literal(place)
 
     def texel(self, i: s.LoadTexel) -> None:
         at = self.views.get((self.numbers[i.image], i.border)) if i.relative else None

@@ -101,7 +101,7 @@ class StageRows:
         """What stays the same from row to row."""
         b, memory, n = self.b, self.memory, self.stage.number
         found = {name: memory[name] for name in ("width", "height")}
-        found |= {name: memory[f"{name}{n}"] for name in ("floats", "ints", "literals")}
+        found |= {name: memory[f"{name}{n}"] for name in ("floats", "ints")}
         for image in range(len(self.stage.program.images)):
             if image in self.stage.rings:
                 found |= {f"im{image}_w": memory["width"], f"im{image}_h": memory["height"]}

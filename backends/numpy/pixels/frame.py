@@ -16,7 +16,7 @@ IMAGE = ("", "_w", "_h", "_p")
 class Frame:
     """Places of one stage's entries.
 
-    Sizes of the target; addresses of uniforms and of literals; what is known of each image; for each view the
+    Sizes of the target; addresses of uniforms; what is known of each image; for each view the
     addresses of its rows where column 0 would be; for each target those of the rows that are made at once, likewise.
     """
 
@@ -25,7 +25,7 @@ class Frame:
 
     @cached_property
     def places(self) -> dict[str, int]:
-        names = ["width", "height", "floats", "ints", "literals"]
+        names = ["width", "height", "floats", "ints"]
         names += [f"im{image}{end}" for image in range(len(self.stage.program.images)) for end in IMAGE]
         return {name: place for place, name in enumerate(names)}
 

@@ -17,9 +17,7 @@ from passgraph.cached import cached_property
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
-from passgraph.language.literals import place_of
 from passgraph.language.nameless import nameless
-from passgraph.language.repeated import repeated
 from passgraph.plan.footprint import Halo
 
 #: Instructions that one turn of the loop may have where it makes several rows or vectors at once.
@@ -117,18 +115,6 @@ class StageLayout:
     @property
     def program(self) -> s.ScalarProgram:
         return self._selection or self._single or self._whole
-
-    @cached_property
-    def takes_literals(self) -> bool:
-        """Whether its body may find them in memory: it runs once, and is in one piece."""
-        return s.is_straight(self.program) and not repeated(self.program)
-
-    @cached_property
-    def places(self) -> int:
-        """Literals of its program that are known later."""
-        inside = (x for i in self.program.body for x in s.operands_of(i))
-        found = {place_of(x) for x in (*inside, *(x for output in self.program.outputs for x in output.values))}
-        return len(found - {None})
 
     @cached_property
     def reach(self) -> Halo:
@@ -267,18 +253,10 @@ class StageLayout:
         around = self.stage.margin, self.stage.rings, len(self.program.images)
         return (*self._turn, *self.reach, *around, tuple(views), tuple(held))
 
-    def parts(self, program: s.ScalarProgram) -> tuple[str, ...]:
-        """What tells the body of this program, the stage's own or that with other literals, from all other."""
-        if program is self.program:
-            return self._parts
-        return self._told(program)
-
     @cached_property
-    def _parts(self) -> tuple[str, ...]:
-        return self._told(self.program)
-
-    def _told(self, program: s.ScalarProgram) -> tuple[str, ...]:
-        program = nameless(program)
+    def parts(self) -> tuple[str, ...]:
+        """What tells the body of its program from all other."""
+        program = nameless(self.program)
         held = [_held(format_) for format_ in (*self.images, *self.formats, *self.outputs)]
         views = [(v.image, v.border, v.rows, v.decodes) for v in self.views]
         builtins = [name for name, _ in program.builtins]
@@ -303,14 +281,14 @@ class Layout:
 
     @classmethod
     def of(cls, chain: Sequence[Stage], lanes: int) -> Layout:
-        """``lanes`` are those of float32.  Chains that differ in their numbers only share one layout."""
+        """``lanes`` are those of float32."""
         return _layout(tuple(replace(stage, step=_Step.of(stage.step)) for stage in chain), lanes)
 
     @property
     def fixed(self) -> list[str]:
         """Names of the first entries of the context, the same at each run: what the pieces decide, where bodies are."""
         pitches = [f"pitch{stage.number}" for stage in self.stages[:-1]]
-        own = [f"{what}{stage.number}" for what in ("literals", "body") for stage in self.stages]
+        own = [f"body{stage.number}" for stage in self.stages]
         return ["counter", "count", "columns", "tile", "band", "width", "height", "zeros", *pitches, *own]
 
     @property
@@ -363,14 +341,8 @@ class _Step:
 
     @classmethod
     def of(cls, step: Work) -> _Step:
-        program = step.program if step.program.apart is None else step.program.apart.program
-        told = program.key, program.builtins, step.size, step.image_formats, step.output_formats
-        return cls(*told, program)
-
-
-def literals_of(step: Work) -> tuple[float, ...]:
-    """The numbers that a step has in the places of its layout's program."""
-    return () if step.program.apart is None else step.program.apart.literals
+        program = step.program
+        return cls(program.key, program.builtins, step.size, step.image_formats, step.output_formats, program)
 
 
 @lru_cache(maxsize=512)

@@ -12,13 +12,12 @@ import numpy as np
 
 from passgraph.backends.base import Block, FloatBlock
 from passgraph.backends.numpy.machine.memory import aligned_zeros
-from passgraph.backends.numpy.machine.native import Code, function_code, lanes, place_among
+from passgraph.backends.numpy.machine.native import Code, function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.pixels.chains import Stage, Tiling, pitch, tiling
-from passgraph.backends.numpy.pixels.layout import Layout, StageLayout, literals_of
+from passgraph.backends.numpy.pixels.layout import Layout, StageLayout
 from passgraph.cached import cached_property
-from passgraph.language.literals import filled, with_literals_apart
-from passgraph.language.scalar import Apart, ScalarProgram, work
+from passgraph.language.scalar import work
 
 if TYPE_CHECKING:
     from passgraph.backends.numpy.storage import Storage
@@ -27,13 +26,6 @@ if TYPE_CHECKING:
 MIN_PIXELS_A_PIECE = 16_384
 #: Instructions of all its pixels from which on a piece is large enough too, though the pixels be few.
 MIN_WORK_A_PIECE = 128 * MIN_PIXELS_A_PIECE
-#: Literals of a body that shares its code at most: about as many as there are registers, from which each is spread once
-#: for a row.  Numbers in memory are as quick as those in code then, but for the loads with which a body begins.
-MAX_LITERALS = 16
-#: So many bodies of a plan have their numbers in code before others like them share one.
-MAX_IN_CODE = 8
-#: So many of all: in a long plan of many kinds others may come.
-MAX_IN_CODE_OF_ALL = 32
 _CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 
 
@@ -43,13 +35,11 @@ class PixelRun:
     def __init__(self, chain: Sequence[Stage], tiles: Tiling, layout: Layout, workers: Workers) -> None:
         self.workers = workers
         self.code = function_code(layout.parts, lambda name: _text(layout, name))
-        found = [_body(stage, literals_of(made.step)) for stage, made in zip(layout.stages, chain, strict=True)]
-        self.bodies = [code for code, _ in found]
-        self.literals = [np.array(literals, np.float32) for _, literals in found]
+        self.bodies = [_body(stage) for stage in layout.stages]
         self.zeros = aligned_zeros(layout.zeros)
         fixed = [0, tiles.pieces, tiles.columns, tiles.width, tiles.rows, *chain[-1].step.size, self.zeros.ctypes.data]
         fixed += [pitch(stage, tiles.width) for stage in chain[:-1]]
-        fixed += [literals.ctypes.data for literals in self.literals] + [0] * len(chain)
+        fixed += [0] * len(chain)
         self.context = np.zeros(len(fixed) + len(layout.bound), np.int64)
         self.context[: len(fixed)] = fixed
         self.begin = len(fixed)
@@ -115,17 +105,8 @@ class _Own:
         self.address = self.entries.ctypes.data
 
 
-def _body(stage: StageLayout, literals: tuple[float, ...]) -> tuple[Code, tuple[float, ...]]:
-    """The body of a stage with these literals; those that it finds in memory, where the plan has many like it."""
-    apart = Apart(stage.program, literals) if literals else with_literals_apart(stage.program)
-    most = stage.places if literals else 0 if apart is None else len(apart.literals)
-    if apart is not None and stage.takes_literals and most <= MAX_LITERALS:
-        parts = stage.parts(apart.program)
-        alike, before = place_among(parts, apart.literals)
-        if alike >= MAX_IN_CODE or before >= MAX_IN_CODE_OF_ALL:
-            return function_code(parts, partial(_body_text, stage, apart.program)), apart.literals
-    program = filled(apart) if literals and apart is not None else stage.program
-    return function_code(stage.parts(program), partial(_body_text, stage, program)), ()
+def _body(stage: StageLayout) -> Code:
+    return function_code(stage.parts, partial(_body_text, stage))
 
 
 def _text(layout: Layout, name: str) -> str:
@@ -135,10 +116,10 @@ def _text(layout: Layout, name: str) -> str:
     return pixel_text(layout, name)
 
 
-def _body_text(stage: StageLayout, program: ScalarProgram, name: str) -> str:
+def _body_text(stage: StageLayout, name: str) -> str:
     from passgraph.backends.numpy.pixels.body import body_text
 
-    return body_text(stage, name, program)
+    return body_text(stage, name)
 
 
 def _places(stage: StageLayout) -> list[tuple[int, bool]]:

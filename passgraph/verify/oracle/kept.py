@@ -26,7 +26,7 @@ from passgraph.backends.base import Block, vertex_builtins
 from passgraph.backends.reference.stage import Stage
 from passgraph.backends.reference.storage import Storage
 from passgraph.graph.geometry import Geometry
-from passgraph.language.lower_cache import facts_told
+from passgraph.language.kernel_digest import facts_digest
 from passgraph.language.scope import freeze
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.verify.oracle.allowed import Allowed
@@ -177,7 +177,7 @@ def _stage_told(stage: Stage, block: Block) -> Iterable[object]:
     program = stage.program
     yield [(p.name, p.type, freeze(p.default) if p.const and p.has_default else None) for p in program.parameters]
     yield program.stage, program.body, program.results, program.keep
-    yield facts_told(stage.facts)
+    yield facts_digest(stage.facts)
     yield [(slot.name, slot.block, slot.offset, slot.count) for slot in stage.slots.values()], sorted(stage.long)
     yield from (block.floats, block.ints)
 
