@@ -25,10 +25,6 @@ def _long(function: str, old: str, new: str, backend: str = "numpy", where: str 
     return Mutant(function, old, new, backend, (where,))
 
 
-def _row(function: str, old: str, new: str, backend: str = "numpy") -> Mutant:
-    return Mutant(function, old, new, backend, ("plans/passes that differ in numbers",))
-
-
 def _reduce(function: str, old: str, new: str, *catchers: str) -> Mutant:
     return Mutant(function, old, new, "gl", catchers or ("plans/sums", "plans/a histogram", "plans/less last"))
 
@@ -49,12 +45,6 @@ MUTANTS = (
     _long("Buffers.bring", "self.written[resource] is not value or ", "", where="composites/long arrays that"),
     _long("Shared.finish", "(n, t) for n, t in self.buffers.items() if n in read", "(n, t) for n, t in ()"),
     _long("picked", 'not hasattr(value, "_fields")', "not hasattr(value, field)"),
-    # Kernels that differ in their numbers
-    _row("_Walk.node", "self.literals.setdefault(float(node.value), len(self.literals))", "0"),
-    _row("filling", "numbers[number]", "numbers[0]"),
-    _row("_Common.numbers", "found.append(made)", "found.append(made + 8.0)"),
-    _row("_Common.filled", "body[n] = instruction_of(body[n], numbers, at)", "pass", "gl"),
-    _row("Derived.of", "self.first + len(self.steps)", "self.first - 1"),
     # Ranges of parameters
     Mutant("ends", "max(first, least)", "max(first + 1, least)", "numpy", ("language/loops and offsets within a par",)),
     Mutant(
