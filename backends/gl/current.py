@@ -1,7 +1,7 @@
 """Which OpenGL context is current in this thread, ours or a host program's, made by EGL or by GLX.
 
 A thread has one current context whoever made it; EGL refuses to make another current while GLX holds the thread, so a
-GLX context is put aside through GLX.  Elsewhere than on Linux the context before ours is not known.
+GLX context is put aside through GLX.  Without EGL, as on Windows and macOS, the context before ours is not known.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import sys
 from functools import cache
 
 from passgraph.backends.gl.egl import Egl
-from passgraph.backends.gl.elsewhere import system_elsewhere
 from passgraph.backends.gl.glx import Glx, loaded_glx
 from passgraph.backends.gl.windowing import GONE, State, System
 from passgraph.errors import BackendError
@@ -86,20 +85,6 @@ class Current:
         system = self.egl if state.system == "egl" else self.glx
         assert system is not None
         return system
-
-
-class HostCurrent(Current):
-    """Of a host's context; known on other systems than Linux too, where contexts of ours know nothing of others."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.elsewhere = system_elsewhere() if self.egl is None else None
-
-    def state(self) -> State | None:
-        return super().state() if self.elsewhere is None else self.elsewhere.state()
-
-    def system(self, state: State) -> System:
-        return super().system(state) if self.elsewhere is None else self.elsewhere
 
 
 def _refusal(doing: str, refused: str) -> BackendError:

@@ -19,7 +19,7 @@ from passgraph.backends.base import READ, DevicePicture, Use
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.gl.copies import Copies
-from passgraph.backends.gl.current import HostCurrent
+from passgraph.backends.gl.current import Current
 from passgraph.backends.gl.foreign import Facts, attached, facts_of
 from passgraph.backends.gl.guard import GuardedContext
 from passgraph.backends.gl.host_context import HostContext, current_state
@@ -153,7 +153,7 @@ class Host(GLBackend):
                 context = SiblingContext(self.turn)
                 self.isolation = "sibling"
             except BackendError:
-                current_state(HostCurrent())  # nothing current: neither can be made
+                current_state(Current())  # nothing current: neither can be made
                 if isolation == "sibling":
                     raise
         self._open(context or GuardedContext(self.turn))

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from passgraph.backends.gl.canary import Canary, OtherContextError
 from passgraph.backends.gl.context import Context, destroy_left
-from passgraph.backends.gl.current import HostCurrent
+from passgraph.backends.gl.current import Current
 from passgraph.backends.gl.windowing import State
 from passgraph.backends.turn import Turn, open_driver
 from passgraph.errors import BackendError
@@ -15,6 +15,10 @@ NO_CONTEXT = (
     "no OpenGL context is current in this thread; ask for the host where the engine draws: in its draw callback, or "
     "after it has made its context current"
 )
+NO_SYSTEM = (
+    "an engine's OpenGL context is found through EGL or GLX, and this system has no EGL; install it (libegl1 on "
+    "Debian), or pass pictures through arrays: pg.compile(…, backend='gl')"
+)
 OTHER_CONTEXT = (
     "gl: another OpenGL context is current in this thread than the one that this host was made in; make that current, "
     "or, where the engine has made a new one (a window moved or went fullscreen), close this host and ask for "
@@ -22,14 +26,16 @@ OTHER_CONTEXT = (
 )
 
 
-def current_state(current: HostCurrent) -> State:
+def current_state(current: Current) -> State:
     """What is current in this thread.
 
     Raises
     ------
     BackendError
-        Where nothing is.
+        Where nothing is, or where there is no EGL to ask.
     """
+    if current.egl is None:
+        raise BackendError(f"gl: {NO_SYSTEM}")
     state = current.state()
     if state is None:
         raise BackendError(f"gl: {NO_CONTEXT}")
@@ -52,7 +58,7 @@ class HostContext(Context):
         open_driver("gl")
         destroy_left()
         super().__init__(turn)
-        self.current = HostCurrent()
+        self.current = Current()
         self.host = current_state(self.current)
 
     def check_current(self) -> None:

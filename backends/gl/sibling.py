@@ -13,7 +13,7 @@ from typing import Any
 
 from passgraph.backends.gl.canary import Canary
 from passgraph.backends.gl.context import destroy_later, destroy_now
-from passgraph.backends.gl.current import HostCurrent
+from passgraph.backends.gl.current import Current
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.host_context import HostContext
 from passgraph.backends.gl.windowing import State
@@ -26,7 +26,7 @@ _COMMANDS_COMPLETE, _NO_TIMEOUT = 0x9117, 0xFFFFFFFFFFFFFFFF
 class _Shared:
     """A native context made from another, and what is ours in what both share."""
 
-    def __init__(self, current: HostCurrent, host: State) -> None:
+    def __init__(self, current: Current, host: State) -> None:
         self.current, self.host = current, host
         self.handle = current.system(host).share(host)
         self._display_lives = current.system(host).lives(host)

@@ -1,4 +1,4 @@
-"""What the systems that make OpenGL contexts (EGL, GLX, WGL, CGL) have in common."""
+"""What the systems that make OpenGL contexts (EGL, GLX) have in common."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GONE = "no such context"
 class State:
     """What is current: all that it takes to make it so again."""
 
-    system: str  # "egl", "glx", "wgl" or "cgl"
+    system: str  # "egl" or "glx"
     display: Handle
     draw: Handle
     read: Handle

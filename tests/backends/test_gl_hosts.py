@@ -266,3 +266,9 @@ def test_a_refused_context_says_why() -> None:
     current = Current()
     with pytest.raises(BackendError, match=r"^gl: making its context current failed: no such (context|display)\. The"):
         current.change(current.state(), State("egl", None, None, None, 1))
+
+
+def test_a_host_without_egl_is_refused_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("passgraph.backends.gl.current.library", lambda name: None)
+    with pytest.raises(BackendError, match=r"no EGL.*libegl1"):
+        pg.gl.Host.current()

@@ -1,4 +1,4 @@
-"""Machine code from LLVM text of our own, kept on disk: a second process needs no compiler."""
+"""Machine code from LLVM text of our own, kept on disk: a second process compiles nothing."""
 
 from __future__ import annotations
 
@@ -15,8 +15,6 @@ from weakref import WeakValueDictionary, finalize
 
 import llvmlite
 
-from passgraph.backends.numpy.machine.linked import MARK, linked, loaded
-from passgraph.backends.numpy.machine.processor import told_by_linux
 from passgraph.disk_cache import recall, remember, text_digest
 from passgraph.errors import BackendError
 from passgraph.language import borders
@@ -47,12 +45,9 @@ if hasattr(os, "register_at_fork"):
 
 @cache
 def _processor() -> tuple[str, frozenset[str]]:
-    """What tells this processor from others, and what it can do, without LLVM where the system says it."""
-    told = told_by_linux()
-    if told is None:
-        name, features = _compiler().host()
-        told = name, frozenset(feature[1:] for feature in features.split(",") if feature.startswith("+"))
-    return told
+    """Return LLVM's name of this processor and its instruction sets."""
+    name, features = _compiler().host()
+    return name, frozenset(feature[1:] for feature in features.split(",") if feature.startswith("+"))
 
 
 def lanes() -> int:
@@ -81,7 +76,7 @@ class Code:
             if self._making.acquire(blocking=wait):
                 try:
                     if self._object is None:
-                        made = _compiled(self.name, self._text, self._loops)
+                        made = _compiler().compiled(self._text, self._loops)
                         remember("code", f"{self.name}.o", made)
                         self._object = made
                 finally:
@@ -106,27 +101,14 @@ class Code:
 
     def _load(self) -> None:
         assert self._object is not None
-        self._address, unload = _loaded(self.name, self._object)
+        self._address, unload = _compiler().load_object(self._object, self.name)
         # Not when the interpreter ends: a daemon thread may still be in the function.
         finalize(self, unload).atexit = False
         self._text, self._object = "", b""
 
 
-def _compiled(name: str, text: str, loops: int) -> bytes:
-    made = _compiler().compiled(text, loops)
-    return linked(made, name) or made
-
-
-def _loaded(name: str, code: bytes) -> tuple[int, Callable[[], object]]:
-    """Where the function is, and what unloads it."""
-    if code.startswith(MARK):
-        return loaded(code)
-    found: tuple[int, Callable[[], object]] = _compiler().load_object(code, name)
-    return found
-
-
 def _compiler() -> Any:
-    """LLVM, loaded when code is first compiled: what is on disk needs none."""
+    """Import LLVM at first use: it compiles code and loads what is on disk."""
     try:
         # One at a time: a thread that waits for a module whose import fails is given half of it.
         with _importing:
