@@ -15,7 +15,7 @@ from passgraph.backends.gl.surfaces import (
     unbind_surface,
 )
 from passgraph.backends.gl.textures import Surface, gl_format_of
-from passgraph.errors import BackendError
+from passgraph.errors import BackendError, InputError
 from passgraph.formats import Format, colour_format, curved, float_format
 
 _TYPE, _NAME, _LEVEL, _FACE, _LAYER = 0x8CD0, 0x8CD1, 0x8CD2, 0x8CD3, 0x8CD4
@@ -44,6 +44,10 @@ _SIZED_DEPTHS = {(16, 0): 0x81A5, (24, 0): 0x81A6, (24, 8): 0x88F0, (32, 0): 0x8
 
 class EmptyPictureError(BackendError):
     """A picture of a host's has no pixels at the moment."""
+
+
+class RegionError(InputError):
+    """A region lies outside of the host's picture as it is at the moment."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.gl.copies import Copies
 from passgraph.backends.gl.current import Current
-from passgraph.backends.gl.foreign import Facts, attached, facts_of
+from passgraph.backends.gl.foreign import Facts, RegionError, attached, facts_of
 from passgraph.backends.gl.guard import GuardedContext
 from passgraph.backends.gl.host_context import HostContext, current_state
 from passgraph.backends.gl.placement import PLAIN, Placement
@@ -260,7 +260,7 @@ class Host(GLBackend):
             gl.drain()
         x, y, width, height = region = region or (0, 0, *facts.size)
         if min(x, y) < 0 or min(width, height) < 1 or x + width > facts.size[0] or y + height > facts.size[1]:
-            raise InputError(
+            raise RegionError(
                 f"region {region} is not inside of {in_words(facts.surface)}, which has {facts.size[0]}x"
                 f"{facts.size[1]} pixels; give (x, y, width, height) from its lowest left pixel"
             )

@@ -23,7 +23,7 @@ import passgraph as pg
 from passgraph import arguments
 from passgraph.backends.gl import Host, HostFramebuffer, HostPicture
 from passgraph.backends.gl.canary import OtherContextError
-from passgraph.backends.gl.foreign import EmptyPictureError
+from passgraph.backends.gl.foreign import EmptyPictureError, RegionError
 from passgraph.backends.gl.host import Isolation
 from passgraph.effects.pictures.decoded import as_it_is
 from passgraph.effects.surfaces.engine_depth import distances
@@ -132,7 +132,7 @@ class Attachment:
     (`passgraph.effects.checked.effect`) get frames of 8 bits decoded from sRGB.
 
     ``set``, ``enabled`` and ``close`` may be used in any thread, also while a frame is drawn.  Frames without pixels,
-    of windows that are minimised, are left out.
+    of windows that are minimised, and frames smaller than the engine says, are left out, the latter with a warning.
 
     An effect that fails is switched off, with one line in the log "passgraph.engines"; the engine's loop goes on,
     with its frame as it was.
@@ -162,7 +162,7 @@ class Attachment:
         _check_takes_frames(engine, effect)
         self.error: BaseException | None = None
         self._frame, self._camera, self._engine_camera = frame, camera, engine_camera
-        self._enabled, self._closed = True, False
+        self._enabled, self._closed, self._skipped = True, False, ""
         self._setting, self._running, self._is_drawing = threading.RLock(), threading.RLock(), False
         self._structure = object()
         self._isolation = isolation
@@ -259,8 +259,11 @@ class Attachment:
             self._is_drawing = True
             try:
                 self._draw_again()
+                self._skipped = ""
             except EmptyPictureError:
                 pass
+            except RegionError as error:
+                self._skip(error)
             except Exception as error:
                 self.error, self._enabled = error, False
                 LOG.error(
@@ -271,6 +274,12 @@ class Attachment:
                 self._is_drawing = False
                 if self._closed:
                     self._drop()
+
+    def _skip(self, reason: RegionError) -> None:
+        """Leave a frame out, and say so once in a row of frames with the same reason."""
+        if str(reason) != self._skipped:
+            LOG.warning("%s: a frame stays without the effect: %s", self.engine, reason)
+        self._skipped = str(reason)
 
     def _draw_again(self) -> None:
         """In a context that the engine has made anew, if need be."""

@@ -104,6 +104,26 @@ def test_other_sizes_are_planned_anew(engine: Engine) -> None:
             np.testing.assert_array_equal(engine.picture()[..., :3], inverse_of(engine.drawn[..., :3]))
 
 
+def test_frames_smaller_than_the_engine_says_are_left_out(engine: Engine, caplog: pytest.LogCaptureFixture) -> None:
+    """One warning for several such frames in a row, and the effect runs again where the frame fits."""
+    width, height = SIZE
+    sizes = [(width, height + 1), (width, height + 1), (width, height)] * 2
+
+    def frame(host: pg.gl.Host) -> pg.gl.HostFramebuffer:
+        return host.framebuffer(region=(0, 0, *sizes.pop(0)))
+
+    with Attachment("engine", inverse, {}, frame=frame) as attached, caplog.at_level(logging.WARNING):
+        for _ in range(2):
+            for _ in range(2):
+                attached.draw()
+                np.testing.assert_array_equal(engine.picture(), engine.drawn)
+            attached.draw()
+            np.testing.assert_array_equal(engine.picture()[..., :3], inverse_of(engine.drawn[..., :3]))
+            engine.resize(SIZE)
+    assert attached.error is None
+    assert [record.levelname for record in caplog.records] == ["WARNING", "WARNING"]
+
+
 fog = pg.kernel(source="def fog(c: Image, d: Image, far: float) -> vec4: return vec4(vec3(d[0, 0].r / far), 1.0)")
 
 

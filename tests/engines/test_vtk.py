@@ -59,6 +59,34 @@ def test_each_of_two_renderers_has_its_part_of_a_window() -> None:
     """).split("\n") == ["None True", "True True", ""]
 
 
+def test_a_screenshot_in_tiles_gets_the_effect_and_so_do_frames_after_it() -> None:
+    """The right one of two views has the effect; of 3 x 3 tiles it is in all, in a part, or in none."""
+    need("pyvista")
+    assert said("""
+        import pyvista, passgraph as pg
+        from passgraph.engines.vtk import attach
+
+        one = pg.kernel(source="def one(c: Image) -> vec4: return vec4(1.0 - c[0, 0].rgb, c[0, 0].a)")
+        plotter = pyvista.Plotter(shape=(1, 2), off_screen=True, window_size=(80, 30), border=False)
+        plotter.render_window.SetMultiSamples(0)
+        for column in range(2):
+            plotter.subplot(0, column)
+            plotter.add_mesh(pyvista.Sphere(theta_resolution=12, phi_resolution=9), color="orange")
+        plotter.show(auto_close=False)
+        scales = (2, 3, 1)
+        plain = [plotter.screenshot(scale=scale) for scale in scales]
+        plotter.subplot(0, 1)
+        with attach(plotter, lambda frame: one(frame, into=pg.target("one", "rgba8"))) as attached:
+            plotter.render()
+            for scale, before in zip(scales, plain):
+                after, half = plotter.screenshot(scale=scale), before.shape[1] // 2
+                print(attached.error, after.shape, (after[:, :half] == before[:, :half]).all(),
+                      (after[:, half:] == 255 - before[:, half:]).all())
+    """).split("\n") == [
+        "None (60, 160, 3) True True", "None (90, 240, 3) True True", "None (30, 80, 3) True True", "",
+    ]  # fmt: skip
+
+
 def test_picking_sees_actors_through_the_effect() -> None:
     assert said("""
         import vtk
