@@ -241,6 +241,11 @@ class Host(GLBackend):
             raise InputError("texture: give the name that OpenGL has for it, a whole number")
         return self._picture(Surface("texture", int(name), target=0), size, region, origin, srgb)
 
+    @property
+    def zero_to_one(self) -> bool | None:
+        """Whether ``glClipControl`` makes clip space reach from 0 to 1 in depth now; None where it does not."""
+        return (self.context.gl.ClipControl is not None and self.context.gl.integer(0x935D) == 0x935F) or None
+
     def _window_size(self) -> tuple[int, int] | None:
         current = self._of_host.current
         state = current_state(current)

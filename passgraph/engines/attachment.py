@@ -69,8 +69,11 @@ class View:
     holds: pg.HardwareDepth
 
     @classmethod
-    def of(cls, given: object) -> View:
-        """From what callers have: a view, a camera, or an engine's (view, projection), (4, 4) each with ``M @ v``.
+    def of(cls, given: object, zero_to_one: bool | None = None) -> View:
+        """Return the view of what callers have: a view, a camera, or an engine's matrices.
+
+        These are (view, projection) or (view, projection, zero_to_one), (4, 4) each with ``M @ v``; ``zero_to_one`` is
+        whether clip space reaches from 0 to 1 in depth.  The argument stands for one that is left out.
 
         >>> camera = pg.Camera((0, 0, 5), (0, 0, 0), near=1.0, far=9.0)
         >>> View.of((camera.view_matrix(), camera.projection_matrix(1.5))).holds.near
@@ -80,11 +83,12 @@ class View:
             return given
         if isinstance(given, pg.Camera):
             return cls(given, given.hardware_depth())
-        if isinstance(given, tuple) and len(given) == 2:
-            return cls.of_matrices(*given)
+        if isinstance(given, tuple) and len(given) in (2, 3):
+            view, projection, *said = given
+            return cls.of_matrices(view, projection, said[0] if said else zero_to_one)
         raise pg.InputError(
-            "camera= takes a pg.Camera, (view, projection) as two (4, 4) matrices, or a function that returns one of "
-            f"them, got {arguments.shown(given)}"
+            "camera= takes a pg.Camera, (view, projection) or (view, projection, zero_to_one) with two (4, 4) "
+            f"matrices, or a function that returns one of them, got {arguments.shown(given)}"
         )
 
     @classmethod
@@ -315,7 +319,8 @@ class Attachment:
 
     def _view(self) -> View:
         given = self._camera() if callable(self._camera) else self._camera
-        view = self._engine_camera() if given is None else View.of(given)
+        assert self._host is not None
+        view = self._engine_camera() if given is None else View.of(given, self._host.zero_to_one)
         if view is None:
             raise pg.InputError(
                 f"{self.engine}: the effect takes {' and '.join(sorted(self._takes))}, and the engine has no camera "

@@ -16,7 +16,7 @@ import pytest
 
 import passgraph as pg
 import passgraph.effects
-from docs.engines.demo import inverse, inverse_of
+from docs.engines.demo import functions, inverse, inverse_of
 from docs.engines.play import count_objects
 from passgraph.backends.gl.textures import Surface
 from passgraph.effects.checked import effect
@@ -148,6 +148,26 @@ def test_depth_comes_as_distances(engine: Engine, camera: Any) -> None:
         engine.clear(1.0, depth=1.0)
         attached.draw()
         assert engine.picture()[0, 0, 0] == 0
+
+
+NEAR, FAR = 0.5, 9.0
+#: As Direct3D has it: depth 0 at near, 1 at far.
+FROM_0 = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, FAR / (NEAR - FAR), NEAR * FAR / (NEAR - FAR)], [0, 0, -1, 0]])
+
+
+@pytest.mark.parametrize("said", ["by OpenGL", "by the caller"])
+def test_clip_space_from_0_to_1_is_asked_for_or_said(engine: Engine, said: str) -> None:
+    """The number that this matrix writes for a distance of 2.25, which is half of ``reach``."""
+    depth = (FAR - NEAR * FAR / 2.25) / (FAR - NEAR)
+    camera = (np.eye(4), FROM_0) if said == "by OpenGL" else (np.eye(4), FROM_0, True)
+    if said == "by OpenGL":
+        native = functions()
+        native.ClipControl(0x8CA1, 0x935F)
+    with attach(by_distance, camera=camera, reach=4.5) as attached:
+        engine.clear(0.0, depth)
+        attached.draw()
+        assert attached.error is None
+        assert engine.picture()[0, 0, 0] in (127, 128)
 
 
 def test_a_run_value_changes_without_planning(engine: Engine) -> None:
