@@ -26,7 +26,7 @@ def attach(
 
     Parameters
     ----------
-    output : ``base.win``, another ``GraphicsOutput``, or a ``DisplayRegion``, such as one player's part of a split screen
+    output : ``base.win``, another ``GraphicsOutput``, or a ``DisplayRegion``, such as one view of a split screen
     effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; left out, the camera is that of
         the display region, or of the output's first active one that has a camera, in perspective or orthographic
     sort : the effect changes what display regions of lower sort have drawn; 5 leaves ShowBase's 2D overlay above it.
@@ -152,8 +152,9 @@ def _last(output: Any, takes_depth: bool, part: Any = None) -> int:
 
 
 def matrices(core: Any, camera: Any, lens: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """View and projection of a camera's node path and one of its lenses as OpenGL has them; world coordinates stay Panda3D's, but for z of
-    left-handed worlds, such as Ursina's, which is negated.
+    """View and projection of a camera's node path and one of its lenses as OpenGL has them.
+
+    World coordinates stay Panda3D's, but for z of left-handed worlds, such as Ursina's, which is negated.
 
     Panda3D multiplies row vectors, and its cameras look along +y in a world with z up.
     """
