@@ -54,7 +54,8 @@ _INDEXED = {"GL_OES_draw_buffers_indexed": "OES", "GL_EXT_draw_buffers_indexed":
 #: What not every context has, and where it is; None elsewhere.  Drivers give addresses also of what a context lacks.
 OPTIONAL = {
     "DepthRange(dd)  DrawBuffer(u)  GetTexImage(uiuup)": Where((3, 3)),
-    "ClampColor(uu)": Where((3, 3)),
+    "ClampColor(uu)  TexImage2DMultisample(uiuiib)": Where((3, 3)),
+    "GetMultisamplefv(uup)": Where((3, 3), (3, 1)),
     "GetTextureParameteriv(uup)": Where((4, 5), None, {"GL_ARB_direct_state_access": ""}),
     "DepthRangef(ff)  TexStorage2D(uiuii)": Where(None, (3, 0)),
     "PolygonMode(uu)": Where((3, 3), None, {"GL_NV_polygon_mode": "NV"}),

@@ -12,6 +12,10 @@ from passgraph.backends.gl.host import Isolation
 from passgraph.engines.attachment import Attachment, Effect, Seen, View
 
 
+#: VTK takes the mean of samples of colors to this power (``vtkOpenGLRenderWindow``, the shader that resolves them).
+SAMPLE_GAMMA = 2.2
+
+
 def attach(
     renderer: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
 ) -> Attachment:
@@ -44,7 +48,7 @@ def attach(
         if renderer.GetSelector() is not None:
             return None
         region = _region(renderer)
-        return host.framebuffer(region=region) if region[2] and region[3] else None
+        return host.framebuffer(region=region, sample_gamma=SAMPLE_GAMMA) if region[2] and region[3] else None
 
     made = Attachment("vtk", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation)
     tag = renderer.AddObserver("EndEvent", made.draw)
