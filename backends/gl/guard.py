@@ -47,7 +47,8 @@ class Guard:
         self.switches = [switch for switch in wanted if switch != fixed.SCISSOR_TEST]
         self.pixel_store = _PIXEL_STORE if gl.has.is_es else (*_PIXEL_STORE, *fixed.SWAPPED_BYTES)
         self.bindings = {target: _TEXTURE_TARGETS[target] for target in texture_targets(gl.has)}
-        self.clamps = [] if gl.ClampColor is None else _CLAMPS if gl.has.is_compatible else _CLAMPS[2:]
+        clamps = _CLAMPS if gl.has.is_compatible else _CLAMPS[2:]
+        self.clamps = () if gl.ClampColor is None else clamps
         self.has_viewports = gl.ViewportIndexedf is not None
         self.has_clip_control = gl.ClipControl is not None
 

@@ -1,4 +1,4 @@
-"""Pictures of a host's with several samples a pixel: read at the middle of pixels, written where an effect changes them.
+"""Pictures of a host with several samples a pixel: read at the middle of pixels, written where an effect changes them.
 
 OpenGL's own blit takes the mean of colors as they are stored, and of depth some sample's, off the middle of its pixel.
 Engines that resolve colors in another space are told by ``sample_gamma`` (`passgraph.backends.gl.host.HostPicture`).

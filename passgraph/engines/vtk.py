@@ -11,7 +11,6 @@ from passgraph.backends.gl import Host, HostFramebuffer
 from passgraph.backends.gl.host import Isolation
 from passgraph.engines.attachment import Attachment, Effect, Seen, View
 
-
 #: VTK takes the mean of samples of colors to this power (``vtkOpenGLRenderWindow``, the shader that resolves them).
 SAMPLE_GAMMA = 2.2
 
