@@ -64,14 +64,14 @@ void main()
 }}
 """
 _KEEP = """
-uniform highp sampler2D result; uniform highp sampler2D before; uniform ivec2 origin; uniform int height;
-uniform int channels; uniform float same;
+uniform highp sampler2D result; uniform highp sampler2D before; uniform ivec2 origin;
+uniform ivec2 place; uniform int height; uniform int channels; uniform float same;
 out vec4 written;
 void main()
 {
     ivec2 at = ivec2(gl_FragCoord.xy) - origin;
     written = texelFetch(result, ivec2(at.x, height < 0 ? at.y : height - 1 - at.y), 0);
-    vec4 off = abs(written - texelFetch(before, at, 0));
+    vec4 off = abs(written - texelFetch(before, at + place, 0));
     bool is_same = off.r <= same;
     if (channels > 1) is_same = is_same && off.g <= same;
     if (channels > 2) is_same = is_same && off.b <= same;
@@ -120,6 +120,7 @@ class Samples:
         self._set("result", gl.Uniform1i, program, 0)
         self._set("before", gl.Uniform1i, program, 1)
         self._set("origin", gl.Uniform2i, program, *picture.region[:2])
+        self._set("place", gl.Uniform2i, program, *before.origin)
         self._set("height", gl.Uniform1i, program, picture.size[1] if picture.origin == "bottom" else -1)
         self._set("channels", gl.Uniform1i, program, min(result.format.channels, picture.format.channels))
         self._set("same", gl.Uniform1f, program, _HALF_STEP / steps if steps else 0.0)
