@@ -64,6 +64,7 @@ class Copies:
             gl.SamplerParameteri(self.sampler, g.SRGB_DECODE, g.SKIP_DECODE)
         self.samples = Samples(host)
         self._rooms: list[_Room] = []
+        self._of_run: dict[tuple[Surface, Region, float], Texture] = {}
         self._takes = 0
         self._framebuffers = [self.objects.new("Framebuffer"), self.objects.new("Framebuffer")]
 
@@ -144,15 +145,22 @@ class Copies:
             self.check_same(picture)
             before = self._copied(picture, picture.format)
             self.samples.write_changes(result, before, picture, self.itself(picture, picture.format))
+            self._of_run.clear()
 
     def _copied(self, picture: HostPicture, format_: Format) -> Texture:
         """A copy on the device, with its rows as they are; several samples a pixel become one."""
         facts = picture.facts
+        key = (facts.surface, picture.region, picture.sample_gamma)
+        if facts.samples and key in self._of_run:  # read before, and written at the end of a run only
+            return replace(self._of_run[key], format=format_)
         by_us = facts.samples >= FEWEST_FITTED if facts.is_depth else picture.sample_gamma != 1.0
         # OpenGL ES copies no samples, and what is sRGB to OpenGL has the mean of its light already.
         if facts.samples and by_us and not facts.stores_srgb and self.objects.gl.TexImage2DMultisample is not None:
-            return self._resolved(picture, format_)
-        return self._blitted(picture, format_)
+            made = self._resolved(picture, format_)
+        else:
+            made = self._blitted(picture, format_)
+        self._of_run[key] = made
+        return made
 
     def _resolved(self, picture: HostPicture, format_: Format) -> Texture:
         """By a pass of ours over all samples."""
@@ -281,6 +289,7 @@ class Copies:
         """What was copied is not needed any more."""
         for room in self._rooms:
             room.free = True
+        self._of_run.clear()
 
     def move(self, source: Texture, destination: Texture) -> None:
         """The values of one as those of the other, by a pass of ours."""

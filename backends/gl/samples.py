@@ -34,13 +34,18 @@ uniform highp sampler2DMS samples; uniform ivec2 origin; uniform int count; unif
 out vec4 resolved;
 void main()
 {
+    ivec2 at = ivec2(gl_FragCoord.xy) + origin;
+    resolved = texelFetch(samples, at, 0);
+    bool differ = false;
+    for (int k = 1; k < count; k++)
+        differ = differ || texelFetch(samples, at, k) != resolved;
+    // a loop, since drivers on the CPU leave it where no pixel of a group takes part, and go through an if
     vec4 sum = vec4(0.0);
-    for (int k = 0; k < count; k++) {
-        vec4 one = texelFetch(samples, ivec2(gl_FragCoord.xy) + origin, k);
-        sum += vec4(pow(one.rgb, vec3(gamma)), one.a);
+    for (int k = 0; differ && k < count; k++) {
+        vec4 one = texelFetch(samples, at, k);
+        sum += vec4(pow(one.rgb, vec3(gamma)), one.a) / float(count);
+        if (k == count - 1) resolved = vec4(pow(sum.rgb, vec3(1.0 / gamma)), sum.a);
     }
-    sum /= float(count);
-    resolved = vec4(pow(sum.rgb, vec3(1.0 / gamma)), sum.a);
 }
 """
 _DEPTH = f"""
