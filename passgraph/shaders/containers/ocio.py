@@ -11,8 +11,12 @@ import numpy as np
 from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec
+from passgraph.language import ir
+from passgraph.language.source import Span
+from passgraph.language.types import INT, VEC4
+from passgraph.language.values import ImageValue, Part
 from passgraph.shaders.containers.pictures import brought
-from passgraph.shaders.glsl import parse
+from passgraph.shaders.glsl import Unit, parse
 
 if TYPE_CHECKING:
     import PyOpenColorIO as ocio
@@ -23,7 +27,7 @@ MAX_LUT_NUMBERS = 1 << 25
 MAX_LUT_WIDTH = 4096
 _MAIN = """
 uniform sampler2D frame;
-void main() { gl_FragColor = pg_transform(texelFetch(frame, ivec2(gl_FragCoord.xy), 0)); }
+void main() { gl_FragColor = pg_transform(pg_here(frame)); }
 """
 
 
@@ -76,9 +80,23 @@ def read_processor(processor: ocio.Processor, name: str) -> ProcessorKernel:
         side = lut.edgeLen
         luts[lut.samplerName] = _input(lut, (side * side, side, 3)).slices(side)
     # Rows count from the top as in OpenColorIO's arrays, so no LUT is turned over.
-    parsed = parse(shader.getShaderText() + _MAIN, name=name, file=f"<OpenColorIO: {name}>", rows_up=False)
+    parsed = parse(
+        shader.getShaderText() + _MAIN,
+        name=name,
+        file=f"<OpenColorIO: {name}>",
+        natives={"pg_here": _here},
+        rows_up=False,
+    )
     uniforms = {key: _value(data) for key, data in shader.getUniforms()}
     return ProcessorKernel(PixelKernel[Target].of_shader(parsed), luts, uniforms)
+
+
+def _here(unit: Unit, parts: list[Part], span: Span) -> Part:
+    """The texel at this pixel, read so that the pass fuses with the one before it."""
+    [image] = parts
+    assert isinstance(image, ImageValue)
+    zero = ir.Literal(INT, 0, span)
+    return ir.Texel(VEC4, image.name, zero, zero, True, span)
 
 
 def _input(lut: Any, shape: tuple[int, int, int]) -> Target:
