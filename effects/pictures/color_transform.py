@@ -96,7 +96,7 @@ def color_transform(
 
     kernel = read_processor(processor, name)
     uniforms = {_UNIFORMS[step]: value for step, value in changed.items()}
-    return kernel(frame, into or pg.target(name, "rgba32f", scale=1.0), uniforms)
+    return kernel(frame, into or pg.target(name, "rgba32f"), uniforms)
 
 
 #: What OpenColorIO calls the uniforms of its exposure and contrast transform.

@@ -28,7 +28,7 @@ LIGHT = np.concatenate([rng.random((16, 32, 4)), rng.random((8, 32, 4)) * 8 - 0.
 CLOSE = 1e-5
 #: Where one step of float32 is worth more than that (inverse gamut mapping, film densities), no result in float32 is
 #: closer: ours may be this many times as far from the shader's exact meaning as OpenColorIO's own is.
-TIMES_AS_FAR = 12.0
+TIMES_AS_FAR = 20.0
 
 
 def shown(config: str, transform: Any, picture: np.ndarray, inverse: bool = False) -> np.ndarray:
@@ -221,7 +221,7 @@ def test_random_grades(kind: str) -> None:
         expected = shown(CG, transform, CODES)
         assert apart(expected, CODES) > 0.001
         processor = ocio.Config.CreateFromFile(CG).getProcessor(transform)
-        made = read_processor(processor, "grade")(FRAME, pg.target("grade", "rgba32f", scale=1.0), {})
+        made = read_processor(processor, "grade")(FRAME, pg.target("grade", "rgba32f"), {})
         check_agrees(made, expected, CODES)
 
 

@@ -25,8 +25,9 @@ if TYPE_CHECKING:
 MAX_LUT_NUMBERS = 1 << 25
 #: Sides that OpenColorIO folds a long 1-D LUT at; textures of that width exist on every device.
 MAX_LUT_WIDTH = 4096
+#: The frame is the first picture: a target without a size has that of its pass's first input.
+_FRAME = "uniform sampler2D frame;\n"
 _MAIN = """
-uniform sampler2D frame;
 void main() { gl_FragColor = pg_transform(pg_here(frame)); }
 """
 
@@ -48,7 +49,6 @@ class ProcessorKernel:
 
     def __call__(self, frame: Target, into: TargetSpec, uniforms: Mapping[str, Any]) -> Target:
         """Add the pass; ``uniforms`` replace the processor's own values."""
-        # The frame comes first: a target without a size has that of its first input.
         return self.kernel.called({"frame": frame, **self.luts, **self.uniforms, **uniforms}, into)
 
 
@@ -81,7 +81,7 @@ def read_processor(processor: ocio.Processor, name: str) -> ProcessorKernel:
         luts[lut.samplerName] = _input(lut, (side * side, side, 3)).slices(side)
     # Rows count from the top as in OpenColorIO's arrays, so no LUT is turned over.
     parsed = parse(
-        shader.getShaderText() + _MAIN,
+        _FRAME + shader.getShaderText() + _MAIN,
         name=name,
         file=f"<OpenColorIO: {name}>",
         natives={"pg_here": _here},
