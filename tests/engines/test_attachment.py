@@ -240,6 +240,8 @@ def test_what_is_no_error_of_ours_is_caught_too(engine: Engine, caplog: pytest.L
         np.testing.assert_array_equal(engine.picture(), engine.drawn)
 
 
+#: What some effects need beside the frame.
+NEEDED = {"color_transform": {"src": "sRGB - Texture", "display": "sRGB - Display"}}
 FRAMES = "What it returns is written over the frame."
 library = {name: getattr(passgraph.effects, name) for name in passgraph.effects.__all__}
 
@@ -250,8 +252,8 @@ def test_effects_of_the_library_take_frames_or_say_that_they_take_none(engine: E
     listed = (root / "docs" / "engines.md").read_text().split(FRAMES)[1].split("One of your own")[0]
     if library[name].effect.takes.startswith("picture"):
         assert f"`{name}`" in listed or name == "depth_aware_blur"  # which takes a mask
-        with attach(library[name], camera=CAMERA) as attached:
-            if name in ("depth_of_field", "occluded", "vignette"):  # by depth, and camera, and neither
+        with attach(library[name], camera=CAMERA, **NEEDED.get(name, {})) as attached:
+            if name in ("color_transform", "depth_of_field", "occluded", "vignette"):  # by depth, and camera, and neither
                 attached.draw()
             assert attached.error is None
     else:
