@@ -32,7 +32,10 @@ from passgraph.run.compile import compile
 
 PAGE, PICTURES = root / "docs" / "speed-and-error.md", root / "docs" / "images" / "speed-and-error"
 REPORT = root / "out" / "speed-and-error"
-NAMES = ("shipped", "samurai", "slab", "room", "wide", "chequer")
+NAMES = (
+    *("shipped", "samurai", "slab", "room", "wide", "chequer"),
+    *("two-sheets", "three-sheets", "shelf", "cage", "leaves", "furniture"),
+)
 SETTINGS = Settings(size=(640, 360), map_sizes=(1024,), backends=("numpy", "gl"), frames=5)
 #: Methods whose pictures the page shows beside the truth.
 SHOWN = ("hard", "blur-world", "evsm4", "pcss-32", "penumbra-16")
@@ -111,7 +114,7 @@ def condition(results: Sequence[SceneResult]) -> str:
     lines = [
         f"## `{OURS}` against `{HELD}`\n",
         "`penumbra` searches for casters in half the width and height, enlarges what it finds along surfaces, and\n"
-        "makes five comparisons a pixel where penumbrae are narrow. The condition for a default: RMSE worse by at\n"
+        "makes twelve comparisons a pixel where penumbrae are narrow. The condition for a default: RMSE worse by at\n"
         "most a tenth, at half the filter's time or less. In small pictures, whose penumbrae are a few pixels wide,\n"
         "PCSS is the more accurate of the two.\n",
         "| scene | backend | RMSE | of PCSS | filter, time | filter, CPU | whole frame | condition |",
