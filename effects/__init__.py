@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.bloom import bloom
     from passgraph.effects.pictures.blur import depth_aware_blur, gaussian_blur
     from passgraph.effects.pictures.chromatic_aberration import chromatic_aberration
+    from passgraph.effects.pictures.color_transform import color_transform
     from passgraph.effects.pictures.film_grain import film_grain
     from passgraph.effects.pictures.fxaa import fxaa
     from passgraph.effects.pictures.median import median
@@ -116,6 +117,7 @@ __all__ = [
     "black_and_white",
     "bloom",
     "chromatic_aberration",
+    "color_transform",
     "contact",
     "contact_passes",
     "contact_shadow",

@@ -15,7 +15,7 @@ from passgraph.effects.annotations import words_of
 from passgraph.effects.checked import POSITIONAL, Choice
 from passgraph.language.types import Type
 
-ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture", "value"]
+ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture", "text", "value"]
 #: ``*these`` and ``**these``.
 _ANY_NUMBER = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 #: One entry of a docstring's list of parameters: names, a colon, and what they are.
@@ -30,14 +30,19 @@ class Called:
 
 
 @dataclass(frozen=True, slots=True)
+class Text:
+    """Stands in the annotation of a ``str`` that the command line may set; names of passes have none."""
+
+
+@dataclass(frozen=True, slots=True)
 class Parameter:
     """One parameter as plain data.
 
     Attributes
     ----------
     name : on the command line, with underscores
-    type : "float", "int", "bool", "choice", "rgb" (three floats), "picture" (a target; on the command line a file) or
-        "value" (of a kernel, as its declaration ``of`` says)
+    type : "float", "int", "bool", "choice", "rgb" (three floats), "picture" (a target; on the command line a file),
+        "text" or "value" (of a kernel, as its declaration ``of`` says)
     default : what the effect takes where nothing is given; None means that the effect chooses, see ``help``
     range : of numbers, of each of the three for "rgb"; with the unit
     help : the first sentence of the docstring
@@ -174,6 +179,8 @@ class _Kind:
         plain = list(_plain(hint, notes))
         limit = next((note for note in notes if isinstance(note, pg.Range)), pg.Range())
         called = next((note.name for note in notes if isinstance(note, Called)), None)
+        if str in plain and any(isinstance(note, Text) for note in notes):
+            return cls(str, "text", limit, called)
         choices = tuple(one for one in plain if isinstance(one, type) and issubclass(one, Choice))
         for one in plain:
             type_ = None if choices else _type_of(one)

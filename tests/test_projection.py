@@ -98,6 +98,25 @@ def test_parallel_views_that_begin_behind_the_eye_see_the_same():
     assert np.allclose(holds.distance(0.5 + 0.5 * expected[:, 2]), distance, atol=1e-9)
 
 
+@pytest.mark.parametrize("near", [0.0, -1e-6])
+def test_parallel_views_that_begin_at_the_eye_keep_its_distances(near):
+    """As three.js and others have it by default: nothing lies behind, so that nothing has to be put back."""
+    projection = orthographic(3.0, 2.0, near, 20.0)
+    camera, holds = pg.Camera.from_matrices(VIEW, projection), pg.HardwareDepth.of_projection(projection)
+    assert np.allclose(camera.eye, (3, 2, 5), atol=1e-9)
+    written = projection @ (0.0, 0.0, -7.0, 1.0)
+    assert holds.distance(0.5 + 0.5 * written[2]) == pytest.approx(7.0, abs=1e-4)
+    assert holds.back == 0.0
+
+
+def test_distances_of_views_that_begin_behind_the_eye_can_be_the_engine_s():
+    projection = orthographic(3.0, 2.0, -10.0, 20.0)
+    holds = pg.HardwareDepth.of_projection(projection)
+    distances = np.array([-9.0, 0.5, 19.0])
+    written = -distances * projection[2, 2] + projection[2, 3]
+    assert np.allclose(holds.distance(0.5 + 0.5 * written) - holds.back, distances)
+
+
 @pytest.mark.parametrize(
     ("matrix", "text"),
     [

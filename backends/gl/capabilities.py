@@ -4,33 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from passgraph.errors import DeviceMissingError
 from passgraph.plan.limits import NONE
 
 Version = tuple[int, int]
-_VERSION, _EXTENSIONS, _EXTENSION_COUNT, _NO_ERROR = 0x1F02, 0x1F03, 0x821D, 0
+_VERSION, _EXTENSIONS, _EXTENSION_COUNT = 0x1F02, 0x1F03, 0x821D
 _RENDERER, _COMPUTE_IMAGES, _COMPUTE_NUMBERS, _FRAGMENT_BUFFERS = 0x1F01, 0x91BC, 0x8263, 0x90DA
+_PROFILE, _COMPATIBLE_BIT, _FLAGS, _NO_ERROR_BIT, _CLIP_DISTANCES = 0x9126, 2, 0x821E, 8, 0x0D32
 #: The oldest of each kind that has all that passes need.
 OLDEST_DESKTOP, OLDEST_ES = (3, 3), (3, 0)
-
-FRAMEBUFFER_SRGB = 0x8DB9
-#: Always off: what a host program may have left on and what would change pictures.
-OFF = (
-    0x0C11,  # scissor test
-    0x864F,  # depth clamp
-    0x8C89,  # rasterizer discard
-    FRAMEBUFFER_SRGB,
-    0x0BD0,  # dithering
-    0x0BF2,  # logic operation
-    0x0B41, 0x0B20,  # smoothing of polygons, and of lines, for which drivers offset polygons otherwise
-    0x809E, 0x80A0, 0x8E51,  # sample alpha to coverage, sample coverage, sample mask
-    0x3000, 0x3001, 0x3002, 0x3003, 0x3004, 0x3005,  # clip distances
-)  # fmt: skip
-#: On in no context of ours: primitive restart (two), alpha to one, alpha test, clip distances, sampled shading.
-NEVER_OURS = (0x8F9D, 0x8D69, 0x809F, 0x0BC0, 0x3006, 0x3007, 0x8C36)
 
 
 @dataclass(frozen=True)
@@ -48,6 +33,32 @@ class Where:
     extensions: Mapping[str, str] = field(default_factory=dict)
 
 
+_EVERYWHERE, _DESKTOP = Where((3, 3), (3, 0)), Where((3, 3))
+FRAMEBUFFER_SRGB, _ALPHA_TEST, _CLIP_DISTANCE = 0x8DB9, 0x0BC0, 0x3000
+_CLIPPING = Where((3, 3), None, {"GL_EXT_clip_cull_distance": "", "GL_APPLE_clip_distance": ""})
+#: Always off: what a host program may have left on and what would change pictures; and where it can be asked for.
+OFF = {
+    0x0C11: _EVERYWHERE,  # scissor test
+    0x864F: Where((3, 3), None, {"GL_EXT_depth_clamp": ""}),
+    0x8C89: _EVERYWHERE,  # rasterizer discard
+    FRAMEBUFFER_SRGB: Where((3, 3), None, {"GL_EXT_sRGB_write_control": ""}),
+    0x0BD0: _EVERYWHERE,  # dithering
+    0x0BF2: _DESKTOP,  # logic operation
+    0x0B41: _DESKTOP,  # smoothing of polygons
+    0x0B20: _DESKTOP,  # and of lines, for which drivers offset polygons otherwise
+    0x809E: _EVERYWHERE, 0x80A0: _EVERYWHERE,  # sample alpha to coverage, sample coverage
+    0x8E51: Where((3, 3), (3, 1)),  # sample mask
+}  # fmt: skip
+#: On in no context of ours.
+NEVER_OURS = {
+    0x8F9D: _DESKTOP,  # primitive restart
+    0x8D69: Where((4, 3), (3, 0), {"GL_ARB_ES3_compatibility": ""}),  # the same by a fixed index
+    0x809F: Where((3, 3), None, {"GL_EXT_multisample_compatibility": ""}),  # alpha to one
+    0x8C36: Where((4, 0), (3, 2), {"GL_ARB_sample_shading": "", "GL_OES_sample_shading": ""}),  # sampled shading
+    0x92E0: Where((4, 3), (3, 2), {"GL_KHR_debug": ""}),  # messages to the host's debug callback
+}  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Capabilities:
     """Of one context.
@@ -58,13 +69,17 @@ class Capabilities:
     version : (major, minor)
     extensions : names, such as "GL_EXT_texture_norm16"
     off, never_ours : those of :data:`OFF` and :data:`NEVER_OURS` that can be switched here
+    is_compatible : whether it is of the compatibility profile
+    has_errors : whether it reports wrong calls; where it does not (KHR_no_error), they may do anything
     """
 
     is_es: bool
     version: Version
     extensions: frozenset[str]
-    off: tuple[int, ...] = OFF
+    off: tuple[int, ...] = tuple(OFF)
     never_ours: tuple[int, ...] = ()
+    is_compatible: bool = False
+    has_errors: bool = True
 
     def ending(self, where: Where) -> str | None:
         """What names of functions end with that are found there; None where they are not.
@@ -98,6 +113,16 @@ class Capabilities:
         return self.version >= (3, 2)
 
     @property
+    def has_stencil_textures(self) -> bool:
+        """Whether depth-stencil textures can be sampled as stencil."""
+        return self.has(_STENCIL_TEXTURING)
+
+    @property
+    def has_sampled_textures(self) -> bool:
+        """Whether textures may have several samples a pixel."""
+        return self.has(_SEVERAL_SAMPLES)
+
+    @property
     def skips_decoding(self) -> bool:
         """Whether the numbers of an sRGB texture can be read as they are."""
         return "GL_EXT_texture_sRGB_decode" in self.extensions
@@ -128,6 +153,9 @@ _SHORTS = Where((3, 3), None, {"GL_EXT_texture_norm16": ""})
 _HALVES = Where((3, 3), (3, 2), {"GL_EXT_color_buffer_float": "", "GL_EXT_color_buffer_half_float": ""})
 _FLOATS = Where((3, 3), (3, 2), {"GL_EXT_color_buffer_float": ""})
 _BUFFERS = Where((4, 3), None, {"GL_ARB_shader_storage_buffer_object": ""})
+_CONTEXT_FLAGS = Where((3, 3), (3, 2))
+_STENCIL_TEXTURING = Where((4, 3), (3, 1), {"GL_ARB_stencil_texturing": ""})
+_SEVERAL_SAMPLES = Where((3, 3), (3, 1))
 _FLOAT_BLENDING = Where((3, 3), None, {"GL_EXT_float_blend": ""})
 
 
@@ -156,7 +184,9 @@ def compute_of(gl: Any) -> Compute | None:
 
 
 def capabilities_of(gl: Any) -> Capabilities:
-    """What the current context has; ``gl`` has ``GetString``, ``GetStringi``, ``GetError``, ``IsEnabled``, ``integer``.
+    """What the current context has; ``gl`` has ``GetString``, ``GetStringi``, ``integer``.
+
+    Nothing is asked that this version lacks: the context may be an engine's, which would hear of the error.
 
     Raises
     ------
@@ -169,13 +199,17 @@ def capabilities_of(gl: Any) -> Capabilities:
         (gl.GetStringi(_EXTENSIONS, k) or b"").decode(errors="replace") for k in range(gl.integer(_EXTENSION_COUNT))
     )
 
-    def known(switch: int) -> bool:
-        gl.IsEnabled(switch)
-        return bool(gl.GetError() == _NO_ERROR)
-
-    gl.drain()
-    off, never_ours = (tuple(filter(known, switches)) for switches in (OFF, NEVER_OURS))
-    return Capabilities(is_es, version, extensions, off, never_ours)
+    bare = Capabilities(is_es, version, extensions)
+    off, never_ours = ([switch for switch, where in found.items() if bare.has(where)] for found in (OFF, NEVER_OURS))
+    distances = gl.integer(_CLIP_DISTANCES) if bare.has(_CLIPPING) else 0
+    is_compatible = not is_es and bool(gl.integer(_PROFILE) & _COMPATIBLE_BIT)
+    return replace(
+        bare,
+        off=(*off, *range(_CLIP_DISTANCE, _CLIP_DISTANCE + distances)),
+        never_ours=(*never_ours, *([_ALPHA_TEST] if is_compatible else [])),
+        is_compatible=is_compatible,
+        has_errors=not (bare.has(_CONTEXT_FLAGS) and gl.integer(_FLAGS) & _NO_ERROR_BIT),
+    )
 
 
 def loop_trips(renderer: str) -> int:

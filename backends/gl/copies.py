@@ -13,6 +13,7 @@ from passgraph.backends.gl.capabilities import FRAMEBUFFER_SRGB
 from passgraph.backends.gl.foreign import Facts, told_now
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.placement import PLAIN, Placement
+from passgraph.backends.gl.samples import FEWEST_FITTED, TEXTURE_2D_MULTISAMPLE, Samples
 from passgraph.backends.gl.surfaces import bind_surface, in_words, unbind_surface
 from passgraph.backends.gl.textures import Surface, Texture, gl_format_of
 from passgraph.backends.gl.transfers import store
@@ -20,7 +21,7 @@ from passgraph.errors import BackendError, InputError
 from passgraph.formats import Format, curved, float_format
 
 if TYPE_CHECKING:
-    from passgraph.backends.gl.host import Host, HostPicture
+    from passgraph.backends.gl.host import Host, HostPicture, Region
 
 #: Sampler parameters: nearest, clamped to the edge, no comparison of depth.
 _NEAREST = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
@@ -61,7 +62,9 @@ class Copies:
             gl.SamplerParameteri(self.sampler, parameter, value)
         if gl.has.skips_decoding:
             gl.SamplerParameteri(self.sampler, g.SRGB_DECODE, g.SKIP_DECODE)
+        self.samples = Samples(host)
         self._rooms: list[_Room] = []
+        self._of_run: dict[tuple[Surface, Region, float], Texture] = {}
         self._takes = 0
         self._framebuffers = [self.objects.new("Framebuffer"), self.objects.new("Framebuffer")]
 
@@ -135,33 +138,100 @@ class Copies:
             f"{in_words(surface)} {what} when it was asked for; ask the host anew in each frame: it is cheap"
         )
 
+    def write_changes(self, result: Texture, picture: HostPicture) -> None:
+        """Write a result of ours to a picture of several samples a pixel, where it is not what the picture holds."""
+        with self.host.context as gl:
+            gl.drain()
+            self.check_same(picture)
+            before = self._copied(picture, picture.format)
+            self.samples.write_changes(result, before, picture, self.itself(picture, picture.format))
+            self._of_run.clear()
+
     def _copied(self, picture: HostPicture, format_: Format) -> Texture:
-        """By one blit, with its rows as they are; several samples a pixel become one."""
-        host, gl, facts = self.host, self.host.context.gl, picture.facts
-        x, y, width, height = picture.region
+        """A copy on the device, with its rows as they are; several samples a pixel become one."""
+        facts = picture.facts
+        key = (facts.surface, picture.region, picture.sample_gamma)
+        if facts.samples and key in self._of_run:  # read before, and written at the end of a run only
+            return replace(self._of_run[key], format=format_)
+        by_us = facts.samples >= FEWEST_FITTED if facts.is_depth else picture.sample_gamma != 1.0
+        # OpenGL ES copies no samples, and what is sRGB to OpenGL has the mean of its light already.
+        if facts.samples and by_us and not facts.stores_srgb and self.objects.gl.TexImage2DMultisample is not None:
+            made = self._resolved(picture, format_)
+        else:
+            made = self._blitted(picture, format_)
+        self._of_run[key] = made
+        return made
+
+    def _resolved(self, picture: HostPicture, format_: Format) -> Texture:
+        """By a pass of ours over all samples."""
+        gl, facts = self.host.context.gl, picture.facts
+        copied, room = self._samples_of(picture), self._room_for(picture, format_, False, not facts.is_depth)
+        places = None
+        if facts.is_depth:
+            bind_surface(gl, g.DRAW_FRAMEBUFFER, self._framebuffers[0], facts.surface, points := (_point(facts),))
+            places = self.samples.places(facts.samples)
+            unbind_surface(gl, g.DRAW_FRAMEBUFFER, facts.surface, points)
+        surface, points = Surface("texture", room.name), (g.COLOR_ATTACHMENT0,)
+        bind_surface(gl, g.FRAMEBUFFER, self._framebuffers[0], surface, points)
+        self.host.context.bound.forget()
+        self.samples.resolve(picture, copied, self._framebuffers[0], places)
+        gl.BindFramebuffer(g.FRAMEBUFFER, self._framebuffers[0])
+        unbind_surface(gl, g.FRAMEBUFFER, surface, points)
+        return room
+
+    def _samples_of(self, picture: HostPicture) -> int:
+        """A texture with the samples of all that the picture is a part of: the host's, or a copy."""
+        facts, gl = picture.facts, self.host.context.gl
+        plain = facts.surface.kind == "texture" and facts.surface.target == TEXTURE_2D_MULTISAMPLE
+        if plain and facts.surface.layer <= 0 and not facts.is_changed:
+            return facts.surface.name
+        kind = (facts.internal, facts.samples)
+        name = self._taken(kind, facts.size, lambda: self._new_samples(facts))
+        surface = Surface("texture", name, TEXTURE_2D_MULTISAMPLE)
+        self._blit(facts, surface, picture.region, picture.region[:2])
+        gl.check(f"copying the samples of {picture}")
+        return name
+
+    def _new_samples(self, facts: Facts) -> int:
+        gl, name = self.host.context.gl, self.objects.new("Texture")
+        gl.ActiveTexture(g.TEXTURE0)
+        gl.BindTexture(TEXTURE_2D_MULTISAMPLE, name)
+        gl.TexImage2DMultisample(TEXTURE_2D_MULTISAMPLE, facts.samples, facts.internal, *facts.size, 1)
+        gl.BindTexture(TEXTURE_2D_MULTISAMPLE, 0)
+        gl.check(f"making room for a copy of {facts.samples} samples")
+        return name
+
+    def _blitted(self, picture: HostPicture, format_: Format) -> Texture:
+        """By one blit of OpenGL's."""
+        gl, facts = self.host.context.gl, picture.facts
         # Of several samples OpenGL ES copies to the same place only.
         in_place = gl.has.is_es and facts.samples > 0
         held = self._room_for(picture, format_, in_place)
-        left, low = held.origin
+        self._blit(facts, Surface("texture", held.name), picture.region, held.origin)
+        gl.check(f"copying {picture}")
+        return held
+
+    def _blit(self, facts: Facts, into: Surface, region: Region, place: tuple[int, int]) -> None:
+        """Copy a part of the host's to a place in a texture of ours."""
+        host, gl = self.host, self.host.context.gl
+        x, y, width, height = region
         fixed.set_common(gl, host.context.bound, 0)
         host.context.bound.forget()
         point = (_point(facts),)
-        ends = ((g.DRAW_FRAMEBUFFER, Surface("texture", held.name)), (g.READ_FRAMEBUFFER, facts.surface))
+        ends = ((g.DRAW_FRAMEBUFFER, into), (g.READ_FRAMEBUFFER, facts.surface))
         for (target, surface), framebuffer in zip(ends, self._framebuffers, strict=True):
             bind_surface(gl, target, framebuffer, surface, point)
         before = gl.integer(_READ_BUFFER)
         if facts.surface.kind == "window" and not facts.is_depth:
             gl.ReadBuffer(facts.surface.buffer)
         bits = g.DEPTH_BUFFER_BIT if facts.is_depth else g.COLOR_BUFFER_BIT
-        place = (left, low, left + width, low + height)
+        left, low = place
         with self._numbers_kept(gl, facts):
-            gl.BlitFramebuffer(x, y, x + width, y + height, *place, bits, g.NEAREST)
+            gl.BlitFramebuffer(x, y, x + width, y + height, left, low, left + width, low + height, bits, g.NEAREST)
         if facts.surface.kind == "window" and not facts.is_depth:
             gl.ReadBuffer(before)
         for target, surface in ends:
             unbind_surface(gl, target, surface, point)
-        gl.check(f"copying {picture}")
-        return held
 
     @staticmethod
     @contextmanager
@@ -176,13 +246,14 @@ class Copies:
             if told:
                 gl.Disable(FRAMEBUFFER_SRGB)
 
-    def _room_for(self, picture: HostPicture, format_: Format, in_place: bool) -> Texture:
+    def _room_for(self, picture: HostPicture, format_: Format, in_place: bool, alike: bool = True) -> Texture:
         """A texture of ours for the picture's numbers, until the run ends.  ``in_place``: in a part of it, at the place
-        where the picture is in the whole."""
+        where the picture is in the whole.  ``alike``: stored as the picture is, else as its format is."""
         facts = picture.facts
         size, origin = (facts.size, picture.region[:2]) if in_place else (picture.size, (0, 0))
         placement = Placement(picture.origin == "bottom", size != picture.size)
-        name = self._taken(facts.internal, size, lambda: self._new_texture(facts.internal, size))
+        internal = facts.internal if alike else gl_format_of(picture.format, padded=False).internal
+        name = self._taken(internal, size, lambda: self._new_texture(internal, size))
         return Texture(
             name, format_, picture.size, gl_format_of(picture.format, padded=False),
             PLAIN if placement == PLAIN else placement, origin, Surface("texture", name), self.sampler,
@@ -218,6 +289,7 @@ class Copies:
         """What was copied is not needed any more."""
         for room in self._rooms:
             room.free = True
+        self._of_run.clear()
 
     def move(self, source: Texture, destination: Texture) -> None:
         """The values of one as those of the other, by a pass of ours."""

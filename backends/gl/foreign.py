@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ctypes
 from dataclasses import dataclass, replace
 
 from passgraph.backends.gl import functions as g
+from passgraph.backends.gl.capabilities import Capabilities
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.surfaces import (
     DEPTH_OF_WINDOW,
@@ -15,7 +17,7 @@ from passgraph.backends.gl.surfaces import (
     unbind_surface,
 )
 from passgraph.backends.gl.textures import Surface, gl_format_of
-from passgraph.errors import BackendError
+from passgraph.errors import BackendError, InputError
 from passgraph.formats import Format, colour_format, curved, float_format
 
 _TYPE, _NAME, _LEVEL, _FACE, _LAYER = 0x8CD0, 0x8CD1, 0x8CD2, 0x8CD3, 0x8CD4
@@ -25,8 +27,9 @@ _COMPONENT_TYPE, _ENCODING, _SRGB = 0x8211, 0x8210, 0x8C40
 _UNORM, _FLOAT, _INTEGERS = 0x8C17, 0x1406, (0x1404, 0x1405)
 _DRAW_BUFFER, _DRAW_BINDING, _HAS_ALL_LAYERS = 0x8825, 0x8CA6, 0x8DA7
 _WITH_LAYERS = {0x8C1A: "an array", 0x806F: "a volume", 0x8513: "a cube map"}
+_TEXTURE_TARGET, _RECTANGLE, _SEVERAL_SAMPLES, _STENCIL_MODE = 0x1006, 0x84F5, 0x9100, 0x90EA
 #: What a sampler makes of a texel: parameter → where it gets the numbers that are held.
-_UNCHANGED = {0x8E42: 0x1903, 0x8E43: 0x1904, 0x8E44: 0x1905, 0x8E45: 0x1906, 0x90EA: 0x1902}
+_UNCHANGED = {0x8E42: 0x1903, 0x8E43: 0x1904, 0x8E44: 0x1905, 0x8E45: 0x1906, _STENCIL_MODE: 0x1902}
 _RENDERBUFFER_FACTS = {"width": 0x8D42, "height": 0x8D43, "internal": 0x8D44, "samples": 0x8CAB}
 _TEXTURE_FACTS = {"width": 0x1000, "height": 0x1001, "internal": 0x1003, "samples": 0x9106}
 #: What does not say how many bits a channel has: a window's buffers, and what applications ask for by kind alone.
@@ -44,6 +47,10 @@ _SIZED_DEPTHS = {(16, 0): 0x81A5, (24, 0): 0x81A6, (24, 8): 0x88F0, (32, 0): 0x8
 
 class EmptyPictureError(BackendError):
     """A picture of a host's has no pixels at the moment."""
+
+
+class RegionError(InputError):
+    """A region lies outside of the host's picture as it is at the moment."""
 
 
 @dataclass(frozen=True)
@@ -97,9 +104,9 @@ def texture_surface(gl: Functions, name: int) -> Surface:
             f"gl: there is no texture {name} in the host's context; give the name that OpenGL has for it, of a texture "
             "that has been bound once and was not deleted"
         )
-    for target in (g.TEXTURE_2D, *g.OTHER_TEXTURES):
+    gl.ActiveTexture(g.TEXTURE0)
+    for target in _targets_of(gl, name):
         gl.drain()
-        gl.ActiveTexture(g.TEXTURE0)
         gl.BindTexture(target, name)
         if gl.GetError() == g.NO_ERROR:
             base = gl.texture_parameter(target, 0x813C, 0)
@@ -110,6 +117,22 @@ def texture_surface(gl: Functions, name: int) -> Surface:
         f"gl: texture {name} is of a kind that no pass reads or writes; give one of two dimensions, with one "
         "sample or several, a rectangle, or a framebuffer with one picture of an array, a volume or a cube map"
     )
+
+
+def texture_targets(has: Capabilities) -> list[int]:
+    """The kinds of textures that a context has and passes can read, the commonest first."""
+    kinds = {_RECTANGLE: not has.is_es, _SEVERAL_SAMPLES: has.has_sampled_textures}
+    return [g.TEXTURE_2D, *(target for target in g.OTHER_TEXTURES if kinds.get(target, True))]
+
+
+def _targets_of(gl: Functions, name: int) -> list[int]:
+    """The kinds that a texture may be of: one, where OpenGL says it (4.5) or where an error would not be reported."""
+    known = texture_targets(gl.has)
+    if gl.GetTextureParameteriv is None or gl.has.is_compatible:  # Mesa says it in core contexts only
+        return known if gl.has.has_errors else known[:1]
+    target = ctypes.c_int(0)
+    gl.GetTextureParameteriv(name, _TEXTURE_TARGET, ctypes.byref(target))
+    return [target.value] if target.value in known else []
 
 
 def attached(gl: Functions, depth: bool) -> Surface | None:
@@ -208,10 +231,10 @@ def _of_level(gl: Functions, surface: Surface, bound_as: int, level_target: int)
 def _is_changed(gl: Functions, surface: Surface, bound_as: int) -> bool:
     gl.ActiveTexture(g.TEXTURE0)
     gl.BindTexture(bound_as, surface.name)
-    found = {what: gl.texture_parameter(bound_as, what, unchanged) for what, unchanged in _UNCHANGED.items()}
+    asked = {k: v for k, v in _UNCHANGED.items() if k != _STENCIL_MODE or gl.has.has_stencil_textures}
+    changed = any(gl.texture_parameter(bound_as, what, same) != same for what, same in asked.items())
     gl.BindTexture(bound_as, 0)
-    gl.drain()  # what a version lacks
-    return found != _UNCHANGED
+    return changed
 
 
 def _of_renderbuffer(gl: Functions, surface: Surface) -> dict[str, int]:

@@ -8,7 +8,7 @@ and one call costs about half a microsecond.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from passgraph.backends.gl.capabilities import Capabilities, Where, capabilities_of
@@ -54,7 +54,9 @@ _INDEXED = {"GL_OES_draw_buffers_indexed": "OES", "GL_EXT_draw_buffers_indexed":
 #: What not every context has, and where it is; None elsewhere.  Drivers give addresses also of what a context lacks.
 OPTIONAL = {
     "DepthRange(dd)  DrawBuffer(u)  GetTexImage(uiuup)": Where((3, 3)),
-    "ClampColor(uu)": Where((3, 3)),
+    "ClampColor(uu)  TexImage2DMultisample(uiuiib)": Where((3, 3)),
+    "GetMultisamplefv(uup)": Where((3, 3), (3, 1)),
+    "GetTextureParameteriv(uup)": Where((4, 5), None, {"GL_ARB_direct_state_access": ""}),
     "DepthRangef(ff)  TexStorage2D(uiuii)": Where(None, (3, 0)),
     "PolygonMode(uu)": Where((3, 3), None, {"GL_NV_polygon_mode": "NV"}),
     "GetTexLevelParameteriv(uiup)": Where((3, 3), (3, 1)),
@@ -187,11 +189,29 @@ class Functions:
         else:
             getattr(self, f"Delete{kind}s")(1, ctypes.byref(ctypes.c_uint(name)))
 
-    def drain(self) -> None:
-        """Forget errors that somebody else left."""
-        for _ in range(16):
-            if self.GetError() == NO_ERROR:
-                return
+    def drain(self) -> list[int]:
+        """Take the errors that somebody else left."""
+        found: list[int] = []
+        while len(found) < 16 and (error := self.GetError()) != NO_ERROR:
+            found.append(error)
+        return found
+
+    def fail_again(self, errors: Iterable[int], shader: int) -> None:
+        """Leave errors that were taken, for whoever asks for them; ``shader`` is any shader.  Lack of memory and
+        overflows of compatibility contexts' stacks cannot be made."""
+        for error in errors:
+            if error == 0x500:
+                self.Enable(0)
+            elif error == 0x501:
+                self.Viewport(0, 0, -1, -1)
+            elif error == 0x502:
+                self.UseProgram(shader)
+            elif error == 0x506:
+                empty = self.new("Framebuffer")
+                self.BindFramebuffer(READ_FRAMEBUFFER, empty)
+                self.ReadPixels(0, 0, 0, 0, 0x1908, 0x1401, None)
+                self.BindFramebuffer(READ_FRAMEBUFFER, 0)
+                self.delete("Framebuffer", empty)
 
     def check(self, doing: str, name: str | None = None) -> None:
         """Raise BackendError when something failed since the last check."""

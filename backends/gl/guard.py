@@ -14,6 +14,7 @@ from typing import Any
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.canary import Canary
+from passgraph.backends.gl.foreign import texture_targets
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.host_context import HostContext
 from passgraph.backends.turn import Turn
@@ -45,17 +46,11 @@ class Guard:
         wanted = (*gl.has.off, *_PASS_SWITCHES, *gl.has.never_ours)
         self.switches = [switch for switch in wanted if switch != fixed.SCISSOR_TEST]
         self.pixel_store = _PIXEL_STORE if gl.has.is_es else (*_PIXEL_STORE, *fixed.SWAPPED_BYTES)
-        self.bindings = {t: what for t, what in _TEXTURE_TARGETS.items() if self._known(gl.integer, what)}
-        self.clamps = [what for what in _CLAMPS if gl.ClampColor is not None and self._known(gl.integer, what)]
+        self.bindings = {target: _TEXTURE_TARGETS[target] for target in texture_targets(gl.has)}
+        clamps = _CLAMPS if gl.has.is_compatible else _CLAMPS[2:]
+        self.clamps = () if gl.ClampColor is None else clamps
         self.has_viewports = gl.ViewportIndexedf is not None
-        self.has_clip_control = gl.ClipControl is not None and self._known(gl.integer, _CLIP_ORIGIN)
-        # Compatibility contexts have a polygon mode for each side, and an alpha test.
-        self.two_modes = 0x0BC0 in self.switches
-
-    def _known(self, ask: Callable[[int], object], what: int) -> bool:
-        self.gl.drain()
-        ask(what)
-        return bool(self.gl.GetError() == g.NO_ERROR)
+        self.has_clip_control = gl.ClipControl is not None
 
     def save(self) -> list[Restore]:
         """What sets everything again, to be called from the last to the first; then nothing is in our way.
@@ -187,7 +182,8 @@ class Guard:
         if gl.PolygonMode is None:
             return
         gl.GetIntegerv(0xB40, modes)
-        faces = (g.FRONT, g.BACK) if self.two_modes else (g.FRONT_AND_BACK,)
+        # Compatibility contexts have one for each side.
+        faces = (g.FRONT, g.BACK) if gl.has.is_compatible else (g.FRONT_AND_BACK,)
         for face, mode in zip(faces, modes, strict=False):
             yield _later(gl.PolygonMode, face, mode)
 
@@ -232,6 +228,8 @@ class GuardedContext(HostContext):
         super().__init__(turn)
         self.gl = Functions(self.current.system(self.host).address)
         self._saved: list[Restore] = []
+        #: Of the host, which it has not asked for yet.
+        self._errors: list[int] = []
         self._guard = Guard(self.gl, 8)
         self.canary = Canary(self.gl)
         self._delete: Callable[[], None] = lambda: None
@@ -241,10 +239,12 @@ class GuardedContext(HostContext):
 
     def _make_current(self) -> None:
         self.found()
-        self.gl.drain()
+        self._errors = self.gl.drain()
         self._saved = self._guard.save()
 
     def _put_back(self) -> None:
+        self.gl.drain()
+        self.gl.fail_again(self._errors, self.canary.name)  # while the host's debug callback is off
         saved, self._saved = self._saved, []
         for restore in reversed(saved):
             restore()

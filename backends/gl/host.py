@@ -20,7 +20,7 @@ from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.gl.copies import Copies
 from passgraph.backends.gl.current import Current
-from passgraph.backends.gl.foreign import Facts, attached, facts_of
+from passgraph.backends.gl.foreign import Facts, RegionError, attached, facts_of
 from passgraph.backends.gl.guard import GuardedContext
 from passgraph.backends.gl.host_context import HostContext, current_state
 from passgraph.backends.gl.placement import PLAIN, Placement
@@ -46,12 +46,14 @@ class HostPicture(DevicePicture):
     region : (x, y, width, height) of it in what it is a part of, from the lowest left pixel
     origin : whether its first row in memory is the lowest ("bottom", as OpenGL has it) or the highest ("top")
     facts : what OpenGL says of the whole
+    sample_gamma : of several samples a pixel, the mean is taken of colors to this power, as the engine does it
     """
 
     region: Region
     origin: Origin
     facts: Facts
     host: Host = field(repr=False)
+    sample_gamma: float = 1.0
 
     @property
     def samples(self) -> int:
@@ -177,6 +179,7 @@ class Host(GLBackend):
         size: tuple[int, int] | None = None,
         origin: Origin = "bottom",
         srgb: bool | None = None,
+        sample_gamma: float = 1.0,
     ) -> HostFramebuffer:
         """A framebuffer of the host's, as it is now.
 
@@ -193,6 +196,9 @@ class Host(GLBackend):
         srgb
             Whether colours are encoded by the sRGB curve; None takes OpenGL's word.  Many engines keep encoded
             colours in formats that do not say so.
+        sample_gamma
+            Of several samples a pixel, the mean of colors to this power is taken; give the engine's own, so that the
+            effect sees edges as the engine shows them.
 
         Raises
         ------
@@ -200,6 +206,7 @@ class Host(GLBackend):
             For what is not there, has nothing attached, or has no pixels.
         """
         check_asked(name, region, size, origin, srgb)
+        sample_gamma = arguments.real(sample_gamma, "sample_gamma", 0.1, 10.0, InputError)
         self.context.check_current()
         gl = self.context.gl
         if name and not gl.IsFramebuffer(name):
@@ -219,7 +226,9 @@ class Host(GLBackend):
             size = self._window_size()
         with self.context.looking():
             return HostFramebuffer(
-                None if colour is None else self._picture(colour, size, region, origin, srgb),
+                None
+                if colour is None
+                else replace(self._picture(colour, size, region, origin, srgb), sample_gamma=sample_gamma),
                 None if depth is None else self._picture(depth, size, region, origin, None),
             )
 
@@ -241,6 +250,11 @@ class Host(GLBackend):
             raise InputError("texture: give the name that OpenGL has for it, a whole number")
         return self._picture(Surface("texture", int(name), target=0), size, region, origin, srgb)
 
+    @property
+    def zero_to_one(self) -> bool | None:
+        """Whether ``glClipControl`` makes clip space reach from 0 to 1 in depth now; None where it does not."""
+        return (self.context.gl.ClipControl is not None and self.context.gl.integer(0x935D) == 0x935F) or None
+
     def _window_size(self) -> tuple[int, int] | None:
         current = self._of_host.current
         state = current_state(current)
@@ -260,7 +274,7 @@ class Host(GLBackend):
             gl.drain()
         x, y, width, height = region = region or (0, 0, *facts.size)
         if min(x, y) < 0 or min(width, height) < 1 or x + width > facts.size[0] or y + height > facts.size[1]:
-            raise InputError(
+            raise RegionError(
                 f"region {region} is not inside of {in_words(facts.surface)}, which has {facts.size[0]}x"
                 f"{facts.size[1]} pixels; give (x, y, width, height) from its lowest left pixel"
             )
@@ -295,7 +309,7 @@ class Host(GLBackend):
     def _room(self, picture: HostPicture, format_: Format, use: Use) -> Texture | None:
         check_room(picture, format_)
         self.copies.check_same(picture)
-        if use.is_drawn or use.beside_others or self._is_encoded(picture):
+        if use.is_drawn or use.beside_others or picture.samples or self._is_encoded(picture):
             return None
         if use.is_read and (picture.format != format_ or not self.copies.can_sample(picture)):
             return None
@@ -316,6 +330,9 @@ class Host(GLBackend):
         if isinstance(into, HostPicture):
             check_room(into, format)
             written = _as_wide(format, into.format)
+            if into.samples and not self._is_encoded(into):
+                self.copies.write_changes(storage, into)
+                return
             if self._is_encoded(into):  # the device gets values that it makes the same numbers of
                 storage = replace(storage, format=_encoded(storage.format, True))
                 written = float_format(into.format.channels)

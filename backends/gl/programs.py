@@ -101,6 +101,12 @@ class Programs:
             self.made[key] = self._link(Listing(self.dialect.fullscreen, (NOWHERE,)), fragment, (program,))
         return self.made[key]
 
+    def from_text(self, name: str, text: str) -> LinkedProgram:
+        """A fragment shader without a kernel; ``name`` is for errors."""
+        fragment = Listing(f"{self.dialect.header}\n{text}", (NOWHERE,))
+        stages = {g.VERTEX_SHADER: Listing(self.dialect.fullscreen, (NOWHERE,)), g.FRAGMENT_SHADER: fragment}
+        return self._linked(stages, (), name)
+
     def counting(self, program: ScalarProgram, placements: Placements, bins: int, ways: Ways) -> LinkedProgram:
         """A compute shader that counts in bins what a pixel pass's program gives."""
         key = (f"{bins} {ways}", program.key, (), placements)
@@ -143,19 +149,22 @@ class Programs:
     def _link(self, vertex: Listing, fragment: Listing, programs: tuple[ScalarProgram, ...]) -> LinkedProgram:
         return self._linked({g.VERTEX_SHADER: vertex, g.FRAGMENT_SHADER: fragment}, programs)
 
-    def _linked(self, stages: dict[int, Listing], programs: tuple[ScalarProgram, ...]) -> LinkedProgram:
+    def _linked(
+        self, stages: dict[int, Listing], programs: tuple[ScalarProgram, ...], name_in_errors: str = ""
+    ) -> LinkedProgram:
+        said = name_in_errors or " and ".join(p.name for p in programs)
         gl = self.objects.gl
         shaders: list[int] = []
         name = gl.CreateProgram()
         self.objects.alive.add(("Program", name))
         try:
             for kind, listing in stages.items():
-                shaders.append(self._compile(kind, listing, programs[-1].name))
+                shaders.append(self._compile(kind, listing, programs[-1].name if programs else said))
                 gl.AttachShader(name, shaders[-1])
             gl.LinkProgram(name)
             if not _status(gl.GetProgramiv, name, g.LINK_STATUS):
                 log = _log(gl.GetProgramiv, gl.GetProgramInfoLog, name)
-                raise BackendError(f"gl: the driver cannot link {' and '.join(p.name for p in programs)}: {log}")
+                raise BackendError(f"gl: the driver cannot link {said}: {log}")
         except BackendError:
             self.objects.delete("Program", name)
             raise

@@ -78,7 +78,6 @@ class Scene:
         reader = vtk.vtkWindowToImageFilter()
         reader.SetInput(self.window)
         reader.ShouldRerenderOff()
-        reader.ReadFrontBufferOff()
         reader.Update()
         image = reader.GetOutput()
         width, height, _ = image.GetDimensions()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from passgraph.commands.color_spaces import color_space_options, take_color_spaces
 from passgraph.commands.files import check_apart, check_no_video, is_one_picture, tell_of_lost_bits, tell_of_several
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
@@ -136,6 +137,7 @@ def command_of(effect: Effect) -> click.Command:
         "--linear/--as-stored", default=effect.linear, show_default=True,
         help="Decode 8- and 16-bit pictures from sRGB to linear light first.",
     )  # fmt: skip
+    @color_space_options
     @click.pass_context
     def command(ctx: click.Context, /, **options: Any) -> int:
         return apply_effect(effect, given_parameters(ctx), **options)
@@ -153,6 +155,7 @@ def apply_effect(
     depth: Path | None = None, depth_buffer: HardwareDepth | None = None, **options: Any,
 ) -> int:  # fmt: skip
     """One picture or many through an effect that reads them; ``given`` are its parameters."""
+    effect = take_color_spaces(effect, inputs, options)
     if is_one_picture(inputs, output) and options["frames"] is None and not pictures_beside(effect, given):
         check_no_ramps(effect, given)
         if options["scheduler"] is not None:

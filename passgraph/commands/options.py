@@ -165,6 +165,8 @@ def option_of(parameter: Parameter, kind: type[EffectOption] = EffectOption) -> 
         settings["type"] = click.Choice(parameter.choices)
     elif parameter.type == "picture":
         settings |= {"type": click.Path(path_type=Path), "metavar": "FILE"}
+    elif parameter.type == "text":
+        settings |= {"type": str, "metavar": "NAME"}
     elif parameter.of is not None:
         from passgraph.commands.given_values import TypedValue
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import inspect
 import logging
 import threading
+import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -23,13 +24,14 @@ import passgraph as pg
 from passgraph import arguments
 from passgraph.backends.gl import Host, HostFramebuffer, HostPicture
 from passgraph.backends.gl.canary import OtherContextError
-from passgraph.backends.gl.foreign import EmptyPictureError
+from passgraph.backends.gl.foreign import EmptyPictureError, RegionError
 from passgraph.backends.gl.host import Isolation
 from passgraph.effects.pictures.decoded import as_it_is
 from passgraph.effects.surfaces.engine_depth import distances
 from passgraph.formats import FORMATS, Format, curved
 from passgraph.graph.values import sources_of
 from passgraph.plan.reach import passes_behind
+from passgraph.shaders.containers.effect import ShaderEffect, checked
 
 LOG = logging.getLogger("passgraph.engines")
 #: A function from the target "frame" to a target; see :class:`Attachment`.
@@ -37,6 +39,8 @@ Effect: TypeAlias = Callable[..., pg.Target]
 #: Parameters of effects that every frame brings.
 _PER_FRAME = ("depth", "camera")
 _HOLDS = "depth_holds"
+#: Programs kept for frame sizes and formats seen before: windows that are resized, several views of one scene.
+KEPT_PROGRAMS = 4
 
 
 def imported(module: str, distribution: str) -> Any:
@@ -69,8 +73,11 @@ class View:
     holds: pg.HardwareDepth
 
     @classmethod
-    def of(cls, given: object) -> View:
-        """From what callers have: a view, a camera, or an engine's (view, projection), (4, 4) each with ``M @ v``.
+    def of(cls, given: object, zero_to_one: bool | None = None) -> View:
+        """Return the view of what callers have: a view, a camera, or an engine's matrices.
+
+        These are (view, projection) or (view, projection, zero_to_one), (4, 4) each with ``M @ v``; ``zero_to_one`` is
+        whether clip space reaches from 0 to 1 in depth.  The argument stands for one that is left out.
 
         >>> camera = pg.Camera((0, 0, 5), (0, 0, 0), near=1.0, far=9.0)
         >>> View.of((camera.view_matrix(), camera.projection_matrix(1.5))).holds.near
@@ -80,11 +87,12 @@ class View:
             return given
         if isinstance(given, pg.Camera):
             return cls(given, given.hardware_depth())
-        if isinstance(given, tuple) and len(given) == 2:
-            return cls.of_matrices(*given)
+        if isinstance(given, tuple) and len(given) in (2, 3):
+            view, projection, *said = given
+            return cls.of_matrices(view, projection, said[0] if said else zero_to_one)
         raise pg.InputError(
-            "camera= takes a pg.Camera, (view, projection) as two (4, 4) matrices, or a function that returns one of "
-            f"them, got {arguments.shown(given)}"
+            "camera= takes a pg.Camera, (view, projection) or (view, projection, zero_to_one) with two (4, 4) "
+            f"matrices, or a function that returns one of them, got {arguments.shown(given)}"
         )
 
     @classmethod
@@ -132,7 +140,10 @@ class Attachment:
     (`passgraph.effects.checked.effect`) get frames of 8 bits decoded from sRGB.
 
     ``set``, ``enabled`` and ``close`` may be used in any thread, also while a frame is drawn.  Frames without pixels,
-    of windows that are minimised, are left out.
+    of windows that are minimised, and frames smaller than the engine says, are left out, the latter with a warning.
+
+    Programs of the last frame sizes are kept, so that views of different sizes may alternate; each keeps the history of
+    its own size.
 
     An effect that fails is switched off, with one line in the log "passgraph.engines"; the engine's loop goes on,
     with its frame as it was.
@@ -140,6 +151,7 @@ class Attachment:
     Attributes
     ----------
     engine : its name
+    effect : what runs; `replace` sets another one
     error : why the effect was switched off, or None
     """
 
@@ -158,28 +170,58 @@ class Attachment:
         engine_camera : what the engine saw the frame by
         isolation : how the engine's state is left alone, see `passgraph.backends.gl.Host.current`
         """
-        self.engine, self.effect = engine, arguments.function(effect, f"{engine}: the effect", pg.InputError)
-        _check_takes_frames(engine, effect)
+        self.engine = engine
         self.error: BaseException | None = None
         self._frame, self._camera, self._engine_camera = frame, camera, engine_camera
-        self._enabled, self._closed = True, False
+        self._enabled, self._closed, self._skipped = True, False, ""
         self._setting, self._running, self._is_drawing = threading.RLock(), threading.RLock(), False
         self._structure = object()
         self._isolation = isolation
         self._detach: list[Callable[[], object]] = []
         self._host: Host | None = None
-        self._program: pg.Program | None = None
-        self._facts: _Facts | None = None
-        parameters = inspect.signature(effect).parameters
-        self._takes = {name for name in _PER_FRAME if name in parameters}
-        self._names = set(parameters) - {next(iter(parameters), ""), *_PER_FRAME}
-        if any(p.kind is p.VAR_KEYWORD for p in parameters.values()):
-            self._names |= values.keys()
-        self._by_handle = _numbers_by_handle(effect)
+        #: By what they are planned for, the last used last.
+        self._programs: dict[_Facts, pg.Program] = {}
         self._given: dict[str, object] = {}
-        self.set(**values)
+        self._take(effect, values)
         if camera is not None and not callable(camera):
             View.of(camera)
+
+    @property
+    def effect(self) -> Effect:
+        return self._effect
+
+    def replace(self, effect: Effect, **values: object) -> None:
+        """Run another effect from the next frame on, with the parameters given here; history begins anew.
+
+        Raises
+        ------
+        InputError, GraphError, KernelError
+            As `set` and ``attach`` do; the effect stays as it was.
+        """
+        with self._setting:
+            before = vars(self).copy()
+            try:
+                self._take(effect, values)
+            except BaseException:
+                vars(self).update(before)
+                raise
+            self._structure = object()
+
+    def _take(self, effect: Effect, values: Mapping[str, object]) -> None:
+        """Make this the effect, with these parameters."""
+        self._effect = arguments.function(effect, f"{self.engine}: the effect", pg.InputError)
+        _check_takes_frames(self.engine, effect)
+        parameters = inspect.signature(effect).parameters
+        self._takes = {name for name in _PER_FRAME if name in parameters}
+        self._handles = _handles_of(effect)
+        self._names = set(parameters) - {next(iter(parameters), ""), *_PER_FRAME}
+        shader = _shader(effect)
+        if shader is not None:
+            self._names = {*shader.parameters, *shader.images[1:]}
+        elif any(p.kind is p.VAR_KEYWORD for p in parameters.values()):
+            self._names |= values.keys()
+        self._given = {}
+        self._set(values)
 
     @property
     def enabled(self) -> bool:
@@ -202,7 +244,11 @@ class Attachment:
         return None if self._host is None else self._host.isolation
 
     def set(self, **values: object) -> None:
-        """Other values from the next frame on.  Run values are just given; other parameters plan the effect anew.
+        """Other values from the next frame on.
+
+        Run values are just given: numbers of effects that take a `passgraph.Value` there, and every uniform of a shader
+        that no pass has its size from. Other parameters plan the effect anew at the next frame, which the log
+        "passgraph.engines" says with the time it took (level INFO); history begins anew then.
 
         Raises
         ------
@@ -215,6 +261,9 @@ class Attachment:
             self._set(values)
 
     def _set(self, values: Mapping[str, object]) -> None:
+        shader = _shader(self._effect)
+        if shader is not None:
+            values = {n: checked(shader, n, v) if n in shader.parameters else v for n, v in values.items()}
         given = {**self._given, **values}
         target = self._graph(_Facts((0, 0), FORMATS["rgba8"], None), given, bound=False)
         known = {source.name for made in passes_behind([target]) for source in sources_of(made.values)}
@@ -222,7 +271,7 @@ class Attachment:
             if name not in known | self._names:
                 have = ", ".join(sorted((known | self._names) - {*_PER_FRAME, _HOLDS, "into", "name"})) or "none"
                 raise pg.InputError(f"{self.engine}: the effect has no value {name!r}; it has {have}")
-        planned = self._names - self._by_handle
+        planned = self._names - self._handles.keys()
         is_other = any(name in planned and given[name] is not self._given.get(name) for name in values)
         self._given = given
         if is_other:
@@ -259,8 +308,11 @@ class Attachment:
             self._is_drawing = True
             try:
                 self._draw_again()
+                self._skipped = ""
             except EmptyPictureError:
                 pass
+            except RegionError as error:
+                self._skip(error)
             except Exception as error:
                 self.error, self._enabled = error, False
                 LOG.error(
@@ -272,6 +324,12 @@ class Attachment:
                 if self._closed:
                     self._drop()
 
+    def _skip(self, reason: RegionError) -> None:
+        """Leave a frame out, and say so once in a row of frames with the same reason."""
+        if str(reason) != self._skipped:
+            LOG.warning("%s: a frame stays without the effect: %s", self.engine, reason)
+        self._skipped = str(reason)
+
     def _draw_again(self) -> None:
         """In a context that the engine has made anew, if need be."""
         try:
@@ -280,21 +338,46 @@ class Attachment:
             self._drop()
             self._draw()
 
-    def _draw(self) -> None:
+    def _current_frame(self) -> tuple[HostPicture, HostPicture | None, _Facts] | None:
+        """The frame, its depth where the effect reads that, and what they are planned as; None for no frame."""
         if self._host is None:
             self._host = Host.current(self._isolation)
         seen = self._frame(self._host)
         if seen is None or seen.color is None:
-            return
+            return None
         frame = self._as_decoded(seen.color)
         depth = seen.depth if "depth" in self._takes else None
         if "depth" in self._takes and depth is None:
             raise pg.InputError(f"{self.engine}: the effect takes depth, and the frame has none")
-        facts = _Facts(frame.size, frame.format, None if depth is None else depth.format, self._structure)
-        if facts != self._facts:
-            self._plan(facts)
-        program = self._program
-        assert program is not None
+        return frame, depth, _Facts(frame.size, frame.format, None if depth is None else depth.format, self._structure)
+
+    def warm_up(self) -> bool:
+        """Plan and compile for the frame as it is now, before the first one is drawn.
+
+        Call it with the engine's context current, as its hooks are called. What `draw` would have to compile is there
+        then. False where there is no frame yet.
+
+        Raises
+        ------
+        PassgraphError
+            What `draw` would put into ``error``.
+        """
+        with self._running:
+            try:
+                seen = self._current_frame()
+            except EmptyPictureError:
+                seen = None
+            if seen is None:
+                return False
+            self._program_for(seen[2])
+            return True
+
+    def _draw(self) -> None:
+        seen = self._current_frame()
+        if seen is None:
+            return
+        frame, depth, facts = seen
+        program = self._program_for(facts)
         wanted = program.plan.values
         values = {name: value for name, value in self._given.items() if name in wanted}
         if not wanted.keys().isdisjoint(("camera", _HOLDS)):
@@ -306,7 +389,8 @@ class Attachment:
 
     def _view(self) -> View:
         given = self._camera() if callable(self._camera) else self._camera
-        view = self._engine_camera() if given is None else View.of(given)
+        assert self._host is not None
+        view = self._engine_camera() if given is None else View.of(given, self._host.zero_to_one)
         if view is None:
             raise pg.InputError(
                 f"{self.engine}: the effect takes {' and '.join(sorted(self._takes))}, and the engine has no camera "
@@ -320,13 +404,22 @@ class Attachment:
         encoded = curved(frame.format, True) if mark is not None and mark.linear else None
         return frame if encoded is None else replace(frame, format=encoded)
 
-    def _plan(self, facts: _Facts) -> None:
-        if self._program is not None:
-            self._program.close()
-        self._program = self._facts = None
-        target = self._graph(facts, self._given, bound=True)
-        self._program = pg.compile({"picture": target}, backend=self._host)
-        self._facts = facts
+    def _program_for(self, facts: _Facts) -> pg.Program:
+        """The program of what is planned for: a kept one, else a new one in place of the one unused for longest."""
+        program = self._programs.pop(facts, None)
+        if program is None:
+            others = [known for known in self._programs if known.structure is not facts.structure]
+            is_set = bool(others)
+            begin = time.perf_counter()
+            for known in others or list(self._programs)[: max(0, len(self._programs) - KEPT_PROGRAMS + 1)]:
+                self._programs.pop(known).close()
+            target = self._graph(facts, self._given, bound=True)
+            program = pg.compile({"picture": target}, backend=self._host)
+            if is_set:
+                took = (time.perf_counter() - begin) * 1e3
+                LOG.info("%s: parameters or effect changed: planned and compiled in %.0f ms", self.engine, took)
+        self._programs[facts] = program
+        return program
 
     def _graph(self, facts: _Facts, given: Mapping[str, object], bound: bool) -> pg.Target:
         """The effect for a frame; not ``bound``, for one of any size."""
@@ -338,9 +431,12 @@ class Attachment:
         if "camera" in self._takes:
             made["camera"] = pg.Value("camera", pg.Camera)
         for name in self._names & given.keys():
-            handle = name in self._by_handle and arguments.is_number(given[name])
-            made[name] = pg.Value(name, float) if handle else given[name]
-        target = self.effect(frame, **made)
+            handle = self._handles.get(name)
+            is_plain = not isinstance(given[name], (pg.Value, pg.Derived, str))
+            made[name] = handle if handle is not None and is_plain else given[name]
+        if _shader(self.effect) is not None:
+            made = {**self._handles, **made}
+        target: object = self.effect(frame, **made)
         if not isinstance(target, pg.Target):
             got = arguments.shown(target)
             raise pg.GraphError(f"{self.engine}: the effect must return the target of its last pass, got {got}")
@@ -349,8 +445,10 @@ class Attachment:
         return target
 
     def _drop(self) -> None:
-        program, host, self._program, self._host, self._facts = self._program, self._host, None, None, None
-        if program is not None:
+        host, programs = self._host, list(self._programs.values())
+        self._host = None
+        self._programs.clear()
+        for program in programs:
             with suppress(OtherContextError):  # it closes with the host, which can be closed anywhere
                 program.close()
         if host is not None:
@@ -371,10 +469,20 @@ def _is_encoded(target: pg.Target) -> bool:
     return target.spec.format is not None and target.spec.format.srgb
 
 
-def _numbers_by_handle(effect: Effect) -> set[str]:
-    """Parameters that take a number or a `passgraph.Value`: these change without planning anew."""
+def _shader(effect: object) -> ShaderEffect | None:
+    """The effect where `passgraph.load_shader` made it."""
+    return effect if isinstance(effect, ShaderEffect) else None
+
+
+def _handles_of(effect: Effect) -> dict[str, pg.Value]:
+    """Parameters that may be a run value, as one: these change without planning anew."""
+    shader = _shader(effect)
+    if shader is not None:
+        free = {name: one for name, one in shader.parameters.items() if name not in shader.constants}
+        return {name: pg.Value(name, object, default=one.default) for name, one in free.items()}
     try:
         hints = get_type_hints(inspect.unwrap(effect))
     except (NameError, TypeError):  # annotations of callers need not be ours to read
-        return set()
-    return {name for name, hint in hints.items() if pg.Value in get_args(hint) and float in get_args(hint)}
+        return {}
+    numbers = (name for name, hint in hints.items() if pg.Value in get_args(hint) and float in get_args(hint))
+    return {name: pg.Value(name, float) for name in numbers}

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import gc
+import sys
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.arguments import shown
 from passgraph.backends.gl import Host, HostFramebuffer
 from passgraph.backends.gl.host import Isolation
 from passgraph.engines.attachment import Attachment, Effect, Seen, View, imported
 from passgraph.engines.hooks import check_has, hook
+from passgraph.errors import InputError
 from passgraph.scene.matrices import look_rotation, translation
 
 
@@ -30,6 +34,8 @@ def attach(
 
     Raises
     ------
+    InputError
+        For the passive viewer (``mujoco.viewer.launch_passive``), which draws in a thread of its own.
     InputError, GraphError, KernelError
         What the effect raises when its graph is made.
 
@@ -38,6 +44,7 @@ def attach(
     """
     core = imported("mujoco", "mujoco")
     drawn = getattr(scene, "scene", scene)
+    _check_is_drawn_here(scene)
     check_has(drawn, "mujoco", "a mujoco.Renderer or an MjvScene", "camera", "flags")
     seen, viewport = Seen(zero_to_one=True), [0, 0, 1, 1]
     plain = [int(core.mjtRndFlag.mjRND_SEGMENT), int(core.mjtRndFlag.mjRND_IDCOLOR)]
@@ -57,6 +64,21 @@ def attach(
     made = Attachment("mujoco", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation)
     made.on_close(hook(core, "mjr_render", after=made.draw, when=is_ours))
     return made
+
+
+def _check_is_drawn_here(scene: Any) -> None:
+    """Raise InputError for the viewer of ``mujoco.viewer.launch_passive``, and for its ``user_scn``: a thread of C++
+    draws these, without ``mujoco.mjr_render``."""
+    viewer = sys.modules.get("mujoco.viewer")
+    if viewer is None:
+        return
+    handles = [each for each in gc.get_objects() if type(each) is viewer.Handle]
+    if any(scene is handle or scene is handle.user_scn for handle in handles):
+        raise InputError(
+            f"mujoco: the passive viewer draws in a thread that Python cannot reach, so that no effect would run; got "
+            f"{shown(scene)}, expected a mujoco.Renderer or an MjvScene. Draw in a loop of your own, with "
+            "mujoco.mjr_render in a window (glfw), or show the pictures of a mujoco.Renderer"
+        )
 
 
 def matrices(camera: Any, aspect: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from threading import get_ident
 from typing import Any
 
 import numpy as np
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 from passgraph.backends.gl import Host, HostFramebuffer
 from passgraph.backends.gl.host import Isolation
 from passgraph.engines.attachment import Attachment, Effect, Seen, View, imported
+from passgraph.errors import InputError
 
 #: Display regions are drawn in this order; those of scenes and of the 2D overlay are below 1000.
 SORT = 1_000_000
@@ -19,15 +22,22 @@ def attach(
     output: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", sort: int | None = None,
     **values: object,
 ) -> Attachment:  # fmt: skip
-    """An effect on every frame of a window or buffer.
+    """An effect on every frame of a window, a buffer or a display region.
 
     Parameters
     ----------
-    output : ``base.win``, or another ``GraphicsOutput``
+    output : ``base.win``, another ``GraphicsOutput``, or a ``DisplayRegion``, such as one view of a split screen
     effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; left out, the camera is that of
-        the output's first active display region that has one in perspective or orthographic
+        the display region, or of the output's first active one that has a camera, in perspective or orthographic
     sort : the effect changes what display regions of lower sort have drawn; 5 leaves ShowBase's 2D overlay above it.
         Left out, all; of an effect that takes depth, those before the first that clears it, as that overlay does
+
+    An effect that takes depth runs on the buffer that the scene is drawn into, where filters (``FilterManager``,
+    ``CommonFilters``, simplepbr) show that on a card: before the filters, whose card has no depth.  Attach it behind
+    them, and again where they make new buffers.
+
+    ``close`` in another thread than the one that draws leaves the display region, which does nothing any more, to the
+    next step of Panda3D's tasks.
 
     Raises
     ------
@@ -43,46 +53,111 @@ def attach(
     seen = Seen()
 
     def view() -> View | None:
-        for region in output.get_active_display_regions():
-            node = region.camera
-            if not node.is_empty() and node.node().is_active() and node.node().get_lens() is not None:
-                return seen.by(*matrices(core, node))
-        return None
+        found = next(_views(regions()), None)
+        if found is None:
+            return None
+        region, node, lens = found
+        if part is None and _pixels(output, region) != _pixels(output, None):
+            raise InputError(
+                "panda3d: the view that the effect takes its camera from fills only a part of the output, as in a "
+                "split screen; attach the effect to each of its display regions in place of the output"
+            )
+        return seen.by(*matrices(core, node, lens))
+
+    def regions() -> list[Any]:
+        return list(output.get_active_display_regions()) if part is None else [part]
 
     def frame(host: Host) -> HostFramebuffer:
-        # What is bound may be larger: Panda3D pads textures to powers of two.  Drivers call windows encoded by sRGB
-        # that Panda3D does not encode for.
-        region = (0, 0, output.get_fb_x_size(), output.get_fb_y_size())
-        return host.framebuffer(region=region, srgb=output.get_fb_properties().get_srgb_color())
+        if made.takes_depth and _filtered(output, regions()) is not None:
+            raise InputError(
+                "panda3d: the effect takes depth, and filters draw the scene into another buffer since it was "
+                "attached; close this attachment and attach the effect again, behind the filters"
+            )
+        # Drivers call windows encoded by sRGB that Panda3D does not encode for.
+        return host.framebuffer(region=_pixels(output, part), srgb=output.get_fb_properties().get_srgb_color())
 
     made = Attachment("panda3d", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation)
+    part = None
+    if isinstance(output, core.DisplayRegion):
+        output, part = output.window, output
+    while made.takes_depth and (scene := _filtered(output, regions())) is not None:
+        output, part = scene, None
     region = output.make_display_region()
-    region.sort = _last(output, made.takes_depth) if sort is None else sort
-    region.set_draw_callback(core.PythonCallbackObject(made.draw))
+    region.sort = _last(output, made.takes_depth, part) if sort is None else sort
+    drawing_thread: int | None = get_ident()
 
-    def take_out() -> None:
+    def draw(data: Any) -> None:
+        nonlocal drawing_thread
+        drawing_thread = None  # closing it here would take the region out while it is drawn
+        made.draw(data)
+        drawing_thread = get_ident()
+
+    def take_out(*_: object) -> None:
         region.clear_draw_callback()
         output.remove_display_region(region)
 
-    made.on_close(take_out)
+    def detach() -> None:
+        if drawing_thread == get_ident():
+            take_out()
+        else:  # Panda3D goes along its display regions while it draws: its tasks run between frames
+            core.AsyncTaskManager.get_global_ptr().add(core.PythonTask(take_out, "passgraph: detach an effect"))
+
+    region.set_draw_callback(core.PythonCallbackObject(draw))
+    made.on_close(detach)
     return made
 
 
-def _last(output: Any, takes_depth: bool) -> int:
+def _views(regions: Iterable[Any]) -> Iterator[tuple[Any, Any, Any]]:
+    """The display regions that have an active camera, with that and the lens that the region sees by."""
+    for region in regions:
+        camera = region.camera
+        if not camera.is_empty() and camera.node().is_active():
+            lens = camera.node().get_lens(region.get_lens_index())
+            if lens is not None:
+                yield region, camera, lens
+
+
+def _filtered(output: Any, regions: list[Any]) -> Any:
+    """The buffer that the scene is drawn into, where the first view is of a card that shows it; else None."""
+    camera = next((camera for _, camera, _ in _views(regions)), None)
+    if camera is None or not camera.has_parent():
+        return None
+    texture = camera.get_parent().get_texture()
+    if texture is None:
+        return None
+    for other in output.engine.get_windows():
+        before = other.is_active() and other.sort < output.sort
+        if before and any(other.get_texture(k) == texture for k in range(other.count_textures())):
+            return other
+    return None
+
+
+def _pixels(output: Any, part: Any) -> tuple[int, int, int, int]:
+    """Where an output's picture lies, or a display region's, in what is bound, which may be larger: Panda3D pads
+    textures to powers of two."""
+    width, height = output.get_fb_x_size(), output.get_fb_y_size()
+    if part is None:
+        return 0, 0, width, height
+    left, right = (int(0.5 + side * width) for side in (part.get_left(), part.get_right()))
+    bottom, top = (int(0.5 + side * height) for side in (part.get_bottom(), part.get_top()))
+    return left, bottom, right - left, top - bottom
+
+
+def _last(output: Any, takes_depth: bool, part: Any = None) -> int:
     """Behind all display regions, or before the first that clears the depth of others."""
     sorts = [(region.sort, region.get_clear_depth_active()) for region in output.get_active_display_regions()]
-    first = min((sort for sort, _ in sorts), default=0)
+    first = min((sort for sort, _ in sorts), default=0) if part is None else part.sort
     clearing = [sort for sort, clears in sorts if clears and sort > first]
     return min(clearing) - 1 if takes_depth and clearing else SORT
 
 
-def matrices(core: Any, camera: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """View and projection of a camera's node path as OpenGL has them; world coordinates stay Panda3D's, but for z of
-    left-handed worlds, such as Ursina's, which is negated.
+def matrices(core: Any, camera: Any, lens: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """View and projection of a camera's node path and one of its lenses as OpenGL has them.
+
+    World coordinates stay Panda3D's, but for z of left-handed worlds, such as Ursina's, which is negated.
 
     Panda3D multiplies row vectors, and its cameras look along +y in a world with z up.
     """
-    lens = camera.node().get_lens()
     turn = core.LMatrix4.convert_mat(lens.coordinate_system, core.CS_yup_right)
     world = camera.get_top().get_mat(camera)
     back = core.LMatrix4.convert_mat(core.CS_yup_right, lens.coordinate_system)

@@ -11,6 +11,9 @@ from passgraph.backends.gl import Host, HostFramebuffer
 from passgraph.backends.gl.host import Isolation
 from passgraph.engines.attachment import Attachment, Effect, Seen, View
 
+#: VTK takes the mean of samples of colors to this power (``vtkOpenGLRenderWindow``, the shader that resolves them).
+SAMPLE_GAMMA = 2.2
+
 
 def attach(
     renderer: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
@@ -23,7 +26,8 @@ def attach(
     effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; left out, the camera is the
         renderer's active one
 
-    Renders that pick things, whose colours are numbers of actors, stay as they are.
+    Renders that pick things, whose colours are numbers of actors, stay as they are.  Screenshots larger than the window
+    (``screenshot(scale=2)``) are drawn in tiles: each gets the effect, which sees nothing beyond the tile's borders.
 
     Raises
     ------
@@ -42,13 +46,21 @@ def attach(
     def frame(host: Host) -> HostFramebuffer | None:
         if renderer.GetSelector() is not None:
             return None
-        width, height = renderer.GetSize()
-        return host.framebuffer(region=(*renderer.GetOrigin(), width, height))
+        region = _region(renderer)
+        return host.framebuffer(region=region, sample_gamma=SAMPLE_GAMMA) if region[2] and region[3] else None
 
     made = Attachment("vtk", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation)
     tag = renderer.AddObserver("EndEvent", made.draw)
     made.on_close(lambda: renderer.RemoveObserver(tag))
     return made
+
+
+def _region(renderer: Any) -> tuple[int, int, int, int]:
+    """Return the renderer's part (x, y, width, height) of what is drawn now: the window, or one tile of a larger
+    screenshot, which may have none of it."""
+    width, height, x, y = out = [[0], [0], [0], [0]]
+    renderer.GetTiledSizeAndOrigin(*out)
+    return x[0], y[0], width[0], height[0]
 
 
 def matrices(renderer: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -155,9 +155,11 @@ class Camera:
         projection : (4, 4), to clip space: perspective or orthographic, off-centre too, with an infinite far plane,
             with reversed depth, with y down (Vulkan)
         zero_to_one : whether clip space reaches from 0 to 1 in depth, as with Direct3D, Vulkan, Metal, WebGPU and
-            ``glClipControl``, or from -1 to 1, as else with OpenGL; left out, -1 to 1 unless the matrix cannot mean it
+            ``glClipControl``, or from -1 to 1, as else with OpenGL; left out, -1 to 1 unless the matrix cannot mean it:
+            only with reversed depth does a matrix show that it is from 0 to 1
 
-        Where a parallel projection begins at or behind the eye, the eye is put back, which shows the same.
+        Where a parallel projection begins behind the eye, the eye is put back, which shows the same; how far, says
+        `passgraph.HardwareDepth.back`.
         What the depth buffer holds, `passgraph.HardwareDepth.of_projection` reads from the same matrix.
 
         Raises

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +26,8 @@ class HardwareDepth:
     near, far : distances along the view axis, scene units, 0 < near < far; in perspective far may be infinite
     reversed_z : near is 1 and far is 0, and 0 where nothing is drawn
     orthographic : whether the projection is parallel
+    back : how far behind the engine's own eye distances begin to count; not 0 only in parallel projections that begin
+        behind it, where ``distance(...) - back`` is what the engine calls the distance
 
     >>> HardwareDepth(0.1, 1000.0).distance([0.0, 0.5, 0.999, 1.0]).round(4).tolist()
     [0.1, 0.2, 90.9174, 0.0]
@@ -35,26 +37,32 @@ class HardwareDepth:
     far: float
     reversed_z: bool = False
     orthographic: bool = False
+    back: float = field(default=0.0, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "near", number(self.near, "hardware depth: near", 0.0, np.inf, open_low=True))
         flag(self.reversed_z, "hardware depth: reversed_z", InputError)
         flag(self.orthographic, "hardware depth: orthographic", InputError)
         object.__setattr__(self, "far", far_plane(self.far, "hardware depth", self.near, self.orthographic))
+        object.__setattr__(self, "back", number(self.back, "hardware depth: back", 0.0, np.inf))
 
     @classmethod
     def of_projection(cls, projection: ArrayLike, zero_to_one: bool | None = None) -> HardwareDepth:
-        """What an engine writes with a projection matrix, (4, 4); see `passgraph.Camera.from_matrices`.
+        """Return what an engine writes with a projection matrix, (4, 4); see `passgraph.Camera.from_matrices`.
 
-        Where a parallel projection begins at or behind the eye, distances count from the eye of the camera that
-        `passgraph.Camera.from_matrices` makes of the same matrix, which lies farther back.
+        ``zero_to_one`` says whether clip space reaches from 0 to 1 in depth.  Only with reversed depth does the matrix
+        show it; give it for others of Direct3D, Vulkan, Metal, WebGPU and ``glClipControl``: near comes out at
+        half of what it is otherwise.
+
+        Where a parallel projection begins behind the eye, distances count from the eye of the camera that
+        `passgraph.Camera.from_matrices` makes of the same matrix, which lies ``back`` farther back.
 
         >>> from passgraph.scene.matrices import perspective
         >>> HardwareDepth.of_projection(perspective(1.0, 1.0, 0.5, 8.0))
         HardwareDepth(near=0.5, far=8.0..., reversed_z=False, orthographic=False)
         """
         read = Projection.of(projection, zero_to_one)
-        return cls(read.near, read.far, read.reversed_z, read.orthographic)
+        return cls(read.near, read.far, read.reversed_z, read.orthographic, read.back)
 
     @property
     def ends(self) -> tuple[float, float]:

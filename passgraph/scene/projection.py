@@ -17,7 +17,7 @@ ROUNDING = 2e-6
 #: Where nearly nothing is left of 1 / far, relative to 1 / near, far is infinite.  Engines that push their infinite far
 #: plane in front of what is cleared (E. Lengyel, "Projection Matrix Tricks", 2007) stay below it too.
 INFINITE = 5e-7
-#: Of an orthographic depth range that begins at or behind the eye: how far before it the eye is put.
+#: Of an orthographic depth range that begins behind the eye: how far before it the eye is put.
 STEP_BACK = 1.0 / 64.0
 
 
@@ -132,8 +132,12 @@ def _parallel_planes(a: float, b: float, lowest: float) -> Planes | None:
         return None
     low, high = (b - lowest) / a, (b - 1.0) / a
     near, far = min(low, high), max(low, high)
+    if near > 0.0:
+        return Planes(near, far, 0.0)
+    if near >= -ROUNDING * far:  # it begins at the eye: nothing lies behind, and distances stay the engine's
+        return Planes(ROUNDING * far, far, 0.0)
     # parallel rays see the same from farther back
-    back = 0.0 if near > 0.0 else STEP_BACK * (far - near) - near
+    back = STEP_BACK * (far - near) - near
     return Planes(near + back, far + back, back)
 
 

@@ -35,7 +35,7 @@ def ran(host: pg.gl.Host) -> tuple[str, str]:
 
 @pytest.mark.parametrize("isolation", ["sibling", "guard"])
 @pytest.mark.parametrize("samples", [0, 4])
-def test_what_was_copied_is_written_without_a_move(context: moderngl.Context, isolation: str, samples: int) -> None:
+def test_what_was_copied_is_written_where_it_is(context: moderngl.Context, isolation: str, samples: int) -> None:
     pixels = np.random.default_rng(3).integers(0, 256, (SIZE[1], SIZE[0], 4), np.uint8)
     pixels[..., 3] = 255
     start = context.framebuffer([context.texture(SIZE, 4, pixels.tobytes())])
@@ -52,7 +52,8 @@ def test_what_was_copied_is_written_without_a_move(context: moderngl.Context, is
     came, went = ran(host)
     host.close()
     assert came.startswith("copied on the device"), came
-    assert went.startswith("written in place"), went
+    # several samples a pixel stay where nothing changes, which a pass that compares sees to
+    assert went.startswith("moved into" if samples else "written in place"), went
     shown = context.framebuffer([context.texture(SIZE, 4)])
     context.copy_framebuffer(shown, frame)
     after = np.frombuffer(shown.read(components=4), np.uint8).reshape(pixels.shape)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import gc
 import logging
 import os
+import re
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -16,11 +18,11 @@ import pytest
 
 import passgraph as pg
 import passgraph.effects
-from docs.engines.demo import inverse, inverse_of
+from docs.engines.demo import functions, inverse, inverse_of
 from docs.engines.play import count_objects
 from passgraph.backends.gl.textures import Surface
 from passgraph.effects.checked import effect
-from passgraph.engines.attachment import Attachment, Seen, View, imported
+from passgraph.engines.attachment import KEPT_PROGRAMS, Attachment, Seen, View, imported
 from tests.conftest import require
 from tests.engines.harmless import root
 from tests.offscreen import offscreen
@@ -104,6 +106,26 @@ def test_other_sizes_are_planned_anew(engine: Engine) -> None:
             np.testing.assert_array_equal(engine.picture()[..., :3], inverse_of(engine.drawn[..., :3]))
 
 
+def test_frames_smaller_than_the_engine_says_are_left_out(engine: Engine, caplog: pytest.LogCaptureFixture) -> None:
+    """One warning for several such frames in a row, and the effect runs again where the frame fits."""
+    width, height = SIZE
+    sizes = [(width, height + 1), (width, height + 1), (width, height)] * 2
+
+    def frame(host: pg.gl.Host) -> pg.gl.HostFramebuffer:
+        return host.framebuffer(region=(0, 0, *sizes.pop(0)))
+
+    with Attachment("engine", inverse, {}, frame=frame) as attached, caplog.at_level(logging.WARNING):
+        for _ in range(2):
+            for _ in range(2):
+                attached.draw()
+                np.testing.assert_array_equal(engine.picture(), engine.drawn)
+            attached.draw()
+            np.testing.assert_array_equal(engine.picture()[..., :3], inverse_of(engine.drawn[..., :3]))
+            engine.resize(SIZE)
+    assert attached.error is None
+    assert [record.levelname for record in caplog.records] == ["WARNING", "WARNING"]
+
+
 fog = pg.kernel(source="def fog(c: Image, d: Image, far: float) -> vec4: return vec4(vec3(d[0, 0].r / far), 1.0)")
 
 
@@ -130,6 +152,26 @@ def test_depth_comes_as_distances(engine: Engine, camera: Any) -> None:
         assert engine.picture()[0, 0, 0] == 0
 
 
+NEAR, FAR = 0.5, 9.0
+#: As Direct3D has it: depth 0 at near, 1 at far.
+FROM_0 = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, FAR / (NEAR - FAR), NEAR * FAR / (NEAR - FAR)], [0, 0, -1, 0]])
+
+
+@pytest.mark.parametrize("said", ["by OpenGL", "by the caller"])
+def test_clip_space_from_0_to_1_is_asked_for_or_said(engine: Engine, said: str) -> None:
+    """The number that this matrix writes for a distance of 2.25, which is half of ``reach``."""
+    depth = (FAR - NEAR * FAR / 2.25) / (FAR - NEAR)
+    camera = (np.eye(4), FROM_0) if said == "by OpenGL" else (np.eye(4), FROM_0, True)
+    if said == "by OpenGL":
+        native = functions()
+        native.ClipControl(0x8CA1, 0x935F)
+    with attach(by_distance, camera=camera, reach=4.5) as attached:
+        engine.clear(0.0, depth)
+        attached.draw()
+        assert attached.error is None
+        assert engine.picture()[0, 0, 0] in (127, 128)
+
+
 def test_a_run_value_changes_without_planning(engine: Engine) -> None:
     planned: list[int] = []
 
@@ -142,16 +184,119 @@ def test_a_run_value_changes_without_planning(engine: Engine) -> None:
     counted.__annotations__ = {"frame": pg.Target, "share": float | pg.Value, "steps": int}
     with attach(counted, share=0.5) as attached:
         attached.draw()
-        program = attached._program
+        [program] = attached._programs.values()
         attached.set(share=0.25)
         engine.clear(0.8, depth=1.0)
         attached.draw()
-        assert attached._program is program
+        assert list(attached._programs.values()) == [program]
         assert engine.picture()[0, 0, 0] == 51
         attached.set(steps=3)
         attached.draw()
-        assert attached._program is not program
+        assert program not in attached._programs.values()
         assert planned[-1] == 3
+
+
+@pytest.fixture
+def compiled(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+    """What is compiled, from now on."""
+    original, made = pg.compile, list[object]()
+    monkeypatch.setattr(pg, "compile", lambda *given, **options: made.append(given) or original(*given, **options))
+    return made
+
+
+def test_views_of_several_sizes_are_planned_once_each(engine: Engine, compiled: list[object]) -> None:
+    sizes = [(9, 6), (8, 4), (7, 3), (5, 5)]
+    with attach(inverse) as attached:
+        for size in sizes * 3:
+            engine.resize(size)
+            attached.draw()
+            np.testing.assert_array_equal(engine.picture()[..., :3], inverse_of(engine.drawn[..., :3]))
+        assert len(compiled) == len(sizes)
+        for size in [(10, 2), sizes[0]]:  # the one unused for longest goes, which was the first
+            engine.resize(size)
+            attached.draw()
+        assert len(compiled) == len(sizes) + 2
+        assert len(attached._programs) == KEPT_PROGRAMS
+
+
+ISF = """/*{"INPUTS": [{"NAME": "inputImage", "TYPE": "image"},
+ {"NAME": "strength", "TYPE": "float", "DEFAULT": 1.0, "MIN": 0.0, "MAX": 1.0},
+ {"NAME": "tint", "TYPE": "color", "DEFAULT": [1.0, 1.0, 1.0, 1.0]},
+ {"NAME": "swap", "TYPE": "bool", "DEFAULT": false}]}*/
+void main() {
+    vec4 c = IMG_THIS_PIXEL(inputImage) * strength * tint;
+    gl_FragColor = vec4(swap ? c.bgr : c.rgb, 1.0);
+}"""
+
+
+def test_every_uniform_of_a_shader_changes_without_planning(
+    engine: Engine, compiled: list[object], tmp_path: Path
+) -> None:
+    """Also those that were not named when it was attached."""
+    (tmp_path / "tinted.fs").write_text(ISF)
+    with attach(pg.load_shader(tmp_path / "tinted.fs")) as attached:
+        for values, expected in (
+            ({}, (200, 100, 50)),
+            ({"strength": 0.5}, (100, 50, 25)),
+            ({"tint": (1.0, 0.0, 1.0, 1.0)}, (100, 0, 25)),
+            ({"swap": True, "strength": 1.0}, (50, 0, 200)),
+        ):
+            attached.set(**values)
+            engine.color.write(bytes([200, 100, 50, 255] * (SIZE[0] * SIZE[1])))
+            attached.draw()
+            assert attached.error is None
+            assert tuple(engine.picture()[0, 0, :3]) == expected
+        assert len(compiled) == 1
+        with pytest.raises(pg.InputError, match=r"no value 'strenght'; it has .*strength"):
+            attached.set(strenght=1.0)
+        with pytest.raises(pg.InputError, match=r"from 0\.0 to 1\.0"):
+            attached.set(strength=2.0)
+
+
+def test_another_effect_takes_the_place_of_the_first(engine: Engine) -> None:
+    half = pg.kernel(source="def half(c: Image, by: float) -> vec4: return vec4(c[0, 0].rgb * by, c[0, 0].a)")
+    with attach(inverse) as attached:
+        attached.draw()
+        with pytest.raises(AttributeError, match="effect"):
+            attached.effect = half  # type: ignore[misc]
+        with pytest.raises(pg.InputError, match="no value 'much'"):
+            attached.replace(inverse, much=1)
+        assert attached.effect is inverse
+        attached.replace(lambda frame, by: half(frame, by), by=0.5)
+        engine.color.write(bytes([200, 100, 50, 255] * (SIZE[0] * SIZE[1])))
+        attached.draw()
+        assert attached.error is None
+        assert engine.picture()[0, 0].tolist() == [100, 50, 25, 255]
+
+
+def test_a_warm_effect_compiles_nothing_in_its_first_frame(engine: Engine, compiled: list[object]) -> None:
+    with attach(inverse) as attached:
+        assert attached.warm_up()
+        assert len(compiled) == 1
+        np.testing.assert_array_equal(engine.picture(), engine.drawn)
+        attached.draw()
+        assert len(compiled) == 1
+        np.testing.assert_array_equal(engine.picture()[..., :3], inverse_of(engine.drawn[..., :3]))
+    with Attachment("engine", inverse, {}, frame=lambda host: None) as attached:
+        assert not attached.warm_up()
+    engine.context.framebuffer([engine.color]).use()
+    with attach(by_distance, reach=9.0) as attached, pytest.raises(pg.InputError, match="the frame has none"):
+        attached.warm_up()
+
+
+def test_planning_anew_says_what_it_cost(engine: Engine, caplog: pytest.LogCaptureFixture) -> None:
+    def repeated(frame: pg.Target, times: int = 1) -> pg.Target:
+        half = pg.kernel(source="def half(c: Image) -> vec4: return c[0, 0] * 0.5")
+        for number in range(times):
+            frame = half(frame, into=pg.target(f"half{number}"))
+        return frame
+
+    with attach(repeated) as attached, caplog.at_level(logging.INFO, "passgraph.engines"):
+        attached.draw()
+        assert not caplog.records
+        attached.set(times=2)
+        attached.draw()
+        assert re.search(r"planned and compiled in \d+ ms", caplog.text)
 
 
 def test_names_that_the_effect_does_not_have_are_refused(engine: Engine) -> None:
@@ -200,6 +345,8 @@ def test_what_is_no_error_of_ours_is_caught_too(engine: Engine, caplog: pytest.L
         np.testing.assert_array_equal(engine.picture(), engine.drawn)
 
 
+#: What some effects need beside the frame.
+NEEDED = {"color_transform": {"src": "sRGB - Texture", "display": "sRGB - Display"}}
 FRAMES = "What it returns is written over the frame."
 library = {name: getattr(passgraph.effects, name) for name in passgraph.effects.__all__}
 
@@ -210,8 +357,8 @@ def test_effects_of_the_library_take_frames_or_say_that_they_take_none(engine: E
     listed = (root / "docs" / "engines.md").read_text().split(FRAMES)[1].split("One of your own")[0]
     if library[name].effect.takes.startswith("picture"):
         assert f"`{name}`" in listed or name == "depth_aware_blur"  # which takes a mask
-        with attach(library[name], camera=CAMERA) as attached:
-            if name in ("depth_of_field", "occluded", "vignette"):  # by depth, and camera, and neither
+        with attach(library[name], camera=CAMERA, **NEEDED.get(name, {})) as attached:
+            if name in ("color_transform", "depth_of_field", "occluded", "vignette"):
                 attached.draw()
             assert attached.error is None
     else:

@@ -65,3 +65,25 @@ def test_a_renderer_s_colours_change_and_its_depths_and_segments_do_not() -> Non
             print([bool((a == b).all()) for a, b in zip(plain[1:], changed[1:])])
             print(all((a == b).all() for a, b in zip(plain, pictures())), mujoco.mjr_render is call)
     """).split("\n") == ["None True", "[True, True, True]", "True True", ""]
+
+
+def test_the_passive_viewer_is_refused_and_other_scenes_beside_it_are_not(display: str) -> None:
+    assert said(f"""
+        import os
+        os.environ["DISPLAY"], os.environ["MUJOCO_GL"] = "{display}", "glfw"
+        import mujoco, mujoco.viewer
+        import passgraph as pg
+        from docs.engines.demo import inverse
+        from docs.engines.mujoco import MODEL
+        from passgraph.engines.mujoco import attach
+
+        model = mujoco.MjModel.from_xml_string(MODEL.format(samples=0))
+        with mujoco.viewer.launch_passive(model, mujoco.MjData(model)) as viewer:
+            for given in (viewer, viewer.user_scn):
+                try:
+                    attach(given, inverse)
+                except pg.InputError as error:
+                    print("passive viewer" in str(error) and "mjr_render" in str(error), flush=True)
+            attach(mujoco.MjvScene(model, 200), inverse).close()
+            os._exit(0)  # its thread and GLFW's end do not agree, without passgraph too
+    """).split("\n") == ["True", "True", ""]

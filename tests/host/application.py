@@ -22,17 +22,23 @@ SIZE = (23, 17)
 WIDTH, HEIGHT = SIZE
 
 
-class _Compatible:
-    """A context of the compatibility profile, as most windows have it, in the place of another."""
+#: Of a context: the compatibility profile, as most windows have it; no reports of errors (KHR_no_error).
+COMPATIBLE, NO_ERROR = (0x30FD, 2), (0x30FD, 1, 0x31B3, 1)
 
-    def __init__(self, core: Any) -> None:
+
+class _Other:
+    """A context with other attributes in the place of one of ours."""
+
+    def __init__(self, core: Any, asked: tuple[int, ...]) -> None:
         self.core, self.load_opengl_function = core, core.load_opengl_function
         self.current = Current()
         state = self.current.state()
         assert state is not None and self.current.egl is not None
         make = function(self.current.egl._library, "eglCreateContext", *[ctypes.c_void_p] * 5)
-        attributes = (ctypes.c_int * 7)(0x3098, 3, 0x30FB, 3, 0x30FD, 2, 0x3038)
-        self.state = replace(state, context=make(state.display, None, None, attributes))
+        attributes = (0x3098, 3, 0x30FB, 3, *asked, 0x3038)
+        made = make(state.display, None, None, (ctypes.c_int * len(attributes))(*attributes))
+        assert made
+        self.state = replace(state, context=made)
         self.__enter__()
 
     def __enter__(self) -> None:
@@ -48,12 +54,12 @@ class _Compatible:
 class Application:
     """Its context is current in this thread from here on; ``close`` ends it."""
 
-    def __init__(self, native: Any = None, compatible: bool = False) -> None:
+    def __init__(self, native: Any = None, compatible: bool = False, asked: tuple[int, ...] = ()) -> None:
         import glcontext  # type: ignore[import-untyped]
 
         self.native: Any = native or glcontext.get_backend_by_name("egl")(glversion=330, mode="standalone")
-        if compatible:
-            self.native = _Compatible(self.native)
+        if compatible or asked:
+            self.native = _Other(self.native, asked or COMPATIBLE)
         self.gl = Functions(self.native.load_opengl_function)
         make = ctypes.CFUNCTYPE
         u, i, p = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p

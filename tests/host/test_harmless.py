@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import ctypes
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.backends.gl import functions
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl.capabilities import NEVER_OURS, OFF
+from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.guard import Guard
 from passgraph.errors import BackendError
-from tests.host.application import BYTES, HEIGHT, KEPT, RGBA, WIDTH, Application, Kept
+from tests.host.application import BYTES, HEIGHT, KEPT, NO_ERROR, RGBA, WIDTH, Application, Kept
+from tests.host.es import EsApplication
 from tests.host.gl_state import Dump, differences, objects, texture_parameters
 from tests.host.hostile import OLD_STATES, STATES, More, make_hostile
-from tests.host.test_reading import ISOLATIONS, of_host
+from tests.host.test_life import compiled
+from tests.host.test_reading import ISOLATIONS, READERS, of_host, read_program
 from tests.host.test_writing import ROWS, blue, blurred, corner, expected
 
 pytestmark = pytest.mark.gl
@@ -121,6 +129,102 @@ def test_a_guard_that_forgets_something_is_found(app: Application, part: str, mo
     assert differences(before, dump())
 
 
+def all_kept(app: Application) -> list[Kept]:
+    return [make(app) for make in KEPT.values()]
+
+
+def read_all(app: Application, isolation: Any, kept: list[Kept]) -> None:
+    with pg.gl.Host.current(isolation) as host:
+        for each in kept:
+            with read_program(READERS["here"], "clamp", host) as program:
+                program(frame=of_host(app, host, each))
+
+
+class Messages:
+    """What OpenGL tells an engine's debug callback."""
+
+    def __init__(self, app: Application) -> None:
+        self.texts: list[str] = []
+        kind = ctypes.CFUNCTYPE(None, *[ctypes.c_uint] * 4, ctypes.c_int, ctypes.c_char_p, ctypes.c_void_p)
+        self._callback = kind(lambda *told: self.texts.append(told[5].decode()))
+        install = ctypes.CFUNCTYPE(None, kind, ctypes.c_void_p)
+        install(app.native.load_opengl_function("glDebugMessageCallback"))(self._callback, None)
+        for switch in (0x92E0, 0x8242):  # messages, and in the thread and call that they are of
+            app.gl.Enable(switch)
+
+
+@pytest.mark.parametrize("isolation", ISOLATIONS)
+@pytest.mark.parametrize("profile", ["core", "compatibility"])
+def test_an_engine_s_debug_callback_hears_nothing(profile: str, isolation: Any) -> None:
+    app = Application(compatible=profile == "compatibility")
+    engine, kept = an_engine(app), all_kept(app)
+    messages = Messages(app)
+    a_life(app, isolation, *engine)
+    read_all(app, isolation, kept)
+    assert messages.texts == []
+    app.gl.Enable(0xFFFF)
+    assert len(messages.texts) == 1, "and hears of its own errors"
+    app.close()
+
+
+def _incomplete(app: Application) -> None:
+    app.gl.BindFramebuffer(g.FRAMEBUFFER, app.gl.new("Framebuffer"))
+    app.gl.DrawArrays(g.TRIANGLES, 0, 3)
+
+
+ERRORS: dict[int, Callable[[Application], Any]] = {
+    0x500: lambda app: app.gl.Enable(0xFFFF),
+    0x501: lambda app: app.gl.Viewport(0, 0, -1, -1),
+    0x502: lambda app: app.gl.UseProgram(app.gl.CreateShader(g.VERTEX_SHADER)),
+    0x506: _incomplete,
+}
+
+
+@pytest.mark.parametrize("isolation", ISOLATIONS)
+@pytest.mark.parametrize("error", ERRORS, ids=hex)
+def test_an_engine_finds_its_own_error(app: Application, error: int, isolation: Any) -> None:
+    """Which it has caused before, and asks for behind a run."""
+    framebuffer = app.of_texture(app.texture(0x8058, RGBA, BYTES, ROWS))
+    ERRORS[error](app)
+    with pg.gl.Host.current(isolation) as host, compiled(host) as program:
+        assert app.gl.GetError() == error
+        assert app.gl.GetError() == g.NO_ERROR
+        found = host.framebuffer(framebuffer)
+        ERRORS[error](app)
+        program.run(frame=found, into={"picture": found})
+        assert app.gl.GetError() == error
+        assert app.gl.GetError() == g.NO_ERROR
+    np.testing.assert_array_equal(app.pixels(framebuffer), expected())
+
+
+@pytest.mark.parametrize("isolation", ["guard", "auto"])
+def test_a_context_without_errors_is_asked_for_none(isolation: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In such a context (KHR_no_error) a call that is wrong may do anything.  The same calls are right in another."""
+    app = Application(asked=NO_ERROR)
+    assert app.gl.integer(0x821E) & 8
+    a_life(app, isolation, *an_engine(app))
+    app.close()
+
+    app = Application()
+    engine = an_engine(app)
+    whole, prototype = Functions.integer, functions._prototype
+    monkeypatch.setattr(Functions, "integer", lambda gl, what: whole(gl, what) | (8 if what == 0x821E else 0))
+    errors: list[int] = []
+
+    def spying(entry: str) -> tuple[str, Callable[[int], Any]]:
+        name, kind = prototype(entry)
+        if name != "GetError":
+            return name, kind
+        return name, lambda address: lambda: errors.append(found := kind(address)()) or found
+
+    monkeypatch.setattr(functions, "_prototype", spying)
+    kept = all_kept(app)
+    a_life(app, "guard", *engine)
+    read_all(app, "guard", kept)
+    assert len(errors) > 10 and not any(errors)
+    app.close()
+
+
 def test_an_engine_that_records_vertices_is_not_interrupted(app: Application) -> None:
     """Nothing can be drawn in the middle of a guarded host's transform feedback."""
     guard = pg.gl.Host.current("guard")
@@ -132,3 +236,14 @@ def test_an_engine_that_records_vertices_is_not_interrupted(app: Application) ->
     guard.context.gl.integer = whole  # type: ignore[method-assign]
     program(frame=ROWS)
     guard.close()
+
+
+@pytest.mark.parametrize("make", [Application, lambda: Application(compatible=True), EsApplication])
+def test_switches_are_those_that_a_context_knows(make: Callable[[], Application]) -> None:
+    """Found from versions and extensions, without an error; here asked for with errors, which says the same."""
+    app = make()
+    switches = [*OFF, *NEVER_OURS, 0x0BC0, *range(0x3000, 0x3008)]
+    known = [switch for switch in switches if (app.gl.IsEnabled(switch), app.gl.drain())[1] == []]
+    assert sorted(known) == sorted((*app.gl.has.off, *app.gl.has.never_ours))
+    assert app.gl.has.is_compatible == (0x0BC0 in known)
+    app.close()

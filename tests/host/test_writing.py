@@ -74,7 +74,8 @@ def test_wherever_an_engine_draws(app: Application, kept: str) -> None:
     with pg.gl.Host.current() as host:
         program = pg.compile(blurred(pg.target("picture", "rgba8")), backend=host)
         program.run(frame=host.framebuffer(source), into={"picture": host.framebuffer(made)})
-        assert "written in place" in program.explain()
+        # of several samples a pixel, those stay that the result does not change
+        assert ("moved into" if "samples" in kept else "written in place") in program.explain()
         program.close()
     plain = app.of_texture(app.texture(0x8058, RGBA, BYTES, None))
     app.blit(made, plain, False)

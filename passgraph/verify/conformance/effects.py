@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import partial
+from importlib.util import find_spec
 from typing import Any
 
 import passgraph as pg
@@ -16,9 +17,15 @@ from passgraph.verify.conformance.case import Case
 GROUP = "effects"
 MAPS = {"map_size": 32}
 
+#: Of OpenColorIO 2.2 and newer.
+COLOR_CONFIG = "ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1"
+#: Effects that need a package of an extra: left out where it is not installed.
+NEEDS = {"color-transform": "PyOpenColorIO"}
+
 #: Effect → variants; each its parameters, and ``light``, which chooses the scene's.
 VARIANTS: dict[str, list[dict[str, Any]]] = {
     "tone-map": [{"curve": curve} for curve in ("linear", "reinhard", "hable", "aces", "agx", "pbr-neutral")],
+    "color-transform": [{"display": "sRGB - Display", "view": "Un-tone-mapped", "config": COLOR_CONFIG}],
     "gaussian-blur": [{}, {"sigma_px": 1.0, "radius_px": 2}],
     "bloom": [{"levels": 2}, {"levels": 4, "threshold": 0.5}],
     "fxaa": [{}, {"quality": "39", "contrast": 0.05, "least_contrast": 0.02}],
@@ -75,6 +82,8 @@ AMBIGUOUS = {"exact": IN_SHADOW}
 def cases() -> Iterator[Case]:
     """Each variant of each effect; those without a list in :data:`VARIANTS` as they are by default."""
     for effect in EFFECTS.values():
+        if effect.name in NEEDS and find_spec(NEEDS[effect.name]) is None:
+            continue
         for number, parameters in enumerate(VARIANTS.get(effect.name, [{}])):
             quick = number == 0 or effect.name not in SLOW
             given = " ".join(f"{name}={value}" for name, value in parameters.items())
