@@ -27,13 +27,19 @@ from passgraph.bench.report import difference, grey, plot_name, write_report
 from passgraph.bench.scenes import SCENES, scene_named
 from passgraph.bench.tables import as_markdown, processor, truth_line
 from passgraph.bench.timing import frame_times
+from passgraph.bench.truth import PENUMBRA
 from passgraph.pictures import save
 from passgraph.run.compile import compile
 
 PAGE, PICTURES = root / "docs" / "speed-and-error.md", root / "docs" / "images" / "speed-and-error"
 REPORT = root / "out" / "speed-and-error"
 NAMES = ("shipped", "samurai", "slab", "room", "wide", "chequer")
+#: Scenes in which the map shows the uppermost of several casters, or one lamp is as wide as the things below it.
+STACKED = ("two-sheets", "three-sheets", "shelf", "cage", "leaves", "furniture", "fence", "layers")
 SETTINGS = Settings(size=(640, 360), map_sizes=(1024,), backends=("numpy", "gl"), frames=5)
+STACKED_SETTINGS = SETTINGS.with_(
+    methods=("pcss-32", "pcss-64", "penumbra-16", "penumbra-32"), backends=("numpy",), most_samples=400
+)
 #: Methods whose pictures the page shows beside the truth.
 SHOWN = ("hard", "blur-world", "evsm4", "pcss-32", "penumbra-16")
 #: The combination, and what it is held against.
@@ -57,6 +63,12 @@ pixels than that. A light that stands still pays for it once. The depth-aware bl
 it reads three pictures at 15 taps in two passes at every pixel, and PCSS ends its work early where its search finds no
 caster.
 """
+STACKS = """
+*False lit* is here the share of the pixels in full shadow. A map shows the uppermost caster only. `pcss` takes all
+casters for one at their mean distance; `penumbra` compares each ray where it passes the far casters and again where it
+passes the near ones. Both miss what a thin side hides (the shelf's) and strips of a lower caster that are narrow
+against the upper one's penumbra (three sheets).
+"""
 RADII = (0.01, 0.05, 0.2)
 GROWTH = """
 A filter that compares has a fixed number of taps here, so that wider penumbrae cost it more only where more pixels find
@@ -72,6 +84,7 @@ CHOICE = """## Which method when
 | sharp shadows, the least time | `"hard"`, with a larger map | no filter at all |
 | smooth edges a few texels wide | `"pcf"`, 3 to 5 texels | cheap, and no light leaks |
 | the highest accuracy, time to spare | `"pcss"`, 64 taps | full size everywhere |
+| the same under stacked casters, wide lamps | `"penumbra"`, 32 taps | casters near and far apart |
 | wide shadows of a light that rests | `"vsm"`, `"evsm4"`, `"msm"` | the map is blurred once a place of the light |
 """
 
@@ -97,7 +110,7 @@ def page(results: Sequence[SceneResult]) -> str:
     """The whole page."""
     width, height = SETTINGS.size
     parts = [HEADER, f"{width}×{height} pixels, {SETTINGS.frames} frames, {os.cpu_count()} threads of {processor()}.\n"]
-    parts += [condition(results), shape(results), growth(), CHOICE]
+    parts += [condition(results), stacked(), shape(results), growth(), CHOICE]
     parts += [section(result) for result in results]
     return "\n".join(parts)
 
@@ -111,7 +124,7 @@ def condition(results: Sequence[SceneResult]) -> str:
     lines = [
         f"## `{OURS}` against `{HELD}`\n",
         "`penumbra` searches for casters in half the width and height, enlarges what it finds along surfaces, and\n"
-        "makes five comparisons a pixel where penumbrae are narrow. The condition for a default: RMSE worse by at\n"
+        "makes twelve comparisons a pixel where penumbrae are narrow. The condition for a default: RMSE worse by at\n"
         "most a tenth, at half the filter's time or less. In small pictures, whose penumbrae are a few pixels wide,\n"
         "PCSS is the more accurate of the two.\n",
         "| scene | backend | RMSE | of PCSS | filter, time | filter, CPU | whole frame | condition |",
@@ -127,6 +140,23 @@ def condition(results: Sequence[SceneResult]) -> str:
             verdict = "met" if met else "not met"
             lines.append(f"| {result.name} | {backend} | {rmse} | {wall:.2f} | {cpu:.2f} | {frame:.2f} | {verdict} |")
     return "\n".join([*lines, ""])
+
+
+def stacked() -> str:
+    """Searching filters where casters lie one over the other."""
+    methods = STACKED_SETTINGS.methods
+    lines = ["## Casters one over the other\n", "On `numpy`; RMSE, and false lit in percent:\n"]
+    lines += [f"| scene | {' | '.join(methods)} |", "|---|" + "---|" * len(methods)]
+    for name in STACKED:
+        result = measure(name, STACKED_SETTINGS, lambda text: print(text, flush=True))
+        counts = result.counts["numpy"]
+        hidden = float(np.mean(result.truth.share[counts] <= PENUMBRA[0]))
+        cells = [
+            f"{row.errors.rmse:.4f}, {100.0 * row.errors.false_lit / hidden:.2f}"
+            for row in (row_of(result, "numpy", method) for method in methods)
+        ]
+        lines.append(f"| {name}: {SCENES[name].about} | {' | '.join(cells)} |")
+    return "\n".join([*lines, STACKS])
 
 
 def shape(results: Sequence[SceneResult]) -> str:

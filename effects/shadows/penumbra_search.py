@@ -33,17 +33,19 @@ from passgraph.effects.surfaces.geometry import (
     half_extent,
     plane_terms,
     spread,
+    toward_eye,
     unpack_normal,
 )
 from passgraph.effects.surfaces.views import LightFrame
 
-#: Half widths of penumbrae, in pixels, up to which full size decides, and from which half the size does: the small
-#: picture's pixels are 2 wide, and of a penumbra that is hardly wider they catch a point or two.
+#: Half widths of penumbrae, in pixels of the side that the view shortens, up to which full size decides, and from which
+#: half the size does: the small picture's pixels are 2 wide, and of a penumbra that is hardly wider they catch a point
+#: or two.
 SHARP_PX, SOFT_PX = 1.5, 4.0
 #: Comparisons for each place of the search: a mean of few has steps that show as bands in wide penumbrae.
 COMPARED = 2
-#: Comparisons of each pixel in full size: enough for a penumbra of SHARP_PX.
-FEW = 5
+#: Comparisons of each pixel in full size: enough for a penumbra of SOFT_PX.
+FEW = 12
 FEW_PLACES: Any = vogel_disc(FEW)
 #: In full size casters count from so many texels before the receiver on where it lies behind the plane of the foremost,
 #: or where all comparisons find one; else from DEPTH_SLACK_TEXELS on, as what meets in a hollow edge is no caster.
@@ -54,7 +56,8 @@ SAME_PLANE_PX = 2.0
 LEAST = 0.6
 #: A texel is met by rays that pass its middle by up to half its diagonal.
 HALF_DIAGONAL = 0.75
-#: A comparison counts for casters whose own penumbra is so many times narrower at most: others stand beside the light.
+#: A comparison counts for casters whose own penumbra is so many times narrower at most: the ray passes others nearer to
+#: the receiver's place.
 WIDER = 2.0
 #: Casters are near ones where their penumbra is so many times narrower than the widest that a search could find, and
 #: the search is wider than so many texels.
@@ -62,14 +65,14 @@ FAR_AND_NEAR = 0.25
 LAYERED_TEXELS = 4.0
 #: Places of the search crowd toward the middle with this power of their number; 0.5 would spread them evenly. Most
 #: casters are near the receiver, and can be in its way only near its own place.
-CROWDING = 1.5
+CROWDING = 1.25
 
 
 def search_disc(taps: int) -> tuple[tuple[float, float], ...]:
     """Points of a disc of radius 1, closer together toward its middle.
 
     >>> [round(math.hypot(x, y), 3) for x, y in search_disc(4)]
-    [0.044, 0.23, 0.494, 0.818]
+    [0.074, 0.293, 0.556, 0.846]
     """
     turn = pi * (3.0 - math.sqrt(5.0))
     radii = [((i + 0.5) / taps) ** CROWDING for i in range(taps)]
@@ -140,47 +143,35 @@ def find_penumbrae(taps: int) -> Any:
         )
 
     @pg.function
-    def share_of_disc(map: Image, light: LightFrame, receiver: Receiver, reach: float, kind: int, face: int) -> float:
-        """The mean of comparisons over a disc."""
-        lit = 0.0
-        for i in range(compared):
-            offset = places[i] * reach
-            caster = caster_at(map, receiver, beside(receiver, offset), kind, face)
-            own = WIDER * reach_of(light, receiver, caster, kind) + HALF_DIAGONAL * receiver.texel
-            lit += 0.0 if caster < NOTHING and length(offset) <= own else 1.0
-        return mean_of(lit, compared)
+    def share_of_rays(map: Image, light: LightFrame, receiver: Receiver, layers: Layers, kind: int, face: int) -> float:
+        """The mean over rays to places of the light; each is compared once or twice, at the map's depths there.
 
-    @pg.function
-    def share_past_both(
-        map: Image, light: LightFrame, receiver: Receiver, layers: Layers, kind: int, face: int
-    ) -> float:
-        """The mean over places of the light whose rays pass far casters and near ones.
-
-        Where a far caster hides from the map what is near, near ones are as common as elsewhere.
+        A ray that meets nothing where it passes the widest layer is compared again where it passes the near one. One
+        that meets a caster too near to the receiver to be in its way there is compared where it passes that caster's
+        depth: what the map shows there is either that caster or hides it, and it is taken to go on below. Where a
+        farther caster hides the near layer and nothing is known of it, near casters are as common as elsewhere.
         """
-        lit, lit_if_free, seen, blocked = 0.0, 0.0, 0.0, 0.0
+        margin = HALF_DIAGONAL * receiver.texel
+        widest = max(max(layers.far, layers.near), LEAST * receiver.texel)
+        both = layers.far >= 0.0 and layers.near >= 0.0
+        lit, blocked, hidden = 0.0, 0.0, 0.0
         for i in range(compared):
-            offset = places[i] * layers.far
+            offset = places[i] * widest
             caster = caster_at(map, receiver, beside(receiver, offset), kind, face)
             reach = reach_of(light, receiver, caster, kind)
-            stopped = (
-                caster < NOTHING
-                and reach >= layers.split
-                and length(offset) <= WIDER * reach + HALF_DIAGONAL * receiver.texel
-            )
-            free = 0.0 if stopped else 1.0
-            offset = places[i] * layers.near
-            caster = caster_at(map, receiver, beside(receiver, offset), kind, face)
-            reach = reach_of(light, receiver, caster, kind)
-            if caster < NOTHING and reach >= layers.split:
-                lit_if_free += free
-            else:
-                seen += 1.0
-                if caster < NOTHING and length(offset) <= WIDER * reach + HALF_DIAGONAL * receiver.texel:
-                    blocked += 1.0
+            found = caster < NOTHING
+            if not found and not both:
+                lit += 1.0
+            elif not found or length(offset) > WIDER * reach + margin:
+                nearer = beside(receiver, places[i] * (reach if found else layers.near))
+                caster = caster_at(map, receiver, nearer, kind, face)
+                if caster >= NOTHING:
+                    lit += 1.0
+                elif not found and reach_of(light, receiver, caster, kind) >= layers.split:
+                    hidden += 1.0
                 else:
-                    lit += free
-        return mean_of(lit + lit_if_free * (1.0 - blocked / max(seen, 1.0)), compared)
+                    blocked += 1.0
+        return mean_of(lit + hidden * lit / max(lit + blocked, 1.0), compared)
 
     @pg.kernel
     def penumbrae(
@@ -204,11 +195,7 @@ def find_penumbrae(taps: int) -> Any:
         widest = max(layers.far, layers.near)
         if widest < 0.0:
             return vec2(1.0, 0.0)
-        width_px = widest / pixel_width
-        if min(layers.far, layers.near) >= 0.0:
-            return vec2(share_past_both(map, light, receiver, layers, kind, face), width_px)
-        reach = max(widest, LEAST * receiver.texel)
-        return vec2(share_of_disc(map, light, receiver, reach, kind, face), width_px)
+        return vec2(share_of_rays(map, light, receiver, layers, kind, face), widest / pixel_width)
 
     return penumbrae
 
@@ -266,8 +253,10 @@ def sharp_share(map: Image, receiver: Receiver, reach: float, soft: bool, kind: 
     nearest = first
     lit = 0.0 if first.before > receiver.slack else 1.0
     lit_near = 0.0 if first.before > near else 1.0
-    if soft or first.before > near:
-        for i in range(1, FEW):
+    # no constant count: unrolled, the loop would make the kernel too long to be fused with what follows
+    compared = FEW if soft or first.before > near else 1
+    if compared > 1:
+        for i in range(1, compared):
             found = found_at(map, receiver, FEW_PLACES[i] * reach, kind, face)
             lit += 0.0 if found.before > receiver.slack else 1.0
             lit_near += 0.0 if found.before > near else 1.0
@@ -326,12 +315,13 @@ def add_light_with_penumbrae(
         wide += found.y * w
         wide_weight += w if found.y > 0.0 else 0.0
     width_px = wide / max(wide_weight, 1e-6)
+    shortened_px = width_px * abs(dot(n, toward_eye(frame, position)))
     receiver = receiver_at(map, light, position, n, 0.5 * pixel_width * SCREEN_ROUNDING, kind)
     share = receiver.share
     if receiver.share < 0.0:
         share = min(total / max(weight, 1e-6), 1.0)
-        if width_px < SOFT_PX:
+        if shortened_px < SOFT_PX:
             reach = min(max(width_px * pixel_width, LEAST * receiver.texel), receiver.farthest)
             sharp = sharp_share(map, receiver, reach, width_px > 0.0, kind, face)
-            share = mix(sharp, share, smoothstep(SHARP_PX, SOFT_PX, width_px))
+            share = mix(sharp, share, smoothstep(SHARP_PX, SOFT_PX, shortened_px))
     return free[0, 0].rgb + more, shadowed[0, 0].rgb + more * share

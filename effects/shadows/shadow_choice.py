@@ -76,6 +76,8 @@ class Pcss(Choice):
 class Penumbra(Choice):
     """The same, with the search in half the width and height, and comparisons in full size where shadows are narrow.
 
+    Casters far from the receiver and casters near it have penumbrae of their own width.
+
     Attributes
     ----------
     taps : of the search, which then compares twice as many

@@ -166,6 +166,79 @@ def chequer_scene() -> Scene:
     )
 
 
+def _block(at: tuple[float, float, float], size: tuple[float, float, float], name: str) -> Node:
+    """A box that stands on the middle of its lower side."""
+    return Node(box(1.0), GREY, translation(at) @ np.diag([*size, 1.0]), name)
+
+
+def _stack(heights: tuple[float, ...]) -> Scene:
+    """Sheets over a floor, each shifted against the one below it."""
+    sheets = [_sheet(1.8, 1.8, (-0.25 * i, height, 0.1 * i), f"sheet {i}") for i, height in enumerate(heights)]
+    camera = Camera((3.9, 2.1, 2.6), (0.35, 0.1, 0.0), vertical_fov_rad=0.6, near=0.5, far=60.0)
+    return Scene((plane(20.0), *sheets), camera, (Light.directional((0.5, -1.0, -0.2), radius=0.1),))
+
+
+def two_sheets_scene() -> Scene:
+    """Two sheets, the lower one mostly hidden from the light."""
+    return _stack((0.4, 1.6))
+
+
+def three_sheets_scene() -> Scene:
+    """Three sheets."""
+    return _stack((0.3, 0.9, 2.2))
+
+
+def shelf_scene() -> Scene:
+    """Four boards one over the other, between two sides, under a lamp before them."""
+    boards = [_block((0.0, 0.15 + 0.5 * i, 0.0), (1.6, 0.05, 0.6), f"board {i}") for i in range(4)]
+    sides = [_block((x, 0.0, 0.0), (0.05, 1.8, 0.6), "side") for x in (-0.82, 0.82)]
+    things = [_block((x, 0.2, 0.1), (0.2, 0.3, 0.2), "thing") for x in (-0.5, 0.3)]
+    camera = Camera((1.9, 2.0, 4.2), (0.0, 0.6, 0.2), vertical_fov_rad=0.6, near=0.5, far=60.0)
+    light = Light.point((0.9, 3.6, 1.6), intensity=16.0, radius=0.25)
+    return Scene((slab(6.0, 0.2), *boards, *sides, *things), camera, (light,), "shelf")
+
+
+def cage_scene() -> Scene:
+    """Crossed bars with a roof of bars over a ball."""
+    bars = [_block((x, 0.0, z), (0.05, 1.5, 0.05), "bar") for x in np.linspace(-0.9, 0.9, 7) for z in (-0.9, 0.9)]
+    bars += [_block((x, 0.0, z), (0.05, 1.5, 0.05), "bar") for z in np.linspace(-0.6, 0.6, 5) for x in (-0.9, 0.9)]
+    bars += [_block((x, 1.5, 0.0), (0.05, 0.05, 1.85), "roof") for x in np.linspace(-0.9, 0.9, 7)]
+    bars += [_block((0.0, y, z), (1.85, 0.04, 0.04), "rail") for y in (0.5, 1.0) for z in (-0.9, 0.9)]
+    camera = Camera((3.4, 3.2, 3.8), (0.5, 0.4, 0.0), vertical_fov_rad=0.6, near=0.5, far=60.0)
+    light = Light.directional((0.9, -1.0, -0.45), radius=0.07)
+    return Scene((plane(20.0), *bars, _ball()), camera, (light,), "cage")
+
+
+def leaves_scene() -> Scene:
+    """Leaves at all heights over a floor and a box, as in a tree's crown."""
+    rng = np.random.default_rng(7)
+    corners = np.array([[-1.0, 0, 0], [0, 0, 0.5], [1.0, 0, 0], [0, 0, -0.5]]) * 0.16
+    nodes = [plane(20.0), _block((0.6, 0.0, 0.4), (0.5, 0.5, 0.5), "box")]
+    for i in range(160):
+        x, y, z, turn = rng.uniform((-1.2, 0.7, -1.2, 0.0), (1.2, 2.4, 1.2, 2.0 * np.pi))
+        tilted = corners + np.outer(corners[:, 0] * rng.uniform(-0.6, 0.6), [0.0, 1.0, 0.0])
+        leaf = Mesh.make(tilted, [[0, 1, 2], [0, 2, 3]], name="leaf")
+        nodes.append(Node(leaf, SHEET, translation((x, y, z)) @ rotation_y(turn), f"leaf {i}"))
+    camera = Camera((3.8, 3.4, 3.6), (0.5, 0.5, 0.0), vertical_fov_rad=0.65, near=0.5, far=60.0)
+    return Scene(tuple(nodes), camera, (Light.directional((0.5, -1.0, -0.2), radius=0.06),), "leaves")
+
+
+def furniture_scene() -> Scene:
+    """A table with things on it and chairs about it under a wide lamp."""
+    nodes = [slab(6.0, 0.2), _block((0.0, 0.72, 0.0), (1.6, 0.05, 0.9), "top")]
+    nodes += [_block((x, 0.0, z), (0.06, 0.72, 0.06), "leg") for x in (-0.7, 0.7) for z in (-0.38, 0.38)]
+    for x, z, side in ((-0.4, 0.8, 1), (0.45, 0.75, 1), (0.1, -0.8, -1)):
+        nodes += [
+            _block((x, 0.42, z), (0.42, 0.04, 0.42), "seat"),
+            _block((x, 0.46, z + 0.19 * side), (0.42, 0.5, 0.03), "back"),
+        ]
+        nodes += [_block((x + a, 0.0, z + b), (0.04, 0.42, 0.04), "leg") for a in (-0.18, 0.18) for b in (-0.18, 0.18)]
+    nodes += [_block((-0.3, 0.77, 0.1), (0.3, 0.12, 0.22), "book")]
+    nodes += [Node(cylinder(0.07, 0.25), GREY, translation((0.35, 0.77, -0.1)), "vase")]
+    camera = Camera((2.6, 2.3, 3.2), (0.0, 0.35, 0.1), vertical_fov_rad=0.62, near=0.3, far=60.0)
+    return Scene(tuple(nodes), camera, (Light.point((0.5, 3.2, 0.4), intensity=14.0, radius=0.6),), "furniture")
+
+
 def _ball() -> Node:
     return Node(ball(0.5, 64), GREY, translation((0.0, 0.5, 0.0)), "ball")
 
@@ -203,6 +276,12 @@ SCENES: dict[str, BenchScene] = {
         BenchScene("room", "things in a closed room, a spot in its ceiling", room_scene),
         BenchScene("wide", "a ball and posts on a thick floor 200 wide, under a sun", wide_scene),
         BenchScene("chequer", "a chequered board over a thick floor", chequer_scene),
+        BenchScene("two-sheets", "two sheets over a floor, one over the other", two_sheets_scene),
+        BenchScene("three-sheets", "three sheets over a floor, one over the other", three_sheets_scene),
+        BenchScene("shelf", "four boards one over the other", shelf_scene),
+        BenchScene("cage", "a ball in a cage of bars", cage_scene),
+        BenchScene("leaves", "leaves at all heights over a floor", leaves_scene),
+        BenchScene("furniture", "a table, chairs and things under a lamp of radius 0.6", furniture_scene),
         BenchScene("samurai", "a monastery's courtyard, 124,000 triangles", samurai_scene, MODELS),
         BenchScene("bunny", "the Stanford bunny on a floor", bunny_scene, MODELS),
     )

@@ -9,14 +9,18 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
+from passgraph.bench.scenes import scene_named
+from passgraph.bench.truth import Truth, truth_of
 from passgraph.effects import soft_shadow_passes
 from passgraph.effects.shadows.shadow_choice import Hard, Penumbra
 from passgraph.scene.matrices import translation
 from passgraph.truth import visible_share
 from tests.agreement import assert_within_bounds
+from tests.conftest import DEVICES
+from tests.effects.hard.penumbrae import STACKS
 from tests.effects.scenes import Picture, cube, floor, render, sun
 
-SIZE = (128, 84)
+SIZE, SHEETS_SIZE = (128, 84), (320, 180)
 CAMERA = pg.Camera((3, 3, 5), (0.4, 0.3, 0), vertical_fov_rad=0.6)
 LIGHTS = {
     "directional": sun(40, 30, radius=0.1),
@@ -51,6 +55,26 @@ def test_it_is_as_soft_as_the_light_makes_it(lights: str, backend_name: str) -> 
     assert ours < 0.6 * rmse(lights, backend_name, filter=Hard())
 
 
+@lru_cache
+def sheets_and_truth() -> tuple[pg.Scene, Truth]:
+    """Two sheets over a floor, of which the map shows the lower one along two of its sides only."""
+    made = scene_named("two-sheets")
+    return made, truth_of(made, SHEETS_SIZE, 64)
+
+
+@pytest.mark.parametrize("backend_name", DEVICES, indirect=True)
+def test_no_light_leaks_where_one_caster_lies_over_another(backend_name: str) -> None:
+    made, traced = sheets_and_truth()
+    target = soft_shadow_passes(made, ambient=0.0, map_size=1024).shadows_blurred
+    assert target is not None
+    share = render(target, size=SHEETS_SIZE, backend=backend_name)[target.name][:, :, 0]
+    umbra = traced.counts & (traced.share == 0.0)
+    assert umbra.sum() > 4000
+    # an average over both sheets as one layer lights a twentieth of the umbra, and is off by 0.02
+    assert np.mean(share[umbra] > 0.1) < 0.002
+    assert np.sqrt(np.mean((share - traced.share)[traced.counts] ** 2)) < 0.013
+
+
 def stairs(count: int, height: float, depth: float) -> pg.Mesh:
     """Steps that rise towards +x, 2 wide."""
     corners: list[tuple[float, float, float]] = []
@@ -78,16 +102,16 @@ def test_what_stands_a_texel_before_a_surface_shadows_it() -> None:
 
 #: Models of small triangles with smooth normals, of which much stands within a texel or two of the next: RMSE at most.
 TOUCHING = {"samurai": 0.064, "bunny": 0.02}
+OPEN = ("shipped", "samurai", "slab", "room", "wide", "chequer", "bunny", "fence", "layers")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["shipped", "samurai", "slab", "room", "wide", "chequer", "bunny"])
+@pytest.mark.parametrize("name", [*OPEN, *STACKS])
 def test_it_is_at_most_a_tenth_worse_than_pcss_with_32_taps(name: str, backend_name: str) -> None:
     """In pictures of 640 × 360; where penumbrae are a few pixels wide the small picture catches too little of them."""
     pytest.importorskip("skimage")
     from passgraph.bench.methods import METHODS, passes_of
-    from passgraph.bench.scenes import SCENES, scene_named
-    from passgraph.bench.truth import truth_of
+    from passgraph.bench.scenes import SCENES
 
     if not SCENES[name].here:
         pytest.skip(f"{SCENES[name].needs} is not installed")
@@ -106,7 +130,8 @@ def test_it_is_at_most_a_tenth_worse_than_pcss_with_32_taps(name: str, backend_n
         errors.append(float(np.sqrt(np.mean((share - traced.share)[counts] ** 2))))
     assert errors[0] <= TOUCHING.get(name, 1.0)
     # both have the truth's own noise in them, which brings them closer together and swaps nothing
-    assert errors[0] <= 1.1 * errors[1]
+    # the narrow penumbrae on the shelf's boards have 12 comparisons where pcss makes 32
+    assert errors[0] <= (1.2 if name == "shelf" else 1.1) * errors[1]
 
 
 # Pixels of the small picture are 2 wide: nearer to a penumbra they have a part of it.
@@ -152,6 +177,14 @@ def test_odd_sizes_are_filled_to_their_borders(size: tuple[int, int], backend_na
 #: A cube map is six of the others', and as many compilations.
 @pytest.mark.parametrize("lights", [pytest.param(k, marks=[pytest.mark.slow] if k == "cube" else []) for k in LIGHTS])
 def test_every_pass_is_within_the_bounds_of_the_reference(lights: str) -> None:
-    passes = soft_shadow_passes(scene(lights), ambient=0.0, map_size=64, filter=Penumbra(taps=8))
+    hold_to_bounds(scene(lights))
+
+
+def test_every_pass_is_within_the_bounds_of_the_reference_under_sheets() -> None:
+    hold_to_bounds(scene_named("two-sheets"))
+
+
+def hold_to_bounds(made: pg.Scene) -> None:
+    passes = soft_shadow_passes(made, ambient=0.0, map_size=64, filter=Penumbra(taps=8))
     assert passes.shadows_blurred is not None
     assert_within_bounds(passes.shadows_blurred, (24, 16))

@@ -8,7 +8,10 @@ from functools import lru_cache
 import numpy as np
 
 import passgraph as pg
-from passgraph.effects.shadows.shadow_choice import Blur, Disc, Hard, Pcf, Pcss
+from passgraph.bench.metrics import FALSE_SHARE
+from passgraph.bench.scenes import scene_named
+from passgraph.bench.truth import PENUMBRA, truth_of
+from passgraph.effects.shadows.shadow_choice import Blur, Disc, Hard, Pcf, Pcss, Penumbra
 from passgraph.scene.matrices import translation
 from tests.effects.hard.case import SIZE, Case, Figure, Picture, mask, rmse, shown, traced, width_of
 from tests.effects.hard.naive import closer_soft, frame, naive
@@ -79,8 +82,8 @@ def stacked(backend: str) -> Case:
         "PCSS under two casters, one over the other",
         "PCSS knows one mean distance of casters. Of two sheets the map shows the upper one only, and the lower one"
         " past its edge: the widths of the two penumbrae are mixed.",
-        "A limit of every filter that reads one depth a texel, PCSS among them: measured against rays beside single"
-        " sheets, where the width is right.",
+        "A limit of PCSS: measured against rays beside single sheets, where the width is right. `penumbra` knows two"
+        " distances, see the next case.",
         ("ray-traced", "hard", "passgraph pcss"),
         tuple(figures),
         (
@@ -88,6 +91,47 @@ def stacked(backend: str) -> Case:
             ("hard", shown(scene, hard)),
             ("passgraph pcss", shown(scene, pcss)),
         ),
+    )
+
+
+#: Scenes of `passgraph.bench.scenes` in which casters lie one over the other.
+STACK_SIZE = (480, 270)
+STACKS = ("two-sheets", "three-sheets", "shelf", "cage", "leaves", "furniture")
+
+
+@lru_cache
+def overlapping(backend: str) -> Case:
+    """What arrives in full shadow where the map shows the uppermost of several casters."""
+    figures, strip = [], []
+    for name in STACKS:
+        scene = scene_named(name)
+        truth = truth_of(scene, STACK_SIZE, 144)
+        pcss, ours = (
+            mask(scene, backend, size=STACK_SIZE, filter=f, map_size=1024) for f in (Pcss(taps=32), Penumbra())
+        )
+        umbra = truth.counts & (truth.share <= PENUMBRA[0])
+        leaks = (float(np.mean(p[umbra] > FALSE_SHARE)) for p in (pcss, ours))
+        errors = (float(np.sqrt(np.mean((p - truth.share)[truth.counts] ** 2))) for p in (pcss, ours))
+        figures += [
+            Figure(f"share of the umbra that shows more than 0.1 of the light, {name}", 0.0, *leaks, digits=4),
+            Figure(f"RMSE to rays, {name}", 0.0, *errors, digits=4),
+        ]
+        if name == STACKS[0]:
+            strip = [
+                (label, shown(scene, p))
+                for label, p in (("ray-traced", truth.share), ("pcss", pcss), ("passgraph penumbra", ours))
+            ]
+    return Case(
+        "overlapping-casters",
+        "Full shadow below several casters",
+        "A map shows the uppermost caster only. Past its edge the lower one appears, and counts there with the width of"
+        " the upper one's penumbra, or not at all: light leaks into full shadow.",
+        "`penumbra`, the default, compares each ray to the light where it passes the far casters, and again where it"
+        " passes the near ones; a caster that a farther one hides goes on below it. Still missed are strips of a"
+        " lower caster that are narrow against the upper one's penumbra.",
+        ("ray-traced", "pcss, 32 taps", "passgraph penumbra"),
+        tuple(figures),
+        tuple(strip),
     )
 
 
@@ -210,4 +254,4 @@ def no_blockers(backend: str) -> Case:
     )
 
 
-CASES = (stacked, clamped_depth, zero_area, no_blockers)
+CASES = (stacked, overlapping, clamped_depth, zero_area, no_blockers)
