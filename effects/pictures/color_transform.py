@@ -43,14 +43,15 @@ def color_transform(
     """A picture in another color space, as a display shows it, or through a LUT file, by OpenColorIO.
 
     Name what the picture is in (``src``) and one of ``dst``, ``display`` or ``file``; ``look`` goes with ``dst`` and
-    ``display``, or alone. It needs the extra ``color`` (``pip install 'passgraph[color]'``).
+    ``display``, or alone. Where nothing is named, the picture is for the default display. It needs the extra ``color``
+    (``pip install 'passgraph[color]'``).
 
     Parameters
     ----------
     frame : alpha is not associated and stays as it is
     src : color space of the picture, a name, alias or role of the config; left out, the role scene_linear
     dst : color space of the result
-    display : display that the result is for
+    display : display that the result is for; with neither dst, look nor file, the config's default display
     view : view of that display; left out, the display's default view
     look : look of the config, or several with commas, as OpenColorIO writes them
     file : path of a LUT or transform file: .cube .3dl .csp .spi1d .spi3d .spimtx .clf .ctf .cdl .cc .ccc .lut …
@@ -136,10 +137,10 @@ def _transform(
     """Return the transform that the arguments describe; raise GraphError for names that the config does not have."""
     ocio = _library()
     given = [word for word, value in (("dst", dst), ("display", display), ("file", file)) if value is not None]
-    if len(given) > 1 or not (given or look):
-        raise pg.GraphError(
-            f"color_transform: takes one of dst, display and file, or a look alone; got {', '.join(given) or 'none'}"
-        )
+    if len(given) > 1:
+        raise pg.GraphError(f"color_transform: takes one of dst, display and file; got {', '.join(given)}")
+    if not (given or look):
+        display = config.getDefaultDisplay()
     if file is not None:
         if src or look:
             raise pg.GraphError("color_transform: a LUT file knows no color spaces; leave src and look out")

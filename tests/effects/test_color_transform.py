@@ -243,6 +243,13 @@ def test_exposure_contrast_and_gamma_change_without_a_new_program() -> None:
     assert abs(float(steep[0, 0, 0]) - float(gray) ** 2.2) < 1e-4, "contrast turns about 0.18"
 
 
+def test_the_default_display_is_shown_where_nothing_is_named() -> None:
+    config = ocio.Config.CreateFromFile(CG)
+    display = config.getDefaultDisplay()
+    transform = ocio.DisplayViewTransform("scene_linear", display, config.getDefaultView(display))
+    check_agrees(color_transform(FRAME, config=CG), shown(CG, transform, LIGHT), LIGHT)
+
+
 def test_it_fuses_with_its_neighbors_and_runs_in_tiles() -> None:
     frame = pg.Input("frame", "rgba32f", (32, 24))
     graded = color_transform(frame, src="ACEScg", dst="ACEScct", config=CG, name="to_log")
@@ -264,7 +271,6 @@ def test_it_fuses_with_its_neighbors_and_runs_in_tiles() -> None:
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({}, "dst, display and file"),
         ({"dst": "ACEScg", "display": "sRGB - Display"}, "one of.*dst, display"),
         ({"dst": "ACESgc"}, "color space 'ACESgc'.*ACEScg"),
         ({"src": "nothing of the kind", "dst": "ACEScg"}, "it has.*ACEScct"),
