@@ -13,7 +13,8 @@ import os, signal, sys, warnings, locale, logging, threading, gc, decimal, rando
 from pathlib import Path
 import numpy as np
 import PIL.Image, numba.core.config, av, cv2, trimesh, networkx  # what these set is theirs
-import moderngl, OpenEXR, OpenImageIO, pyopencl, scipy.optimize, scipy.sparse, scipy.spatial, scipy.special, tifffile, zarr
+import moderngl, OpenEXR, OpenImageIO
+import pyopencl, scipy.optimize, scipy.sparse, scipy.spatial, scipy.special, tifffile, zarr
 
 changes = []
 
