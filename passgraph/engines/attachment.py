@@ -198,8 +198,9 @@ class Attachment:
         InputError, GraphError, KernelError
             As `set` and ``attach`` do; the effect stays as it was.
         """
-        with self._setting:
-            before = vars(self).copy()
+        # No frame is drawn meanwhile; what it keeps, such as the host, is not part of what is put back.
+        with self._running, self._setting:
+            before = {name: getattr(self, name) for name in ("_effect", "_takes", "_handles", "_names", "_given")}
             try:
                 self._take(effect, values)
             except BaseException:
