@@ -79,6 +79,8 @@ def color_transform(
     """
     ocio = _library()
     found = _config(config)
+    if not (dst or display or look or file):
+        display = found.getDefaultDisplay()
     steps = {
         "exposure_stops": (exposure_stops, 0.0), "contrast": (contrast, 1.0), "gamma": (gamma, 1.0)
     }  # fmt: skip
@@ -139,8 +141,6 @@ def _transform(
     given = [word for word, value in (("dst", dst), ("display", display), ("file", file)) if value is not None]
     if len(given) > 1:
         raise pg.GraphError(f"color_transform: takes one of dst, display and file; got {', '.join(given)}")
-    if not (given or look):
-        display = config.getDefaultDisplay()
     if file is not None:
         if src or look:
             raise pg.GraphError("color_transform: a LUT file knows no color spaces; leave src and look out")

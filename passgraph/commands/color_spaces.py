@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from passgraph.commands.files import FLOAT_SUFFIXES
 from passgraph.commands.options import Decorated
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
@@ -17,7 +19,6 @@ if TYPE_CHECKING:
 
 #: Aliases in OpenColorIO's built-in configs: what float files and others hold where nothing is said.
 LINEAR, ENCODED = "lin_rec709", "srgb_tx"
-FLOAT_FILES = (".exr", ".hdr", ".pfm", ".npy")
 
 
 def color_space_options(command: Decorated) -> Decorated:
@@ -49,20 +50,20 @@ def take_color_spaces(effect: Effect, inputs: tuple[str, ...], options: dict[str
             raise InputError("--color-config goes with --from-space or --to-space")
         return effect
     if source is None:
-        source = LINEAR if Path(inputs[0]).suffix.lower() in FLOAT_FILES else ENCODED
+        from passgraph.pictures import split_layer
+
+        file, _ = split_layer(Path(inputs[0]))
+        source = LINEAR if file.suffix.lower() in FLOAT_SUFFIXES else ENCODED
     options["linear"] = False
-    return in_color_spaces(effect, source, result or source, config)
+    return ConvertedEffect(
+        effect.name, effect.path, effect.takes, effect.summary, effect.loaded,
+        effect=effect, source=source, result=result or source, config=config,
+    )  # fmt: skip
 
 
-def in_color_spaces(effect: Effect, source: str, result: str, config: str | None) -> Effect:
-    """Return an effect whose picture comes in one color space and leaves in another; it sees scene-linear light."""
-    between = ConvertedEffect(effect.name, effect.path, effect.takes, effect.summary, effect.loaded)
-    vars(between).update(effect=effect, source=source, result=result, config=config)
-    return between
-
-
+@dataclass(frozen=True, kw_only=True)
 class ConvertedEffect(Effect):
-    """An effect between two color transforms; see `in_color_spaces`."""
+    """An effect whose picture comes in the space ``source`` and leaves in ``result``; it sees scene-linear light."""
 
     effect: Effect
     source: str

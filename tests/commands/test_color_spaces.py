@@ -10,6 +10,8 @@ import pytest
 
 import passgraph as pg
 from passgraph.commands import main
+from passgraph.commands.color_spaces import ConvertedEffect, take_color_spaces
+from passgraph.effects.registry import EFFECTS
 
 CONFIG = "ocio://cg-config-v4.0.0_aces-v2.0_ocio-v2.5"
 PICTURE = np.random.default_rng(2).random((16, 24, 3)).astype(np.float32)
@@ -33,6 +35,15 @@ def blurred(tmp_path: Path, name: str, *words: str) -> np.ndarray:
 def test_a_picture_comes_back_in_its_own_space(tmp_path: Path) -> None:
     same = blurred(tmp_path, "photo.png", "--from-space", "sRGB Encoded Rec.709 (sRGB)", "--color-config", CONFIG)
     np.testing.assert_array_equal(same, pg.load(tmp_path / "photo.png"))
+
+
+def test_a_layer_of_a_float_file_is_light(tmp_path: Path) -> None:
+    plate = np.ones((2, 3, 3), np.float32) * 0.5
+    pg.save(tmp_path / "plate.exr", plate)
+    options = {"from_space": None, "to_space": "ACEScct", "color_config": None}
+    effect = take_color_spaces(EFFECTS["bloom"], (f"{tmp_path}/plate.exr:diffuse",), options)
+    assert isinstance(effect, ConvertedEffect)
+    assert (effect.source, effect.result, options) == ("lin_rec709", "ACEScct", {"linear": False})
 
 
 @pytest.mark.parametrize(("name", "space"), [("plate.exr", "lin_rec709"), ("photo.png", "srgb_tx")])

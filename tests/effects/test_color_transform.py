@@ -243,6 +243,22 @@ def test_exposure_contrast_and_gamma_change_without_a_new_program() -> None:
     assert abs(float(steep[0, 0, 0]) - float(gray) ** 2.2) < 1e-4, "contrast turns about 0.18"
 
 
+def test_two_luts_in_one_graph(tmp_path: Path) -> None:
+    """Each has inputs of its own: a curve and its inverse."""
+    for name, power in (("squares", 2.0), ("roots", 0.5)):
+        lines = [f"{v:.7f} {v:.7f} {v:.7f}" for v in np.linspace(0, 1, 4097) ** power]
+        (tmp_path / f"{name}.cube").write_text("LUT_1D_SIZE 4097\n" + "\n".join(lines))
+    squared = color_transform(FRAME, file=str(tmp_path / "squares.cube"), name="squared")
+    found = ran(color_transform(squared, file=str(tmp_path / "roots.cube"), name="rooted"), CODES)
+    clear = CODES > 0.05  # below, the root's LUT is steep between its entries
+    np.testing.assert_allclose(found[clear], CODES[clear], atol=1e-4)
+
+
+def test_exposure_goes_before_the_default_display_too() -> None:
+    named = color_transform(FRAME, display="sRGB - Display", config=CG, exposure_stops=1.0)
+    np.testing.assert_array_equal(ran(color_transform(FRAME, config=CG, exposure_stops=1.0), LIGHT), ran(named, LIGHT))
+
+
 def test_the_default_display_is_shown_where_nothing_is_named() -> None:
     config = ocio.Config.CreateFromFile(CG)
     display = config.getDefaultDisplay()

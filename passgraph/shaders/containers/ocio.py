@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -75,20 +76,22 @@ def read_processor(processor: ocio.Processor, name: str) -> ProcessorKernel:
     luts: dict[str, Target] = {}
     for lut in flat:
         channels = 1 if lut.channel == ocio.GpuShaderCreator.TEXTURE_RED_CHANNEL else 3
-        luts[lut.samplerName] = _input(lut, (lut.height, lut.width, channels))
+        luts[lut.samplerName] = _input(name, lut, (lut.height, lut.width, channels))
     for lut in cubes:
         side = lut.edgeLen
-        luts[lut.samplerName] = _input(lut, (side * side, side, 3)).slices(side)
-    # Rows count from the top as in OpenColorIO's arrays, so no LUT is turned over.
-    parsed = parse(
-        _FRAME + shader.getShaderText() + _MAIN,
-        name=name,
-        file=f"<OpenColorIO: {name}>",
-        natives={"pg_here": _here},
-        rows_up=False,
-    )
+        luts[lut.samplerName] = _input(name, lut, (side * side, side, 3)).slices(side)
     uniforms = {key: _value(data) for key, data in shader.getUniforms()}
-    return ProcessorKernel(PixelKernel[Target].of_shader(parsed), luts, uniforms)
+    return ProcessorKernel(_kernel(name, shader.getShaderText()), luts, uniforms)
+
+
+@lru_cache(maxsize=32)
+def _kernel(name: str, text: str) -> PixelKernel[Target]:
+    """Parse a processor's GLSL, which takes nine tenths of the time to make a pass of it."""
+    # Rows count from the top as in OpenColorIO's arrays, so no LUT is turned over.
+    shader = parse(
+        _FRAME + text + _MAIN, name=name, file=f"<OpenColorIO: {name}>", natives={"pg_here": _here}, rows_up=False
+    )
+    return PixelKernel[Target].of_shader(shader)
 
 
 def _here(unit: Unit, parts: list[Part], span: Span) -> Part:
@@ -99,11 +102,11 @@ def _here(unit: Unit, parts: list[Part], span: Span) -> Part:
     return ir.Texel(VEC4, image.name, zero, zero, True, span)
 
 
-def _input(lut: Any, shape: tuple[int, int, int]) -> Target:
+def _input(transform: str, lut: Any, shape: tuple[int, int, int]) -> Target:
     import PyOpenColorIO as ocio
 
     numbers = np.array(lut.getValues(), np.float32).reshape(shape)
-    made = brought(lut.samplerName, "r32f" if shape[2] == 1 else "rgb32f", numbers)
+    made = brought(f"{transform}.{lut.samplerName}", "r32f" if shape[2] == 1 else "rgb32f", numbers)
     return made.filter("nearest" if lut.interpolation == ocio.INTERP_NEAREST else "linear").border("clamp")
 
 
