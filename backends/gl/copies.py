@@ -13,7 +13,7 @@ from passgraph.backends.gl.capabilities import FRAMEBUFFER_SRGB
 from passgraph.backends.gl.foreign import Facts, told_now
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.placement import PLAIN, Placement
-from passgraph.backends.gl.samples import FEWEST_FITTED, TEXTURE_2D_MULTISAMPLE, Samples
+from passgraph.backends.gl.samples import FEWEST_FITTED, Samples
 from passgraph.backends.gl.surfaces import bind_surface, in_words, unbind_surface
 from passgraph.backends.gl.textures import Surface, Texture, gl_format_of
 from passgraph.backends.gl.transfers import store
@@ -182,12 +182,12 @@ class Copies:
     def _samples_of(self, picture: HostPicture) -> int:
         """A texture with the samples of all that the picture is a part of: the host's, or a copy."""
         facts, gl = picture.facts, self.host.context.gl
-        plain = facts.surface.kind == "texture" and facts.surface.target == TEXTURE_2D_MULTISAMPLE
+        plain = facts.surface.kind == "texture" and facts.surface.target == g.TEXTURE_2D_MULTISAMPLE
         if plain and facts.surface.layer <= 0 and not facts.is_changed:
             return facts.surface.name
         kind = (facts.internal, facts.samples)
         name = self._taken(kind, facts.size, lambda: self._new_samples(facts))
-        surface = Surface("texture", name, TEXTURE_2D_MULTISAMPLE)
+        surface = Surface("texture", name, g.TEXTURE_2D_MULTISAMPLE)
         self._blit(facts, surface, picture.region, picture.region[:2])
         gl.check(f"copying the samples of {picture}")
         return name
@@ -195,9 +195,9 @@ class Copies:
     def _new_samples(self, facts: Facts) -> int:
         gl, name = self.host.context.gl, self.objects.new("Texture")
         gl.ActiveTexture(g.TEXTURE0)
-        gl.BindTexture(TEXTURE_2D_MULTISAMPLE, name)
-        gl.TexImage2DMultisample(TEXTURE_2D_MULTISAMPLE, facts.samples, facts.internal, *facts.size, 1)
-        gl.BindTexture(TEXTURE_2D_MULTISAMPLE, 0)
+        gl.BindTexture(g.TEXTURE_2D_MULTISAMPLE, name)
+        gl.TexImage2DMultisample(g.TEXTURE_2D_MULTISAMPLE, facts.samples, facts.internal, *facts.size, 1)
+        gl.BindTexture(g.TEXTURE_2D_MULTISAMPLE, 0)
         gl.check(f"making room for a copy of {facts.samples} samples")
         return name
 

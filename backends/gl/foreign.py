@@ -27,7 +27,7 @@ _COMPONENT_TYPE, _ENCODING, _SRGB = 0x8211, 0x8210, 0x8C40
 _UNORM, _FLOAT, _INTEGERS = 0x8C17, 0x1406, (0x1404, 0x1405)
 _DRAW_BUFFER, _DRAW_BINDING, _HAS_ALL_LAYERS = 0x8825, 0x8CA6, 0x8DA7
 _WITH_LAYERS = {0x8C1A: "an array", 0x806F: "a volume", 0x8513: "a cube map"}
-_TEXTURE_TARGET, _RECTANGLE, _SEVERAL_SAMPLES, _STENCIL_MODE = 0x1006, 0x84F5, 0x9100, 0x90EA
+_TEXTURE_TARGET, _RECTANGLE, _STENCIL_MODE = 0x1006, 0x84F5, 0x90EA
 #: What a sampler makes of a texel: parameter → where it gets the numbers that are held.
 _UNCHANGED = {0x8E42: 0x1903, 0x8E43: 0x1904, 0x8E44: 0x1905, 0x8E45: 0x1906, _STENCIL_MODE: 0x1902}
 _RENDERBUFFER_FACTS = {"width": 0x8D42, "height": 0x8D43, "internal": 0x8D44, "samples": 0x8CAB}
@@ -121,7 +121,7 @@ def texture_surface(gl: Functions, name: int) -> Surface:
 
 def texture_targets(has: Capabilities) -> list[int]:
     """The kinds of textures that a context has and passes can read, the commonest first."""
-    kinds = {_RECTANGLE: not has.is_es, _SEVERAL_SAMPLES: has.has_sampled_textures}
+    kinds = {_RECTANGLE: not has.is_es, g.TEXTURE_2D_MULTISAMPLE: has.has_sampled_textures}
     return [g.TEXTURE_2D, *(target for target in g.OTHER_TEXTURES if kinds.get(target, True))]
 
 

@@ -29,7 +29,7 @@ _STENCIL = {g.FRONT: (0xB92, 0xB97, 0xB93, 0xB94, 0xB95, 0xB96, 0xB98),
             g.BACK: (0x8800, 0x8CA3, 0x8CA4, 0x8801, 0x8802, 0x8803, 0x8CA5)}  # fmt: skip
 _BLEND_TERMS = (0x80C9, 0x80C8, 0x80CB, 0x80CA, 0x8009, 0x883D)
 _FEEDBACK_ACTIVE, _FEEDBACK_PAUSED = 0x8E24, 0x8E23
-_CLIP_ORIGIN, _CLIP_DEPTH, _LOWER_LEFT, _MINUS_ONE_TO_ONE = 0x935C, 0x935D, 0x8CA1, 0x935E
+_CLIP_ORIGIN, _LOWER_LEFT, _MINUS_ONE_TO_ONE = 0x935C, 0x8CA1, 0x935E
 _STORAGE, _STORAGE_START, _STORAGE_SIZE = 0x90D3, 0x90D4, 0x90D5
 _CLAMPS, _FALSE = (0x891A, 0x891B, 0x891C), 0
 _ALL_STENCIL = 0xFFFFFFFF
@@ -175,7 +175,7 @@ class Guard:
             gl.GetFloatv(what, ctypes.byref(offset, 4 * k))
         yield _later(gl.PolygonOffset, *offset)
         if self.has_clip_control:
-            yield _later(gl.ClipControl, gl.integer(_CLIP_ORIGIN), gl.integer(_CLIP_DEPTH))
+            yield _later(gl.ClipControl, gl.integer(_CLIP_ORIGIN), gl.integer(g.CLIP_DEPTH_MODE))
 
     def _polygon_modes(self) -> Iterable[Restore]:
         gl, modes = self.gl, (ctypes.c_int * 2)()

@@ -253,7 +253,9 @@ class Host(GLBackend):
     @property
     def zero_to_one(self) -> bool | None:
         """Whether ``glClipControl`` makes clip space reach from 0 to 1 in depth now; None where it does not."""
-        return (self.context.gl.ClipControl is not None and self.context.gl.integer(0x935D) == 0x935F) or None
+        return (
+            self.context.gl.ClipControl is not None and self.context.gl.integer(g.CLIP_DEPTH_MODE) == g.ZERO_TO_ONE
+        ) or None
 
     def _window_size(self) -> tuple[int, int] | None:
         current = self._of_host.current

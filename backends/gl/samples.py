@@ -20,7 +20,6 @@ from passgraph.backends.gl.textures import Texture
 if TYPE_CHECKING:
     from passgraph.backends.gl.host import Host, HostPicture
 
-TEXTURE_2D_MULTISAMPLE = 0x9100
 _SAMPLE_POSITION = 0x8E50
 #: Below it three unknowns, the depth and its slopes, fit any samples.
 FEWEST_FITTED, _MOST_SAMPLES = 4, 32
@@ -100,7 +99,7 @@ class Samples:
         """
         gl, program = self.host.context.gl, self._use("color" if places is None else "depth", framebuffer, picture)
         gl.ActiveTexture(g.TEXTURE0)
-        gl.BindTexture(TEXTURE_2D_MULTISAMPLE, name)
+        gl.BindTexture(g.TEXTURE_2D_MULTISAMPLE, name)
         self._set("origin", gl.Uniform2i, program, *picture.region[:2])
         self._set("count", gl.Uniform1i, program, picture.samples)
         if places is None:
@@ -112,7 +111,7 @@ class Samples:
                 padded[:, : rows.shape[1]] = rows
                 self._set(uniform, gl.Uniform4fv, program, len(rows), padded.tobytes())
         gl.DrawArrays(g.TRIANGLES, 0, 3)
-        gl.BindTexture(TEXTURE_2D_MULTISAMPLE, 0)
+        gl.BindTexture(g.TEXTURE_2D_MULTISAMPLE, 0)
         self._end(f"resolving {picture}")
 
     def write_changes(self, result: Texture, before: Texture, picture: HostPicture, destination: Texture) -> None:
