@@ -378,7 +378,7 @@ def test_a_process_without_memory_is_told_so(backend_name: str, extra: int) -> N
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of address space are Linux's")
 def test_a_process_without_memory_for_the_compiler_is_told_so(tmp_path: Path) -> None:
     made = subprocess.run(
-        [sys.executable, "-c", HUNGRY, "numpy", "200", "at once"], capture_output=True, text=True, check=False,
+        [sys.executable, "-c", HUNGRY, "numpy", "100", "at once"], capture_output=True, text=True, check=False,
         timeout=300, env={**os.environ, "PASSGRAPH_CACHE": str(tmp_path)},
     )  # fmt: skip
     assert "llvmlite, which cannot be loaded here; its library takes about 300 MB" in made.stdout, made.stderr

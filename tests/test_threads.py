@@ -9,6 +9,7 @@ import os
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -305,6 +306,28 @@ def fork_while_compiling() -> None:
         thread.join()
 
 
+def fork_while_llvm_is_busy() -> None:
+    """A thread is inside LLVM without a lock of ours, as one is whose machine is disposed of when it ends."""
+    from llvmlite.binding import ffi
+
+    with pg.compile(TIMES(pg.Input("frame"), by=2.0)) as first:
+        first(frame=picture(0))
+    inside_llvm = threading.Event()
+
+    def stay() -> None:
+        with ffi.lib._lock:
+            inside_llvm.set()
+            time.sleep(0.5)
+
+    thread = threading.Thread(target=stay)
+    thread.start()
+    inside_llvm.wait()
+    with forked() as inside:
+        if inside:
+            assert ffi.lib._lock._lock.acquire(timeout=20)
+    thread.join()
+
+
 # Tests
 
 
@@ -346,6 +369,10 @@ def test_a_forked_process_ends_as_any_other(name: str) -> None:
 
 def test_a_fork_in_the_middle_of_another_threads_run_loses_that_program(name: str) -> None:
     child(fork_during_a_run, name)
+
+
+def test_a_process_forks_while_another_thread_is_inside_llvm(tmp_path: Path) -> None:
+    child(fork_while_llvm_is_busy, PASSGRAPH_CACHE=str(tmp_path))
 
 
 def test_a_process_forks_while_another_thread_compiles(tmp_path: Path) -> None:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 DEFAULT_CONFIG = "ocio://default"
 Words = Annotated[str, Text()]
 Contrast = Annotated[float, pg.Range(0.001, 100)]
+#: Names of color spaces, views or configs that an error lists.
+MOST_NAMED = 12
 #: Scene-linear middle gray, about which contrast turns.
 MIDDLE_GRAY = 0.18
 
@@ -93,7 +95,7 @@ def color_transform(
         transform = _transform(found, src, dst, display, view, look, file, interpolation, frozenset(changed))
         way = ocio.TRANSFORM_DIR_FORWARD if direction == "forward" else ocio.TRANSFORM_DIR_INVERSE
         processor = found.getProcessor(transform, way)
-    except ocio.Exception as error:
+    except (ocio.Exception, ocio.ExceptionMissingFile) as error:
         raise pg.GraphError(f"color_transform: {' '.join(str(error).split())}") from None
     from passgraph.shaders.containers.ocio import read_processor
 
@@ -126,9 +128,9 @@ def _config(named: str | None) -> ocio.Config:
     path = named or os.environ.get("OCIO") or DEFAULT_CONFIG
     try:
         return ocio.Config.CreateFromFile(path)
-    except ocio.Exception as error:
+    except (ocio.Exception, ocio.ExceptionMissingFile) as error:
         built_in = [row[0] for row in ocio.BuiltinConfigRegistry().getBuiltinConfigs()]
-        hint = near(path.removeprefix("ocio://"), built_in) or f"; built-in ones are ocio:// and {', '.join(built_in)}"
+        hint = near(path.removeprefix("ocio://"), built_in) or f"; built-in ones are ocio:// and {_some(built_in)}"
         raise pg.GraphError(f"color_transform: config {path!r} cannot be read: {error}{hint}") from None
 
 
@@ -196,5 +198,11 @@ def _color_space(config: ocio.Config, name: str) -> str:
 
 def _among(what: str, name: str, known: list[str]) -> None:
     if name not in known:
-        hint = near(name, known) or f"; it has {', '.join(known)}"
+        hint = near(name, known) or f"; it has {_some(known)}"
         raise pg.GraphError(f"color_transform: the config has no {what} {name!r}{hint}")
+
+
+def _some(names: list[str]) -> str:
+    """The first names of a list, as many as an error shows."""
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return ", ".join(names[:MOST_NAMED]) + more

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 #: What commands call options, arguments and inputs of their own; a shader's parameter of such a name has `PREFIX`.
 RESERVED = frozenset(
     {
-        "as_stored", "at", "backend", "backends", "bits", "capture", "check_finite", "codec", "codec_option", "depth",
-        "depth_buffer", "effect", "frame", "frames", "h", "help", "inputs", "jobs", "linear", "most_ambiguous",
-        "most_seconds", "no_sound", "non_finite", "off", "output", "pass", "profile", "rate", "raw", "resume",
-        "scheduler", "size", "sound", "source", "step", "svg",
+        "as_stored", "at", "backend", "backends", "bits", "capture", "check_finite", "codec", "codec_option",
+        "color_config", "depth", "depth_buffer", "effect", "frame", "frames", "from_space", "h", "help", "inputs",
+        "jobs", "linear", "most_ambiguous", "most_seconds", "no_sound", "non_finite", "off", "output", "pass",
+        "profile", "rate", "raw", "resume", "scheduler", "size", "sound", "source", "step", "svg", "to_space",
     }
 )  # fmt: skip
 PREFIX = "shader_"

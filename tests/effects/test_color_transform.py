@@ -295,6 +295,7 @@ def test_it_fuses_with_its_neighbors_and_runs_in_tiles() -> None:
         ({"look": "film"}, "look 'film'"),
         ({"file": "missing.cube"}, "no file missing.cube"),
         ({"dst": "ACEScg", "exposure_stops": 1.0}, "exposure_stops goes with display="),
+        ({"dst": "ACEScg", "config": "missing.ocio"}, "config 'missing.ocio' cannot be read"),
         ({"dst": "ACEScg", "config": "ocio://cg-config"}, "config 'ocio://cg-config'.*cg-config-v"),
     ],
 )

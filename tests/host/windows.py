@@ -73,7 +73,8 @@ def main(isolation: Any, has: dict[str, Any]) -> None:
                 assert frame.color.samples == has.get("samples", 0), frame.color
                 with pg.compile(kernel(pg.Input("frame"), into=pg.target("made", "rgba8")), backend=host) as program:
                     program.run(frame=frame, into={"made": frame})
-                    assert "written in place" in program.explain()
+                    # Of several samples a pixel, only what the effect changes is written.
+                    assert ("moved into" if has.get("samples") else "written in place") in program.explain()
             pictures.append(read())
             window.flip()
         plain, changed, later = pictures

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -26,13 +27,23 @@ _importing = threading.Lock()
 _places = [threading.Lock() for _ in range(16)]
 
 
+#: llvmlite's own lock while a process forks: what LLVM made may be disposed of in any thread, without a lock of ours.
+_forking: list[Any] = []
+
+
 def _hold() -> None:
     _compiling.acquire()
     for lock in (*_places, _importing):
         lock.acquire()
+    library = getattr(sys.modules.get("llvmlite.binding.ffi"), "lib", None)
+    if library is not None:
+        _forking.append(library._lock)
+        library._lock.__enter__()
 
 
 def _let_go() -> None:
+    while _forking:
+        _forking.pop().__exit__()
     for lock in (*_places, _importing):
         lock.release()
     _compiling.release()
