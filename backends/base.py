@@ -22,7 +22,7 @@ from passgraph.backends.steps import values_of as values_of
 from passgraph.backends.turn import Turn, turn_of
 from passgraph.errors import BackendError
 from passgraph.formats import Format
-from passgraph.graph.geometry import Geometry
+from passgraph.graph.draw_state import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 from passgraph.srgb import linear_to_srgb
@@ -34,7 +34,7 @@ IntBlock = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Block:
-    """Parameters of one stage, packed by :func:`passgraph.language.layout.pack`."""
+    """Parameters of one stage, packed by :func:`passgraph.language.uniform_layout.pack`."""
 
     floats: FloatBlock
     ints: IntBlock
@@ -233,7 +233,7 @@ class Backend(ABC):
         return None
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
-        """Compile consecutive pixel passes as one, see :mod:`passgraph.plan.chains`; what lies between them is read by
+        """Compile consecutive pixel passes as one, see :mod:`passgraph.plan.fuse`; what lies between them is read by
         them alone, and the results must be the same bits.  None where that brings nothing: they then run one by one."""
         return None
 

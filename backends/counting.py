@@ -45,7 +45,7 @@ def work_of(steps: Sequence[PixelStep]) -> Work | None:
 @cache
 def in_picture() -> ScalarProgram:
     """Numbers as a picture holds them."""
-    from passgraph.graph.reduction_kernels import reduced_one
+    from passgraph.graph.reductions import reduced_one
     from passgraph.language.facts import Facts, ImageFacts
     from passgraph.language.lower import lower
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from passgraph.backends.base import Backend, DeviceInfo, FloatBlock
 from passgraph.formats import Format
-from passgraph.graph.geometry import Geometry
+from passgraph.graph.draw_state import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 
 

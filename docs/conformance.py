@@ -32,13 +32,13 @@ ROWS = {"numpy": "numpy", "gl": "gl", "opencl (PoCL)": "opencl", "opencl (Intel)
 PARTS = {
     "functions written in the kernel language": (
         "passgraph/language/prelude",
-        "passgraph/graph/reduction_kernels.py",
+        "passgraph/graph/reductions.py",
         "effects/",
     ),
     "spelling of operations, lowering, printing": (
         "passgraph/language/",
         "backends/printing.py",
-        "backends/c_like.py",
+        "backends/printing.py",
         "backends/steps.py",
     ),
     "schedule and execution": ("passgraph/plan/", "passgraph/run/"),

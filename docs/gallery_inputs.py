@@ -16,7 +16,7 @@ from PIL import Image
 import passgraph as pg
 from docs.gallery_page import InputMissing
 from passgraph.effects.light2d import Light2D, Mover, Wall, Window
-from passgraph.scene.floor import floor_node
+from passgraph.scene.ground import floor_node
 from passgraph.scene.matrices import translation
 from passgraph.srgb import srgb_to_linear
 

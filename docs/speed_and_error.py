@@ -23,9 +23,8 @@ if str(root) not in sys.path:
 from passgraph.backends.registry import open_backend
 from passgraph.bench.measure import Row, SceneResult, Settings, measure
 from passgraph.bench.methods import METHODS, frame_without_shadows
-from passgraph.bench.report import difference, grey, plot_name, write_report
+from passgraph.bench.report import as_markdown, difference, grey, plot_name, processor, truth_line, write_report
 from passgraph.bench.scenes import SCENES, scene_named
-from passgraph.bench.tables import as_markdown, processor, truth_line
 from passgraph.bench.timing import frame_times
 from passgraph.bench.truth import PENUMBRA
 from passgraph.pictures import save

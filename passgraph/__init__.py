@@ -29,8 +29,8 @@ from passgraph.errors import (
 from passgraph.graph.calls import fragment, graph, kernel, vertex
 from passgraph.graph.draw_state import Blend, Stencil
 from passgraph.graph.drawing import draw
+from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, combine
 from passgraph.graph.targets import Input, Target, TargetSpec, previous, target
-from passgraph.graph.values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, combine
 from passgraph.language.functions import *  # noqa: F403 (every name of the kernel language, here and below)
 from passgraph.language.kernel import function, struct
 from passgraph.language.primitives import *  # noqa: F403

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from passgraph.graph.outputs import Outputs
+from passgraph.graph.targets import Outputs
 from passgraph.verify.compare import Report, compare
 from tests.conftest import present_devices
 

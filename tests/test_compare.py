@@ -13,7 +13,7 @@ import passgraph as pg
 from passgraph import Image, vec4
 from passgraph.backends.base import Backend
 from passgraph.backends.reference import ReferenceBackend
-from passgraph.backends.reference.pixel_pass import ReferencePixelPass
+from passgraph.backends.reference.stage import ReferencePixelPass
 from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.graph.targets import Target
 from passgraph.plan.build import build

@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 from passgraph.scene import Scene
-from passgraph.scene.normals import CREASE_RAD, creased_normals
+from passgraph.scene.meshes import CREASE_RAD, creased_normals
 
 
 def shown(shape: trimesh.Trimesh, folder: Path, suffix: str) -> tuple[np.ndarray, np.ndarray]:

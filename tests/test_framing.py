@@ -10,7 +10,7 @@ from scipy.optimize import linprog
 
 from passgraph.errors import InputError
 from passgraph.scene import Camera, Node, Scene
-from passgraph.scene.framing import FRAME_MARGIN
+from passgraph.scene.camera import FRAME_MARGIN
 from passgraph.scene.matrices import scaling
 from passgraph.scene.shipped import box
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.reference import raster_cover
-from passgraph.backends.reference.traced_draw import KEPT_ENDS, KEPT_RUNS
+from passgraph.backends.reference import rasterizer
+from passgraph.backends.reference.traced import KEPT_ENDS, KEPT_RUNS
 from passgraph.commands.entry import run
 from passgraph.effects.surfaces.marks import instances, points
 
@@ -293,7 +293,7 @@ def test_many_triangles_are_told_in_part() -> None:
 def test_batches_of_fragments_go_on_where_others_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     made = drawn(layers(*np.linspace(0.5, -0.5, 20)))
     whole = looked(made, 4, 3)
-    monkeypatch.setattr(raster_cover, "BATCH", 70)  # fragments; a triangle has 30
+    monkeypatch.setattr(rasterizer, "BATCH", 70)  # fragments; a triangle has 30
     parts = looked(made, 4, 3)
     assert str(parts) == str(whole) and parts.drawn == whole.drawn and whole.drawn.covering == 20
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from passgraph.errors import InputError
 from passgraph.scene import Light
-from passgraph.scene.light import exposed
+from passgraph.scene.lights import exposed
 from passgraph.scene.matrices import corners_of
 
 BOX = np.array([[-1.0, 0.0, -2.0], [3.0, 2.5, 1.0]])

@@ -15,7 +15,7 @@ import passgraph as pg
 from passgraph import Image, vec4
 from passgraph.backends.registry import open_backend
 from passgraph.errors import PassgraphError
-from passgraph.graph.geometry import frozen
+from passgraph.graph.draw_state import frozen
 
 TRIANGLE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 

@@ -13,7 +13,7 @@ import pytest
 import passgraph as pg
 from passgraph.frames import Arrays, Frame, ToArrays
 from passgraph.frames.frame import Sink
-from passgraph.run.room import LEAST, Spare, room_of
+from passgraph.run.caller_arrays import LEAST, Spare, room_of
 
 DIM = "def dim(color: Image) -> vec4: return color[0, 0] * 0.5"
 

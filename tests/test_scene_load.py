@@ -14,7 +14,7 @@ from PIL import Image
 
 from passgraph.errors import InputError
 from passgraph.scene import Scene
-from passgraph.scene import material as material_module
+from passgraph.scene import materials as material_module
 from passgraph.scene.load import load_scene
 from passgraph.scene.matrices import transform_points
 

@@ -11,7 +11,7 @@ import trimesh
 
 from passgraph.errors import InputError
 from passgraph.scene import Material, Mesh, Node, Scene, Texture, merge
-from passgraph.scene.floor import floor_material, floor_node
+from passgraph.scene.ground import floor_material, floor_node
 from passgraph.scene.matrices import rotation_y, scaling, translation
 from passgraph.scene.shipped import ball, box, cylinder
 from passgraph.scene.teapot import teapot_mesh

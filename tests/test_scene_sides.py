@@ -11,7 +11,7 @@ import trimesh
 
 import passgraph as pg
 from passgraph.commands.entry import run
-from passgraph.scene.mesh import Mesh
+from passgraph.scene.meshes import Mesh
 from passgraph.scene.sides import with_outside
 
 BALL = trimesh.creation.icosphere(2)

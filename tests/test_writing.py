@@ -17,7 +17,7 @@ import pytest
 
 import passgraph as pg
 from passgraph import interrupts, writing
-from passgraph.bench.charts import Point, pareto_plot
+from passgraph.bench.report import Point, pareto_plot
 from passgraph.frames.animation_sink import ToAnimation
 from passgraph.frames.pictures import Arrays, ToPictures
 from passgraph.frames.run import frames

@@ -195,7 +195,7 @@ def _application() -> Any:
 def _of_gl_host(method: str, **given: Any) -> None:
     """A method of a host in an engine's context, which is current for as long; a name that is None is a texture's or a
     framebuffer's."""
-    from passgraph.backends.gl.current import Current
+    from passgraph.backends.gl.context import Current
     from tests.host.application import BYTES, RGBA
 
     app, current = _application(), Current()

@@ -17,19 +17,18 @@ from passgraph.backends.gl import transfers
 from passgraph.backends.gl.capabilities import compute_of, loop_trips
 from passgraph.backends.gl.context import Context, OwnContext, device_names
 from passgraph.backends.gl.counts import CountRun, counted, ways_of
-from passgraph.backends.gl.geometry import Mesh
-from passgraph.backends.gl.objects import Objects
-from passgraph.backends.gl.passes import DrawRun, PixelRun
+from passgraph.backends.gl.passes import DrawRun, Mesh, PixelRun
 from passgraph.backends.gl.programs import Programs
 from passgraph.backends.gl.textures import (
     GLFormat,
+    Objects,
     Texture,
     gl_format_of,
     stored_clear,
 )
 from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.formats import Format
-from passgraph.graph.geometry import Geometry
+from passgraph.graph.draw_state import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 

@@ -1,26 +1,139 @@
-"""An OpenGL context of our own, off screen, made current around each use and put aside afterwards.
-
-glcontext (moderngl's way to contexts) makes it.  No ``moderngl.Context`` is made: that one is global to the
-process and would take the place of the host program's own.
-"""
+"""OpenGL contexts: our own off screen, whichever is current, and whether a context is still the same one."""
 
 from __future__ import annotations
 
+import ctypes
+import ctypes.util
+import secrets
 import sys
 import threading
 import weakref
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from types import TracebackType
 from typing import Any
 
-from passgraph.backends.gl.bound import Bound
-from passgraph.backends.gl.current import Current, library
+from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.functions import Functions
-from passgraph.backends.gl.windowing import State
+from passgraph.backends.gl.state import Bound
+from passgraph.backends.gl.windowing import GONE, Egl, Glx, State, System, loaded_glx
 from passgraph.backends.turn import Turn, open_driver
 from passgraph.errors import BackendError, DeviceMissingError
+
+
+class OtherContextError(BackendError):
+    """The context that is current is not the one that something was made in."""
+
+
+class Canary:
+    """A shader object that nobody compiles.  Such objects are shared, can be looked at without being bound, and keep
+    their text: another context has no shader of this number, or one of another text."""
+
+    def __init__(self, gl: Functions) -> None:
+        self.gl = gl
+        self.text = f"// passgraph {secrets.token_hex(8)}".encode()
+        self.name: int = gl.CreateShader(g.FRAGMENT_SHADER)
+        source = ctypes.c_char_p(self.text)
+        gl.ShaderSource(self.name, 1, ctypes.byref(source), None)
+        self._room = ctypes.create_string_buffer(len(self.text) + 1)
+
+    def lives(self) -> bool:
+        """Whether the current context shares objects with the one that it was made in."""
+        if not self.gl.IsShader(self.name):
+            return False
+        self.gl.GetShaderSource(self.name, len(self._room), None, self._room)
+        return self._room.value == self.text
+
+    def look(self) -> None:
+        """Raise OtherContextError where it does not."""
+        if not self.lives():
+            raise OtherContextError(
+                "gl: the OpenGL context that this host was made in is gone, and another one is in its place; close "
+                "this host and ask for Host.current() anew"
+            )
+
+    def release(self) -> None:
+        self.gl.DeleteShader(self.name)
+
+
+@cache
+def library(name: str) -> str | None:
+    """The file of a library of the system, or None; asked once, since Python starts a process for the answer."""
+    return ctypes.util.find_library(name)
+
+
+class Current:
+    """Reads and changes what is current in the calling thread."""
+
+    def __init__(self) -> None:
+        path = library("EGL") if sys.platform.startswith("linux") else None
+        #: Without it nothing here is known.
+        self.egl = None if path is None else Egl(ctypes.CDLL(path))
+        self.glx: Glx | None = None
+        self.look_for_glx()
+
+    def look_for_glx(self) -> None:
+        if self.egl is not None and self.glx is None:
+            self.glx = loaded_glx()
+
+    def state(self) -> State | None:
+        """What is current, or None."""
+        if self.egl is None:
+            return None
+        return self.egl.state() or (self.glx.state() if self.glx is not None else None)
+
+    def change(self, before: State | None, after: State | None) -> None:
+        """Make ``after`` current where ``before`` is; None is nothing.
+
+        Raises
+        ------
+        BackendError
+            Where the system refuses; ``before`` is current again then.
+        """
+        if before == after:
+            return
+        self._clear(before, after)
+        if after is None:
+            return
+        refused = self.system(after).make(after)
+        if refused:
+            self.put_back(None, before)
+            raise _refusal("making its context current", refused)
+
+    def put_back(self, now: State | None, before: State | None) -> None:
+        """Make ``before`` current again, unless its owner has destroyed it: then nothing is current."""
+        if now == before:
+            return
+        self._clear(now, before)
+        if before is not None:
+            refused = self.system(before).make(before)
+            if refused == GONE:
+                self._clear(now, None)
+            elif refused:
+                raise _refusal("making the host program's context current again", refused)
+
+    def _clear(self, before: State | None, after: State | None) -> None:
+        """Nothing of ``before`` is current, where its system does not do that itself when it makes ``after`` so."""
+        if before is not None and (after is None or before.system != after.system):
+            refused = self.system(before).make(State(before.system, before.display, None, None, None))
+            if refused:
+                raise _refusal("putting the current context aside", refused)
+
+    def system(self, state: State) -> System:
+        """Who made it."""
+        system = self.egl if state.system == "egl" else self.glx
+        assert system is not None
+        return system
+
+
+def _refusal(doing: str, refused: str) -> BackendError:
+    return BackendError(
+        f"gl: {doing} failed: {refused}. The host program may hold this thread's context in a way that cannot be "
+        "put aside; release it there around calls of passgraph, or call passgraph in a thread of its own"
+    )
+
 
 INSTALL = "pip install 'passgraph[gl]'"
 INSTALL_DRIVER = "apt-get install libegl1 libgl1-mesa-dri libgles2 libgl1"

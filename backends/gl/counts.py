@@ -20,9 +20,8 @@ from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.capabilities import Compute
 from passgraph.backends.gl.counts_source import Ways
 from passgraph.backends.gl.passes import filtered_images, run_pixels, with_filters
-from passgraph.backends.gl.placement import ALL_PLAIN, Placements, placements_of
 from passgraph.backends.gl.programs import LinkedProgram
-from passgraph.backends.gl.textures import Texture
+from passgraph.backends.gl.textures import ALL_PLAIN, Placements, Texture, placements_of
 from passgraph.graph.targets import MAX_SIDE
 from passgraph.language.scalar import count, trips
 from passgraph.plan.data import PixelStep

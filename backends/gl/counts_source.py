@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from passgraph.backends.gl.dialect import Dialect
 from passgraph.backends.gl.glsl import GLSL, functions
-from passgraph.backends.gl.placement import Placement, Placements
+from passgraph.backends.gl.textures import Placement, Placements
 from passgraph.backends.printing import Listing
 from passgraph.language.scalar import ScalarProgram
 from passgraph.language.source import NOWHERE

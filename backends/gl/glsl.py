@@ -2,7 +2,7 @@
 
 Memory row 0 is the top row of every picture of ours.  In a pixel pass ``gl_FragCoord`` therefore counts rows as
 kernels do; a draw turns clip space upside down in the vertex shader, so that it counts alike there.  Of pictures that
-lie otherwise (:mod:`passgraph.backends.gl.placement`) the places of pixels and texels are brought to where they lie.
+lie otherwise (:mod:`passgraph.backends.gl.textures`) the places of pixels and texels are brought to where they lie.
 """
 
 from __future__ import annotations
@@ -13,15 +13,61 @@ from functools import cache
 from typing import ClassVar
 
 from passgraph.backends.base import ATTRIBUTES
-from passgraph.backends.c_like import CLike
-from passgraph.backends.gl.dialect import GLSL_330, Dialect
-from passgraph.backends.gl.foreseen import foreseen_values
-from passgraph.backends.gl.glsl_functions import FUNCTIONS, SPELLED
-from passgraph.backends.gl.placement import ALL_PLAIN, Placement, Placements
-from passgraph.backends.printing import Listing
+from passgraph.backends.gl.dialect import GLSL_330, Dialect, foreseen_values
+from passgraph.backends.gl.textures import ALL_PLAIN, Placement, Placements
+from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, Listing, spelled
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program
 from passgraph.language.ir import own_pixel
+
+#: Type of the arguments → operation → its expression.
+SPELLED = spelled({
+    "float": {
+        "abs": "abs({0})", "round": "roundEven({0})", "bits_from_float": "floatBitsToInt({0})",
+    },
+    "int": {
+        "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "abs({0})",
+        "shift_left": "({0} << ({1} & 31))", "to_float": "float({0})", "float_from_bits": "intBitsToFloat({0})",
+    },
+    "bool": {"to_float": "({0} ? 1.0 : 0.0)"},
+})  # fmt: skip
+
+#: Name → definition.  A later one may call an earlier one.
+FUNCTIONS = {
+    "pg_isnan": "bool pg_isnan(float x) { return (floatBitsToInt(x) & 0x7fffffff) > 0x7f800000; }",
+    "pg_isinf": "bool pg_isinf(float x) { return (floatBitsToInt(x) & 0x7fffffff) == 0x7f800000; }",
+    # Nobody sets the uniform, so it is 0; but no compiler knows that.
+    "pg_hidden": """
+uniform int pg_nil;
+float pg_hidden(float x) { return intBitsToFloat(floatBitsToInt(x) | pg_nil); }
+""",
+    "pg_to_int": """
+int pg_to_int(float x)
+{
+    int i = int(max(x, -2147483648.0));
+    i = x < 2147483648.0 ? i : 2147483647;
+    return pg_isnan(x) ? 0 : i;
+}
+""",
+    "pg_floor_divide": FLOOR_DIVIDE,
+    "pg_int_mod": INT_MOD,
+    # Of border rules, which have a size for b: devices divide ints one by one, and floats side by side.
+    "pg_nearer": """
+int pg_nearer(int a, int b)
+{
+    return a - int(float(a) * (1.0 / float(b))) * b;
+}
+""",
+    "pg_near_mod": """
+int pg_near_mod(int a, int b)
+{
+    int r = pg_nearer(a, b);
+    r = r < 0 ? r + b : r;
+    return r < b ? r : r - b;
+}
+""",
+}
+
 
 LETTERS = "xyzw"
 #: Beyond every picture, and as a float still an int after it was multiplied and rounded; farther offsets are brought

@@ -18,15 +18,10 @@ from passgraph import arguments
 from passgraph.backends.base import READ, DevicePicture, Use
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.backend import GLBackend
-from passgraph.backends.gl.copies import Copies
-from passgraph.backends.gl.current import Current
-from passgraph.backends.gl.foreign import Facts, RegionError, attached, facts_of
-from passgraph.backends.gl.guard import GuardedContext
-from passgraph.backends.gl.host_context import HostContext, current_state
-from passgraph.backends.gl.placement import PLAIN, Placement
-from passgraph.backends.gl.sibling import SiblingContext
-from passgraph.backends.gl.surfaces import in_words
-from passgraph.backends.gl.textures import Surface, Texture
+from passgraph.backends.gl.context import Current
+from passgraph.backends.gl.host_pictures import Copies, Facts, RegionError, attached, facts_of
+from passgraph.backends.gl.isolation import GuardedContext, HostContext, SiblingContext, current_state
+from passgraph.backends.gl.textures import PLAIN, Placement, Surface, Texture, in_words
 from passgraph.errors import BackendError, InputError
 from passgraph.formats import Format, as_many_channels, colour_format, curved, float_format
 from passgraph.graph.targets import checked_size

@@ -13,9 +13,7 @@ from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.counts_source import Ways, counting_dialect, counts_listing, sums_text
 from passgraph.backends.gl.dialect import Dialect, dialect_of
 from passgraph.backends.gl.glsl import GLSL, NAMES, in_vectors, region_name, vec4_count
-from passgraph.backends.gl.objects import Objects
-from passgraph.backends.gl.placement import ALL_PLAIN, Placements
-from passgraph.backends.gl.textures import Texture
+from passgraph.backends.gl.textures import ALL_PLAIN, Objects, Placements, Texture
 from passgraph.backends.printing import Listing
 from passgraph.errors import BackendError
 from passgraph.language.scalar import ScalarProgram

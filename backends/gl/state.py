@@ -1,7 +1,4 @@
-"""Fixed-function state of passes, set in full by the first pass of a run: nothing is assumed about what others left.
-
-Later passes of the run set what differs (:mod:`passgraph.backends.gl.bound`).
-"""
+"""Fixed-function state of passes, and what the passes of one run have bound: set only where it changes."""
 
 from __future__ import annotations
 
@@ -12,12 +9,41 @@ from dataclasses import dataclass
 from typing import Any
 
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.bound import Bound
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.textures import Texture
 from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph.draw_state import COMPARE, Blend, DrawState
+
+
+class Bound:
+    """Names of bound objects and the state in force; None where it is not known.
+
+    It is true only while nobody else uses the context: :class:`passgraph.backends.gl.context.Context` forgets it
+    whenever it is entered, and a run enters it once.
+    """
+
+    __slots__ = (
+        "framebuffer", "samplers", "state", "switched_off", "textures", "unit", "used", "vertex_array", "viewport",
+    )  # fmt: skip
+
+    def __init__(self) -> None:
+        self.forget()
+
+    def forget(self) -> None:
+        #: Whether everything that no pass switches on is off.
+        self.switched_off = False
+        #: What the tests, blending and masks are set for: see :mod:`passgraph.backends.gl.state`.
+        self.state: object = None
+        self.framebuffer: int | None = None
+        self.viewport: tuple[int, ...] | None = None
+        self.used: int | None = None
+        self.vertex_array: int | None = None
+        #: By unit; units from its length on may have a sampler object of somebody else.
+        self.textures: list[int | None] = []
+        self.samplers: list[int | None] = []
+        self.unit: int | None = None
+
 
 _COMPARE = {name: 0x200 + k for k, name in enumerate(COMPARE)}
 _STENCIL = {

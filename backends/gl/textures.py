@@ -1,17 +1,60 @@
-"""Textures: how each format is stored, and OpenGL's words for it."""
+"""Textures and framebuffers: storage of formats, row order, and every object that closing deletes."""
 
 from __future__ import annotations
 
+import ctypes
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import clear_colour
-from passgraph.backends.gl.placement import PLAIN, Placement
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl.functions import Functions
 from passgraph.backends.steps import quantised
+from passgraph.errors import BackendError
 from passgraph.formats import Format
+
+if TYPE_CHECKING:
+    pass
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """What a shader has to know of it when it is printed; where a part begins and its size are uniforms."""
+
+    bottom_up: bool = False
+    is_part: bool = False
+
+
+PLAIN = Placement()
+
+
+@dataclass(frozen=True, slots=True)
+class Placements:
+    """Of a pass: of its images, in the program's order, and of its outputs, which agree."""
+
+    images: tuple[Placement, ...] = ()
+    output: Placement = PLAIN
+
+    def of(self, image: int) -> Placement:
+        return self.images[image] if self.images else PLAIN
+
+
+ALL_PLAIN = Placements()
+
+
+def placements_of(outputs: Sequence[Texture], images: Sequence[Texture]) -> Placements:
+    """``ALL_PLAIN`` where every picture is plain."""
+    for texture in (*outputs, *images):
+        if texture.placement is not PLAIN:
+            break
+    else:
+        return ALL_PLAIN
+    return Placements(tuple([t.placement for t in images]), outputs[0].placement if outputs else PLAIN)
+
 
 #: What a channel holds (`Format.number`) → OpenGL's type, and internal formats of one to four channels.
 FLOAT_TYPE = 0x1406
@@ -71,7 +114,7 @@ class Surface:
 class Texture:
     """One storage.  ``name`` is OpenGL's name of the texture, usable by others in the same context.
 
-    Of what is not ours (:mod:`passgraph.backends.gl.foreign`) the rest says what it is and how the picture lies in it.
+    Of what is not ours (:mod:`passgraph.backends.gl.host_pictures`) the rest says what it is and how the picture lies in it.
     """
 
     name: int
@@ -116,3 +159,165 @@ def stored_clear(value: tuple[float, ...], texture: Texture) -> NDArray[np.float
     four = np.array([0, 0, 0, 1], np.float32)
     four[: texture.format.channels] = clear_colour(value, texture.format.channels, texture.format.srgb)
     return quantised(four, texture.format)
+
+
+#: Framebuffer 0's buffers: the names that draw and read buffers have → the name that attachments have.
+WINDOW_BUFFERS = {0x404: 0x400, 0x405: 0x402, 0x400: 0x400, 0x402: 0x402}
+DEPTH_OF_WINDOW = 0x1801
+#: Kinds of textures of which one layer is attached.
+_LAYERED = (0x8C1A, 0x806F, 0x9102, 0x9009)
+
+
+def in_words(surface: Surface) -> str:
+    return "framebuffer 0" if surface.kind == "window" else f"{surface.kind} {surface.name}"
+
+
+def attachment_points(gl: Functions, surface: Surface) -> tuple[int, int]:
+    """Where a surface is attached for depth and for colour."""
+    if surface.kind == "window":
+        if gl.has.is_es:  # it has one buffer to draw into, and no left and right
+            return DEPTH_OF_WINDOW, surface.buffer
+        return DEPTH_OF_WINDOW, WINDOW_BUFFERS.get(surface.buffer, surface.buffer)
+    return g.DEPTH_ATTACHMENT, g.COLOR_ATTACHMENT0
+
+
+def bind_surface(gl: Functions, target: int, scratch: int, surface: Surface, points: Sequence[int]) -> None:
+    """Bind a framebuffer of ours with a surface at these points; or framebuffer 0, which has the window's."""
+    if surface.kind == "window":
+        gl.BindFramebuffer(target, 0)
+        return
+    gl.BindFramebuffer(target, scratch)
+    for point in points:
+        attach(gl, target, point, surface)
+
+
+def unbind_surface(gl: Functions, target: int, surface: Surface, points: Sequence[int]) -> None:
+    """Nothing of the host's stays attached to ours."""
+    if surface.kind != "window":
+        for point in points:
+            gl.FramebufferTexture2D(target, point, g.TEXTURE_2D, 0, 0)
+    gl.BindFramebuffer(target, 0)
+
+
+def attach(gl: Functions, target: int, point: int, surface: Surface) -> None:
+    if surface.kind == "renderbuffer":
+        gl.FramebufferRenderbuffer(target, point, g.RENDERBUFFER, surface.name)
+    elif surface.layer >= 0 and surface.target in _LAYERED:
+        gl.FramebufferTextureLayer(target, point, surface.name, surface.level, surface.layer)
+    else:
+        gl.FramebufferTexture2D(target, point, surface.target, surface.name, surface.level)
+
+
+#: Sampler parameters: the mean of four texels, clamped to the edge, no comparison of depth.
+_LINEAR = {0x2801: g.LINEAR, 0x2800: g.LINEAR, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
+
+
+class Objects:
+    """Names of live objects by kind."""
+
+    def __init__(self, gl: Functions) -> None:
+        self.gl = gl
+        self.alive: set[tuple[str, int]] = set()
+        self.framebuffers: dict[tuple[tuple[int, ...], int], int] = {}
+        #: For pictures that are not ours, and how many are attached to it.
+        self.for_foreign = self.attached = 0
+        self._linear = self._table = 0
+
+    def table(self) -> int:
+        """A buffer for what one pass of a run counts; whoever uses it says what it holds."""
+        if not self._table:
+            self._table = self.new("Buffer")
+        return self._table
+
+    def linear_sampler(self) -> int:
+        """In the place of a texture's own parameters: bilinear, clamped to the edge."""
+        if not self._linear:
+            self._linear = self.new("Sampler")
+            for parameter, value in _LINEAR.items():
+                self.gl.SamplerParameteri(self._linear, parameter, value)
+            if self.gl.has.skips_decoding:
+                self.gl.SamplerParameteri(self._linear, g.SRGB_DECODE, g.SKIP_DECODE)
+        return self._linear
+
+    def new(self, kind: str) -> int:
+        name = self.gl.new(kind)
+        self.alive.add((kind, name))
+        return name
+
+    def delete(self, kind: str, name: int) -> None:
+        if (kind, name) in self.alive:
+            self.alive.remove((kind, name))
+            self.gl.delete(kind, name)
+
+    def delete_all(self) -> None:
+        self.framebuffers.clear()
+        self._linear = self._table = 0
+        for kind, name in list(self.alive):
+            self.delete(kind, name)
+
+    def framebuffer(self, colours: Sequence[Texture], depth: Texture | None) -> int:
+        """The framebuffer object over these textures."""
+        for texture in colours:
+            if texture.surface is not None:
+                return self._foreign_framebuffer(colours)
+        key = (tuple([t.name for t in colours]), 0 if depth is None else depth.name)
+        if key not in self.framebuffers:
+            self.framebuffers[key] = self._make_framebuffer(colours, depth)
+        return self.framebuffers[key]
+
+    def _make_framebuffer(self, colours: Sequence[Texture], depth: Texture | None) -> int:
+        gl, name = self.gl, self.new("Framebuffer")
+        gl.BindFramebuffer(g.FRAMEBUFFER, name)
+        if depth is not None:
+            attachment = g.DEPTH_STENCIL_ATTACHMENT if depth.format.stencil else g.DEPTH_ATTACHMENT
+            gl.FramebufferTexture2D(g.FRAMEBUFFER, attachment, g.TEXTURE_2D, depth.name, 0)
+        gl.ReadBuffer(self._attach(colours))
+        status = gl.CheckFramebufferStatus(g.FRAMEBUFFER)
+        if status != g.FRAMEBUFFER_COMPLETE:
+            self.delete("Framebuffer", name)
+            formats = ", ".join(t.format.name for t in (*colours, *(() if depth is None else (depth,))))
+            raise BackendError(f"gl: this driver cannot draw into {formats} together (status {status:#x})")
+        return name
+
+    def _foreign_framebuffer(self, colours: Sequence[Texture]) -> int:
+        """One framebuffer for all that is not ours, attached anew for each pass: the host may have deleted a texture,
+        and the driver have given its name to another."""
+        gl, first = self.gl, colours[0].surface
+        if first is not None and first.kind == "window":
+            gl.BindFramebuffer(g.FRAMEBUFFER, 0)
+            gl.draw_buffer(first.buffer)
+            return 0
+        if not self.for_foreign:
+            self.for_foreign = self.new("Framebuffer")
+        gl.BindFramebuffer(g.FRAMEBUFFER, self.for_foreign)
+        self.detach()
+        self._attach(colours)
+        self.attached = len(colours)
+        status = gl.CheckFramebufferStatus(g.FRAMEBUFFER)
+        if status != g.FRAMEBUFFER_COMPLETE:
+            formats = ", ".join(t.format.name for t in colours)
+            raise BackendError(f"gl: this driver cannot draw into the host's {formats} (status {status:#x})")
+        return self.for_foreign
+
+    def _attach(self, colours: Sequence[Texture]) -> int:
+        """Have the bound framebuffer draw into these, and the first of its draw buffers."""
+        count = max(1, len(colours))
+        buffers = (ctypes.c_uint * count)(*(g.COLOR_ATTACHMENT0 + k for k in range(len(colours))))
+        for point, texture in zip(buffers, colours, strict=False):
+            attach(self.gl, g.FRAMEBUFFER, point, texture.surface or Surface("texture", texture.name))
+        self.gl.DrawBuffers(count, buffers)
+        return buffers[0]
+
+    def detach(self) -> None:
+        """Nothing of a host's stays attached to ours; the framebuffer for it is bound."""
+        for k in range(self.attached):
+            self.gl.FramebufferTexture2D(g.FRAMEBUFFER, g.COLOR_ATTACHMENT0 + k, g.TEXTURE_2D, 0, 0)
+        self.attached = 0
+
+    def forget(self, texture: Texture) -> None:
+        """Delete a texture and the framebuffers over it."""
+        for key, name in list(self.framebuffers.items()):
+            if texture.name in key[0] or texture.name == key[1]:
+                del self.framebuffers[key]
+                self.delete("Framebuffer", name)
+        self.delete("Texture", texture.name)

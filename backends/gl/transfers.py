@@ -17,7 +17,6 @@ from passgraph.backends.base import Block, FloatBlock
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.passes import run_pixels
-from passgraph.backends.gl.placement import placements_of
 from passgraph.backends.gl.state import Rows
 from passgraph.backends.gl.textures import (
     DEPTH_AND_STENCIL,
@@ -26,6 +25,7 @@ from passgraph.backends.gl.textures import (
     Texture,
     external_of,
     gl_format_of,
+    placements_of,
     stencil_of,
     with_stencil,
 )

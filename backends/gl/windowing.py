@@ -1,11 +1,17 @@
-"""What the systems that make OpenGL contexts (EGL, GLX) have in common."""
+"""EGL and GLX, the systems that make OpenGL contexts."""
 
 from __future__ import annotations
 
+import atexit
 import ctypes
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias
+
+from passgraph.backends.gl.capabilities import version_of
+from passgraph.errors import BackendError
 
 #: An address that a driver gave; None is none.
 Handle: TypeAlias = "int | None"
@@ -64,3 +70,249 @@ def addresses(library: ctypes.CDLL, name: str) -> Callable[[str], int]:
     """Where OpenGL's functions are."""
     find = function(library, name, ctypes.c_void_p, ctypes.c_char_p)
     return lambda name_: find(name_.encode()) or 0
+
+
+_LIBRARY = "libX11.so.6"
+_ON_CLOSE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
+
+
+@contextmanager
+def x_errors_kept() -> Iterator[list[int]]:
+    """What X refuses inside comes into a list; else it ends the process."""
+    errors: list[int] = []
+
+    def note(display: int, event: int) -> int:
+        errors.append(1)
+        return 0
+
+    keep = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)(note)
+    change = function(ctypes.CDLL(_LIBRARY), "XSetErrorHandler", ctypes.c_void_p, ctypes.c_void_p)
+    before = change(ctypes.cast(keep, ctypes.c_void_p))
+    try:
+        yield errors
+    finally:
+        change(before)
+
+
+def sync(display: Handle) -> None:
+    function(ctypes.CDLL(_LIBRARY), "XSync", ctypes.c_int, ctypes.c_void_p, ctypes.c_int)(display, 0)
+
+
+def free(memory: Handle) -> None:
+    """Give back what Xlib has made."""
+    function(ctypes.CDLL(_LIBRARY), "XFree", ctypes.c_int, ctypes.c_void_p)(memory)
+
+
+class _Display:
+    """One that somebody has opened.  Xlib calls back when it is closed: any use of it after that ends the process, and
+    its address may be another's."""
+
+    def __init__(self, address: int) -> None:
+        self.address, self.is_open = address, True
+        library, handle, number = ctypes.CDLL(_LIBRARY), ctypes.c_void_p, ctypes.c_int
+        add = function(library, "XAddExtension", ctypes.POINTER(number), handle)
+        self._tell = function(library, "XESetCloseDisplay", handle, handle, number, handle)
+        self._extension = add(address)[0]
+
+        def closed(display: int, codes: int) -> int:
+            self.is_open = False
+            return 0
+
+        self._closed = _ON_CLOSE(closed)
+        self._tell(address, self._extension, ctypes.cast(self._closed, handle))
+
+    def forget(self) -> None:
+        if self.is_open:
+            self._tell(self.address, self._extension, None)
+
+
+#: By address.  Those that are closed stay until another has their address: what Xlib calls must not go meanwhile.
+_displays: dict[int, _Display] = {}
+
+
+def is_open(address: int) -> Callable[[], bool]:
+    """What tells, from now on, whether a display that is open now still is."""
+    if not _displays:
+        atexit.register(_forget_all)
+    display = _displays.get(address)
+    if display is None or not display.is_open:
+        display = _displays[address] = _Display(address)
+    return lambda: display.is_open
+
+
+def _forget_all() -> None:
+    """Displays that are closed after Python has ended call nothing of it."""
+    for display in _displays.values():
+        display.forget()
+
+
+_EGL_DRAW, _EGL_READ = 0x3059, 0x305A
+_EGL_CONFIG_ID, _EGL_CLIENT_TYPE, _EGL_CLIENT_VERSION, _EGL_NONE = 0x3028, 0x3097, 0x3098, 0x3038
+_GL_VERSION = 0x1F02
+_EGL_MAJOR, _EGL_MINOR, _EGL_PROFILE, _EGL_OPENGL, _EGL_SIDES = 0x3098, 0x30FB, 0x30FD, 0x30A2, (0x3057, 0x3056)
+_EGL_ERRORS = {
+    0x3001: "not initialised", 0x3002: "the context is current in another thread", 0x3003: "out of memory",
+    0x3006: GONE, 0x3008: "no such display", 0x300B: "no such window", 0x300D: "no such surface",
+    0x300E: "context lost",
+}  # fmt: skip
+
+
+class Egl:
+    def __init__(self, library: ctypes.CDLL) -> None:
+        handle, number = ctypes.c_void_p, ctypes.c_uint
+        self.context = function(library, "eglGetCurrentContext", handle)
+        self.display = function(library, "eglGetCurrentDisplay", handle)
+        self.surface = function(library, "eglGetCurrentSurface", handle, ctypes.c_int)
+        self._make = function(library, "eglMakeCurrent", number, *[handle] * 4)
+        self.error = function(library, "eglGetError", ctypes.c_int)
+        self.query_api = function(library, "eglQueryAPI", number)
+        self.bind_api = function(library, "eglBindAPI", number, number)
+        self.address = addresses(library, "eglGetProcAddress")
+        self._library = library
+
+    def state(self) -> State | None:
+        context = self.context()
+        if not context:
+            return None
+        return State("egl", self.display(), self.surface(_EGL_DRAW), self.surface(_EGL_READ), context)
+
+    def make(self, state: State) -> str:
+        if self._make(state.display, state.draw, state.read, state.context):
+            return ""
+        return self.last_error()
+
+    def last_error(self) -> str:
+        error = self.error()
+        return _EGL_ERRORS.get(error, f"EGL error {error:#x}")
+
+    def share(self, host: State) -> Handle:
+        handle, number = ctypes.c_void_p, ctypes.c_int
+        query = function(self._library, "eglQueryContext", ctypes.c_uint, handle, handle, number, handle)
+        choose = function(self._library, "eglChooseConfig", ctypes.c_uint, handle, handle, handle, number, handle)
+        create = function(self._library, "eglCreateContext", handle, handle, handle, handle, handle)
+        asked = {}
+        for what in (_EGL_CONFIG_ID, _EGL_CLIENT_TYPE, _EGL_CLIENT_VERSION):
+            found = number(0)
+            query(host.display, host.context, what, ctypes.byref(found))
+            asked[what] = found.value
+        config, count = handle(), number(0)
+        if asked[_EGL_CONFIG_ID]:
+            wanted = (number * 3)(_EGL_CONFIG_ID, asked[_EGL_CONFIG_ID], _EGL_NONE)
+            choose(host.display, wanted, ctypes.byref(config), 1, ctypes.byref(count))
+        versions: list[tuple[int, ...]] = [(_EGL_MAJOR, 3, _EGL_MINOR, 3, _EGL_PROFILE, 1, _EGL_NONE)]
+        if asked[_EGL_CLIENT_TYPE] != _EGL_OPENGL:
+            # As new as the host's, for what that has; before EGL 1.5 there was no way to say so.
+            major, minor = self._version()
+            versions = [
+                (_EGL_MAJOR, major, _EGL_MINOR, minor, _EGL_NONE), (_EGL_MAJOR, asked[_EGL_CLIENT_VERSION], _EGL_NONE)
+            ]  # fmt: skip
+        made: Handle = None
+        api = self.query_api()
+        try:
+            self.bind_api(asked[_EGL_CLIENT_TYPE])
+            for version in versions:
+                made = made or create(host.display, config, host.context, (number * len(version))(*version))
+        finally:
+            self.bind_api(api)
+        if not made:
+            raise BackendError(f"gl: EGL makes no context that shares with the current one: {self.last_error()}")
+        return made
+
+    def _version(self) -> tuple[int, int]:
+        """Of the current context, as it says itself: many are newer than what was asked for."""
+        text = ctypes.CFUNCTYPE(ctypes.c_char_p, ctypes.c_uint)(self.address("glGetString"))(_GL_VERSION)
+        return version_of((text or b"").decode(errors="replace"))[1]
+
+    def destroy(self, host: State, context: Handle) -> None:
+        """It is gone when it is no longer current anywhere; nothing happens where the display is gone."""
+        function(self._library, "eglDestroyContext", ctypes.c_uint, *[ctypes.c_void_p] * 2)(host.display, context)
+
+    def lives(self, host: State) -> Callable[[], bool]:
+        return lambda: True  # EGL knows its displays, and answers for those that are gone
+
+    def surface_size(self, state: State) -> tuple[int, int] | None:
+        if not state.draw:
+            return None
+        handle, number = ctypes.c_void_p, ctypes.c_int
+        query = function(self._library, "eglQuerySurface", ctypes.c_uint, handle, handle, number, handle)
+        found = [number(0), number(0)]
+        for what, room in zip(_EGL_SIDES, found, strict=True):
+            query(state.display, state.draw, what, ctypes.byref(room))
+        return found[0].value, found[1].value
+
+
+_GLX_CONFIG_ID, _GLX_SCREEN, _GLX_SIDES = 0x8013, 0x800C, (0x801D, 0x801E)
+_GLX_MAJOR, _GLX_MINOR, _GLX_PROFILE = 0x2091, 0x2092, 0x9126
+#: Where GLX's functions are, first where drivers share a dispatcher.
+_GLX_LIBRARIES = ("libGLX.so.0", "libGL.so.1")
+
+
+class Glx:
+    def __init__(self, library: ctypes.CDLL) -> None:
+        handle, drawable = ctypes.c_void_p, ctypes.c_ulong
+        self.context = function(library, "glXGetCurrentContext", handle)
+        self.display = function(library, "glXGetCurrentDisplay", handle)
+        self.draw = function(library, "glXGetCurrentDrawable", drawable)
+        self.read = function(library, "glXGetCurrentReadDrawable", drawable)
+        self._make = function(library, "glXMakeContextCurrent", ctypes.c_int, handle, drawable, drawable, handle)
+        self.address = addresses(library, "glXGetProcAddressARB")
+        self._library = library
+
+    def state(self) -> State | None:
+        context = self.context()
+        return State("glx", self.display(), self.draw(), self.read(), context) if context else None
+
+    def make(self, state: State) -> str:
+        if self._make(state.display, state.draw or 0, state.read or 0, state.context):
+            return ""
+        return "GLX refuses it"
+
+    def share(self, host: State) -> Handle:
+        handle, number = ctypes.c_void_p, ctypes.c_int
+        query = function(self._library, "glXQueryContext", number, handle, handle, number, handle)
+        choose = function(self._library, "glXChooseFBConfig", handle, handle, number, handle, handle)
+        create = ctypes.CFUNCTYPE(handle, handle, handle, handle, number, handle)(
+            self.address("glXCreateContextAttribsARB")
+        )
+        config, screen, count = number(0), number(0), number(0)
+        query(host.display, host.context, _GLX_CONFIG_ID, ctypes.byref(config))
+        query(host.display, host.context, _GLX_SCREEN, ctypes.byref(screen))
+        wanted = (number * 3)(_GLX_CONFIG_ID, config.value, 0)
+        configs = choose(host.display, screen.value, wanted, ctypes.byref(count))
+        if not configs or not count.value:
+            raise BackendError(f"gl: GLX has no configuration {config.value}, which the current context was made with")
+        first = ctypes.cast(configs, ctypes.POINTER(ctypes.c_void_p))[0]
+        version = (number * 7)(_GLX_MAJOR, 3, _GLX_MINOR, 3, _GLX_PROFILE, 1, 0)
+        with x_errors_kept() as errors:
+            made: Handle = create(host.display, first, host.context, 1, version)
+            sync(host.display)
+        free(configs)
+        if not made or errors:
+            raise BackendError("gl: GLX makes no context that shares with the current one")
+        return made
+
+    def destroy(self, host: State, context: Handle) -> None:
+        function(self._library, "glXDestroyContext", None, *[ctypes.c_void_p] * 2)(host.display, context)
+
+    def lives(self, host: State) -> Callable[[], bool]:
+        return is_open(host.display or 0)
+
+    def surface_size(self, state: State) -> tuple[int, int] | None:
+        if not state.draw:
+            return None
+        handle, number = ctypes.c_void_p, ctypes.c_uint
+        query = function(self._library, "glXQueryDrawable", None, handle, ctypes.c_ulong, ctypes.c_int, handle)
+        found = [number(0), number(0)]
+        for what, room in zip(_GLX_SIDES, found, strict=True):
+            query(state.display, state.draw, what, ctypes.byref(room))
+        return found[0].value, found[1].value
+
+
+def loaded_glx() -> Glx | None:
+    """GLX, where something in this process has loaded it: it is not loaded for our sake."""
+    for name in _GLX_LIBRARIES:
+        try:
+            return Glx(ctypes.CDLL(name, mode=os.RTLD_NOLOAD | os.RTLD_LAZY))
+        except (OSError, AttributeError):
+            continue
+    return None

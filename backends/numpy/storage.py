@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.numpy.machine.memory import ROOM, aligned_zeros, rest_of_page
+from passgraph.backends.numpy.machine.workers import ROOM, aligned_zeros, rest_of_page
 from passgraph.cached import cached_property
 from passgraph.formats import FORMATS, Format
 

@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from passgraph.backends.base import ATTRIBUTES, clear_colour
-from passgraph.backends.opencl.draw_tests import compare, stencil_update
 from passgraph.backends.opencl.opencl_c import (
     OpenCLPrinter,
     element,
@@ -18,9 +17,45 @@ from passgraph.backends.opencl.opencl_c import (
 )
 from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout
 from passgraph.backends.printing import Listing
+from passgraph.graph.draw_state import Stencil
 from passgraph.language.ir import OTHER_PIXELS, other_pixel, own_pixel
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep
+
+SIGNS = {
+    "less": "<",
+    "equal": "==",
+    "less_equal": "<=",
+    "greater": ">",
+    "not_equal": "!=",
+    "greater_equal": ">=",
+}
+
+
+def compare(how: str, new: str, stored: str) -> str:
+    if how in ("always", "never"):
+        return "true" if how == "always" else "false"
+    return f"{new} {SIGNS[how]} {stored}"
+
+
+def stencil_update(operation: str, stencil: Stencil) -> str:
+    """The statement of one stencil operation, under the write mask."""
+    old = "(int)pg_stencils[at]"
+    new = {
+        "keep": old,
+        "zero": "0",
+        "replace": str(stencil.reference),
+        "increment": f"min({old} + 1, 255)",
+        "increment_wrap": f"({old} + 1)",
+        "decrement": f"max({old} - 1, 0)",
+        "decrement_wrap": f"({old} - 1)",
+        "invert": f"(~{old})",
+    }[operation]
+    if operation == "keep" or not stencil.write_mask:
+        return ""
+    keep = 255 & ~stencil.write_mask
+    return f"pg_stencils[at] = (uchar)(({old} & {keep}) | ({new} & {stencil.write_mask}));"
+
 
 #: Ints that a triangle takes; raster.cl says which.
 TRIANGLE_INTS = 12

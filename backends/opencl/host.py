@@ -14,7 +14,6 @@ from passgraph.backends.base import READ, DevicePicture, Use
 from passgraph.backends.opencl import transfers
 from passgraph.backends.opencl.backend import OpenCLBackend
 from passgraph.backends.opencl.borrowed import WRITTEN, Borrowed, as_held, check_room, check_source
-from passgraph.backends.opencl.moves import move
 from passgraph.backends.opencl.pictures import (
     BufferPicture,
     OpenCLPicture,
@@ -23,6 +22,7 @@ from passgraph.backends.opencl.pictures import (
     image_picture,
 )
 from passgraph.backends.opencl.storage import Storage
+from passgraph.backends.opencl.transfers import move
 from passgraph.errors import BackendError, InputError
 from passgraph.formats import Format, format_named
 
@@ -306,7 +306,7 @@ class _Run(transfers.Running):
 
 
 def _pyopencl() -> Any:
-    from passgraph.backends.opencl.devices import INSTALL_MODULE
+    from passgraph.backends.opencl.backend import INSTALL_MODULE
     from passgraph.errors import DeviceMissingError
 
     try:

@@ -7,14 +7,13 @@ from functools import cache
 from importlib import resources
 from typing import ClassVar
 
-from passgraph.backends.c_like import FLOOR_DIVIDE, INT_MOD, CLike, spelled
 from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout
-from passgraph.backends.printing import Listing
+from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, Listing, spelled
 from passgraph.cached import cached_property
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program
-from passgraph.language.repeated import Call, repeated
+from passgraph.language.emitter import Call, repeated
 from passgraph.language.source import NOWHERE, Span
 
 #: What a channel of a format holds (`Format.number`) → how buffers hold it.

@@ -11,16 +11,42 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from passgraph.backends.base import Block
+from passgraph.backends.base import Block, vertex_attribute
 from passgraph.backends.opencl.draw_source import TRIANGLE_INTS, DrawLayouts, draw_sources, triangle_floats
+from passgraph.backends.opencl.pixel import Uniforms
 from passgraph.backends.opencl.storage import Storage
-from passgraph.backends.opencl.uniforms import Uniforms
 from passgraph.errors import BackendError
+from passgraph.graph.draw_state import Geometry
 from passgraph.plan.data import DrawStep
 
 if TYPE_CHECKING:
     from passgraph.backends.opencl.backend import OpenCLBackend
-    from passgraph.backends.opencl.geometry import DeviceMesh
+
+
+class DeviceMesh:
+    """Triangles, and the attributes that some vertex kernel has asked for; each is uploaded once."""
+
+    def __init__(self, backend: OpenCLBackend, mesh: Geometry) -> None:
+        self.backend = backend
+        self.mesh = mesh
+        self.vertex_count = len(mesh.positions)
+        self.triangle_count = len(mesh.triangles)
+        self.triangles = self._upload(np.ascontiguousarray(mesh.triangles, np.int32), "triangles")
+        self.attributes: dict[str, Any] = {}
+
+    def attribute(self, name: str) -> Any:
+        """The buffer of an attribute such as ``normal``."""
+        if name not in self.attributes:
+            self.attributes[name] = self._upload(vertex_attribute(self.mesh, name), name)
+        return self.attributes[name]
+
+    def _upload(self, array: Any, what: str) -> Any:
+        buffer = self.backend.allocate(array.nbytes, f"the {what} of a mesh of {self.vertex_count:,} vertices")
+        self.backend.free_with(self, buffer)
+        with self.backend.reported(f"uploading {what}"):
+            self.backend.cl.enqueue_copy(self.backend.queue, buffer, array, is_blocking=True)
+        return buffer
+
 
 #: What raster.cl calls the sides that are left out.
 CULL = {"none": 0, "back": 1, "front": 2}

@@ -14,11 +14,10 @@ import numpy as np
 
 from passgraph.backends.base import Backend, DeviceInfo, FloatBlock, quantised
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
-from passgraph.backends.reference.pixel_pass import ReferencePixelPass
-from passgraph.backends.reference.storage import Storage
+from passgraph.backends.reference.stage import ReferencePixelPass, Storage
 from passgraph.errors import BackendError
 from passgraph.formats import Format
-from passgraph.graph.geometry import Geometry
+from passgraph.graph.draw_state import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 
 

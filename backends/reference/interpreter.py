@@ -7,13 +7,242 @@ are not active does no harm.  Where few lanes still go round, a domain may have 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Generic, NoReturn
+from typing import Any, Generic, NoReturn, TypeAlias, TypeVar
 
-from passgraph.backends.reference.domain import Domain, M, Part, Surroundings, V
+import numpy as np
+from numpy.typing import NDArray
+
 from passgraph.errors import BackendError
 from passgraph.language import ir
+from passgraph.language.operations import OPERATIONS
+from passgraph.language.types import Array, Type, Value, element_of, shape_of
+
+V = TypeVar("V")  # the values of many lanes (pixels, fragments, vertices) at once
+M = TypeVar("M")  # which lanes are meant
+
+
+class Domain(ABC, Generic[V, M]):
+    """Primitive evaluation over all lanes at once."""
+
+    @abstractmethod
+    def constant(self, type_: Type, numbers: Sequence[ir.Number]) -> V:
+        """One value for all lanes, from numbers in component order."""
+
+    @abstractmethod
+    def trips(self, start: V, stop: V, step: V) -> Iterator[tuple[V, M]]:
+        """For each trip of ``range(start, stop, step)`` its index, and the lanes whose trips are over.
+
+        The index never wraps; a step of 0 makes no trip.
+        """
+
+    @abstractmethod
+    def apply(self, operation: str, arguments: Sequence[V]) -> V:
+        """A row of the operations table; scalars beside vectors are spread."""
+
+    @abstractmethod
+    def select(self, condition: V, then: V, orelse: V) -> V:
+        """``then`` in the lanes where ``condition`` (a bool) holds, ``orelse`` in the others."""
+
+    @abstractmethod
+    def swizzle(self, value: V, components: tuple[int, ...]) -> V:
+        """Some components of a vector; a single one gives a scalar."""
+
+    @abstractmethod
+    def construct(self, type_: Value | Array, parts: Sequence[V]) -> V:
+        """All components of all parts in order."""
+
+    @abstractmethod
+    def index(self, value: V, index: V) -> V:
+        """Element, column or entry; the index is clamped into range."""
+
+    @abstractmethod
+    def insert(self, value: V, index: V, element: V) -> V:
+        """``value`` with one element replaced; an index out of range changes nothing."""
+
+    def widened(self, value: V, slack: V) -> V:
+        """A value from which a device may be so far."""
+        return value
+
+    # Masks
+
+    @abstractmethod
+    def everywhere(self) -> M:
+        """All lanes."""
+
+    @abstractmethod
+    def nowhere(self) -> M:
+        """No lane."""
+
+    @abstractmethod
+    def some(self, mask: M) -> bool:
+        """Whether any lane is (perhaps) in the mask."""
+
+    @abstractmethod
+    def narrow(self, mask: M, condition: V, holds: bool) -> M:
+        """The lanes of ``mask`` where ``condition`` is ``holds``."""
+
+    @abstractmethod
+    def join(self, one: M, other: M) -> M:
+        """Lanes of either."""
+
+    @abstractmethod
+    def without(self, mask: M, gone: M) -> M:
+        """Lanes of ``mask`` that are not in ``gone``."""
+
+    @abstractmethod
+    def merge(self, mask: M, new: V, old: V) -> V:
+        """``new`` in the lanes of the mask, ``old`` in the others."""
+
+    def focus(self, mask: M) -> None:
+        """Only these lanes will use what is computed from here on."""
+
+    def part(self, mask: M) -> Part[V] | None:
+        """Go on with the lanes of ``mask`` alone, where they are so few that moving them together is worth it."""
+        return None
+
+
+class Part(ABC, Generic[V]):
+    """Some of the lanes, and a domain that knows of no others until :meth:`end`."""
+
+    @abstractmethod
+    def take(self, value: V) -> V:
+        """A value of all lanes in these lanes."""
+
+    @abstractmethod
+    def put(self, new: V, old: V | None) -> V:
+        """``new`` in these lanes, ``old`` in the others; without one, what no other lane reads."""
+
+    @abstractmethod
+    def end(self) -> None:
+        """Go on with all lanes."""
+
+
+class Surroundings(ABC, Generic[V]):
+    """What a stage reads from outside: parameters, stage values, pictures."""
+
+    @abstractmethod
+    def uniform(self, expression: ir.Uniform) -> V:
+        """A parameter, Const ones too."""
+
+    @abstractmethod
+    def builtin(self, expression: ir.Builtin) -> V:
+        """``pixel``, ``vertex.normal``, ``varying.uv`` …"""
+
+    @abstractmethod
+    def texel(self, image: str, x: V, y: V, relative: bool) -> V:
+        """One texel as vec4 under the image's border rule."""
+
+    @abstractmethod
+    def property(self, image: str, name: str) -> ir.Number:
+        """What the graph's handle says of an image."""
+
+    @abstractmethod
+    def size(self, image: str) -> V:
+        """Width and height as ivec2."""
+
+
+Numbers: TypeAlias = NDArray[Any]
+Lanes: TypeAlias = NDArray[np.bool_]
+
+#: How each scalar type is held.  Ints are wrapped to 32 bits by the operations that can leave them, uints by NumPy.
+KINDS: dict[str, type[np.generic]] = {"float": np.float64, "int": np.int64, "uint": np.uint32, "bool": np.bool_}
+
+
+def together(values: Sequence[Numbers]) -> list[Numbers]:
+    """The same values with one length on axis 0."""
+    count = max(len(value) for value in values)
+    return [value if len(value) == count else np.broadcast_to(value, (count, *value.shape[1:])) for value in values]
+
+
+def spread(values: Sequence[Numbers]) -> list[Numbers]:
+    """Scalars with an axis for components where others are vectors."""
+    depth = max(value.ndim for value in values)
+    return [
+        value if value.ndim == depth else value.reshape(value.shape + (1,) * (depth - value.ndim)) for value in values
+    ]
+
+
+def shaped(numbers: Sequence[ir.Number] | Numbers, type_: Type) -> Numbers:
+    """Numbers in component order as one value of a type, for all lanes."""
+    return np.asarray(numbers, KINDS[element_of(type_).name]).reshape(1, *shape_of(type_))
+
+
+class NumberDomain(Domain[Numbers, Lanes]):
+    """Each operation is its table row's reference meaning."""
+
+    def constant(self, type_: Type, numbers: Sequence[ir.Number]) -> Numbers:
+        return shaped(numbers, type_)
+
+    def trips(self, start: Numbers, stop: Numbers, step: Numbers) -> Iterator[tuple[Numbers, Lanes]]:
+        start, stop, step = together([start, stop, step])
+        forward = np.sign(step)
+        # As many steps as reach or pass the end, rounded up.
+        counts = -((forward * (start - stop)) // np.maximum(abs(step), 1))
+        counts[step == 0] = 0
+        for trip in range(max(0, int(counts.max()))):
+            over = trip >= counts
+            yield np.where(over, start, start + trip * step), over
+
+    def apply(self, operation: str, arguments: Sequence[Numbers]) -> Numbers:
+        row = OPERATIONS[operation]
+        arguments = together(arguments) if row.kind == "expanded" else spread(arguments)
+        return np.asarray(row.reference(*arguments))
+
+    def select(self, condition: Numbers, then: Numbers, orelse: Numbers) -> Numbers:
+        if len(condition) == 1:
+            return then if condition[0] else orelse
+        condition = condition.reshape(condition.shape + (1,) * (then.ndim - 1))
+        return np.where(condition, then, orelse)
+
+    def swizzle(self, value: Numbers, components: tuple[int, ...]) -> Numbers:
+        picked: Numbers = value[:, components[0]] if len(components) == 1 else value[:, list(components)]
+        return picked
+
+    def construct(self, type_: Value | Array, parts: Sequence[Numbers]) -> Numbers:
+        flat = np.concatenate([part.reshape(len(part), -1) for part in together(parts)], axis=1)
+        return flat.astype(KINDS[element_of(type_).name], copy=False).reshape(len(flat), *shape_of(type_))
+
+    def index(self, value: Numbers, index: Numbers) -> Numbers:
+        clamped = np.clip(index, 0, value.shape[1] - 1)
+        if len(clamped) == 1:
+            column: Numbers = value[:, clamped[0]]
+            return column
+        value, clamped = together([value, clamped])
+        entry: Numbers = value[np.arange(len(value)), clamped]
+        return entry
+
+    def insert(self, value: Numbers, index: Numbers, element: Numbers) -> Numbers:
+        old, index, element = together([value, index, element])
+        changed = old.copy()
+        lanes = np.flatnonzero((index >= 0) & (index < value.shape[1]))
+        changed[lanes, index[lanes]] = element[lanes]
+        return changed
+
+    # Masks are bool arrays, of length 1 where all lanes agree.
+
+    def everywhere(self) -> Lanes:
+        return np.ones(1, np.bool_)
+
+    def nowhere(self) -> Lanes:
+        return np.zeros(1, np.bool_)
+
+    def some(self, mask: Lanes) -> bool:
+        return bool(mask.any())
+
+    def narrow(self, mask: Lanes, condition: Numbers, holds: bool) -> Lanes:
+        return mask & (condition if holds else ~condition)
+
+    def join(self, one: Lanes, other: Lanes) -> Lanes:
+        return one | other
+
+    def without(self, mask: Lanes, gone: Lanes) -> Lanes:
+        return mask & ~gone
+
+    def merge(self, mask: Lanes, new: Numbers, old: Numbers) -> Numbers:
+        return new if mask.all() else self.select(mask, new, old)
 
 
 @dataclass

@@ -1,26 +1,113 @@
-"""Runs one stage of a step: a kernel with its parameters and pictures, over many lanes."""
+"""One stage over many lanes: its parameters, the pictures that it reads, and what targets hold of its results."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Block
-from passgraph.backends.reference.domain import Surroundings
-from passgraph.backends.reference.images import SampledImage, blank_image
-from passgraph.backends.reference.interpreter import Interpreter
-from passgraph.backends.reference.number_domain import Lanes, NumberDomain, Numbers, shaped
-from passgraph.backends.reference.storage import Storage
+from passgraph.backends.base import Block, quantised
+from passgraph.backends.reference.interpreter import Interpreter, Lanes, NumberDomain, Numbers, Surroundings, shaped
+from passgraph.formats import Format
 from passgraph.language import ir
-from passgraph.language.buffers import numbers_in
+from passgraph.language.borders import BORDERS, border_place
+from passgraph.language.long_arrays import numbers_in
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.scope import host_numbers
 from passgraph.language.types import Array, component_count, shape_of
+from passgraph.plan.data import PixelStep
+from passgraph.srgb import linear_to_srgb, srgb_to_linear
+
+Float32 = NDArray[np.float32]
+Float64 = NDArray[np.float64]
+
+
+@dataclass(eq=False)
+class Storage:
+    """A picture as stored: (height, width, channels) float32 with row 0 on top.
+
+    ``stencil`` is (height, width) bytes, for formats that have one.
+    """
+
+    format: Format
+    size: tuple[int, int]
+    pixels: Float32
+    stencil: NDArray[np.uint8] | None = None
+
+    @classmethod
+    def make(cls, format_: Format, size: tuple[int, int]) -> Storage:
+        width, height = size
+        stencil = np.zeros((height, width), np.uint8) if format_.stencil else None
+        return cls(format_, size, np.zeros((height, width, format_.channels), np.float32), stencil)
+
+    @property
+    def flat(self) -> Float32:
+        """The pixels row by row, (pixels, channels): a view."""
+        return self.pixels.reshape(-1, self.format.channels)
+
+
+def encode_srgb(linear: NDArray[Any]) -> Float64:
+    """In float64, of [0, 1]; beyond is clamped."""
+    return linear_to_srgb(np.clip(np.asarray(linear, np.float64), 0.0, 1.0))
+
+
+def decode_srgb(encoded: NDArray[Any]) -> Float64:
+    """In float64."""
+    return srgb_to_linear(np.asarray(encoded, np.float64))
+
+
+def stored(format_: Format, values: NDArray[Any]) -> Float32:
+    """What a kernel's result (…, channels) becomes in a target: sRGB formats hold encoded colour."""
+    if format_.srgb:
+        values = np.concatenate([encode_srgb(values[..., :3]), values[..., 3:]], axis=-1)
+    return quantised(values, format_)
+
+
+Ints = NDArray[np.int64]
+
+#: What the channels that a picture lacks read as.
+MISSING = (0.0, 0.0, 0.0, 1.0)
+
+
+class SampledImage:
+    """A stored picture (height, width, channels) under the facts of one pass."""
+
+    def __init__(self, pixels: Float32, facts: ImageFacts) -> None:
+        self.height, self.width, self.channels = pixels.shape
+        self.border = facts.border
+        self.texels: NDArray[Any] = pixels.reshape(-1, self.channels)
+        if facts.decode is not None:
+            # Decoded once for all reads; 0 decodes to 0, so the order with the border rule does not matter.
+            colour = decode_srgb(self.texels[:, :3])
+            self.texels = np.concatenate([colour, self.texels[:, 3:]], axis=1)
+
+    def fetch(self, x: Ints, y: Ints) -> NDArray[np.float64]:
+        """Texels at integer positions, (lanes, 4) float64."""
+        place = border_place(self.border, y, self.height) * self.width + border_place(self.border, x, self.width)
+        result = np.empty((len(place), 4), np.float64)
+        result[:, : self.channels] = self.texels[place]
+        result[:, self.channels :] = MISSING[self.channels :]
+        if BORDERS[self.border].blank:
+            outside = (x < 0) | (x >= self.width) | (y < 0) | (y >= self.height)
+            result[np.broadcast_to(outside, place.shape), : self.channels] = 0.0
+        return result
+
+    def everything(self) -> NDArray[np.float64]:
+        """All that a read can give, one a row."""
+        inside = self.fetch(*np.divmod(np.arange(self.width * self.height), self.width)[::-1])
+        outside = self.fetch(np.array([-1]), np.array([-1]))
+        return np.concatenate([inside, outside])
+
+
+def blank_image() -> SampledImage:
+    """Stands in for an image that only dead code reads."""
+    return SampledImage(np.zeros((1, 1, 4), np.float32), ImageFacts())
+
 
 #: Lanes computed at once: temporaries of a wide kernel then stay in the tens of megabytes.
 LANES = 1 << 16
@@ -162,3 +249,22 @@ class _Lanes(Surroundings[Numbers]):
     def size(self, image: str) -> Numbers:
         picture = self.bound.image(image)
         return np.array([[picture.width, picture.height]], np.int64)
+
+
+class ReferencePixelPass:
+    """A pixel pass, interpreted."""
+
+    def __init__(self, step: PixelStep) -> None:
+        self.step = step
+        self.stage = Stage(step.source.kernel.program, step.program, step.facts)
+
+    def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
+        width, height = self.step.size
+        bound = self.stage.bind(block, [name for name, _ in self.step.images], images)
+        for first in range(0, width * height, LANES):
+            lanes = np.arange(first, min(first + LANES, width * height))
+            pixel = np.stack([lanes % width, lanes // width], axis=1)
+            size = np.array([[width, height]], np.int64)
+            results, _ = bound.run(len(lanes), {"pixel": given(pixel), "output_size": given(size)})
+            for output, values in zip(outputs, results, strict=True):
+                output.flat[lanes] = stored(output.format, values.reshape(len(lanes), -1))

@@ -15,9 +15,9 @@ import numpy as np
 import passgraph as pg
 from docs.engines.demo import functions, gray_and_soft
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.current import Current
-from passgraph.backends.gl.foreign import attached
-from passgraph.backends.gl.host_context import current_state
+from passgraph.backends.gl.context import Current
+from passgraph.backends.gl.host_pictures import attached
+from passgraph.backends.gl.isolation import current_state
 from passgraph.effects.pictures.blur import gaussian_weights
 
 _VERTEX = """#version 330

@@ -22,9 +22,9 @@ if sys.path[0] == str(root / "docs" / "engines"):
     sys.path[0] = str(root)  # examples are called like their engines, which are meant by `import`
 
 import passgraph as pg
-from passgraph.backends.gl.current import Current
+from passgraph.backends.gl.context import Current
 from passgraph.backends.gl.functions import Functions
-from passgraph.backends.gl.host_context import current_state
+from passgraph.backends.gl.isolation import current_state
 from passgraph.effects import black_and_white, gaussian_blur
 from passgraph.effects.ambient.ambient_occlusion import occlusion
 from passgraph.effects.surfaces.depth_normals import depth_normals

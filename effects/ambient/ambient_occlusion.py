@@ -11,10 +11,9 @@ import numpy as np
 
 import passgraph as pg
 from passgraph import Const, Image, vec3, vec4
-from passgraph.effects.ambient.hemisphere_occlusion import hemisphere_visibility
-from passgraph.effects.ambient.horizon_occlusion import horizon_visibility
 from passgraph.effects.ambient.occlusion_filter import denoise as denoise_line
 from passgraph.effects.ambient.occlusion_filter import enlarge, linearised, linearised_half
+from passgraph.effects.ambient.occlusion_search import hemisphere_visibility, horizon_visibility
 from passgraph.effects.checked import checked, effect
 from passgraph.effects.passes import picture_of
 from passgraph.effects.pictures.tone_map import tone_map

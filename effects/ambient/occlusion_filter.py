@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import passgraph as pg
 from passgraph import Const, Image, dot, ivec2, output_size, pixel, uv, vec2, vec4
-from passgraph.effects.ambient.horizon_occlusion import plane_step
+from passgraph.effects.ambient.occlusion_search import plane_step
 from passgraph.effects.surfaces.geometry import ViewFrame, line_of_sight, linear_on_planes, pixel_step, spread
 
 #: A tap counts less the farther it lies off the receiver's plane, and not at all at this share of the radius.

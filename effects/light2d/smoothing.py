@@ -10,7 +10,7 @@ import passgraph as pg
 from passgraph import Image, floor, length, log2, saturate, uv, vec2, vec3, vec4
 from passgraph.effects.checked import checked
 from passgraph.effects.light2d.penumbra import cross2, falloff
-from passgraph.effects.light2d.shapes import shadow_of
+from passgraph.effects.light2d.sprites import shadow_of
 from passgraph.effects.light2d.world import Float64, Light2D, Window
 from passgraph.effects.pictures.stretched import Spot, drawn, in_window
 

@@ -1,7 +1,6 @@
+# mypy: disable-error-code="no-any-return,valid-type"
 """Shadows of moving things: one or two sprites a thing, of which only place, angle and scale change."""
 
-# mypy: disable-error-code="no-any-return,valid-type"
-# Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
@@ -17,8 +16,33 @@ import passgraph as pg
 from passgraph import Array, Image, uv, vec4
 from passgraph.effects.annotations import check_fields
 from passgraph.effects.checked import checked
-from passgraph.effects.light2d.world import Light2D, Point, Window
-from passgraph.effects.pictures.stretched import Shape, Spot
+from passgraph.effects.light2d.world import Float64, Light2D, Point, Window
+from passgraph.effects.pictures.stretched import Shape, Spot, quads, shape_of
+
+#: Far ends of shadows lie this many times farther from the light than the edge.
+FAR = 2.0**20
+
+
+def shadow_of(edges: Float64, light: Point) -> Shape:
+    """What lies behind edges (n, 4) as seen from a light: one quad an edge, without end.
+
+    Neighbouring edges share their corners to the last bit, so no light passes between their quads.  Every
+    vertex carries its edge (ax, ay, bx, by) as its color.
+    """
+    ends = edges.reshape(-1, 2, 2)
+    away = ends - np.array(light)
+    near = np.concatenate([ends, np.ones((len(ends), 2, 1))], axis=2)
+    # light + FAR · (corner - light), divided through by FAR
+    far = np.concatenate([away + np.array(light) / FAR, np.full((len(ends), 2, 1), 1.0 / FAR)], axis=2)
+    positions = np.stack([near[:, 0], near[:, 1], far[:, 1], far[:, 0]], axis=1).reshape(-1, 3)
+    return shape_of(positions, np.zeros((len(positions), 2)), np.repeat(edges, 4, axis=0))
+
+
+def around(center: Point, half: float) -> Shape:
+    """An upright square."""
+    x, y = center
+    return quads([[(x - half, y - half), (x + half, y - half), (x + half, y + half), (x - half, y + half)]])
+
 
 #: Angles in radians under which a lamp sees a thing: below the first the two sprites are one.
 ONE_SPRITE = 0.12

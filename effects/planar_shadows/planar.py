@@ -1,19 +1,368 @@
+# mypy: disable-error-code="no-any-return"
 """Planar reflection and shadows with a stencil buffer, and fog: eight steps in a fixed order."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from math import cos
+from operator import itemgetter
 from typing import Annotated, Any, Literal, get_args
 
+import numpy as np
+from numpy.typing import NDArray
+
 import passgraph as pg
+from passgraph import Const, Image, clamp, discard, dot, exp, mat3, mat4, normalize, smoothstep, vec2, vec3, vec4
 from passgraph.effects.checked import checked, effect
 from passgraph.effects.passes import picture_of
 from passgraph.effects.pictures.tone_map import tone_map
-from passgraph.effects.planar_shadows.planar_draws import Draws
-from passgraph.effects.planar_shadows.planar_kernels import fogged
-from passgraph.effects.planar_shadows.planar_matrices import LIGHTS_MOST, ground_of
 from passgraph.effects.quantities import Color, Height, NotNegative, Share, Width
-from passgraph.effects.surfaces.engine_depth import depth_frame
+from passgraph.effects.shadows.shadow_light import KINDS, light_at
+from passgraph.effects.surfaces.batches import batches, merged
+from passgraph.effects.surfaces.engine_depth import DepthFrame, depth_frame, distance_held
+from passgraph.effects.surfaces.textures import TextureInputs
+from passgraph.effects.surfaces.views import LightFrame, View, view_from_world
+from passgraph.scene.matrices import translation
+
+Float64 = NDArray[np.float64]
+#: Lights are the columns of one matrix.
+LIGHTS_MOST = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """The plane as a node, and everything else."""
+
+    height: float
+    node: pg.Node
+    objects: pg.Scene | None
+
+
+def ground_of(scene: pg.Scene, height: float) -> Ground:
+    """The largest flat node at this height, or else a square under the scene, twice as wide."""
+    low, high = scene.bounds()
+    extent = float(np.linalg.norm(high - low))
+    flat = [node for node in scene.nodes if float(np.abs(node.bounds[:, 1] - height).max()) <= 1e-6 * extent]
+    if flat:
+        node = max(flat, key=lambda each: float(np.prod((each.bounds[1] - each.bounds[0])[[0, 2]])))
+        others = [each for each in scene.nodes if each is not node]
+        return Ground(height, node, scene.with_(nodes=others) if others else None)
+    half = float(max(high[0] - low[0], high[2] - low[2], 1e-6))
+    corners = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1.0]]) * half
+    mesh = pg.Mesh.make(corners, [[0, 1, 2], [0, 2, 3]], np.tile([0.0, 1.0, 0.0], (4, 1)), name="plane")
+    place = np.eye(4)
+    place[:3, 3] = 0.5 * (low[0] + high[0]), height, 0.5 * (low[2] + high[2])
+    return Ground(height, pg.Node(mesh, pg.Material("plane", (1, 1, 1, 1)), place, "plane"), scene)
+
+
+def mirror(level: float) -> Float64:
+    """The reflection in y = ``level``."""
+    made = np.diag([1.0, -1.0, 1.0, 1.0])
+    made[1, 3] = 2.0 * level
+    return made
+
+
+def projection(light: Float64, level: float) -> Float64:
+    """Onto y = ``level``, away from a light: (x, y, z, 1) of a position, (x, y, z, 0) toward a direction.
+
+    Between the plane and the light w is above 0.  For the plane's row p the matrix is (p·l) I - l pᵀ.
+
+    Source: J. Blinn, "Me and My (Fake) Shadow", 1988; OpenGL Programming Guide, chapter 14.
+
+    >>> shadow = projection(np.array([0.0, 2.0, 0.0, 1.0]), 0.0) @ np.array([1.0, 1.0, 0.0, 1.0])
+    >>> (shadow[:3] / shadow[3]).tolist()
+    [2.0, 0.0, 0.0]
+    """
+    plane = np.array([0.0, 1.0, 0.0, -level])
+    towards = float(plane @ light)
+    made: Float64 = towards * np.eye(4) - np.outer(light, plane)
+    return -made if towards < 0.0 else made
+
+
+def homogeneous(light: pg.Light, origin: Float64) -> Float64:
+    """Where a light is relative to ``origin``: a position (w = 1), or the direction toward it (w = 0)."""
+    if light.kind == "directional":
+        return np.append(-np.asarray(light.direction, np.float64), 0.0)
+    return np.append(np.subtract(light.position, origin), 1.0)
+
+
+def side_of(light: pg.Light, origin: Float64, level: float) -> float:
+    """1 where a light is on or over y = ``level`` relative to ``origin``, -1 under it."""
+    place = homogeneous(light, origin)
+    return 1.0 if place[1] - level * place[3] >= 0.0 else -1.0
+
+
+def sees_top(camera: pg.Camera, height: float) -> bool:
+    """Whether the upper face of y = ``height`` is the one that is seen; of parallel rays the way decides."""
+    return float(camera.forward[1]) <= 0.0 if camera.orthographic else camera.eye[1] >= height
+
+
+def cone(light: pg.Light) -> tuple[float, float]:
+    """Cosines of the outer and inner half angle; below all cosines where there is no cone."""
+    return (cos(light.cone_outer_rad), cos(light.cone_inner_rad)) if light.kind == "spot" else (-3.0, -2.0)
+
+
+def lights_from(camera: pg.Camera, *lights: pg.Light) -> tuple[Float64, Float64, Float64]:
+    """Places, colours and axes as columns, world axes, relative to the eye.
+
+    The last row holds the kind by its number, the cosine of the inner and that of the outer half angle.
+    """
+    places, colors, axes = np.zeros((4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
+    for column, light in enumerate(lights):
+        outer, inner = cone(light)
+        places[:3, column] = homogeneous(light, np.asarray(camera.eye))[:3]
+        places[3, column] = KINDS.index(light.kind)
+        colors[:, column] = *(np.asarray(light.color) * light.intensity), inner
+        axes[:, column] = *light.direction, outer
+    return places, colors, axes
+
+
+@pg.struct
+class Lit:
+    """A vertex with world axes, the eye at the origin."""
+
+    position: vec4
+    normal: vec3
+    place: vec3
+    height: float  # over the plane, scene units
+    uv: vec2
+    color: vec4
+
+
+@pg.struct
+class Shade:
+    """A caster's vertex, flattened onto the plane."""
+
+    position: vec4
+    above: float  # the plane, on the side of the light
+    beyond: float  # positive between the plane and the light
+    place: vec4  # on the plane, relative to the light, homogeneous
+    color: vec4
+
+
+@pg.vertex
+def place_lit(vertex: pg.Vertex, clip_from_local: mat4, eye_from_local: mat4, height_row: vec4) -> Lit:
+    """Where it is drawn and where it is lit are apart: a reflection is the lit object, seen elsewhere."""
+    local = vec4(vertex.position, 1.0)
+    place = eye_from_local * local
+    return Lit(clip_from_local * local, vertex.normal, place.xyz, dot(height_row, local), vertex.uv, vertex.color)
+
+
+@pg.function
+def one_light(light: vec4, color: vec4, axis: vec4, place: vec3, n: vec3) -> vec3:
+    """Diffuse light of one column of `passgraph.effects.planar_shadows.planar.lights_from`."""
+    none = vec3(0.0)
+    frame = LightFrame(
+        mat4(1.0), vec4(0.0), light.xyz, axis.xyz, mat3(1.0), color.rgb, vec2(axis.w, color.w), 0.0, 0.0, 0.0, 0.0
+    )
+    return light_at(frame, place, n, int(light.w)).rgb if any(color.rgb > none) else none
+
+
+@pg.function
+def light_on(lights: mat4, colors: mat4, axes: mat4, place: vec3, normal: vec3, ambient: vec3) -> vec3:
+    """All lights: one column each, black where there are fewer."""
+    n = normalize(normal)
+    total = ambient
+    for i in range(LIGHTS_MOST):
+        total += one_light(lights[i], colors[i], axes[i], place, n)
+    return total
+
+
+@pg.fragment
+def lit_object(
+    surface: Lit, base_map: Image, lights: mat4, colors: mat4, axes: mat4, ambient: vec3, keep: float,
+    has_map: Const[bool], cutoff: float,
+) -> vec4:  # fmt: skip
+    """A lit surface; ``keep`` is the side of the plane that is drawn, 0 for both."""
+    if surface.height * keep < 0.0:
+        discard()
+    color = surface.color
+    if has_map:
+        color = color * base_map.sample(surface.uv)
+    if color.a < cutoff:
+        discard()
+    return vec4(color.rgb * light_on(lights, colors, axes, surface.place, surface.normal, ambient), color.a)
+
+
+@pg.fragment
+def lit_plane(
+    surface: Lit, base_map: Image, lights: mat4, colors: mat4, axes: mat4, ambient: vec3, face: vec4, side: float,
+    has_map: Const[bool],
+) -> vec4:  # fmt: skip
+    """The face of the plane that the eye sees, with that face's colour and opacity."""
+    color = face.rgb
+    if has_map:
+        color = color * base_map.sample(surface.uv).rgb
+    return vec4(color * light_on(lights, colors, axes, surface.place, vec3(0.0, side, 0.0), ambient), face.a)
+
+
+@pg.vertex
+def flatten(
+    vertex: pg.Vertex, clip_from_local: mat4, above_row: vec4, beyond_row: vec4, spot_from_local: mat4
+) -> Shade:  # fmt: skip
+    """A caster onto the plane, away from the light."""
+    local = vec4(vertex.position, 1.0)
+    above, beyond = dot(above_row, local), dot(beyond_row, local)
+    return Shade(clip_from_local * local, above, beyond, spot_from_local * local, vertex.color)
+
+
+@pg.fragment
+def darken(shade: Shade, darkness: float, axis: vec3, cone: vec2, translucent: Const[bool]) -> vec4:
+    """The share of the colour that a shadow leaves; what is not between plane and light throws none."""
+    if shade.above < 0.0 or shade.beyond <= 0.0:
+        discard()
+    # where a spot's light does not fall there is none to take away
+    taken = vec3(darkness * smoothstep(cone.x, cone.y, dot(normalize(shade.place.xyz / shade.place.w), axis)))
+    if translucent:
+        taken *= 1.0 - shade.color.rgb * (1.0 - clamp(shade.color.a, 0.0, 1.0))
+    return vec4(1.0 - taken, 1.0)
+
+
+@pg.kernel
+def fogged(color: Image, depth: Image, holds: DepthFrame, fog_color: vec3, fog: vec3, kind: Const[int]) -> vec4:
+    """OpenGL's fog over the distance along the view axis; ``fog`` is start, end, density."""
+    z = distance_held(depth[0, 0].r, holds)
+    f = (fog.y - z) / (fog.y - fog.x)
+    if kind == 2:
+        f = exp(-fog.z * z)
+    if kind == 3:
+        f = exp(-(fog.z * z) * (fog.z * z))
+    f = min(max(f, 0.0), 1.0)
+    here = color[0, 0]
+    return vec4(fog_color + (here.rgb - fog_color) * f, here.a)
+
+
+#: Shadows are pulled toward the eye by their slope and two steps of the depth format.
+SHADOW_OFFSET = (-1.0, -2.0)
+
+
+class Draws:
+    """What all steps share: the view, the lights, textures."""
+
+    def __init__(self, scene: pg.Scene, ground: Ground, ambient: float) -> None:
+        self.ground = ground
+        self.view = View(pg.Value("camera", pg.Camera, default=scene.camera))
+        self.lights = [
+            pg.Value("light" if len(scene.lights) == 1 else f"light{i}", pg.Light, default=light)
+            for i, light in enumerate(scene.lights)
+        ]
+        self.batches = batches(ground.objects) if ground.objects is not None else []
+        self.textures = TextureInputs()
+        self.white = pg.Input("white", "rgba8", (1, 1), static=True, default=np.ones((1, 1, 4), np.float32))
+        self.side = self.view.camera.map(lambda camera: 1.0 if sees_top(camera, ground.height) else -1.0)
+        columns = pg.combine(lights_from, self.view.camera, *self.lights)
+        self.light_values: dict[str, object] = {
+            "lights": columns.map(itemgetter(0)), "colors": columns.map(itemgetter(1)),
+            "axes": columns.map(itemgetter(2)), "ambient": (ambient,) * 3,
+        }  # fmt: skip
+
+    def plane(self, into: Any, depth: Any, name: str, face: object, **state: Any) -> Any:
+        """The plane's node, whatever side the eye is on."""
+        node = self.ground.node
+        origin = node.bounds.mean(axis=0)
+        mesh = merged([node], origin)
+        values = {
+            **self._placed(origin, np.eye(4)), **self._map(node.material), **self.light_values,
+            "face": face, "side": self.side,
+        }  # fmt: skip
+        return pg.draw(
+            mesh, vertex=place_lit, fragment=lit_plane, into=into, depth=depth, name=name, values=values, **state
+        )
+
+    def objects(self, into: Any, name: str, mirrored: bool) -> Any:
+        """All objects; mirrored ones inside the stencil, with the other winding, from the eye's side only."""
+        for batch in self.batches:
+            material, blends = batch.material, batch.material.alpha_mode == "blend"
+            matrix = mirror(self.ground.height - float(batch.origin[1])) if mirrored else np.eye(4)
+            values = {
+                **self._placed(batch.origin, matrix), **self._map(material), **self.light_values,
+                "keep": self.side if mirrored else 0.0,
+                "cutoff": material.alpha_cutoff if material.alpha_mode == "mask" else -1.0,
+            }  # fmt: skip
+            into = pg.draw(
+                batch.mesh, vertex=place_lit, fragment=lit_object, into=into, depth=into.depth,
+                stencil=pg.Stencil("equal", 1) if mirrored else None, blend="alpha" if blends else None,
+                depth_write=not blends, color_mask=(True, True, True, False), name=name, values=values,
+                cull="none" if material.double_sided else "front" if mirrored else "back",
+            )  # fmt: skip
+        return into
+
+    def shadows(self, into: Any, darkness: float, lift: float) -> Any:
+        """Each light has its own bit of the stencil, which the first triangle on a pixel turns over."""
+        objects = self.ground.objects
+        casting = [node for node in objects.nodes if node.casts] if objects is not None else []
+        # solid ones first: where their shadow lies, a translucent one adds nothing
+        for translucent in (False, True):
+            nodes = [node for node in casting if (node.material.alpha_mode == "blend") == translucent]
+            if nodes:
+                into = self._shadows_of(nodes, translucent, into, darkness, lift)
+        return into
+
+    def _shadows_of(self, nodes: list[pg.Node], translucent: bool, into: Any, darkness: float, lift: float) -> Any:
+        origin = np.mean([node.bounds.mean(axis=0) for node in nodes], axis=0)
+        mesh = merged(nodes, origin)
+        for number, value in enumerate(self.lights):
+            bit = 2 << number
+            values = {
+                **self._flattened(value, origin, lift), "translucent": translucent,
+                "darkness": pg.combine(self._darkness_on(origin, darkness), self.view.camera, value),
+                "axis": value.map(lambda light: light.direction), "cone": value.map(cone),
+            }  # fmt: skip
+            into = pg.draw(
+                mesh, vertex=flatten, fragment=darken, into=into, depth=into.depth, depth_write=False,
+                stencil=pg.Stencil("equal", 1, read_mask=1 | bit, write_mask=bit, passed="invert"),
+                depth_compare="less_equal", polygon_offset=SHADOW_OFFSET if lift > 0.0 else (0.0, 0.0),
+                blend="multiply", color_mask=(True, True, True, False),
+                name=f"6 {'translucent ' if translucent else ''}shadow of {value.name}", values=values,
+            )  # fmt: skip
+        return into
+
+    def _flattened(self, value: pg.Value, origin: Float64, lift: float) -> dict[str, object]:
+        """Matrices and rows of `flatten` for casters relative to ``origin``."""
+        level = self.ground.height - float(origin[1])
+
+        def clip(camera: pg.Camera, light: pg.Light, size: tuple[int, int]) -> Float64:
+            toward = 1.0 if sees_top(camera, self.ground.height) else -1.0
+            flat = projection(homogeneous(light, origin), level + lift * toward)
+            made: Float64 = camera.projection_matrix(size[0] / size[1]) @ view_from_world(camera, origin) @ flat
+            return made
+
+        def from_light(light: pg.Light) -> Float64:
+            made: Float64 = translation(origin - np.asarray(light.position)) @ projection(
+                homogeneous(light, origin), level
+            )
+            return made
+
+        return {
+            "clip_from_local": pg.combine(clip, self.view.camera, value, pg.OUTPUT_SIZE),
+            "above_row": value.map(lambda light: np.array([0.0, 1.0, 0.0, -level]) * side_of(light, origin, level)),
+            "beyond_row": value.map(lambda light: projection(homogeneous(light, origin), level)[3]),
+            "spot_from_local": value.map(from_light),
+        }
+
+    def _darkness_on(self, origin: Float64, darkness: float) -> Callable[[pg.Camera, pg.Light], float]:
+        """None where the eye sees the face that the light does not reach."""
+        height = self.ground.height
+
+        def seen(camera: pg.Camera, light: pg.Light) -> float:
+            over = sees_top(camera, height) == (side_of(light, origin, height - float(origin[1])) > 0.0)
+            return darkness if over else 0.0
+
+        return seen
+
+    def _placed(self, origin: Float64, matrix: Float64) -> dict[str, object]:
+        return {
+            "clip_from_local": self.view.clip_from(origin).map(lambda seen: seen @ matrix),
+            "eye_from_local": self.view.camera.map(lambda camera: camera.relative(translation(origin))),
+            "height_row": (0.0, 1.0, 0.0, float(origin[1]) - self.ground.height),
+        }
+
+    def _map(self, material: pg.Material) -> dict[str, object]:
+        texture = material.base_color_texture
+        found = self.white if texture is None else self.textures.of(texture, "base color")
+        return {"base_map": found, "has_map": texture is not None}
+
 
 Fog = Literal["none", "linear", "exp", "exp2"]
 FOGS: tuple[Fog, ...] = get_args(Fog)

@@ -10,8 +10,8 @@ import numpy as np
 
 import passgraph as pg
 from passgraph import Const, Image, dot, floor, ivec2, length, mix, output_size, pixel, uv, vec2, vec4
-from passgraph.effects.ambient.horizon_occlusion import facing_normal, linear_depth_step, pattern
 from passgraph.effects.ambient.occlusion_filter import denoise, linearised
+from passgraph.effects.ambient.occlusion_search import facing_normal, linear_depth_step, pattern
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import FieldOfView, Reach, Share
 from passgraph.effects.screen.seen_by import camera_of

@@ -1,12 +1,156 @@
-"""Textures of materials as inputs that bring their own picture."""
+# mypy: disable-error-code="no-any-return"
+"""Textures of materials as inputs that bring their own picture, with smaller levels so that far ones do not alias."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any, Literal
+
 import numpy as np
+from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.effects.surfaces.mip_maps import Mips, Use, mips_of, wrap_number
+from passgraph import Image, clamp, dfdx, dfdy, floor, fract, length, log2, mix, vec2, vec4
 from passgraph.scene import Texture
+from passgraph.scene.materials import Wrap
+
+Use = Literal["base color", "normals", "height"]
+#: As the kernel knows them, and what numpy calls a border of that kind.
+WRAPS: tuple[Wrap, ...] = ("repeat", "clamp", "mirror")
+_PADS: dict[Wrap, Any] = {"repeat": "wrap", "clamp": "edge", "mirror": "symmetric"}
+
+
+@dataclass(frozen=True, eq=False)
+class Mips:
+    """The levels of one texture.
+
+    Attributes
+    ----------
+    picture : (h, w, 4) float32, all levels
+    size : (width, height) that level 0 would have: the texture's own, up to the next power of two
+    count : of levels, 0 for a texture too small for any
+    """
+
+    picture: NDArray[np.float32]
+    size: tuple[int, int]
+    count: int
+
+
+def mips_of(pixels: NDArray[np.float32], use: Use, wrap: Wrap) -> Mips:
+    """Levels of a texture (h, w, 4) of linear values, each a mean over the areas of its texels.
+
+    Colours count by their alpha; normals (xyz in 0..1) are made unit vectors again.
+
+    The picture of a texture too small for any level is empty.
+
+    >>> mips_of(np.ones((4, 8, 4), np.float32), "base color", "repeat").picture.shape
+    (7, 6, 4)
+    """
+    height, width = pixels.shape[:2]
+    size = full_size((width, height))
+    count = min(size).bit_length() - 1
+    level = _gathered(pixels, use)
+    picture = np.zeros((_top(size[1], count + 1), size[0] // 2 + 2, 4), np.float32)
+    for number in range(1, count + 1):
+        level = _resized(_resized(level, size[1] >> number, 0), size[0] >> number, 1)
+        top = _top(size[1], number)
+        shown = np.pad(_spread(level, use), ((1, 1), (1, 1), (0, 0)), _PADS[wrap])
+        picture[top : top + shown.shape[0], : shown.shape[1]] = shown
+        level = _gathered(_spread(level, use), use) if use == "normals" else level
+    return Mips(picture, size, count)
+
+
+def full_size(size: tuple[int, int]) -> tuple[int, int]:
+    """The next powers of two."""
+    return 1 << (size[0] - 1).bit_length(), 1 << (size[1] - 1).bit_length()
+
+
+def _top(height: int, number: int) -> int:
+    """The first row of a level with its border: those before it have half, a quarter, … of the rows, and two more."""
+    return height - (height >> (number - 1)) + 2 * (number - 1)
+
+
+def _gathered(values: NDArray[np.float32], use: Use) -> NDArray[np.float32]:
+    """What may be averaged: colours times alpha, normals in -1..1."""
+    if use == "normals":
+        return values * np.float32(2.0) - np.float32(1.0)
+    return np.concatenate([values[:, :, :3] * values[:, :, 3:], values[:, :, 3:]], axis=2)
+
+
+def _spread(values: NDArray[np.float32], use: Use) -> NDArray[np.float32]:
+    """The inverse of `_gathered`."""
+    if use == "normals":
+        long = np.linalg.norm(values[:, :, :3], axis=2, keepdims=True)
+        unit = values[:, :, :3] / np.maximum(long, np.float32(1e-6))
+        return np.concatenate([unit * np.float32(0.5) + np.float32(0.5), np.ones_like(long)], axis=2)
+    alpha = values[:, :, 3:]
+    color = np.asarray(values[:, :, :3] / np.maximum(alpha, np.float32(1e-6)), np.float32)
+    return np.concatenate([color, alpha], axis=2)
+
+
+def _resized(values: NDArray[np.float32], count: int, axis: int) -> NDArray[np.float32]:
+    """Means over ``count`` equal parts of an axis; a part is one to two texels long and so meets three at most."""
+    side = values.shape[axis]
+    starts = np.arange(count) * (side / count)
+    ends = starts + side / count
+    first = np.floor(starts).astype(np.int64)
+    total: NDArray[np.float32] | None = None
+    for step in range(3):
+        texel = first + step
+        share = np.clip(np.minimum(ends, texel + 1) - np.maximum(starts, texel), 0.0, None) * (count / side)
+        shape = [1, 1, 1]
+        shape[axis] = count
+        part = values.take(np.minimum(texel, side - 1), axis) * share.astype(np.float32).reshape(shape)
+        total = part if total is None else total + part
+    assert total is not None
+    return total
+
+
+@pg.function
+def level_at(uv: vec2, size: vec2) -> float:
+    """The level on which a pixel's longer step is one texel of a texture of that size; below 0 where it is magnified,
+    and where the next pixel's ray meets no point of the surface's plane."""
+    texels = uv * size
+    return log2(max(1e-6, max(length(dfdx(texels)), length(dfdy(texels)))))
+
+
+@pg.function
+def wrapped(at: vec2, wrap: int) -> vec2:
+    """Coordinates brought into 0..1 as `Texture.wrap` says."""
+    if wrap == 0:
+        return fract(at)
+    if wrap == 1:
+        return clamp(at, vec2(0.0), vec2(1.0))
+    return 1.0 - abs(fract(at * 0.5) * 2.0 - 1.0)
+
+
+@pg.function
+def on_level(levels: Image, at: vec2, size: vec2, number: int) -> vec4:
+    """One level, bilinearly, ``at`` in 0..1."""
+    scale = 1.0 / float(1 << number)
+    top = size.y * (1.0 - 2.0 * scale) + 2.0 * float(number) - 1.0
+    return levels.sample((at * size * scale + vec2(1.0, top)) / vec2(levels.size))
+
+
+@pg.function
+def mipped(base: Image, levels: Image, size: vec2, count: int, wrap: int, at: vec2, level: float) -> vec4:
+    """A texture at a fractional level: a mix of the two levels beside it."""
+    color = vec4(0.0)
+    if count == 0 or level < 1.0:
+        color = base.sample(at)
+    if count > 0 and level > 0.0:
+        inside = wrapped(at, wrap)
+        lower = min(int(floor(level)), count - 1)
+        upper = on_level(levels, inside, size, lower + 1)
+        if lower > 0:
+            color = on_level(levels, inside, size, lower)
+        color = mix(color, upper, min(level - float(lower), 1.0))
+    return color
+
+
+def wrap_number(wrap: Wrap) -> int:
+    """As `wrapped` takes it."""
+    return WRAPS.index(wrap)
 
 
 class TextureInputs:

@@ -2,20 +2,227 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import csv
+import io
+import json
+import platform
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from html import escape
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.bench.charts import Point, pareto_plot
 from passgraph.bench.measure import Row, SceneResult, Settings
-from passgraph.bench.pareto import front
-from passgraph.bench.tables import SHOWN, as_csv, as_json, processor, truth_line
+from passgraph.bench.metrics import front
 from passgraph.bench.truth import Float32, Mask
 from passgraph.pictures import save
-from passgraph.writing import write_text
+from passgraph.writing import NewFile, write_text
+
+#: Distinguishable in print and to most colour-blind readers: M. Okabe, K. Ito, "Color Universal Design", 2008.
+COLORS = ("#000000", "#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#8c6d31", "#7f7f7f", "#b30059")
+MARKERS = "osD^vP*Xp<>h"
+#: Marker areas by map size, points squared.
+AREAS = (26.0, 52.0, 96.0, 150.0)
+#: What an error of 0 is drawn as: the axis is logarithmic.
+LEAST_ERROR = 1e-6
+
+
+@dataclass(frozen=True)
+class Point:
+    """One way to make a picture.
+
+    Attributes
+    ----------
+    name : written beside those that nothing beats
+    series : what is drawn as one line, such as a method at several settings
+    time_ms : of a frame
+    error : RMSE
+    map_size : texels along each side of a shadow map, which marks grow with; 0 where there is none
+    """
+
+    name: str
+    series: str
+    time_ms: float
+    error: float
+    map_size: int = 0
+
+    @property
+    def place(self) -> tuple[float, float]:
+        return self.time_ms, max(self.error, LEAST_ERROR)
+
+
+def pareto_plot(points: Sequence[Point], title: str, path: Path, error: str) -> None:
+    """Time along x and error along y, a mark a point, and the front as a line.
+
+    Parameters
+    ----------
+    points : on one scene and one backend
+    title : over the plot
+    path : a .png or .svg file
+    error : what the error is, for its axis
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.6, 5.0), dpi=110, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    sizes = sorted({p.map_size for p in points})
+    series = list(dict.fromkeys(p.series for p in points))
+    best = [points[i] for i in front([p.place for p in points])]
+    axes.plot(*zip(*(p.place for p in best), strict=True), color="#999999", linewidth=1.2, zorder=1, label="front")
+    for number, name in enumerate(series):
+        own = [p for p in points if p.series == name]
+        color, marker = COLORS[number % len(COLORS)], MARKERS[number % len(MARKERS)]
+        for size in sizes:
+            line = [p.place for p in own if p.map_size == size]
+            if len(line) > 1:
+                axes.plot(*zip(*line, strict=True), color=color, linewidth=0.6, alpha=0.6, zorder=2)
+        area = [AREAS[min(sizes.index(p.map_size), len(AREAS) - 1)] for p in own]
+        times, errors = zip(*(p.place for p in own), strict=True)
+        axes.scatter(times, errors, s=area, color=color, marker=marker, label=name,
+                     edgecolors="white", linewidths=0.5, zorder=3)  # fmt: skip
+    for p in best:
+        text = p.name if len(sizes) == 1 else f"{p.name}, {p.map_size}"
+        axes.annotate(text, p.place, (5, 5), textcoords="offset points", fontsize=7, zorder=4)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for axis in (axes.xaxis, axes.yaxis):
+        _plain_ticks(axis)
+    axes.set_xlabel("time of a frame, ms")
+    axes.set_ylabel(error)
+    axes.set_title(title, fontsize=10)
+    axes.grid(which="both", linewidth=0.3, alpha=0.5)
+    maps = f"; larger marks: larger maps ({', '.join(map(str, sizes))})" if len(sizes) > 1 else ""
+    axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0), title="method")
+    if maps:
+        axes.text(0.0, -0.13, maps[2:], transform=axes.transAxes, fontsize=7)
+    with NewFile(path) as made:
+        figure.savefig(made.temporary)
+        made.complete()
+
+
+def _plain_ticks(axis: Any) -> None:
+    """1, 2, 5, 10 … written as numbers."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+
+
+COLUMNS = (
+    "scene", "backend", "method", "map_size", "frame_ms", "frame_cpu_ms", "filter_ms", "filter_cpu_ms", "upload_ms",
+    "read_back_ms", "rmse", "penumbra_rmse", "ssim", "flip", "false_lit", "false_dark",
+)  # fmt: skip
+
+
+def flat(row: Row) -> dict[str, Any]:
+    """One row with a plain value in each column."""
+    errors = asdict(row.errors)
+    return {
+        "scene": row.scene, "backend": row.backend, "method": row.method, "map_size": row.map_size,
+        "frame_ms": row.frame.wall, "frame_cpu_ms": row.frame.cpu,
+        "filter_ms": row.filter.wall, "filter_cpu_ms": row.filter.cpu,
+        "upload_ms": row.passes.upload, "read_back_ms": row.passes.read_back, **errors,
+    }  # fmt: skip
+
+
+def as_csv(rows: Sequence[Row]) -> str:
+    """A line for each row."""
+    return csv_text(COLUMNS, [flat(row) for row in rows])
+
+
+def csv_text(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> str:
+    """A heading, then a line for each row, numbers with six digits.
+
+    >>> csv_text(("name", "ms"), [{"name": "fast", "ms": 1 / 3}])
+    'name,ms\\nfast,0.333333\\n'
+    """
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow({key: f"{v:.6g}" if isinstance(v, float) else v for key, v in row.items()})
+    return text.getvalue()
+
+
+def as_json(results: Sequence[SceneResult], settings: Settings) -> str:
+    """Everything but the pictures; NaN is null."""
+    made = {
+        "machine": {"system": platform.platform(), "processor": processor(), "python": platform.python_version()},
+        "settings": asdict(settings),
+        "scenes": [
+            {
+                "name": result.name, "triangles": result.scene.triangle_count,
+                "truth": {
+                    "samples": result.truth.samples, "noise": result.truth.noise, "tracer": result.truth.tracer,
+                    "best_rmse": result.best_rmse, "penumbra_pixels": int(result.truth.penumbra.sum()),
+                    "pixels": int(result.truth.counts.sum()),
+                },
+                "failed": list(result.failed),
+                "rows": [{**flat(row), "series": row.series, "passes_ms": row.passes.passes} for row in result.rows],
+            }
+            for result in results
+        ],
+    }  # fmt: skip
+    return json.dumps(_without_nan(made), indent=1, allow_nan=False) + "\n"
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_nan(v) for key, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(v) for v in value]
+    return None if isinstance(value, float) and value != value else value
+
+
+def processor() -> str:
+    """The processor's name, where the system tells it."""
+    try:
+        with open("/proc/cpuinfo", encoding="utf-8") as lines:
+            found = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
+    except OSError:
+        found = ""
+    return found or platform.processor() or platform.machine()
+
+
+def truth_line(result: SceneResult) -> str:
+    """How sure the truth is."""
+    truth = result.truth
+    times = result.best_rmse / truth.noise if truth.noise > 0.0 else float("inf")
+    return (
+        f"{result.name}: truth by {truth.tracer}, {truth.samples} rays a pixel, standard error {truth.noise:.5f}, "
+        f"{times:.0f} times below the least error of a method ({result.best_rmse:.4f})"
+    )
+
+
+#: What tables for people show: heading, and how a row is written there.
+SHOWN: dict[str, Callable[[Row], str]] = {
+    "frame ms": lambda row: f"{row.frame.wall:.1f}",
+    "CPU ms": lambda row: f"{row.frame.cpu:.1f}",
+    "filter CPU ms": lambda row: f"{row.filter.cpu:.1f}",
+    "RMSE": lambda row: f"{row.errors.rmse:.4f}",
+    "penumbra": lambda row: f"{row.errors.penumbra_rmse:.3f}",
+    "SSIM": lambda row: f"{row.errors.ssim:.4f}",
+    "FLIP": lambda row: f"{row.errors.flip:.4f}",
+    "false lit": lambda row: f"{row.errors.false_lit:.2%}",
+    "false dark": lambda row: f"{row.errors.false_dark:.2%}",
+}
+
+
+def as_markdown(rows: Sequence[Row], with_map: bool = True) -> str:
+    """A table for a page, in the order of the rows."""
+    headings = ["method", *(["map"] if with_map else []), *SHOWN]
+    lines = ["| " + " | ".join(headings) + " |", "|" + "---|" * len(headings)]
+    for row in rows:
+        cells = [row.method, *([str(row.map_size)] if with_map else []), *(show(row) for show in SHOWN.values())]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
 
 STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 1320px; padding: 0 1em; color: #222 }

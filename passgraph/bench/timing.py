@@ -12,7 +12,7 @@ import numpy as np
 
 from passgraph.backends.base import Backend, Block, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
 from passgraph.formats import Format
-from passgraph.graph.geometry import Geometry
+from passgraph.graph.draw_state import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.run.program import Program
 from passgraph.scene import Light

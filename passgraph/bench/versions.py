@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Backend
-from passgraph.bench.likeness import flip_map, ssim_map
+from passgraph.bench.metrics import flip_map, ssim_map
 from passgraph.bench.timing import FrameTime, times_in_turn
 from passgraph.errors import InputError
 from passgraph.graph.targets import Target

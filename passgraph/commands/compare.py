@@ -15,7 +15,7 @@ from passgraph.commands.options import (
     named_or_refused,
     size_option,
 )
-from passgraph.commands.progress import progress
+from passgraph.commands.running import progress
 from passgraph.commands.sources import Job, generator_job, picture_job, scene_job, world_job
 from passgraph.commands.verdicts import console, most_ambiguous_option, most_seconds_option, say_equality, say_faults
 from passgraph.effects.registry import Effect

@@ -15,7 +15,7 @@ import click
 import passgraph
 from passgraph import interrupts
 from passgraph.arguments import near, shown
-from passgraph.commands.errors import told
+from passgraph.commands.running import told
 from passgraph.errors import InputError, PassgraphError
 from passgraph.writing import discard_unfinished
 

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from passgraph.commands.clips import Clip
-from passgraph.commands.errors import told
 from passgraph.commands.options import check_computes
-from passgraph.commands.over_frames import Changing
-from passgraph.commands.progress import frame_progress
+from passgraph.commands.parameter_options import Changing
+from passgraph.commands.running import frame_progress, told
 from passgraph.commands.sources import as_distance, effect_output, in_bytes
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
@@ -24,15 +23,14 @@ from passgraph.frames.pipe import Pipe, ToPipe
 from passgraph.frames.remote import connected
 from passgraph.frames.run import frames
 from passgraph.frames.stored import with_channels
-from passgraph.graph.outputs import named_outputs
-from passgraph.graph.targets import OPEN_SRGB, Input, Target
+from passgraph.graph.targets import OPEN_SRGB, Input, Target, named_outputs
 from passgraph.pictures import scaled
 from passgraph.run.compile import compile
 from passgraph.run.finite_checks import NonFinite
 from passgraph.run.program import Program
 
 if TYPE_CHECKING:
-    from passgraph.scene.hardware_depth import HardwareDepth
+    from passgraph.scene.projection import HardwareDepth
 
 
 @dataclass(frozen=True)

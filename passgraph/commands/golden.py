@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.commands.capture import file_name
 from passgraph.commands.files import check_folder
+from passgraph.commands.running import file_name
 from passgraph.errors import InputError
 from passgraph.formats import Format
 from passgraph.reading import check_regular, read_text

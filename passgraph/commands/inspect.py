@@ -9,7 +9,7 @@ import click
 
 from passgraph.commands.compare import job_of
 from passgraph.commands.options import EffectCommand, effect_option, given_parameters, named_or_refused, size_option
-from passgraph.commands.progress import progress
+from passgraph.commands.running import progress
 from passgraph.commands.sources import RENDER_SIZE
 
 

@@ -168,7 +168,7 @@ def option_of(parameter: Parameter, kind: type[EffectOption] = EffectOption) -> 
     elif parameter.type == "text":
         settings |= {"type": str, "metavar": "NAME"}
     elif parameter.of is not None:
-        from passgraph.commands.given_values import TypedValue
+        from passgraph.commands.input_values import TypedValue
 
         settings |= {"type": TypedValue(parameter.of), "metavar": str(parameter.of).upper()}
     elif parameter.type == "int":
@@ -192,7 +192,7 @@ def option_of(parameter: Parameter, kind: type[EffectOption] = EffectOption) -> 
 
 def _shown_default(default: object, between: str) -> str | bool:
     """What help says of a default; True leaves it to click."""
-    from passgraph.commands.given_values import written_value
+    from passgraph.commands.input_values import written_value
 
     return written_value(default).replace(",", between) if isinstance(default, tuple) else True
 

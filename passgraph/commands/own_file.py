@@ -23,11 +23,10 @@ from passgraph.effects.parameters import parameters_of
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
-from passgraph.graph.outputs import named_outputs
-from passgraph.graph.targets import TargetSpec
+from passgraph.graph.targets import TargetSpec, named_outputs
 from passgraph.language.ir import Parameter
 from passgraph.language.kernel import kernel_from_text
-from passgraph.language.limits import ends
+from passgraph.language.parameter_limits import ends
 from passgraph.language.types import (
     FLOAT,
     Array,

@@ -2,32 +2,135 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
 import click
 
-from passgraph.commands.files import FLOAT_SUFFIXES, rate_of
+from passgraph.commands.files import FLOAT_SUFFIXES, check_path, check_picture_path, rate_of
+from passgraph.commands.frames import complain_of, summary_line
 from passgraph.commands.options import (
     EffectCommand,
     backend_option,
     capture_option,
+    check_computes,
     check_finite_option,
     given_parameters,
     output_option,
     profile_option,
     size_option,
 )
-from passgraph.commands.progress import progress
-from passgraph.commands.running import check_outputs, run_and_save
-from passgraph.commands.smoothing import Antialias, antialias_option, chosen, sampled_size, smoothed
-from passgraph.commands.sources import RENDER_SIZE, Job, accepts, job_of_scene, world_job
+from passgraph.commands.running import check_one_picture, check_outputs, frame_progress, progress, run_and_save
+from passgraph.commands.sources import RENDER_SIZE, Job, accepts, job_of_scene, run_values, world_job
 from passgraph.commands.view import VIEW_FIELDS, Seen, View, refuse_view, seen_by, view_options
 from passgraph.errors import InputError
+from passgraph.graph.targets import MAX_SIDE, Target
 
 if TYPE_CHECKING:
     from passgraph.effects.registry import Effect
+    from passgraph.scene import Camera
+
+
+Decorated = TypeVar("Decorated", bound=Callable[..., Any])
+Antialias = Literal["fxaa", "ssaa4", "none"]
+
+
+def antialias_option(command: Decorated) -> Decorated:
+    return click.option(
+        "--antialias", type=click.Choice(get_args(Antialias)),
+        help="How edges are smoothed: fxaa in the finished picture; ssaa4 by four samples a pixel, at four times the "
+        "work; none.  [default: fxaa for pictures for display, none for HDR]",
+    )(command)  # fmt: skip
+
+
+def chosen(antialias: Antialias | None, display: bool) -> Antialias:
+    """What is meant where nothing is said; FXAA of light beyond 1 is refused."""
+    if antialias == "fxaa" and not display:
+        raise InputError(
+            "--antialias fxaa smooths pictures for display, and the result is HDR; use --antialias ssaa4, or --display"
+        )
+    return antialias or ("fxaa" if display else "none")
+
+
+def sampled_size(antialias: Antialias, size: tuple[int, int]) -> tuple[int, int]:
+    """The size at which a scene is drawn."""
+    if antialias != "ssaa4":
+        return size
+    width, height = size[0] * 2, size[1] * 2
+    if max(width, height) > MAX_SIDE:
+        raise InputError(
+            f"--antialias ssaa4 draws {size[0]}x{size[1]} at {width}x{height}, and a side has at most {MAX_SIDE} "
+            "pixels; use --antialias fxaa, or a smaller --size"
+        )
+    return width, height
+
+
+def smoothed(job: Job, antialias: Antialias, display: bool) -> Job:
+    """The job with its outputs smoothed; those of ssaa4 are half as large as what is drawn."""
+    if antialias == "none":
+        return job
+    return replace(job, outputs={name: _smooth(output, antialias, display) for name, output in job.outputs.items()})
+
+
+def _smooth(output: Target, antialias: Antialias, display: bool) -> Target:
+    if antialias == "ssaa4":
+        from passgraph.effects.pictures.supersampled import supersampled
+
+        return supersampled(output, display)
+    from passgraph.effects.pictures.fxaa import fxaa
+
+    return fxaa(output)
+
+
+def check_turntable(output: Path, capture: Path | None, profile: bool, rate: Fraction | None) -> None:
+    """Refuse what cannot be written before the long work."""
+    from passgraph.frames.names import Pattern, is_film
+
+    text = os.fspath(output)
+    check_one_picture(capture, profile, "--turntable makes several")
+    if rate is not None and not is_film(output):
+        raise InputError(f"--rate is for videos, and {text} is none; leave it out, or name one: -o turn.mp4")
+    if is_film(output):
+        check_path(output)
+    elif Pattern.is_in(text):
+        check_picture_path(Pattern(text).path(1))
+    else:
+        raise InputError(
+            f"{text}: is one picture, and --turntable makes several; give a numbered sequence (-o turn.%04d.png) or a "
+            "video (-o turn.mp4), or an animation (-o turn.gif)"
+        )
+
+
+def run_turntable(
+    job: Job, cameras: Sequence[Camera], backend: str | None, output: Path, *, rate: Fraction | None, check_finite: bool
+) -> int:
+    """Run a job once for each camera and write its first output; the exit status.  ``rate``: of a video.
+
+    Raises
+    ------
+    InputError
+        The graph does not take its camera anew with each run, or frames cannot be written.
+    """
+    from passgraph.frames.open import open_film
+    from passgraph.frames.pictures import Numbers
+    from passgraph.frames.run import frames
+    from passgraph.run.compile import compile
+
+    if all(value.name != "camera" for value in run_values(job.outputs)):
+        raise InputError("--turntable: this effect takes no camera with each run, so that it cannot go round the scene")
+    with compile(job.outputs, backend, job.size, check_finite=check_finite) as program:
+        check_computes(type(program.backend))
+        with frame_progress(str(output), len(cameras), complain_of) as step:
+            summary = frames(
+                program, Numbers(len(cameras)), output if rate is None else open_film(output, rate), watch=step,
+                values=lambda number: {**job.given, "camera": cameras[number - 1]},
+            )  # fmt: skip
+        click.echo(summary_line(str(output), summary, program.backend.name))
+    return 0 if summary.whole else 1
 
 
 class RenderCommand(EffectCommand):
@@ -82,8 +185,6 @@ def render(
     view = View(**{name: value for name, value in rest.items() if name in VIEW_FIELDS})
     a_second = None if rate is None else rate_of(rate)
     if view.turntable:
-        from passgraph.commands.turntable import check_turntable
-
         check_turntable(output, capture, profile, a_second)
     elif a_second is not None:
         raise InputError("--rate is for the video of a --turntable, and this is one picture; leave it out")
@@ -94,8 +195,6 @@ def render(
     job = smoothed(job, smoothing, display)
     status = 0
     if view.turntable:
-        from passgraph.commands.turntable import run_turntable
-
         cameras = () if seen is None else seen.cameras
         status = run_turntable(job, cameras, backend, output, rate=a_second, check_finite=check_finite)
     else:

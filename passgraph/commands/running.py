@@ -1,29 +1,153 @@
-"""Compiles and runs a job, times it, and writes its picture: what ``render`` and ``apply`` have in common."""
+"""Compile and run a job: progress, timing, errors, captured passes and the written picture."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
+from numpy.typing import NDArray
 
-from passgraph.commands.capture import Capture
 from passgraph.commands.files import FLOAT_SUFFIXES, check_folder, check_picture_path
 from passgraph.commands.options import check_computes
-from passgraph.commands.progress import progress
 from passgraph.commands.sources import Job, in_bytes
 from passgraph.errors import InputError
 from passgraph.pictures import check_holds_bits
+from passgraph.plan.data import Step
 from passgraph.quantise import quantised
 from passgraph.run.finite_checks import NonFinite
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from passgraph.frames.frame import Outcome
     from passgraph.run.program import Program
+
+
+def told(text: str) -> str:
+    """The text of an error on one line; where a caret points into the line above it, lines stay as they are.
+
+    >>> told("in.png: is no picture\\n  (cut short)")
+    'in.png: is no picture (cut short)'
+    >>> told("mine.py:3: name 'x' is not defined\\n    return x\\n           ^").count("\\n")
+    2
+    """
+    has_caret = any(line.strip() and not line.strip(" \t^") for line in text.split("\n"))
+    return text.rstrip() if has_caret else " ".join(text.split())
+
+
+@contextmanager
+def progress(first: str) -> Iterator[Callable[[str], None]]:
+    """A spinner with a text; the function given changes the text."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(first) as status:
+        yield status.update
+
+
+@contextmanager
+def frame_progress(
+    name: str, count: int | None, complaint: Callable[[Outcome], str]
+) -> Iterator[Callable[[Outcome], None]]:
+    """A bar with frames a second and the time left; the function given is told of each frame.
+
+    ``complaint`` is what is printed of a frame that failed, on a terminal or not.
+    """
+    if not sys.stderr.isatty():
+        yield lambda outcome: click.echo(complaint(outcome), err=True) if outcome.state == "failed" else None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
+    from rich.progress import TimeRemainingColumn as TimeLeft
+    from rich.text import Text
+
+    class Rate(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            return Text(f"{task.speed:.1f} frames/s" if task.speed else "")
+
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), Rate(), TimeLeft())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(name, total=count)
+
+        def step(outcome: Outcome) -> None:
+            if outcome.state == "failed":
+                console.print(complaint(outcome), markup=False, highlight=False, soft_wrap=True)
+            bar.advance(task)
+
+        yield step
+
+
+#: What NaN looks like: a colour that pictures rarely have.
+NAN_COLOUR = (1.0, 0.0, 1.0)
+
+
+class Capture:
+    """An observer of a program's steps that writes each target into a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.count = folder, 0
+        self.lines: list[str] = []
+
+    def __call__(self, step: Step, pictures: dict[str, NDArray[np.float32]]) -> None:
+        from passgraph.pictures import save
+
+        self.count += 1
+        for target, picture in pictures.items():
+            stem = f"{self.count:02}-{file_name(step.name)}-{file_name(target)}"
+            view, shown = viewable(picture)
+            save(self.folder / f"{stem}.png", view)
+            save(self.folder / f"{stem}.npy", picture)
+            self.lines.append(f"  {stem}.png  {picture.shape[1]}x{picture.shape[0]}, {shown}")
+
+    def report(self) -> None:
+        click.echo(f"{len(self.lines)} targets in {self.folder} (exact values in the npy files):")
+        click.echo("\n".join(self.lines))
+
+
+def file_name(name: str) -> str:
+    """
+    >>> file_name("shadow map/0")
+    'shadow_map_0'
+    """
+    return "".join(c if c.isascii() and (c.isalnum() or c in "_.-") else "_" for c in name)
+
+
+def viewable(picture: NDArray[np.float32]) -> tuple[NDArray[np.float32], str]:
+    """Gray or RGB in [0, 1], and in words what is shown.
+
+    Colours within [0, 1] are shown as they are; others, and single channels such as depth, from their
+    smallest to their largest value.  Alpha is left
+    out, since data in it would make the picture invisible; NaN is magenta.
+
+    >>> viewable(np.array([[[2.0], [4.0]]], np.float32))[1]
+    'black is 2, white is 4'
+    """
+    channels = picture.shape[2]
+    colours = picture[:, :, : 1 if channels == 1 else 3]
+    if channels == 2:
+        colours = np.concatenate([colours, np.zeros_like(colours[:, :, :1])], axis=2)
+    finite = colours[np.isfinite(colours)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+    shown = "as stored"
+    if low < 0.0 or high > 1.0 or channels == 1:
+        shown = f"black is {low:.6g}, white is {high:.6g}"
+        colours = ((colours.astype(np.float64) - low) / max(high - low, 1e-30)).astype(np.float32)
+    missing = np.isnan(colours).any(axis=2)
+    view = np.clip(np.nan_to_num(colours, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0).astype(np.float32)
+    if missing.any():
+        view = np.broadcast_to(view, (*view.shape[:2], 3)).copy()
+        view[missing] = NAN_COLOUR
+        shown += f", {int(missing.sum())} pixels are NaN (magenta)"
+    return view, shown
 
 
 def check_one_picture(capture: Path | None, profile: bool, why: str) -> None:
@@ -105,7 +229,7 @@ def _output_of(
     program: Program, wanted: str, job: Job, observer: Capture | None, say: Callable[[str], None]
 ) -> NDArray[Any]:
     """One output of a run, once the device is done."""
-    from passgraph.run.room import room_of
+    from passgraph.run.caller_arrays import room_of
 
     say(f"running on {program.backend.name}")
     room = room_of(program, [wanted])

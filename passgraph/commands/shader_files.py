@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -10,14 +10,30 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from passgraph.cached import cached_property
-from passgraph.commands.flat import flat_volumes
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
+from passgraph.language import ir
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
     from passgraph.effects.parameters import Parameter, ParameterType
     from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter
+
+
+def read_as_volumes(program: ir.TypedKernel) -> list[str]:
+    """The images whose slices a kernel asks for."""
+    read = ir.expressions(*program.body, *(result.value for result in program.results))
+    return list(dict.fromkeys(one.image for one in read if isinstance(one, ir.Property) and one.name == "slices"))
+
+
+def flat_volumes(outputs: Iterable[Any]) -> list[str]:
+    """The names of pictures without slices that passes behind these targets read as volumes."""
+    from passgraph.graph.targets import PixelPass
+    from passgraph.plan.collect import passes_behind
+
+    passes = [made for made in passes_behind(list(outputs)) if isinstance(made, PixelPass)]
+    return [name for one in passes for name in read_as_volumes(one.kernel.program) if one.images[name].slice_count == 1]
+
 
 #: What commands call options, arguments and inputs of their own; a shader's parameter of such a name has `PREFIX`.
 RESERVED = frozenset(
@@ -73,8 +89,8 @@ class ShaderFileEffect(Effect):
     def on_inputs(self) -> Graph:
         """On inputs by the shader's own names; parameters are values of the run, where sizes do not need them."""
         import passgraph as pg
-        from passgraph.graph.outputs import named_outputs
-        from passgraph.graph.values import FILLED_IN
+        from passgraph.graph.run_values import FILLED_IN
+        from passgraph.graph.targets import named_outputs
 
         settable = self.shader.parameters.keys() - FILLED_IN.keys() - set(self.shader.constants)
         values: dict[str, Any] = {

@@ -16,14 +16,13 @@ from passgraph.commands.files import is_several
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.graph.calls import kernel
-from passgraph.graph.outputs import named_outputs
-from passgraph.graph.targets import Input, InputSpec, Target, target
-from passgraph.graph.values import Value, sources_of
-from passgraph.run.admission import format_of
+from passgraph.graph.run_values import Value, sources_of
+from passgraph.graph.targets import Input, InputSpec, Target, named_outputs, target
+from passgraph.run.caller_arrays import format_of
 
 if TYPE_CHECKING:
     from passgraph.scene import Scene
-    from passgraph.scene.hardware_depth import HardwareDepth
+    from passgraph.scene.projection import HardwareDepth
 
 #: Size of rendered pictures where none is asked for.
 RENDER_SIZE = (1280, 720)

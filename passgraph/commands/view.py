@@ -18,7 +18,7 @@ from passgraph.errors import InputError
 from passgraph.scene import Camera, Light, Scene
 from passgraph.scene.camera import DEFAULT_AZIMUTH_RAD, DEFAULT_ELEVATION_RAD, DEFAULT_FOV_RAD
 from passgraph.scene.ground import lacks_ground, seeing_ground
-from passgraph.scene.light import exposed
+from passgraph.scene.lights import exposed
 from passgraph.scene.matrices import MOST_RADIUS
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])

@@ -19,11 +19,10 @@ import numpy as np
 from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.frames.remote import check_unchanged, told, travelling_values
-from passgraph.frames.tiles_bound import bound, result_size, whole_plan
-from passgraph.frames.tiles_grid import Tile
-from passgraph.frames.tiles_parts import Part, checked_dtype, checked_shape
-from passgraph.plan.footprint import footprint
-from passgraph.run.admission import GREY_CHANNELS
+from passgraph.frames.tiles_grid import Part, Tile, checked_dtype, checked_shape
+from passgraph.frames.tiles_run import bound, result_size, whole_plan
+from passgraph.plan.window import footprint
+from passgraph.run.caller_arrays import GREY_CHANNELS
 from passgraph.run.program import Program
 
 #: (first, one behind the last) of a chunk along an axis, and of the window that it is computed from.

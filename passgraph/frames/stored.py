@@ -12,7 +12,7 @@ from passgraph.frames.frame import Stored
 from passgraph.graph.targets import InputSpec
 from passgraph.pictures import scaled
 from passgraph.quantise import quantised
-from passgraph.run.admission import GREY_CHANNELS, format_of
+from passgraph.run.caller_arrays import GREY_CHANNELS, format_of
 from passgraph.srgb import srgb_to_linear
 
 

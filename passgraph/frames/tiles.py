@@ -13,10 +13,9 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.frames.tiles_bound import Graph
 from passgraph.frames.tiles_grid import Grid
 from passgraph.frames.tiles_job import Wanted, blocks_room, prepared
-from passgraph.frames.tiles_run import Advance, Job, Progress, run_tiles, shown
+from passgraph.frames.tiles_run import Advance, Graph, Job, Progress, run_tiles, shown
 from passgraph.frames.tiles_sinks import Sink, planned_sink
 from passgraph.frames.tiles_sources import Source
 from passgraph.image_files import Metadata

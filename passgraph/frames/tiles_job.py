@@ -12,16 +12,14 @@ from typing import TYPE_CHECKING, Any
 from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.formats import Format
-from passgraph.frames.tiles_bound import Bound, Graph, admitted_part, bound, result_size, whole_plan
-from passgraph.frames.tiles_grid import Cost, grid_of
-from passgraph.frames.tiles_parts import PIECE_PIXELS
-from passgraph.frames.tiles_run import Job
+from passgraph.frames.tiles_grid import PIECE_PIXELS, Cost, grid_of
+from passgraph.frames.tiles_run import Bound, Graph, Job, admitted_part, bound, result_size, whole_plan
 from passgraph.frames.tiles_sinks import Sink
 from passgraph.frames.tiles_sources import Grey, Source, open_source
 from passgraph.graph.targets import InputSpec
 from passgraph.plan.data import Memory, Options, Plan
-from passgraph.plan.footprint import Footprint, footprint
-from passgraph.plan.memory import bytes_of, told
+from passgraph.plan.limits import bytes_of, told
+from passgraph.plan.window import Footprint, footprint
 from passgraph.run.finite_checks import NonFinite
 
 if TYPE_CHECKING:

@@ -11,11 +11,9 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.frames.tiles_bound import Graph, Windows
-from passgraph.frames.tiles_grid import Grid, Tile
+from passgraph.frames.tiles_grid import Convert, Grid, Numbers, Part, Tile
 from passgraph.frames.tiles_job import Wanted, prepared
-from passgraph.frames.tiles_parts import Convert, Numbers, Part
-from passgraph.frames.tiles_run import Job
+from passgraph.frames.tiles_run import Graph, Job, Windows
 from passgraph.frames.tiles_sources import Source
 from passgraph.plan.data import Options, Plan
 from passgraph.run.finite_checks import NonFinite

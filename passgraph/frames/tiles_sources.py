@@ -11,8 +11,8 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.frames.tiles_parts import Numbers, Part, block_of, checked_dtype, checked_shape, imported
-from passgraph.run.admission import GREY_CHANNELS
+from passgraph.frames.tiles_grid import Numbers, Part, block_of, checked_dtype, checked_shape, imported
+from passgraph.run.caller_arrays import GREY_CHANNELS
 
 
 class Source(Protocol):

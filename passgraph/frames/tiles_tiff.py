@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
-from passgraph.frames.tiles_parts import Convert, Numbers, Part, checked_dtype, checked_shape, imported, pieces
+from passgraph.frames.tiles_grid import Convert, Numbers, Part, checked_dtype, checked_shape, imported, pieces
 from passgraph.image_files import Metadata
 
 #: Sides of the tiles that are written, in pixels: what readers of large pictures expect; a multiple of 16 by the

@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.frames.tiles_bound import Windows, admitted_part, bound, whole_plan
-from passgraph.frames.tiles_grid import Tile
-from passgraph.frames.tiles_parts import Numbers
+from passgraph.frames.tiles_grid import Numbers, Tile
+from passgraph.frames.tiles_run import Windows, admitted_part, bound, whole_plan
 from passgraph.frames.tiles_sources import Source, open_source
 from passgraph.frames.worker import Named, Programs, compiled
-from passgraph.plan.footprint import footprint
+from passgraph.plan.window import footprint
 
 #: What workers know such graphs by, and how many shapes of windows they keep: chunks at edges have shapes of their own.
 WINDOWS, MOST_WINDOWS = "passgraph-windows", 8

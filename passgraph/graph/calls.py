@@ -12,12 +12,11 @@ from passgraph import arguments
 from passgraph.arguments import flag, instance, text
 from passgraph.errors import GraphError
 from passgraph.formats import Format, float_format
+from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import InputSpec, PixelPass, Target, TargetSpec
-from passgraph.graph.values import Derived, Value
 from passgraph.language import ir
-from passgraph.language.buffers import checked_numbers, is_buffer
 from passgraph.language.kernel import Kernel, function_source, kernel_from_text
-from passgraph.language.layout import components, in_range
+from passgraph.language.long_arrays import checked_numbers, is_buffer
 from passgraph.language.meanings import uint_of_bits
 from passgraph.language.scope import FunctionSource
 from passgraph.language.types import (
@@ -40,6 +39,7 @@ from passgraph.language.types import (
     plain_parts,
     sides_of,
 )
+from passgraph.language.uniform_layout import components, in_range
 
 if TYPE_CHECKING:
     import networkx as nx

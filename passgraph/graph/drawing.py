@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.errors import GraphError
 from passgraph.graph.calls import _check_result, pass_name, split_arguments
-from passgraph.graph.draw_state import BLENDS, Blend, DrawState, Stencil
-from passgraph.graph.geometry import Geometry, frozen
+from passgraph.graph.draw_state import BLENDS, Blend, DrawState, Geometry, Stencil, frozen
 from passgraph.graph.targets import DrawPass, Target, TargetSpec
 from passgraph.language.kernel import Kernel
 from passgraph.language.types import Struct

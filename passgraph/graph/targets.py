@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import NoReturn, TypeAlias
+from typing import Any, NoReturn, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
-from passgraph.graph.draw_state import DrawState
-from passgraph.graph.formulas import Formula, check_formula
-from passgraph.graph.geometry import Geometry
+from passgraph.graph.draw_state import DrawState, Geometry
+from passgraph.graph.run_values import Formula, check_formula
 from passgraph.language.border_rules import BORDERS
 from passgraph.language.kernel import Kernel
 
@@ -66,7 +65,7 @@ class Blocks:
 
 @dataclass(frozen=True, slots=True)
 class Computed:
-    """Sides as formulas of the output's, rounded down, at least one pixel; see `passgraph.graph.formulas`."""
+    """Sides as formulas of the output's, rounded down, at least one pixel; see `passgraph.graph.run_values`."""
 
     width: Formula
     height: Formula
@@ -475,3 +474,37 @@ def previous(spec: TargetSpec | Target, frames_ago: int = 1) -> Target:
     arguments.instance(spec, TargetSpec, "what pg.previous takes", expected)
     arguments.whole(frames_ago, f"previous of {spec.name!r}: frames_ago", 1, MOST_FRAMES_AGO)
     return Target(spec, frames_ago=frames_ago)
+
+
+Outputs: TypeAlias = "Target | Iterable[Target] | Mapping[str, Target]"
+
+
+def named_outputs(outputs: Any) -> dict[str, Target]:
+    """One target, several, or a mapping, as a mapping by result name."""
+    if isinstance(outputs, (Target, TargetSpec)):
+        outputs = [outputs]
+    if isinstance(outputs, Mapping):
+        for name, target in outputs.items():
+            arguments.text(name, "the name of an output")
+            _check_target(target)
+        return dict(outputs)
+    if isinstance(outputs, (str, bytes, np.ndarray)) or not isinstance(outputs, Iterable):
+        raise GraphError(f"compile takes targets that passes returned, got {arguments.shown(outputs)}")
+    named: dict[str, Target] = {}
+    for target in outputs:
+        _check_target(target)
+        if target.name in named:
+            raise GraphError(
+                f"two outputs are called {target.name!r}; give a mapping: pg.compile({{'first': ..., 'second': ...}})"
+            )
+        named[target.name] = target
+    return named
+
+
+def _check_target(target: object) -> None:
+    if isinstance(target, TargetSpec):
+        raise GraphError(
+            f"compile takes targets that passes returned, got target {target.name!r} is declared but not written"
+        )
+    if not isinstance(target, Target):
+        raise GraphError(f"compile takes targets that passes returned, got {arguments.shown(target)}")

@@ -1,13 +1,38 @@
-"""Vector and matrix operations, taken apart into scalar ones, sums in source order."""
+"""Take vector and matrix operations apart into scalar ones, sums in source order."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from passgraph.language import scalar as s
 from passgraph.language.emitter import Emitter
 from passgraph.language.types import Matrix, Type
+
+
+@dataclass(frozen=True)
+class Steps:
+    """A function's operations in order, of values 1, 2 … that it is given."""
+
+    body: tuple[s.Op | s.Choose, ...]
+    result: s.Operand
+
+    def repeated(self, e: Emitter, arguments: Sequence[s.Operand]) -> s.Operand:
+        """The same on other values; folded and shared as if it had been taken apart there."""
+        found: dict[int, s.Operand] = dict(enumerate(arguments, 1))
+
+        def of(x: s.Operand) -> s.Operand:
+            return found[x.id] if isinstance(x, s.Val) else x
+
+        for i in self.body:
+            e.step()  # what is folded or shared takes its time too
+            if isinstance(i, s.Op):
+                found[i.to.id] = e.op(i.operation, *[of(x) for x in i.arguments], span=i.span)
+            else:
+                found[i.to.id] = e.choose(of(i.condition), of(i.then), of(i.orelse))
+        return of(self.result)
+
 
 Values: TypeAlias = list[s.Operand]
 Expansion: TypeAlias = Callable[[Emitter, list[Values], list[Type]], Values]

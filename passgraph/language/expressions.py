@@ -7,12 +7,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, cast
 
-from passgraph.language import images, ir, symbols
+from passgraph.language import image_reads, ir, symbols
 from passgraph.language.composites import array_of, each_image, entry, of_constant
-from passgraph.language.folding import decided
 from passgraph.language.operations import OPERATIONS, called, signed
-from passgraph.language.powers import written_power
-from passgraph.language.quads import DERIVATIVES, STAGES, derivative
+from passgraph.language.quad_derivatives import DERIVATIVES, STAGES, derivative
 from passgraph.language.scope import FunctionSource, ModuleName, number, written
 from passgraph.language.signature import resolve
 from passgraph.language.source import Span, fail
@@ -31,6 +29,7 @@ from passgraph.language.types import (
     Struct,
     Type,
     Vector,
+    element_of,
     is_plain,
 )
 from passgraph.language.typing_rules import apply, binary, unify, widen
@@ -39,6 +38,7 @@ from passgraph.language.values import (
     ArrayValue,
     ImageChoice,
     ImageValue,
+    Namer,
     Part,
     StructValue,
     TupleValue,
@@ -46,6 +46,7 @@ from passgraph.language.values import (
     choose,
     coerce,
     construct,
+    decided,
     index_into,
     of_bools,
     part_type,
@@ -55,6 +56,44 @@ from passgraph.language.values import (
 
 if TYPE_CHECKING:
     from passgraph.language.frame import Frame
+
+
+#: Whole exponents up to this size are multiplied out.
+_MAX_EXPANDED = 16
+
+
+def written_power(base: ir.Expr, exponent: ir.Expr, span: Span, name: Namer) -> ir.Expr:
+    """``base ** exponent``; ``name`` puts what is used twice behind a name."""
+    literal, sign = exponent, 1
+    if isinstance(literal, ir.Apply) and literal.operation == "neg":
+        literal, sign = literal.arguments[0], -1
+    if isinstance(literal, ir.Literal) and literal.type is INT:
+        n = sign * int(literal.value)
+        if abs(n) <= _MAX_EXPANDED:
+            return _whole_power(base, n, span, name)
+    return apply("pow", [base, exponent], span)
+
+
+def _whole_power(base: ir.Expr, n: int, span: Span, name: Namer) -> ir.Expr:
+    if not isinstance(base.type, (Scalar, Vector)) or element_of(base.type) is BOOL:
+        fail(span, f"** does not take {base.type}")
+    if n < 0:
+        one = ir.Literal(FLOAT, 1.0, span)
+        return apply("div", [one, _whole_power(base, -n, span, name)], span)
+    if n == 0:
+        ones = ir.Literal(element_of(base.type), 1.0 if element_of(base.type) is FLOAT else 1, span)
+        return ones if isinstance(base.type, Scalar) else ir.Construct(base.type, (ones,) * base.type.size, span)
+    base = name(base, span)
+    result: ir.Expr | None = None
+    square = base
+    while n:
+        if n & 1:
+            result = square if result is None else apply("mul", [result, square], span)
+        n >>= 1
+        if n:
+            square = name(apply("mul", [square, square], span), span)
+    assert result is not None
+    return result
 
 
 def _operators() -> dict[type[ast.AST], str]:
@@ -170,7 +209,7 @@ class Expressions:
                 fail(span, f"{base.struct.name} has no field {node.attr!r}; it has {', '.join(base.fields)}")
             return base.fields[node.attr]
         if isinstance(base, ImageValue):
-            return images.attribute(base, node.attr, span)
+            return image_reads.attribute(base, node.attr, span)
         if isinstance(base, TupleValue):
             fail(span, "a tuple has no attributes; unpack it first")
         if not isinstance(base, ArrayValue) and isinstance(base.type, Vector):
@@ -289,7 +328,7 @@ class Expressions:
         if not isinstance(node.func, (ast.Name, ast.Attribute)):
             fail(span, "only named functions can be called")
         if isinstance(node.func, ast.Attribute) and not self._is_outer(node.func):
-            from passgraph.language.foreign import method_spelling
+            from passgraph.language.scope import method_spelling
 
             fail(span, f"values have no methods; got .{node.func.attr}(){method_spelling(node.func.attr)}")
         meaning = resolve(node.func, self.frame.scope, self.frame.source)
@@ -331,9 +370,9 @@ class Expressions:
         if any(keyword.arg is None for keyword in node.keywords):
             fail(span, "the kernel language has no ** arguments")
         named = {str(keyword.arg): self.value(keyword.value) for keyword in node.keywords}
-        given = images.bound(method, [self.value(argument) for argument in node.args], named, span)
+        given = image_reads.bound(method, [self.value(argument) for argument in node.args], named, span)
         given = {name: self.frame.name_it(value, span) for name, value in given.items()}
-        return images.read(self.frame.inline_library, base, method, given, span)
+        return image_reads.read(self.frame.inline_library, base, method, given, span)
 
     def _of_each_image(self, choice: ImageChoice, node: ast.Call | ast.Attribute | ast.Subscript) -> Part:
         """A read of an image that an index chooses: for each as if it had a name, with arguments computed once."""

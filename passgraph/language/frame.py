@@ -8,13 +8,12 @@ from typing import TypeVar, cast
 
 from passgraph.errors import KernelError
 from passgraph.language import ir
-from passgraph.language.assignments import Assignments
-from passgraph.language.buffers import check_local
+from passgraph.language.assignments import Assignments, Place, Variable, new_variable, read_variable, zero_of
 from passgraph.language.composites import Lists, alone, mapped, nth, spread
 from passgraph.language.expressions import STAGE_VALUES, Expressions
-from passgraph.language.folding import settled
 from passgraph.language.library import library_function, written_function
-from passgraph.language.quads import expanded
+from passgraph.language.long_arrays import check_local
+from passgraph.language.quad_derivatives import expanded
 from passgraph.language.scope import FunctionSource, Scope, typed_constant
 from passgraph.language.signature import Signature, read_signature
 from passgraph.language.source import Span, fail
@@ -41,8 +40,8 @@ from passgraph.language.values import (
     TupleValue,
     coerce,
     part_type,
+    settled,
 )
-from passgraph.language.variables import Place, Variable, new_variable, read_variable, zero_of
 
 T = TypeVar("T")
 #: Calls inside calls; deeper is almost surely recursion through a chain.

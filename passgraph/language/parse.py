@@ -10,9 +10,10 @@ from collections.abc import Iterable, Mapping
 
 from passgraph.errors import KernelError
 from passgraph.language import ir
-from passgraph.language.buffers import check_reads
+from passgraph.language.assignments import Variable
 from passgraph.language.composites import array_part
 from passgraph.language.frame import KEPT, Builder, Frame
+from passgraph.language.long_arrays import check_reads
 from passgraph.language.scope import FunctionSource, Scope
 from passgraph.language.signature import VERTEX, read_signature
 from passgraph.language.source import Span, fail
@@ -32,7 +33,6 @@ from passgraph.language.types import (
     image_names,
 )
 from passgraph.language.values import ImageValue, Part, StructValue
-from passgraph.language.variables import Variable
 
 
 def parse_kernel(function: FunctionSource, stage: ir.Stage) -> ir.TypedKernel:

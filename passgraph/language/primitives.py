@@ -12,8 +12,8 @@ from functools import partial as _partial
 
 import numpy as _np
 
-from passgraph.language import domains as _in
 from passgraph.language import meanings as _of
+from passgraph.language import operation as _in
 from passgraph.language.operation import row as _any_row
 
 _row = _partial(_any_row, "primitive")

@@ -8,9 +8,8 @@ from typing import Annotated, Any
 
 from passgraph.errors import InputError
 from passgraph.language import ir, symbols
-from passgraph.language import limits as limits_of
-from passgraph.language.buffers import check_local, check_sizes
-from passgraph.language.layout import in_range
+from passgraph.language import parameter_limits as limits_of
+from passgraph.language.long_arrays import check_local, check_sizes
 from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
@@ -32,6 +31,7 @@ from passgraph.language.types import (
     plain_parts,
     sides_of,
 )
+from passgraph.language.uniform_layout import in_range
 
 #: What a mesh can hand to a vertex kernel, with the value where the mesh has none.
 VERTEX_FIELDS: dict[str, tuple[Type, tuple[float, ...]]] = {
@@ -69,7 +69,7 @@ def resolve(node: ast.expr, scope: Scope, source: Source) -> object:
         base = resolve(node.value, scope, source)
         if isinstance(base, ModuleName):
             if not hasattr(base.module, node.attr):
-                from passgraph.language.foreign import mending
+                from passgraph.language.scope import mending
 
                 mend = mending(node.attr, (name for name in vars(base.module) if not name.startswith("_")))
                 fail(span, f"module {base.module.__name__} has no {node.attr!r}{mend}")

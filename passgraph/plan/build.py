@@ -11,15 +11,13 @@ from collections.abc import Mapping
 from passgraph.formats import Format
 from passgraph.graph.targets import Target
 from passgraph.plan.collect import collect
-from passgraph.plan.cull import cull
 from passgraph.plan.data import Options, Plan
 from passgraph.plan.emit import emit
 from passgraph.plan.fuse import fuse
-from passgraph.plan.limits import Limits
+from passgraph.plan.limits import Limits, check
 from passgraph.plan.order import order
 from passgraph.plan.specialise import specialise
-from passgraph.plan.trim import trim
-from passgraph.plan.within_limits import check
+from passgraph.plan.trim import cull, trim
 
 
 def build(

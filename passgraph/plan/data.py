@@ -13,8 +13,8 @@ from passgraph.arguments import flag
 from passgraph.cached import cached_property
 from passgraph.formats import Format
 from passgraph.graph.draw_state import DrawState
+from passgraph.graph.run_values import Value, sources_of
 from passgraph.graph.targets import DrawPass, InputSpec, PixelPass
-from passgraph.graph.values import Value, sources_of
 from passgraph.language.types import Array
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ class Memory:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class BufferSpec(InputSpec):
-    """The picture of a long array of a parameter (:mod:`passgraph.language.buffers`).
+    """The picture of a long array of a parameter (:mod:`passgraph.language.long_arrays`).
 
     ``value`` is the parameter's, ``fields`` lead from it to the array.
     """
@@ -248,6 +248,6 @@ class Plan:
 
     def svg(self) -> str:
         """The plan as a drawing: steps from top to bottom, pictures beside them with their lifetimes."""
-        from passgraph.plan.svg import svg
+        from passgraph.plan.explain import svg
 
         return svg(self)

@@ -8,8 +8,8 @@ from heapq import heappop, heappush
 from itertools import pairwise
 
 from passgraph.formats import Format
+from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import DrawPass, InputSpec, Pass, Target, TargetSpec
-from passgraph.graph.values import Derived, Value
 from passgraph.plan.data import BufferSpec, CopyStep, DrawStep, Memory, PixelStep, Plan, Resource, Step, lifetimes
 from passgraph.plan.order import Copies
 from passgraph.plan.work import Lowered, Work

@@ -14,7 +14,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from passgraph.formats import FORMATS, Format
-from passgraph.language.nameless import nameless
+from passgraph.language.scalar import nameless
 
 if TYPE_CHECKING:
     from passgraph.graph.calls import PixelKernel
@@ -54,8 +54,7 @@ def known_work(step: PixelStep) -> Counting | None:
     if not _is_of(step, (COUNTED,)):
         return None
     # Few plans count, and these kernels take a while to read.
-    from passgraph.graph.reduction_kernels import count_bins
-    from passgraph.graph.reductions import MOST_BINS
+    from passgraph.graph.reductions import MOST_BINS, count_bins
 
     if 16 * step.size[0] > MOST_BINS or not _runs(step, count_bins, (COUNTED,), "zero"):
         return None
@@ -75,7 +74,7 @@ def counting_of(steps: Sequence[PixelStep]) -> Counting | None:
     known, (width, height) = counts.known, numbers.size
     if known is None or counts.reads != numbers.outputs or counts.size[1] != height:
         return None
-    from passgraph.graph.reduction_kernels import SIDE, sum_counts
+    from passgraph.graph.reductions import SIDE, sum_counts
 
     each, below = 1, counts
     for level in levels:

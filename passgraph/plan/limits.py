@@ -1,9 +1,18 @@
-"""What a device takes: facts that a backend states, fusion stops at, and a plan is held against (within_limits.py)."""
+"""Limits of a device and of memory: checked on the plan, before anything is allocated."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+from passgraph import arguments
+from passgraph.errors import BackendError, GraphError, InputError
+from passgraph.language.scalar import ScalarProgram, trips
+from passgraph.plan.data import DrawStep, PixelStep, Plan, Resource, Step
 
 #: Where a device has no limit of its own.
 NONE = 1 << 62
@@ -60,3 +69,160 @@ class Limits:
             and self.numbers_taken(floats, ints) <= self.numbers
             and trips <= self.trips
         )
+
+
+def check(plan: Plan, limits: Limits) -> None:
+    """Refuse what the device does not take, before anything is made there.
+
+    Raises
+    ------
+    BackendError
+        With the pass, the limit and the device.
+    """
+    writers = {resource: step.name for step in plan.steps for resource in step.writes}
+    for resource in plan.resources:
+        _check_picture(resource, writers.get(resource.id), limits)
+    for step in plan.steps:
+        if isinstance(step, (PixelStep, DrawStep)):
+            _check_bindings(step, limits)
+            for program in _programs(step):
+                _check_numbers(step, program, limits)
+                _check_trips(step, program, limits)
+        if isinstance(step, DrawStep) and len(step.varyings) > limits.varyings:
+            _refuse(
+                step, f"hands over {len(step.varyings)} numbers from vertex to fragment kernel", limits,
+                limits.varyings, "hand over fewer",
+            )  # fmt: skip
+
+
+def _check_picture(resource: Resource, writer: str | None, limits: Limits) -> None:
+    format_ = resource.format
+    what = f"input {resource.name!r}" if writer is None else f"pass {writer!r}: target {resource.name!r}"
+    lacks = limits.not_kept.get(format_.number) or (writer is not None and limits.not_written.get(format_.number))
+    if lacks and not format_.is_depth:
+        raise BackendError(
+            f"{what} is {format_.name}; {limits.device} has no {'target' if writer else 'picture'} of that format, "
+            f"which takes {lacks}; give it another one, such as rgba8, or use another backend"
+        )
+    width, height = resource.size
+    size = width * height * resource.format.bytes_per_pixel
+    for found, limit, unit in (
+        (max(width, height), limits.side, "pixels a side"),
+        (width * height, limits.pixels, "pixels in a picture"),
+        (size, limits.picture_bytes, "bytes in a picture"),
+    ):
+        if found > limit:
+            raise BackendError(
+                f"{what} is {width}x{height} {resource.format.name} ({size / 2**20:.0f} MiB); {limits.device} takes "
+                f"{limit:,} {unit}; use a smaller size or format, or another backend"
+            )
+
+
+def _programs(step: PixelStep | DrawStep) -> Iterable[ScalarProgram]:
+    programs = (step.program,) if isinstance(step, PixelStep) else (step.vertex, step.fragment)
+    return [program for program in programs if program is not None]
+
+
+def _check_bindings(step: PixelStep | DrawStep, limits: Limits) -> None:
+    images, targets = sum(len(program.images) for program in _programs(step)), len(step.outputs)
+    if images > limits.images:
+        _refuse(step, f"reads {images} images", limits, limits.images, "split the kernel")
+    if targets > limits.targets:
+        _refuse(step, f"writes {targets} targets", limits, limits.targets, "split the kernel")
+    if images + targets > limits.bindings:
+        _refuse(step, f"has {images + targets} images and targets", limits, limits.bindings, "split the kernel")
+
+
+def _check_numbers(step: Step, program: ScalarProgram, limits: Limits) -> None:
+    limit = limits.vertex_numbers if program.stage == "vertex" else limits.numbers
+    needed = limits.numbers_taken(program.float_count, program.int_count)
+    if needed > limit:
+        mend = "make some of them Const, or put them into a picture"
+        _refuse(step, f"has {needed} numbers as parameters of kernel {program.name}", limits, limit, mend)
+
+
+def _check_trips(step: Step, program: ScalarProgram, limits: Limits) -> None:
+    # Loops that are left early mostly make few of the trips that they may make.
+    made = trips(program.body, certain=True) if limits.trips < NONE else 0
+    if made > limits.trips:
+        mend = "make fewer in one pass, or use another backend"
+        _refuse(step, f"makes {made:,} trips of loops a pixel in kernel {program.name}", limits, limits.trips, mend)
+
+
+def _refuse(step: Step, what: str, limits: Limits, limit: int, mend: str) -> None:
+    raise BackendError(f"pass {step.name!r} {what}; {limits.device} takes {limit:,} in one pass; {mend}")
+
+
+_UNITS = {"": 1, "k": 10**3, "m": 10**6, "g": 10**9, "t": 10**12}
+_BINARY = {"ki": 1 << 10, "mi": 1 << 20, "gi": 1 << 30, "ti": 1 << 40}
+#: A number of bytes beyond this is a typing error.
+MOST_BYTES = 1 << 52
+#: Of the machine's memory, what a plan takes by default at most.
+SHARE = 0.5
+#: Where control groups say how much a container may take (version 2, version 1).
+_CGROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
+#: Targets that a message names.
+_NAMED = 3
+
+
+def bytes_of(memory: object) -> int:
+    """A number of bytes, such as ``1_000_000``, ``"1 GB"`` or ``"512 MiB"``.
+
+    >>> bytes_of("1 GB"), bytes_of("1.5 KiB")
+    (1000000000, 1536)
+    """
+    if isinstance(memory, str):
+        found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([kmgt]?i?)b?\s*", memory.lower())
+        unit = None if found is None else {**_UNITS, **_BINARY}.get(found[2])
+        if found is None or unit is None:
+            raise InputError(f"memory must be bytes, such as '1 GB' or '512 MiB', got {arguments.shown(memory)}")
+        memory = int(float(found[1]) * unit)
+    return arguments.whole(memory, "memory (bytes)", 1, MOST_BYTES, InputError)
+
+
+def told(count: int) -> str:
+    """Bytes as messages tell them."""
+    return f"{count / 1e9:.1f} GB" if count >= 10**9 else f"{-(-count // 10**6)} MB"
+
+
+@cache
+def machine_memory() -> int:
+    """The memory of the machine, or of the container that this process runs in; bytes."""
+    found = [_physical_memory()]
+    for name in _CGROUPS:
+        try:
+            found.append(int(Path(name).read_text()))
+        except (OSError, ValueError):  # no such group, or "max"
+            continue
+    return min(found)
+
+
+def _physical_memory() -> int:
+    try:
+        return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, ValueError, OSError):  # not POSIX
+        return MOST_BYTES
+
+
+def check_memory(plan: Plan, allowed: int | None) -> None:
+    """Refuse a plan that allocates more than ``allowed`` bytes, or than half of the machine's memory.
+
+    Raises
+    ------
+    GraphError
+        With the largest targets and their sizes.
+    """
+    limit = int(SHARE * machine_memory()) if allowed is None else allowed
+    if plan.bytes <= limit:
+        return
+    largest = sorted(plan.resources, key=lambda resource: -plan.memories[resource.memory].bytes)[:_NAMED]
+    named = ", ".join(
+        f"{resource.name} {resource.size[0]}x{resource.size[1]} {resource.format.name} "
+        f"({told(plan.memories[resource.memory].bytes)})"
+        for resource in largest
+    )
+    why = "half of this machine's memory" if allowed is None else "the memory that is given"
+    raise GraphError(
+        f"the targets of this graph take {told(plan.bytes)}, and at most {told(limit)} are allowed, {why}; the largest "
+        f"are {named}. Make them smaller, compute in tiles (pg.tiled), or allow more: pg.compile(…, memory='16 GB')"
+    )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Container
 
 from passgraph.errors import GraphError
-from passgraph.graph.formulas import computed_side
+from passgraph.graph.run_values import OUTPUT_SIZE, computed_side, sources_of
 from passgraph.graph.targets import (
     MAX_SIDE,
     Absolute,
@@ -20,7 +20,6 @@ from passgraph.graph.targets import (
     Target,
     TargetSpec,
 )  # fmt: skip
-from passgraph.graph.values import OUTPUT_SIZE, sources_of
 from passgraph.plan.work import Lowered, Work
 
 #: Largest picture that a plan will ask memory for, in bytes: a typing error in a size should not swap a machine to

@@ -1,22 +1,235 @@
-"""A plan for one window of its picture: the same passes on fewer pixels, with the results of the whole.
-
-Kernels ask where they are and how large pictures are; in a window the answers are those of the whole picture, so the
-scalar programs are rewritten: ``pixel()`` becomes the window's origin and the pixel within it, a size that of the
-whole.  Both come as a parameter, so one compiled program serves every window of one shape, whatever the picture.
-"""
+"""Windows of a plan: how far its results reach, and the plan that computes one window."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
-from dataclasses import replace
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cache
 from itertools import chain
+from typing import NamedTuple, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
 
 from passgraph.errors import GraphError
-from passgraph.graph.values import Value
+from passgraph.graph.run_values import Value
+from passgraph.graph.targets import Blocks
 from passgraph.language import scalar as s
+from passgraph.language.borders import border_place
 from passgraph.language.types import IVEC4
-from passgraph.plan.data import PixelStep, Plan, Step
-from passgraph.plan.footprint import Footprint
+from passgraph.plan.data import PixelStep, Plan, Resource, Step
+
+
+class Halo(NamedTuple):
+    """Pixels around a rectangle."""
+
+    left: int = 0
+    right: int = 0
+    up: int = 0
+    down: int = 0
+
+    def over(self, other: Halo) -> Halo:
+        """The larger of both on every side."""
+        return Halo(*map(max, self, other))
+
+    def beyond(self, other: Halo) -> Halo:
+        """This much around what lies ``other`` around."""
+        return Halo(*(a + b for a, b in zip(self, other, strict=True)))
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """What a window of a plan's results needs.
+
+    Attributes
+    ----------
+    halo : pixels of every input, and of every target between, around it
+    whole : resources that each window needs whole: pictures of another size, such as tables and textures
+    wide, high : why a window must be as wide, or as high, as the picture; empty where it need not
+    """
+
+    halo: Halo
+    whole: frozenset[int]
+    wide: str = ""
+    high: str = ""
+
+
+def footprint(plan: Plan) -> Footprint:
+    """What windows of the results need.
+
+    Raises
+    ------
+    GraphError
+        Where no window does: a pass that draws, reads last run's content, reads anywhere in the picture, or has
+        another size than the results; the message names the pass and how to mend it.
+    """
+    size = _result_size(plan)
+    whole = _whole(plan, size)
+    needs = {resource.id: Halo() for resource in plan.resources}
+    wide = high = ""
+    for step in reversed(plan.steps):
+        if not isinstance(step, PixelStep) or step.size != size:
+            continue
+        around = Halo()
+        for written in step.outputs:
+            around = around.over(needs[written])
+        for name, resource in step.images:
+            if resource not in whole:
+                use = step.program.image(name)
+                needs[resource] = needs[resource].over(_reach(step.program, use).beyond(around))
+                across, down = _wraps(step, use, plan.resources[resource])
+                wide, high = wide or across, high or down
+    halo = Halo()
+    for need in needs.values():
+        halo = halo.over(need)
+    return Footprint(halo, whole, wide, high)
+
+
+def _result_size(plan: Plan) -> tuple[int, int]:
+    sizes = {name: plan.resources[resource].size for name, resource in plan.outputs.items()}
+    if len(set(sizes.values())) > 1:
+        listed = ", ".join(f"{name} {width}x{height}" for name, (width, height) in sizes.items())
+        raise GraphError(
+            f"outputs of different sizes cannot be computed tile by tile together ({listed}); "
+            "ask for those of one size at a time"
+        )
+    return next(iter(sizes.values()))
+
+
+def _whole(plan: Plan, size: tuple[int, int]) -> frozenset[int]:
+    """Resources that every window needs whole; passes that fit neither way are refused here."""
+    near = {
+        resource
+        for step in plan.steps
+        if isinstance(step, PixelStep)
+        for name, resource in step.images
+        if step.program.image(name).relative
+    }
+    inputs = {resource: name in plan.static_inputs for name, resource in plan.inputs.items()}
+    # A static input that is read anywhere is a texture, also where it happens to be as large as the picture.
+    whole = {
+        resource
+        for resource, static in inputs.items()
+        if plan.resources[resource].size != size or (static and resource not in near)
+    }
+    whole.update(plan.buffers)
+    for step in plan.steps:
+        if not isinstance(step, PixelStep):
+            _refuse(step, "draws over the whole picture", "compute what it draws apart, and give it as an input")
+        history = [plan.resources[r] for r in (*step.reads, *step.writes) if plan.resources[r].history is not None]
+        history += [plan.resources[r] for r in step.reads if plan.resources[r].kind == "history"]
+        if history:
+            _refuse(
+                step,
+                f"goes on from last run's content (pg.previous) by {history[0].name!r}",
+                "give that content as an input",
+            )
+        inside = [resource for resource in step.reads if resource not in whole]
+        if step.size == size:
+            _check_near(step, plan, whole)
+        elif inside:
+            _refuse_scaled(step, plan.resources[inside[0]], size)
+        else:
+            whole.update(step.outputs)
+    return frozenset(whole)
+
+
+def _check_near(step: PixelStep, plan: Plan, whole: set[int]) -> None:
+    for name, resource in step.images:
+        read = plan.resources[resource]
+        if resource not in whole and step.program.image(name).absolute:
+            _refuse(
+                step,
+                f"reads {read.name!r} at places that it computes (.sample, .texel), which may lie anywhere in it",
+                "read it at bounded offsets (image[dx, dy])",
+            )
+
+
+def _refuse_scaled(step: PixelStep, read: Resource, size: tuple[int, int]) -> NoReturn:
+    if any(isinstance(spec.size, Blocks) for spec in step.source.into):
+        _refuse(
+            step,
+            f"reduces {read.name!r} ({read.size[0]}x{read.size[1]}) to {step.size[0]}x{step.size[1]} pixels",
+            "compute the reduction apart, and give its result as an input",
+        )
+    _refuse(
+        step,
+        f"makes {step.size[0]}x{step.size[1]} pixels of {read.name!r} ({read.size[0]}x{read.size[1]}), "
+        f"and the results have {size[0]}x{size[1]}",
+        "compute it at the results' size, or apart, and give it as an input",
+    )
+
+
+def _refuse(step: Step, reason: str, mend: str) -> NoReturn:
+    fused = f" (with {', '.join(step.fused)} inside)" if isinstance(step, PixelStep) and step.fused else ""
+    raise GraphError(
+        f"the picture cannot be computed tile by tile: pass {step.name!r}{fused} {reason}; {mend}, "
+        "or run the program on the whole picture"
+    )
+
+
+def _reach(program: s.ScalarProgram, use: s.ImageUse) -> Halo:
+    """How far a pass's relative reads of one image go."""
+    if not use.relative:
+        return Halo()
+    left, right, up, down = max(0, -use.x[0]), max(0, use.x[1]), max(0, -use.y[0]), max(0, use.y[1])
+    if any(not _stays(rule) for rule in _rules(program, use)):
+        # Beyond the picture's edge such a rule turns round: what was read to the left is found to the right.
+        left = right = max(left, right)
+        up = down = max(up, down)
+    return Halo(left, right, up, down)
+
+
+def _rules(program: s.ScalarProgram, use: s.ImageUse) -> set[str]:
+    return {i.border for i in s.walk(program.body) if isinstance(i, s.LoadTexel) and i.image == use.name and i.relative}
+
+
+def _wraps(step: PixelStep, use: s.ImageUse, read: Resource) -> tuple[str, str]:
+    """Why windows must be as wide and as high as the picture: a border rule that leads to its other side."""
+    rules = [rule for rule in _rules(step.program, use) if not _turns_near(rule)]
+    if not rules:
+        return "", ""
+    why = f"pass {step.name!r} reads {read.name!r} beyond its border by the rule {rules[0]!r}, which leads to the "
+    return (
+        f"{why}other side: tiles must be as wide as the picture" if use.x != (0, 0) else "",
+        f"{why}other side: tiles must be as high as the picture" if use.y != (0, 0) else "",
+    )
+
+
+#: Of the axis on which rules are looked at, and how far beyond its ends.
+_AXIS = 64
+
+
+@cache
+def _beyond(rule: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Texels beyond an axis' start, counted from there, and where a rule finds them."""
+    outside = np.arange(1, _AXIS // 2)
+    return outside, border_place(rule, -outside, _AXIS)
+
+
+def _stays(rule: str) -> bool:
+    """Whether what is read beyond an edge is found at the edge itself."""
+    return bool((_beyond(rule)[1] == 0).all())
+
+
+def _turns_near(rule: str) -> bool:
+    """Whether what is read beyond an edge is found as near on this side of it."""
+    outside, found = _beyond(rule)
+    return bool((found < outside).all())
+
+
+def windows(length: int, core: int, before: int, behind: int) -> Iterator[tuple[int, int, int]]:
+    """Windows along an axis: where each begins, and from where to where its results are right.
+
+    All are as long as each other: those at the ends are moved inward.
+
+    >>> list(windows(10, 4, 1, 2))
+    [(0, 0, 4), (3, 4, 8), (3, 8, 10)]
+    """
+    window = min(length, core + before + behind)
+    for begin in range(0, length, core):
+        yield min(max(0, begin - before), length - window), begin, min(begin + core, length)
+
 
 #: Where the window lies and how large the picture is: (x, y, width, height), in pixels.  No kernel has a parameter of
 #: this name: it is no identifier.

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from passgraph.formats import Format, float_format
 from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
-from passgraph.language.buffers import layout_of
+from passgraph.language.long_arrays import layout_of
 from passgraph.language.lower import Facts
 from passgraph.language.lower_cache import Programs
 from passgraph.language.scalar import ScalarProgram

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, cast, get_args
 
 from passgraph import arguments
 from passgraph.errors import BackendError
-from passgraph.graph.outputs import Outputs, named_outputs
-from passgraph.graph.targets import checked_size
+from passgraph.graph.targets import Outputs, checked_size, named_outputs
 from passgraph.plan.data import Options
-from passgraph.plan.memory import bytes_of
+from passgraph.plan.limits import bytes_of
 from passgraph.run.finite_checks import NonFinite, checked_choice
 from passgraph.run.program import Program
 from passgraph.run.result import Results

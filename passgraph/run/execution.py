@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from functools import partial
 from itertools import pairwise
@@ -14,20 +14,109 @@ from numpy.typing import NDArray
 from passgraph.arguments import text
 from passgraph.backends.base import DevicePicture
 from passgraph.errors import BackendError, GraphError, InputError
-from passgraph.graph.values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value
-from passgraph.language.layout import in_range
+from passgraph.graph.draw_state import is_fixed
+from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value
+from passgraph.language.long_arrays import picture_of
 from passgraph.language.scalar import ScalarProgram
-from passgraph.plan.chains import Chains
+from passgraph.language.uniform_layout import in_range
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
-from passgraph.run.admission import Picture as Given
-from passgraph.run.buffers import Buffers
-from passgraph.run.given import picked, resolve
-from passgraph.run.lending import Lending
+from passgraph.plan.fuse import Chains
+from passgraph.run.caller_arrays import Lending
+from passgraph.run.caller_arrays import Picture as Given
 from passgraph.run.result import Results
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend, Block
     from passgraph.run.finite_checks import PassCheck
+
+
+def picked(value: object, fields: Sequence[str], key: str) -> object:
+    """A field of a field of a value; of a list, that of each entry."""
+    for i, field in enumerate(fields):
+        # A list has methods, such as count, whose names fields may have; a named tuple is a struct.
+        if isinstance(value, (list, tuple)) and not hasattr(value, "_fields"):
+            return [picked(one, fields[i:], key) for one in value]
+        if not hasattr(value, field):
+            raise InputError(f"{key!r} needs a field {field!r}, which {type(value).__name__} lacks")
+        value = getattr(value, field)
+    return value
+
+
+def resolve(handle: object, values: dict[Any, object]) -> object:
+    """What a handle stands for in this run."""
+    if isinstance(handle, Value):
+        return values[handle.name]
+    assert isinstance(handle, Derived)
+    # By identity: a default inside the handle may be an array, which has no hash.
+    if id(handle) not in values:
+        values[id(handle)] = handle.function(*(values[source.name] for source in handle.sources))
+    return values[id(handle)]
+
+
+class Buffers:
+    """The pictures of a plan's long arrays; ``storages`` has each by its resource."""
+
+    def __init__(self, plan: Plan, backend: Backend, storages: Mapping[int, Any]) -> None:
+        self.plan, self.backend, self.storages = plan, backend, storages
+        #: By resource, what the parameter has: an array, or what each run brings.
+        self.given: dict[int, object] = {resource: spec.value for resource, spec in plan.buffers.items()}
+        #: By resource, the value whose numbers lie there, where it holds them as long as it is the same.
+        self.written: dict[int, object] = {}
+        for resource, value in self.given.items():
+            if not isinstance(value, (Value, Derived)):
+                self._write(resource, value)
+
+    def bring(self, values: dict[Any, object]) -> None:
+        """What a run needs: values that are new since the last one.
+
+        Raises
+        ------
+        InputError
+            For a value that does not fit.
+        """
+        for resource, given in self.given.items():
+            value = resolve(given, values) if isinstance(given, (Value, Derived)) else given
+            if resource not in self.written or self.written[resource] is not value or not self._stays(resource, value):
+                self._write(resource, value)
+
+    def _write(self, resource: int, value: object) -> None:
+        self.written.pop(resource, None)
+        stays, spec = self._stays(resource, value), self.plan.buffers[resource]
+        picture = picture_of(picked(value, spec.fields, spec.name), spec.type, spec.name)
+        self.backend.upload(self.storages[resource], picture)
+        if stays:
+            self.written[resource] = value
+
+    def _stays(self, resource: int, value: object) -> bool:
+        """Whether a value that is given again holds what it held."""
+        given = self.given[resource]
+        if not isinstance(given, (Value, Derived)) or given.static:
+            return True
+        return isinstance(value, np.ndarray) and is_fixed(value)
+
+    def override(self, step: Step, key: str, value: object) -> None:
+        """Another value for a parameter of a step, by its name with the prefix of a fused pass."""
+        mine = self._of(step, key)
+        for other in self.plan.steps:
+            names = [key] if other is step else []
+            if any(resource in mine and parameter not in names for resource, parameter in self._used(other)):
+                raise GraphError(
+                    f"parameter {key!r} of pass {step.name!r} is one array with what pass {other.name!r} reads; give "
+                    "both a pg.Value, which each run brings, or two arrays"
+                )
+        for resource in mine:
+            self.given[resource] = value
+            self.written.pop(resource, None)
+
+    def _of(self, step: Step, key: str) -> set[int]:
+        return {resource for resource, parameter in self._used(step) if parameter == key}
+
+    def _used(self, step: Step) -> list[tuple[int, str]]:
+        """The long arrays that a step reads, each with its parameter's name."""
+        if not isinstance(step, (PixelStep, DrawStep)):
+            return []
+        return [(resource, name.partition(".")[0]) for name, resource in step.images if resource in self.plan.buffers]
+
 
 Picture = NDArray[np.float32]
 Execute: TypeAlias = Callable[[dict[Any, object]], None]

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from passgraph import arguments
 from passgraph.cached import cached_property
 from passgraph.errors import GraphError
 from passgraph.formats import Format
+from passgraph.graph.run_values import FRAME_INDEX, sources_of
 from passgraph.graph.targets import InputSpec, Target
-from passgraph.graph.values import FRAME_INDEX, sources_of
+from passgraph.plan.collect import inputs_behind, passes_behind
 from passgraph.plan.data import Options, PixelStep, Plan
-from passgraph.plan.reach import inputs_behind, passes_behind
-from passgraph.run.admission import Admission, bound_to, given_room
+from passgraph.run.caller_arrays import Admission, bound_to, given_room
 from passgraph.run.finite_checks import NonFinite, PassCheck
-from passgraph.run.holding import Alone, Held
 from passgraph.run.result import Into, Observer, Result, Results
 
 if TYPE_CHECKING:
@@ -25,6 +24,52 @@ if TYPE_CHECKING:
     from passgraph.run.execution import Execution, Timed
     from passgraph.run.inspection import Inspection
     from passgraph.run.profile import Profile
+
+
+@dataclass
+class Held:
+    """What a program must give back: known to its finaliser, which cannot know the program."""
+
+    backend: Backend
+    owns: bool
+    execution: Execution | None = None
+
+    def abandoned(self) -> None:
+        """The program was dropped without being closed; this may run in any thread, in the middle of anything."""
+        execution, self.execution = self.execution, None
+        if execution is None:
+            return
+        if self.owns:
+            # Nobody else has this backend: it goes with the last reference to it.
+            execution.forget()
+        else:
+            self.backend.turn.later(execution.release)
+
+
+class Alone:
+    """Around what one thread does with a program; a class, since every call passes here."""
+
+    __slots__ = ("program", "what")
+
+    def __init__(self, program: Program, what: str) -> None:
+        self.program, self.what = program, what
+
+    def __enter__(self) -> None:
+        program = self.program
+        program.backend.turn.__enter__()
+        # Only this thread can have come here twice.
+        if program._busy or (program._closed and self.what != "closed"):
+            program.backend.turn.__exit__()
+            program._check_open()
+            raise GraphError(
+                f"a program cannot be {self.what} from inside its own run; an observer, or a value's function, "
+                "keeps what it needs and does this after the run"
+            )
+        program._busy = True
+
+    def __exit__(self, *_: object) -> None:
+        self.program._busy = False
+        self.program.backend.turn.__exit__()
 
 
 class Program:
@@ -200,7 +245,7 @@ class Program:
 
     def _make_plan(self) -> None:
         from passgraph.plan.build import build
-        from passgraph.plan.memory import check_memory
+        from passgraph.plan.limits import check_memory
         from passgraph.run.execution import Execution
 
         # Nothing is left half made where the new plan fails: the next run starts afresh.
@@ -348,7 +393,7 @@ class Program:
         >>> found.parameters, found.results  # print(found) shows the lines between them
         ({'gain': 2.0}, {'double': (0.5, 0.5, 0.5, 0.5)})
         """
-        from passgraph.run.looking import Known, inspected
+        from passgraph.run.inspection import Known, inspected
 
         with self._alone("inspected"):
             pictures = self._admission.pictures(given, self.backend.picture_of)

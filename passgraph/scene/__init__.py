@@ -6,11 +6,10 @@ when a file is loaded.
 """
 
 from passgraph.scene.camera import Camera, NamedCamera
-from passgraph.scene.hardware_depth import HardwareDepth
-from passgraph.scene.light import Light
-from passgraph.scene.material import Material, Texture
-from passgraph.scene.mesh import Mesh, merge
-from passgraph.scene.node import Node
+from passgraph.scene.lights import Light
+from passgraph.scene.materials import Material, Node, Texture
+from passgraph.scene.meshes import Mesh, merge
+from passgraph.scene.projection import HardwareDepth
 from passgraph.scene.scene import Scene
 
 __all__ = ["Camera", "HardwareDepth", "Light", "Material", "Mesh", "NamedCamera", "Node", "Scene", "Texture", "merge"]

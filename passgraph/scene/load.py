@@ -15,15 +15,13 @@ from passgraph.errors import InputError
 from passgraph.scene import gltf
 from passgraph.scene.camera import Camera
 from passgraph.scene.files import MAX_FILE_BYTES, FolderReader, as_utf8, checked_path, read_model
-from passgraph.scene.gltf_data import GltfData
-from passgraph.scene.gltf_nodes import nodes_of
+from passgraph.scene.gltf import GltfData
+from passgraph.scene.gltf_parts import nodes_of
 from passgraph.scene.ground import lacks_ground
-from passgraph.scene.light import Light
-from passgraph.scene.load_geometry import PlacedMeshes, arrays_of
-from passgraph.scene.load_materials import MtlReader
-from passgraph.scene.material import Material
+from passgraph.scene.lights import Light
+from passgraph.scene.materials import Material, Node
 from passgraph.scene.matrices import LEAST_RADIUS, MOST_RADIUS, Float64, sphere_of
-from passgraph.scene.node import Node
+from passgraph.scene.model_data import MtlReader, PlacedMeshes, arrays_of
 from passgraph.scene.notes import Notes
 from passgraph.scene.sides import with_outside
 

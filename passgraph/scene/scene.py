@@ -14,12 +14,18 @@ import numpy as np
 from passgraph import arguments
 from passgraph.cached import cached_property
 from passgraph.errors import InputError
-from passgraph.scene.camera import DEFAULT_AZIMUTH_RAD, DEFAULT_ELEVATION_RAD, DEFAULT_FOV_RAD, Camera, NamedCamera
-from passgraph.scene.framing import ways_round
+from passgraph.scene.camera import (
+    DEFAULT_AZIMUTH_RAD,
+    DEFAULT_ELEVATION_RAD,
+    DEFAULT_FOV_RAD,
+    Camera,
+    NamedCamera,
+    ways_round,
+)
 from passgraph.scene.ground import floors_of, has_floor, seeing_ground, with_ground
-from passgraph.scene.light import Light
+from passgraph.scene.lights import Light
+from passgraph.scene.materials import Node
 from passgraph.scene.matrices import Float64, transform_points
-from passgraph.scene.node import Node
 
 #: Most views of a turntable: an hour of 60 frames a second.
 MOST_VIEWS = 216_000

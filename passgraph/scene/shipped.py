@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from passgraph.scene.camera import Camera, NamedCamera
-from passgraph.scene.floor import floor_node
-from passgraph.scene.light import Light
-from passgraph.scene.material import Material
+from passgraph.scene.ground import floor_node
+from passgraph.scene.lights import Light
+from passgraph.scene.materials import Material, Node
 from passgraph.scene.matrices import Float64, rotation_y, translation
-from passgraph.scene.mesh import Mesh
-from passgraph.scene.node import Node
+from passgraph.scene.meshes import Mesh
 from passgraph.scene.teapot import teapot_mesh
 
 if TYPE_CHECKING:

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.scene.mesh import Mesh
-from passgraph.scene.normals import Int, least_joined
+from passgraph.scene.meshes import Int, Mesh, least_joined
 
 
 def with_outside(mesh: Mesh) -> tuple[Mesh, bool]:

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 from passgraph.scene.matrices import Float64
-from passgraph.scene.mesh import Mesh
-from passgraph.scene.normals import smooth_normals
+from passgraph.scene.meshes import Mesh, smooth_normals
 
 # Parts whose surfaces join smoothly share normals; the lid meets the rim in a crease.
 _SMOOTH_GROUP = {"rim": 0, "body": 0, "bottom": 0, "lid": 1, "handle": 2, "spout": 3}

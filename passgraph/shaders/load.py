@@ -13,17 +13,12 @@ from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec
 from passgraph.language.types import ImageType, Struct
 from passgraph.shaders import NOT_READ, SUFFIXES
-from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, zero_of_type
-from passgraph.shaders.containers.isf import read_isf
-from passgraph.shaders.containers.isf_header import is_isf
-from passgraph.shaders.containers.libretro import read_libretro_preset, read_libretro_shader
-from passgraph.shaders.containers.libretro_preset import is_preset
-from passgraph.shaders.containers.libretro_shader import is_libretro
-from passgraph.shaders.containers.mpv import read_mpv
-from passgraph.shaders.containers.mpv_header import is_mpv
+from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, shader_text, zero_of_type
+from passgraph.shaders.containers.isf import is_isf, read_isf
+from passgraph.shaders.containers.libretro import is_libretro, is_preset, read_libretro_preset, read_libretro_shader
+from passgraph.shaders.containers.mpv import is_mpv, read_mpv
 from passgraph.shaders.containers.pictures import handle_or_black
 from passgraph.shaders.containers.shadertoy import is_shadertoy, is_shadertoy_export, read_export, read_shadertoy
-from passgraph.shaders.containers.text import shader_text
 from passgraph.shaders.containers.transition import is_transition, read_transition
 from passgraph.shaders.glsl import parse
 

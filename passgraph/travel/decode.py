@@ -14,10 +14,9 @@ from passgraph.arguments import among
 from passgraph.errors import InputError
 from passgraph.formats import Format, format_named
 from passgraph.graph.calls import PixelKernel
-from passgraph.graph.draw_state import Blend, DrawState, Stencil
+from passgraph.graph.draw_state import Blend, DrawState, FrozenGeometry, Stencil
 from passgraph.graph.drawing import draw
-from passgraph.graph.formulas import MAX_DEPTH
-from passgraph.graph.geometry import FrozenGeometry
+from passgraph.graph.run_values import FILLED_IN, MAX_DEPTH, Value
 from passgraph.graph.targets import (
     MAX_SIDE,
     MOST_SLOTS,
@@ -37,10 +36,9 @@ from passgraph.graph.targets import (
     checked_size,
     previous,
 )
-from passgraph.graph.values import FILLED_IN, Value
 from passgraph.language import ir
-from passgraph.language.buffers import is_buffer
 from passgraph.language.kernel import Kernel
+from passgraph.language.long_arrays import is_buffer
 from passgraph.language.types import (
     Array,
     ImageType,
@@ -56,12 +54,10 @@ from passgraph.language.types import (
     plain_parts,
     sides_of,
 )
-from passgraph.travel.arrays import Arrays
 from passgraph.travel.decode_kernel import kernel_from_data
-from passgraph.travel.document import Document, described
+from passgraph.travel.document import VALUE_TYPES, Arrays, Document, described
 from passgraph.travel.encode import VERSION
 from passgraph.travel.kernel_check import Unfit, handed_in, held
-from passgraph.travel.value_types import VALUE_TYPES
 
 
 def from_data(data: object) -> dict[str, Target]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from passgraph.graph.targets import MOST_SLOTS
 from passgraph.language import ir
-from passgraph.language.limits import check_type
+from passgraph.language.parameter_limits import check_type
 from passgraph.language.signature import MAX_BUFFER_LENGTH, MAX_STRUCT_DEPTH, MAX_STRUCT_FIELDS, checked_array
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import (

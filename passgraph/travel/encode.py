@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, astuple
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,8 @@ from passgraph.arguments import numbers, shown
 from passgraph.errors import GraphError
 from passgraph.formats import FORMATS
 from passgraph.graph.calls import leaves
-from passgraph.graph.draw_state import DrawState
-from passgraph.graph.geometry import ATTRIBUTE_TYPES
-from passgraph.graph.outputs import Outputs, named_outputs
+from passgraph.graph.draw_state import ATTRIBUTE_TYPES, DrawState
+from passgraph.graph.run_values import FILLED_IN, Derived, Value
 from passgraph.graph.targets import (
     OPEN_SRGB,
     READING,
@@ -26,22 +25,100 @@ from passgraph.graph.targets import (
     DrawPass,
     InputSpec,
     Like,
+    Outputs,
     Pass,
     Relative,
     Target,
     TargetSpec,
+    named_outputs,
 )
-from passgraph.graph.values import FILLED_IN, Derived, Value
-from passgraph.language.buffers import as_held, checked_numbers, is_buffer
+from passgraph.language import ir
 from passgraph.language.kernel import Kernel
-from passgraph.language.layout import components
+from passgraph.language.long_arrays import as_held, checked_numbers, is_buffer
 from passgraph.language.meanings import uint_of_bits
+from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import Array, Scalar, Struct, Type, element_of, innermost, is_plain
-from passgraph.plan.reach import passes_behind
-from passgraph.travel.arrays import array_data
-from passgraph.travel.document import number_data
-from passgraph.travel.encode_kernel import kernel_data
-from passgraph.travel.value_types import VALUE_TYPES
+from passgraph.language.uniform_layout import components
+from passgraph.plan.collect import passes_behind
+from passgraph.travel.document import VALUE_TYPES, array_data, number_data
+from passgraph.travel.kernel_limits import excess, grown
+from passgraph.travel.kernel_rows import ROWS, type_data
+
+
+def kernel_data(program: ir.TypedKernel, where: str) -> dict[str, Any]:
+    """A kernel: lines of its text, stretches of them, rows that refer to rows before them, and what it gives."""
+    rows = _Rows(where)
+    body = rows.numbered(program.body)
+    results = [[one.name, type_data(one.type), *rows.numbered([one.value])] for one in program.results]
+    parameters = [
+        [p.name, type_data(p.type), p.const, rows.span(p.span), *([] if p.range is None else [list(astuple(p.range))])]
+        for p in program.parameters
+    ]
+    keep = None if program.keep is None else rows.numbered([program.keep])[0]
+    source = rows.span(program.source)
+    return {"name": program.name, "stage": program.stage, "parameters": parameters, "results": results, "keep": keep,
+            "body": body, "source": source, "rows": rows.rows, "spans": rows.spans, "lines": rows.lines}  # fmt: skip
+
+
+class _Rows:
+    def __init__(self, where: str) -> None:
+        self.where = where
+        self.rows: list[Any] = []
+        self.spans: list[Any] = []
+        self.lines: list[Any] = []
+        self._known: dict[Any, int] = {}
+        self._sizes: dict[int, tuple[int, int]] = {}
+
+    def numbered(self, roots: Iterable[Any]) -> list[int]:
+        return [self._row(root) for root in roots]
+
+    def _row(self, root: Any) -> int:
+        """The number of a row, what it refers to first; a stack of our own, since expressions nest deeply."""
+        pending = [root]
+        while pending:
+            node = pending[-1]
+            missing = [part for part in ir.parts_of(node) if id(part) not in self._known]
+            if id(node) in self._known or not missing:
+                pending.pop()
+                self._write(node)
+            else:
+                pending += reversed(missing)
+        return self._known[id(root)]
+
+    def _write(self, node: Any) -> None:
+        if id(node) in self._known:
+            return
+        size = grown(self._sizes[id(part)] for part in ir.parts_of(node))
+        if problem := excess(size):
+            raise GraphError(f"{self.where}: its kernel is too large to travel: {problem}; make it shorter")
+        fields = [self._field(getattr(node, name), kind) for name, kind in ROWS[type(node)].items()]
+        self._known[id(node)], self._sizes[id(node)] = len(self.rows), size
+        self.rows.append([type(node).__name__.lower(), *fields, self.span(node.span)])
+
+    def _field(self, given: Any, kind: str) -> Any:
+        if kind == "row":
+            return self._known[id(given)]
+        if kind == "rows":
+            return [self._known[id(part)] for part in given]
+        if kind == "type":
+            return type_data(given)
+        if kind == "numbers":
+            return [number_data(number) for number in given]
+        return number_data(given) if kind == "number" else list(given) if kind == "places" else given
+
+    def span(self, span: Span) -> int | None:
+        """The number of a stretch of a line; null for what has no text."""
+        if span is NOWHERE:
+            return None
+        if span not in self._known:
+            line = (span.file, span.line, span.text)
+            if line not in self._known:
+                self._known[line] = len(self.lines)
+                self.lines.append(list(line))
+            self._known[span] = len(self.spans)
+            self.spans.append([self._known[line], span.column, span.end_column])
+        return self._known[span]
+
 
 #: Of the form of documents; a reader refuses others.
 VERSION = 2

@@ -12,10 +12,9 @@ from typing import Any
 
 from passgraph.errors import PassgraphError
 from passgraph.language import ir
-from passgraph.language.buffers import check_reads, check_sizes, is_buffer
 from passgraph.language.expressions import STAGE_VALUES
 from passgraph.language.facts import PROPERTIES
-from passgraph.language.layout import FLOAT_END
+from passgraph.language.long_arrays import check_reads, check_sizes, is_buffer
 from passgraph.language.meanings import INT_MAX, INT_MIN
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.signature import VERTEX, check_images
@@ -43,6 +42,7 @@ from passgraph.language.types import (
     plain_parts,
 )
 from passgraph.language.typing_rules import apply
+from passgraph.language.uniform_layout import FLOAT_END
 from passgraph.language.values import index_into
 
 _HELD: dict[str, type[Any]] = {"bool": bool, "int": int, "uint": int, "float": float}

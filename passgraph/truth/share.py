@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 from passgraph.scene.camera import Camera
-from passgraph.scene.light import Light
+from passgraph.scene.lights import Light
 from passgraph.scene.scene import Scene
-from passgraph.truth.rays import Float64, Tracer
-from passgraph.truth.samples import strata, toward
+from passgraph.truth.rays import Float64, Tracer, strata, toward
 from passgraph.truth.surfaces import Surfaces, casting_triangles, first_surfaces
 from passgraph.truth.tracers import TracerName, open_tracer
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 from passgraph.scene.camera import Camera
-from passgraph.scene.node import Node
+from passgraph.scene.materials import Node
 from passgraph.scene.scene import Scene
 from passgraph.truth.rays import Float64, Tracer
 from passgraph.truth.tracers import TracerName, open_tracer

@@ -23,8 +23,7 @@ from passgraph.arguments import function, real, several
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import backend_names, open_backend
 from passgraph.errors import DeviceMissingError, InputError, PassgraphError
-from passgraph.graph.outputs import Outputs, named_outputs
-from passgraph.graph.targets import checked_size
+from passgraph.graph.targets import Outputs, checked_size, named_outputs
 from passgraph.plan.data import Plan
 from passgraph.verify.kinds import other_kinds, told
 from passgraph.verify.oracle.allowed import Allowed

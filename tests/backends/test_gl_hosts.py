@@ -16,7 +16,7 @@ import pytest
 import passgraph as pg
 from passgraph.backends.gl import GLBackend, context
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.current import Current
+from passgraph.backends.gl.context import Current
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.windowing import State
 from passgraph.errors import BackendError
@@ -269,6 +269,6 @@ def test_a_refused_context_says_why() -> None:
 
 
 def test_a_host_without_egl_is_refused_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("passgraph.backends.gl.current.library", lambda name: None)
+    monkeypatch.setattr("passgraph.backends.gl.context.library", lambda name: None)
     with pytest.raises(BackendError, match=r"no EGL.*libegl1"):
         pg.gl.Host.current()

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.backends.numpy.machine.native import lanes
+from passgraph.backends.numpy.pixels.buffer_layout import Layout
 from passgraph.backends.numpy.pixels.chains import alone
-from passgraph.backends.numpy.pixels.layout import Layout
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
 

@@ -20,9 +20,9 @@ from passgraph.backends.numpy.backend import NumpyBackend
 from passgraph.backends.numpy.machine import compiler, native
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.pixels.body import body_text
+from passgraph.backends.numpy.pixels.buffer_layout import Layout
 from passgraph.backends.numpy.pixels.chains import alone
 from passgraph.backends.numpy.pixels.code import pixel_text
-from passgraph.backends.numpy.pixels.layout import Layout
 from passgraph.errors import BackendError
 from passgraph.formats import format_named
 from passgraph.plan.data import PixelStep
@@ -246,7 +246,7 @@ def test_an_exception_in_one_thread_reaches_the_caller() -> None:
 
 def test_every_primitive_has_its_instruction() -> None:
     """On each type that the table of operations lets it have."""
-    from passgraph.backends.numpy.vector.operations import _ROWS
+    from passgraph.backends.numpy.vector.lanes import _ROWS
     from passgraph.language.operations import OPERATIONS
 
     for row in OPERATIONS.values():

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.numpy.machine import compiler, ir, native
+from passgraph.backends.numpy.machine import compiler, llvm, native
 from passgraph.backends.numpy.pixels.body import body_text
+from passgraph.backends.numpy.pixels.buffer_layout import Layout
 from passgraph.backends.numpy.pixels.chains import alone
-from passgraph.backends.numpy.pixels.layout import Layout
 from passgraph.backends.numpy.vector import lane_body
 from passgraph.backends.numpy.vector.texels import MAX_INLINED
 from passgraph.language import scalar as s
@@ -65,8 +65,8 @@ def test_what_computes_points_alone_is_simplified_once_over(body: str, points: b
     kernel = pg.kernel(source=f"def k(c: Image) -> vec4:\n    {body}")
     with pg.compile(kernel(pg.Input("c", "rgba16f", SIZE), into=pg.target("o", "rgba16f"))) as program:
         text = text_of(program)
-    assert (ir.POINTS in text) == points
-    lengths = [len(compiler.compiled(each, 0)) for each in (text, text.replace(ir.POINTS, ""))]
+    assert (llvm.POINTS in text) == points
+    lengths = [len(compiler.compiled(each, 0)) for each in (text, text.replace(llvm.POINTS, ""))]
     assert lengths[0] <= 1.02 * lengths[1]
 
 
@@ -156,7 +156,7 @@ def test_passes_alike_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_pat
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
     monkeypatch.setattr(native, "_codes", {})
     monkeypatch.setattr("passgraph.plan.fuse.MAX_FUSED_INSTRUCTIONS", 120)
-    monkeypatch.setattr("passgraph.plan.chains.MAX_INSTRUCTIONS", 120)
+    monkeypatch.setattr("passgraph.plan.fuse.MAX_INSTRUCTIONS", 120)
     with curves(60) as program:
         steps = program.plan.steps
         assert len(steps) > 8

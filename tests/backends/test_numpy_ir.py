@@ -6,17 +6,17 @@ import math
 import re
 from typing import Any
 
-import llvmlite.binding as llvm
+import llvmlite.binding as binding
 import llvmlite.ir
 import numpy as np
 import pytest
 
-from passgraph.backends.numpy.machine import builder, ir
+from passgraph.backends.numpy.machine import llvm
 
 
 def read(text: str) -> str:
     """The text as LLVM understands it, names in the order of their appearance."""
-    with llvm.create_context() as context, llvm.parse_assembly(text, context) as module:
+    with binding.create_context() as context, binding.parse_assembly(text, context) as module:
         module.verify()
         found, known = str(module), dict[str, str]()
     found = "\n".join(line.partition(" ; ")[0].rstrip() for line in found.splitlines() if not line.startswith(";"))
@@ -28,14 +28,14 @@ def read(text: str) -> str:
 def both(write: Any, arguments: str) -> tuple[str, str]:
     """What a function makes of both kinds of builder, each with its module of types."""
     texts = []
-    for kinds in (llvmlite.ir, ir):
+    for kinds in (llvmlite.ir, llvm):
         module = kinds.Module("m")
         types = {"i": kinds.IntType(32), "l": kinds.IntType(64), "f": kinds.FloatType(), "p": kinds.PointerType()}
         types |= {"b": kinds.IntType(1), "F": kinds.VectorType(types["f"], 8), "I": kinds.VectorType(types["i"], 8)}
         signature = kinds.FunctionType(kinds.VoidType(), [types[letter] for letter in arguments])
         function = kinds.Function(module, signature, "made")
-        if kinds is ir:
-            b: Any = builder.IRBuilder(function)
+        if kinds is llvm:
+            b: Any = llvm.IRBuilder(function)
         else:
             b = llvmlite.ir.IRBuilder(function.append_basic_block("entry"))
         write(b, kinds, types, *function.args)
@@ -115,7 +115,7 @@ def memory(b: Any, kinds: Any, types: Any, p: Any, i: Any, x: Any) -> None:
     one = kinds.Constant(types["i"], 1)
     b.store(b.insert_element(x, b.extract_element(x, one), i), p)
     order = kinds.Constant(kinds.VectorType(types["i"], 2), [1, 9]) if kinds is llvmlite.ir else None
-    order = order or ir.Value(kinds.VectorType(types["i"], 2), "<i32 1, i32 9>")
+    order = order or llvm.Value(kinds.VectorType(types["i"], 2), "<i32 1, i32 9>")
     pair = b.shuffle_vector(x, x, order)
     b.store(pair, p)
     kind = kinds.LiteralStructType([types["f"], pair.type])
@@ -129,7 +129,7 @@ def test_memory_vectors_and_structs() -> None:
 
 
 def branches(b: Any, kinds: Any, types: Any, c: Any, p: Any, i: Any) -> None:
-    declared = kinds.Function(b.module, kinds.FunctionType(types["f"], [types["f"]]), "llvm.fabs.f32")
+    declared = kinds.Function(b.module, kinds.FunctionType(types["f"], [types["f"]]), "binding.fabs.f32")
     found = b.call(declared, [kinds.Constant(types["f"], -2.0)])
     through = b.inttoptr(b.sext(i, types["l"]), kinds.PointerType(kinds.FunctionType(kinds.VoidType(), [types["i"]])))
     b.call(through, [i], attrs=("noinline",))
@@ -162,15 +162,19 @@ def test_branches_loops_and_calls() -> None:
 
 
 def test_what_is_said_of_arguments_functions_loads_and_branches() -> None:
-    module = ir.Module("m")
-    function = ir.Function(module, ir.FunctionType(ir.IntType(1), [ir.PointerType(), ir.PointerType()]), "said")
+    module = llvm.Module("m")
+    function = llvm.Function(
+        module, llvm.FunctionType(llvm.IntType(1), [llvm.PointerType(), llvm.PointerType()]), "said"
+    )
     function.linkage = "internal"
     function.attributes |= {"alwaysinline"}
     function.args[0].add_attribute("noalias")
     function.args[0].add_attribute("dereferenceable(64)")
-    b = builder.IRBuilder(function)
-    table = ir.GlobalVariable(module, ir.Constant(ir.ArrayType(ir.IntType(1), 1), [ir.Constant(ir.IntType(1), 1)]))
-    loaded = [b.load(place, typ=ir.IntType(1), steady=True) for place in (*function.args, table)]
+    b = llvm.IRBuilder(function)
+    table = llvm.GlobalVariable(
+        module, llvm.Constant(llvm.ArrayType(llvm.IntType(1), 1), [llvm.Constant(llvm.IntType(1), 1)])
+    )
+    loaded = [b.load(place, typ=llvm.IntType(1), steady=True) for place in (*function.args, table)]
     one, other = b.append_basic_block("one"), b.append_basic_block("other")
     b.cbranch(loaded[0], one, other, (1000, 1))
     for block, value in ((one, loaded[1]), (other, loaded[2])):
@@ -185,7 +189,9 @@ def test_what_is_said_of_arguments_functions_loads_and_branches() -> None:
 
 
 def test_equal_types_are_one() -> None:
-    assert ir.VectorType(ir.IntType(32), 8) is ir.VectorType(ir.IntType(32), 8)
-    assert ir.FunctionType(ir.VoidType(), [ir.IntType(8)]) is ir.FunctionType(ir.VoidType(), (ir.IntType(8),))
-    assert ir.IntType(32) is not ir.IntType(64)
-    assert ir.PointerType(ir.FunctionType(ir.VoidType(), [])) is not ir.PointerType()
+    assert llvm.VectorType(llvm.IntType(32), 8) is llvm.VectorType(llvm.IntType(32), 8)
+    assert llvm.FunctionType(llvm.VoidType(), [llvm.IntType(8)]) is llvm.FunctionType(
+        llvm.VoidType(), (llvm.IntType(8),)
+    )
+    assert llvm.IntType(32) is not llvm.IntType(64)
+    assert llvm.PointerType(llvm.FunctionType(llvm.VoidType(), [])) is not llvm.PointerType()

@@ -8,8 +8,7 @@ from mmap import mmap
 import numpy as np
 import pytest
 
-from passgraph.backends.numpy.machine.memory import PAGE
-from passgraph.backends.numpy.machine.workers import Workers
+from passgraph.backends.numpy.machine.workers import PAGE, Workers
 from passgraph.backends.numpy.pixels.moves import Moves
 from passgraph.formats import colour_format
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.backends.numpy.pixels.buffer_layout import MANY, Layout, StageLayout
 from passgraph.backends.numpy.pixels.chains import alone
-from passgraph.backends.numpy.pixels.layout import MANY, Layout, StageLayout
 from passgraph.plan.data import PixelStep
 
 #: The border rules as NumPy pads.

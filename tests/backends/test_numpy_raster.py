@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.backends.numpy.raster import draw as raster
-from passgraph.backends.numpy.raster import entries, kernel
+from passgraph.backends.numpy.raster import entries, fragments
 from passgraph.backends.numpy.raster.setup import holds
 from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.plan.data import Options
@@ -162,7 +162,7 @@ def test_vectors_of_eight_and_of_sixteen_give_the_same_bits_in_order(
 ) -> None:
     found = []
     for width in (8, 16):
-        monkeypatch.setattr(kernel, "lanes", lambda width=width: width)
+        monkeypatch.setattr(fragments, "lanes", lambda width=width: width)
         found.append(drawn(name, mesh(80, 0.5), **state))
     for one, other in zip(*found, strict=True):
         np.testing.assert_array_equal(one.view(np.int32), other.view(np.int32))

@@ -11,7 +11,6 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.opencl import OpenCLBackend, programs
-from passgraph.backends.opencl.moves import move_source
 from passgraph.backends.opencl.opencl_c import (
     SPELLED,
     join,
@@ -21,7 +20,7 @@ from passgraph.backends.opencl.opencl_c import (
     store_expression,
 )
 from passgraph.backends.opencl.storage import ImageLayout
-from passgraph.backends.opencl.transfers import source_of
+from passgraph.backends.opencl.transfers import move_source, source_of
 from passgraph.backends.registry import open_backend
 from passgraph.errors import BackendError
 from passgraph.formats import FORMATS

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.opencl import OpenCLBackend, devices
+from passgraph.backends.opencl import OpenCLBackend, backend
 from passgraph.backends.opencl.programs import build_error
 from passgraph.backends.printing import Listing
 from passgraph.errors import BackendError, DeviceMissingError, InputError
@@ -117,14 +117,14 @@ def test_without_pyopencl_the_error_says_how_to_install_it(monkeypatch: pytest.M
     with pytest.raises(DeviceMissingError, match=r"pip install 'passgraph\[opencl\]'"):
         OpenCLBackend()
     (listed,) = OpenCLBackend.devices()
-    assert devices.INSTALL_MODULE in listed.missing
+    assert backend.INSTALL_MODULE in listed.missing
 
 
 def test_without_a_driver_the_error_says_how_to_install_one() -> None:
     require("opencl")
     code = "from passgraph.backends.opencl import OpenCLBackend as B; print(B.devices()[0].missing)"
     shown = python(code, OCL_ICD_VENDORS="/nonexistent", OPENCL_VENDOR_PATH="/nonexistent")
-    assert devices.INSTALL_DRIVER in shown
+    assert backend.INSTALL_DRIVER in shown
 
 
 def python(code: str, **environment: str) -> str:

@@ -10,8 +10,8 @@ import pytest
 import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.backends.opencl.host import Host
-from passgraph.backends.opencl.moves import move
 from passgraph.backends.opencl.storage import Placement, Storage
+from passgraph.backends.opencl.transfers import move
 from passgraph.backends.registry import open_backend
 from passgraph.formats import Format
 from passgraph.verify.conformance import Case, judge

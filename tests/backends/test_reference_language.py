@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.reference.number_domain import KINDS, NumberDomain
+from passgraph.backends.reference.interpreter import KINDS, NumberDomain
 from passgraph.language.operations import OPERATIONS
 
 NUMBERS = [row.name for row in OPERATIONS.values() if row.kind != "expanded"]

@@ -9,15 +9,15 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.backends.numpy.pixels.body import body_text
+from passgraph.backends.numpy.pixels.buffer_layout import Layout
 from passgraph.backends.numpy.pixels.chains import alone
-from passgraph.backends.numpy.pixels.layout import Layout
 from passgraph.backends.opencl.opencl_c import OpenCLPrinter
 from passgraph.backends.opencl.storage import ImageLayout
 from passgraph.formats import format_named
 from passgraph.graph.calls import PixelKernel
 from passgraph.language import scalar as s
+from passgraph.language.emitter import MIN_PROGRAM, repeated
 from passgraph.language.lower import lower
-from passgraph.language.repeated import MIN_PROGRAM, repeated
 from passgraph.plan.data import PixelStep
 
 #: Powers of a texel and of numbers that are alike in all pixels, sines with cosines of the same angle, in a branch that

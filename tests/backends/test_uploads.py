@@ -104,8 +104,7 @@ def test_gl_uploads_meshes_and_makes_framebuffers_once() -> None:
 @pytest.mark.opencl
 def test_opencl_writes_no_parameter_and_sets_no_argument_that_has_not_changed(monkeypatch: pytest.MonkeyPatch) -> None:
     from passgraph.backends.opencl import OpenCLBackend
-    from passgraph.backends.opencl.pixel import Launch
-    from passgraph.backends.opencl.uniforms import Uniforms
+    from passgraph.backends.opencl.pixel import Launch, Uniforms
 
     require("opencl")
     calls: Counter[str] = Counter()

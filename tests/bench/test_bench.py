@@ -14,7 +14,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.bench import timing
-from passgraph.bench.pareto import front
+from passgraph.bench.metrics import front
 from passgraph.bench.scenes import BOX_HEIGHT, BOX_LIGHT, SCENES, scene_named
 from passgraph.bench.timing import frame_times, nudged, pass_times
 from passgraph.bench.truth import Truth, truth_of

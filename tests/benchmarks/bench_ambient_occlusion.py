@@ -26,7 +26,7 @@ import passgraph as pg
 from passgraph.effects.ambient.ambient_occlusion import ambient_occlusion
 from passgraph.effects.shadows.soft_shadow import soft_shadow
 from passgraph.scene import Material, Node
-from passgraph.scene.floor import floor_node
+from passgraph.scene.ground import floor_node
 from passgraph.scene.teapot import teapot_mesh
 
 sys.path.insert(0, str(Path(__file__).parent))

@@ -21,7 +21,7 @@ from passgraph.backends.base import Block
 from passgraph.backends.gl import GLBackend
 from passgraph.backends.gl.textures import Texture
 from passgraph.formats import format_named
-from passgraph.language.layout import pack
+from passgraph.language.uniform_layout import pack
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
 

@@ -17,7 +17,7 @@ import numpy as np
 import passgraph as pg
 from passgraph.effects import soft_shadow
 from passgraph.scene import Material, Node
-from passgraph.scene.floor import floor_node
+from passgraph.scene.ground import floor_node
 from passgraph.scene.teapot import teapot_mesh
 
 FRAMES = 9

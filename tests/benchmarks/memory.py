@@ -13,7 +13,7 @@ from pathlib import Path
 
 import passgraph as pg
 from passgraph.effects.registry import EFFECTS, Effect
-from passgraph.graph.outputs import named_outputs
+from passgraph.graph.targets import named_outputs
 from passgraph.plan.build import build
 from passgraph.plan.data import Plan
 

@@ -10,8 +10,8 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
+from passgraph.commands.check import Tries, range_ends
 from passgraph.commands.own_file import graphs_of
-from passgraph.commands.range_ends import Tries, range_ends
 from passgraph.verify.oracle.pace import Pace
 from tests.commands.told import Outcome
 

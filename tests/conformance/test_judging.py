@@ -14,7 +14,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
-from passgraph.backends.reference.storage import Storage
+from passgraph.backends.reference.stage import Storage
 from passgraph.formats import FORMATS
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.verify.conformance import Case, SuiteReport, cases, judge, run

@@ -15,10 +15,10 @@ import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.registry import open_backend
-from passgraph.graph.reduction_kernels import count_bins
+from passgraph.graph.reductions import count_bins
 from passgraph.plan.build import build
-from passgraph.plan.chains import Chains
 from passgraph.plan.data import PixelStep
+from passgraph.plan.fuse import Chains
 from tests.conftest import require
 
 Picture = NDArray[Any]

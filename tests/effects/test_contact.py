@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.effects.ambient.contact import Contact, contact, contact_passes
-from passgraph.effects.ambient.contact_map import Darkness
+from passgraph.effects.ambient.contact import Contact, Darkness, contact, contact_passes
 from passgraph.effects.surfaces.batches import merged
 from passgraph.graph.targets import Absolute
 from passgraph.scene.matrices import translation

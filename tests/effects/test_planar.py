@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.effects.planar_shadows.planar import Planar, planar_passes
-from passgraph.effects.planar_shadows.planar_matrices import mirror, projection
+from passgraph.effects.planar_shadows.planar import Planar, mirror, planar_passes, projection
 from tests.agreement import assert_within_bounds
 from tests.effects.scenes import cube, floor, floor_places, from_above, render, sun
 

@@ -14,7 +14,7 @@ import pytest
 from PIL import Image
 
 import passgraph as pg
-from passgraph.commands.turntable import check_turntable
+from passgraph.commands.render import check_turntable
 from passgraph.errors import InputError
 from passgraph.frames import Animation, Arrays, ToAnimation, gif
 from passgraph.frames.animation_times import is_animated, times_of

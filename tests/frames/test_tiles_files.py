@@ -17,7 +17,7 @@ import zarr
 from PIL import Image as pillow
 
 import passgraph as pg
-from passgraph.frames.tiles_parts import block_of
+from passgraph.frames.tiles_grid import block_of
 from passgraph.frames.tiles_sources import Blocks, open_source
 from tests.frames.tile_graphs import frame, kernel, same, untiled
 

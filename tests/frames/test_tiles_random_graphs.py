@@ -75,7 +75,7 @@ def test_tiles_of_many_random_graphs_are_the_whole(case: dict[str, Any]) -> None
 
 def test_a_halo_that_is_too_small_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """A planted mistake: the reach of the last pass alone."""
-    from passgraph.plan.footprint import Halo
+    from passgraph.plan.window import Halo
 
     case = {
         "steps": [("far", 0, 0, "rgba32f", "clamp"), ("sobel", 0, 0, "rgba32f", "clamp")],

@@ -11,7 +11,7 @@ import pytest
 
 from passgraph.errors import InputError
 from passgraph.frames import Video
-from passgraph.frames.video_ends import promised_end
+from passgraph.frames.video import promised_end
 from tests.commands.told import Outcome
 
 av: Any = pytest.importorskip("av")

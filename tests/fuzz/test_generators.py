@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
 from passgraph.backends.base import Backend
-from passgraph.backends.gl.glsl_functions import SPELLED
+from passgraph.backends.gl.glsl import SPELLED
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.registry import open_backend
 from passgraph.graph.calls import kernel

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.current import Current
+from passgraph.backends.gl.context import Current
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.windowing import function
 

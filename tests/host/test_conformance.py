@@ -12,8 +12,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.base import Backend
-from passgraph.backends.gl.placement import Placement
-from passgraph.backends.gl.textures import Surface, Texture
+from passgraph.backends.gl.textures import Placement, Surface, Texture
 from passgraph.backends.registry import open_backend
 from passgraph.formats import Format
 from passgraph.verify.conformance import Case, judge

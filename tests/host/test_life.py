@@ -14,7 +14,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.current import Current
+from passgraph.backends.gl.context import Current
 from passgraph.errors import BackendError, InputError
 from tests.host.application import BYTES, DEPTH, FLOATS, HEIGHT, RGBA, WIDTH, Application
 from tests.host.gl_state import objects

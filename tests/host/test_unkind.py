@@ -11,8 +11,8 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.foreign import EmptyPictureError
 from passgraph.backends.gl.host import check_asked
+from passgraph.backends.gl.host_pictures import EmptyPictureError
 from passgraph.errors import BackendError, InputError
 from tests.host.application import BYTES, DEPTH, FLOATS, HEIGHT, RED, RGBA, SIZE, WIDTH, Application
 from tests.host.test_life import compiled

@@ -19,7 +19,7 @@ from unittest.mock import patch
 import numpy as np
 
 import passgraph.backends.numpy as backend
-from passgraph.backends.numpy.machine.memory import ROOM
+from passgraph.backends.numpy.machine.workers import ROOM
 
 PAGE = mmap.PAGESIZE
 _mprotect = ctypes.CDLL(None, use_errno=True).mprotect

@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Backend
-from passgraph.backends.reference.raster_clip import Vertices, clip_triangles
+from passgraph.backends.reference.rasterizer import Vertices, clip_triangles
 from passgraph.backends.registry import open_backend
 from passgraph.graph.draw_state import Blend
 from passgraph.verify.conformance.meshes import Soup

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.numpy.pixels.chains import alone, stages
-from passgraph.backends.numpy.pixels.layout import Layout
-from passgraph.backends.numpy.pixels.near import MAX_WINDOW, near_images
+from passgraph.backends.numpy.pixels.buffer_layout import Layout
+from passgraph.backends.numpy.pixels.chains import MAX_WINDOW, alone, near_images, stages
 from passgraph.errors import KernelError
 from passgraph.language.lower import lower
 

@@ -14,8 +14,8 @@ from passgraph.formats import format_named
 from passgraph.graph.calls import fragment, kernel, vertex
 from passgraph.graph.draw_state import Blend, DrawState, Stencil
 from passgraph.graph.drawing import draw
+from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import Input, Target, previous, target
-from passgraph.graph.values import Derived, Value
 from passgraph.language import symbols, vectors
 from passgraph.language.kernel import function, struct
 from passgraph.language.lower import Facts, lower

@@ -1,6 +1,6 @@
 """What derivatives mean, step by step: four pixels of a quad walk through a kernel beside each other.
 
-Written apart from ``passgraph/language/quads.py``, which moves the same into kernels: here states are copied and every
+Written apart from ``passgraph/language/quad_derivatives.py``, which moves the same into kernels: here states are copied and every
 pixel walks, forward, whether anything needs it or not.
 """
 
@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from passgraph.backends.reference.interpreter import Interpreter
-from passgraph.backends.reference.number_domain import NumberDomain
+from passgraph.backends.reference.interpreter import Interpreter, NumberDomain
 from passgraph.backends.reference.stage import BoundStage, Builtins, _Lanes, given
 from passgraph.language import ir
 from passgraph.language.frame import Builder

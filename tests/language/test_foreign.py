@@ -10,7 +10,7 @@ import pytest
 import passgraph as pg
 from passgraph import Image, vec4
 from passgraph.errors import KernelError
-from passgraph.language.foreign import FORMS, OWN, TYPES, WORDS, mending
+from passgraph.language.scope import FORMS, OWN, TYPES, WORDS, mending
 
 HEAD = (
     "def k(image: Image, a: vec3, b: vec3, v: vec3, w: vec3, c: vec3, t: float, x: float, y: float, z: float, n: int, "

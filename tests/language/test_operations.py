@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.reference.number_domain import KINDS
+from passgraph.backends.reference.interpreter import KINDS
 from passgraph.language import functions, primitives, vectors, whole_numbers
-from passgraph.language.domains import Domain
 from passgraph.language.expand import EXPANSIONS
 from passgraph.language.library import prelude_function
-from passgraph.language.operation import ROWS, Operation
+from passgraph.language.operation import ROWS, Domain, Operation
 from passgraph.language.operations import BUILTINS, FUNCTIONS, OPERATIONS, called, signed
 from passgraph.verify.conformance.operations import floats, into
 from passgraph.verify.fuzz.expressions import CALLS, WHOLE

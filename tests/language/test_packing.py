@@ -10,7 +10,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.errors import InputError
-from passgraph.language import layout
+from passgraph.language import uniform_layout
 from passgraph.language.types import BOOL, FLOAT, INT, IVEC2, VEC2, VEC3, VEC4, Array, Matrix, Type, Vector
 
 BVEC3 = Vector(BOOL, 3)
@@ -70,11 +70,11 @@ def named(case: Any) -> str:
 @pytest.mark.parametrize("case", PLAIN, ids=named)
 def test_plain_values_get_no_long_look(case: tuple[Type, Any, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     type_, value, wanted = case
-    looked = layout._looked_through(value, type_, "w")
-    monkeypatch.setattr(layout, "_looked_through", None)
+    looked = uniform_layout._looked_through(value, type_, "w")
+    monkeypatch.setattr(uniform_layout, "_looked_through", None)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = layout.components(value, type_, "w")
+        found = uniform_layout.components(value, type_, "w")
     assert found.dtype == np.float64
     np.testing.assert_array_equal(found, np.array(wanted, np.float64))
     np.testing.assert_array_equal(found, looked)
@@ -86,7 +86,7 @@ def test_what_is_not_finite_is_a_float(number: float, count: int) -> None:
     given = np.arange(float(count))
     given[-1] = number
     for value in (given, given.tolist(), given.astype(np.float32), tuple(given)):
-        np.testing.assert_array_equal(layout.components(value, Array(FLOAT, count), "w"), given)
+        np.testing.assert_array_equal(uniform_layout.components(value, Array(FLOAT, count), "w"), given)
 
 
 @pytest.mark.parametrize("count", [1, 3, 16, 17, 100])
@@ -94,7 +94,7 @@ def test_bits_above_the_ints_mean_the_int_with_these_bits(count: int) -> None:
     given = np.arange(count)
     given[-1] = 0xFFFFFFFF
     for value in (given, given.tolist(), given.astype(np.uint32), given.astype(np.uint64), tuple(given)):
-        np.testing.assert_array_equal(layout.components(value, Array(INT, count), "w"), [*range(count - 1), -1])
+        np.testing.assert_array_equal(uniform_layout.components(value, Array(INT, count), "w"), [*range(count - 1), -1])
 
 
 @pytest.mark.parametrize("count", [1, 3, 16, 17, 100])
@@ -117,18 +117,18 @@ def test_one_number_out_of_range_among_many_is_refused(element: Any, wrong: floa
     for row in ([*rest, wrong], [wrong, *rest]):
         for value in (row, tuple(row), np.array(row), np.array(row)[::-1]):
             with pytest.raises(InputError, match=words):
-                layout.components(value, Array(element, count), "w")
+                uniform_layout.components(value, Array(element, count), "w")
 
 
 @pytest.mark.parametrize("value", [0.5, np.float32(1), (1, 2), [1, 2, 3, 4], np.zeros(2), [[1, 2, 3]] * 2, "abc", None])
 def test_another_number_of_numbers_is_refused(value: object) -> None:
     with pytest.raises(InputError, match=r"w must be vec3 \(3 numbers\), got "):
-        layout.components(value, VEC3, "w")
+        uniform_layout.components(value, VEC3, "w")
 
 
 def test_rows_and_columns_of_an_oblong_matrix_are_not_mixed_up() -> None:
     """Two rows of three hold as many numbers as three rows of two, and mean another matrix."""
     with pytest.raises(InputError, match=r"w must be mat2x3 \(6 numbers; 3 rows of 2 each\), got "):
-        layout.components(np.zeros((2, 3)), Matrix(2, 3), "w")
+        uniform_layout.components(np.zeros((2, 3)), Matrix(2, 3), "w")
     with pytest.raises(InputError, match="3 rows of 2 each"):
-        layout.components(np.zeros((4, 2, 3)), Array(Matrix(2, 3), 4), "w")
+        uniform_layout.components(np.zeros((4, 2, 3)), Array(Matrix(2, 3), 4), "w")

@@ -22,16 +22,16 @@ WRITES_TEXT = ("pixels/code.py", "pixels/body.py")
 SHARED_WITH_ORACLE = (
     "passgraph/graph/reduction",
     "passgraph/plan/",
-    "passgraph/run/buffers.py",
     "passgraph/run/execution.py",
-    "passgraph/run/given.py",
-    "passgraph/language/buffers.py",
+    "passgraph/run/execution.py",
+    "passgraph/run/execution.py",
+    "passgraph/language/long_arrays.py",
     "passgraph/language/composites.py",
     "passgraph/language/expand.py",
-    "passgraph/language/feeding.py",
-    "passgraph/language/layout.py",
-    "passgraph/language/quads.py",
-    "passgraph/language/variables.py",
+    "passgraph/language/quad_derivatives.py",
+    "passgraph/language/uniform_layout.py",
+    "passgraph/language/quad_derivatives.py",
+    "passgraph/language/assignments.py",
 )
 #: A mutant that runs longer hangs, which counts as caught.
 TIMEOUT_S = 600

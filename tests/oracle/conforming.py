@@ -18,9 +18,7 @@ from numpy.typing import NDArray
 
 from passgraph.backends.base import Block, quantised
 from passgraph.backends.reference import ReferenceBackend
-from passgraph.backends.reference.images import SampledImage
-from passgraph.backends.reference.pixel_pass import ReferencePixelPass
-from passgraph.backends.reference.storage import Storage
+from passgraph.backends.reference.stage import ReferencePixelPass, SampledImage, Storage
 from passgraph.language import scalar as s
 from passgraph.language.lower import ImageFacts
 from passgraph.plan.data import PixelStep

@@ -14,10 +14,10 @@ import pytest
 
 import passgraph as pg
 from passgraph import vec4
-from passgraph.backends.reference import ReferenceBackend, output_merge
+from passgraph.backends.reference import ReferenceBackend, draw_pass
 from passgraph.backends.reference import draw_pass as reference_draw
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
-from passgraph.backends.reference.raster_setup import ScreenTriangles
+from passgraph.backends.reference.rasterizer import ScreenTriangles
 from passgraph.graph.draw_state import COMPARE, EQUATIONS, FACTORS, STENCIL_OPERATIONS, Blend, Stencil
 from passgraph.verify.compare import BackendReport, compare
 from passgraph.verify.conformance.meshes import Soup, soup
@@ -234,7 +234,7 @@ MISTAKES: dict[str, tuple[Callable[[], dict[str, pg.Target]], Any, str, Callable
         on_screen(lambda s: replace(s, offset=0 * s.offset)),
     ),
     "blend factors swapped": (
-        lambda: twice(blend="alpha", depth_compare="always"), output_merge, "blended", swapped_factors
+        lambda: twice(blend="alpha", depth_compare="always"), draw_pass, "blended", swapped_factors
     ),
 }  # fmt: skip
 

@@ -15,7 +15,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
-from passgraph.backends.reference.pixel_pass import ReferencePixelPass
+from passgraph.backends.reference.stage import ReferencePixelPass
 from passgraph.verify.compare import compare
 from passgraph.verify.oracle import decisions, domain
 from passgraph.verify.oracle.allowed import Allowed

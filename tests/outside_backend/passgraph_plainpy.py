@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from passgraph.backends import base
 from passgraph.formats import Format
-from passgraph.graph.draw_state import DrawState
-from passgraph.graph.geometry import Geometry
+from passgraph.graph.draw_state import DrawState, Geometry
 from passgraph.language import scalar as s
 from passgraph.language.borders import border_place
 from passgraph.plan.data import DrawStep, PixelStep

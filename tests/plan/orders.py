@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from passgraph.graph.targets import Pass
-from passgraph.plan.order import Copies, dependencies
-from passgraph.plan.sort import producers_first
+from passgraph.plan.order import Copies, dependencies, producers_first
 from passgraph.plan.work import Work
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.graph.run_values import OUTPUT_SIZE
 from passgraph.graph.targets import Target
-from passgraph.graph.values import OUTPUT_SIZE
 
 frame = pg.Input("frame", "rgba32f", (8, 4))
 copy = pg.kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")

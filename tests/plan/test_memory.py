@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.plan import memory
+from passgraph.plan import limits
 from passgraph.run.execution import Execution
 
 COPY = pg.kernel(source="def copy(c: Image) -> vec4: return c[0, 0]")
@@ -39,7 +39,7 @@ def test_a_plan_that_takes_more_is_refused_with_its_largest_targets(given: int |
 
 @pytest.mark.usefixtures("nothing_is_allocated")
 def test_half_of_the_machine_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory, "machine_memory", lambda: 400_000_000)
+    monkeypatch.setattr(limits, "machine_memory", lambda: 400_000_000)
     with pytest.raises(pg.GraphError, match=r"at most 200 MB are allowed, half of this machine's memory"):
         pg.compile(two_large(), "numpy", options=pg.Options(fuse=False))
 
@@ -71,7 +71,7 @@ def test_a_shader_of_a_stranger_is_held_to_it(tmp_path: Path) -> None:
 def test_a_container_has_the_memory_of_its_group(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "max").write_text("123456789\n")
     (tmp_path / "none").write_text("max\n")
-    monkeypatch.setattr(memory, "_CGROUPS", (str(tmp_path / "none"), str(tmp_path / "max"), str(tmp_path / "absent")))
-    memory.machine_memory.cache_clear()
-    assert memory.machine_memory() == 123456789
-    memory.machine_memory.cache_clear()
+    monkeypatch.setattr(limits, "_CGROUPS", (str(tmp_path / "none"), str(tmp_path / "max"), str(tmp_path / "absent")))
+    limits.machine_memory.cache_clear()
+    assert limits.machine_memory() == 123456789
+    limits.machine_memory.cache_clear()

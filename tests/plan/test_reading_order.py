@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.graph.outputs import Outputs
+from passgraph.graph.targets import Outputs
 from passgraph.plan.build import build
 from passgraph.verify.compare import compare
 from tests.corners import placed

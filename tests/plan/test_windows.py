@@ -7,13 +7,12 @@ from typing import Any
 import pytest
 
 import passgraph as pg
-from passgraph.graph.outputs import named_outputs
+from passgraph.graph.targets import named_outputs
 from passgraph.language import scalar as s
 from passgraph.language.lower import lower
 from passgraph.plan.build import build
 from passgraph.plan.data import Options, PixelStep, Plan
-from passgraph.plan.footprint import Halo, footprint, windows
-from passgraph.plan.window import WINDOW, placed, window_plan
+from passgraph.plan.window import WINDOW, Halo, footprint, placed, window_plan, windows
 
 KERNELS = """
 def left(color: Image) -> vec4: return color[-3, 0]

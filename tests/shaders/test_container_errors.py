@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.shaders.containers.isf import read_isf
-from passgraph.shaders.containers.isf_header import read_header
+from passgraph.shaders.containers.isf import read_header, read_isf
 from passgraph.shaders.load import load_shader
 
 BODY = "void main() { gl_FragColor = vec4(0.5); }"

@@ -12,8 +12,8 @@ import pytest
 from original_mpv import MpvFile, Original
 
 import passgraph as pg
-from passgraph.graph.formulas import evaluated
-from passgraph.shaders.containers.mpv_header import holds, rpn_formula, side_formula
+from passgraph.graph.run_values import evaluated
+from passgraph.shaders.containers.mpv import holds, rpn_formula, side_formula
 
 BACKENDS = ["reference", "numpy", "gl", "opencl"]
 SIZES: dict[str, Any] = {"MAIN": ("width", "height"), "OUTPUT": (("mul", "width", 2.0), ("mul", "height", 2.0))}

@@ -15,7 +15,7 @@ from typing import Any
 import llvmlite.binding as llvm
 from llvmlite.binding import ffi
 
-from passgraph.backends.numpy.machine.ir import POINTS
+from passgraph.backends.numpy.machine.llvm import POINTS
 
 #: Of each thread its own: a target machine fills in what it finds out as it goes.
 _own = threading.local()

@@ -1,4 +1,4 @@
-"""Threads that share the rows or tiles of a pass.  Compiled code holds no GIL, so they really run side by side."""
+"""Threads that share the rows or tiles of a pass, and aligned memory for them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,32 @@ import threading
 import weakref
 from collections.abc import Callable
 from queue import SimpleQueue
-from typing import TypeAlias
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+#: Bytes of a cache line, and of the widest vectors: loads that straddle two lines take twice as long.
+LINE = 64
+#: Numbers behind the last one that may be read: the last vector of a row loads whole ones.
+ROOM = 128
+#: Bytes that the processor protects together: what lies behind an array in its last page may be read.
+PAGE = 4096
+
+
+def aligned_zeros(count: int, dtype: DTypeLike = np.float32) -> NDArray[Any]:
+    """``count`` zeros from the start of a cache line."""
+    kind = np.dtype(dtype)
+    size = count * kind.itemsize
+    whole = np.zeros(size + LINE + ROOM * kind.itemsize, np.uint8)
+    first = -whole.ctypes.data % LINE
+    return whole[first : first + size].view(kind)
+
+
+def rest_of_page(end: int) -> int:
+    """Bytes from an address to the end of its page; none where a page begins there."""
+    return -end % PAGE
+
 
 #: Environment variable with the number of threads; default: one a core that this process may use.
 THREADS_VARIABLE = "PASSGRAPH_THREADS"

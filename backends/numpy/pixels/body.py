@@ -8,24 +8,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from passgraph.backends.numpy.machine import ir
-from passgraph.backends.numpy.machine.builder import IRBuilder
-from passgraph.backends.numpy.pixels.frame import Frame
-from passgraph.backends.numpy.pixels.layout import StageLayout, View
+from passgraph.backends.numpy.machine import llvm
+from passgraph.backends.numpy.machine.llvm import IRBuilder
+from passgraph.backends.numpy.pixels.buffer_layout import Frame, StageLayout, View
 from passgraph.backends.numpy.vector.lane_body import LaneBody
-from passgraph.backends.numpy.vector.lanes import Lanes
-from passgraph.backends.numpy.vector.operations import BOOL, I32, I64
-from passgraph.backends.numpy.vector.stored import decoded, element, woven
-from passgraph.backends.numpy.vector.texels import neighbours
+from passgraph.backends.numpy.vector.lanes import BOOL, I32, I64, Lanes
+from passgraph.backends.numpy.vector.texels import decoded, element, neighbours, woven
 from passgraph.language import scalar as s
 
-POINTER = ir.PointerType()
+POINTER = llvm.PointerType()
 #: A frame, the number of the (first) row, and from which number of it to which.
-BODY = ir.FunctionType(ir.VoidType(), [POINTER, I64, I64, I64])
+BODY = llvm.FunctionType(llvm.VoidType(), [POINTER, I64, I64, I64])
 
 
 def number(value: int) -> Any:
-    return ir.Constant(I64, value)
+    return llvm.Constant(I64, value)
 
 
 def times(b: Lanes, value: Any, count: int) -> Any:
@@ -34,10 +31,10 @@ def times(b: Lanes, value: Any, count: int) -> Any:
 
 def body_text(stage: StageLayout, name: str) -> str:
     """A module with the function :data:`BODY` of a stage."""
-    module = ir.Module(name)
-    function = ir.Function(module, BODY, name)
+    module = llvm.Module(name)
+    function = llvm.Function(module, BODY, name)
     if s.is_straight(stage.program) and all(use.pointwise for use in stage.program.images):
-        function.attributes.add(ir.POINTS)
+        function.attributes.add(llvm.POINTS)
     # Nothing writes to the frame meanwhile.
     function.args[0].add_attribute("noalias")
     b = Lanes(IRBuilder(function), stage.lanes)
@@ -145,8 +142,8 @@ class PixelBody(LaneBody):
         apart = any(use.relative and use not in stage.near for use in stage.program.images)
         if apart or read & {"pixel.0", "pixel.1"}:
             given["pixel.0"] = b.add(b.trunc(at, I32), b.counting(I32))
-            given["pixel.1"] = b.add(b.trunc(y, I32), ir.Constant(I32, row))
-        super().__init__(place.program, b, given, entries, b.spread(ir.Constant(BOOL, 1)), stage.images)
+            given["pixel.1"] = b.add(b.trunc(y, I32), llvm.Constant(I32, row))
+        super().__init__(place.program, b, given, entries, b.spread(llvm.Constant(BOOL, 1)), stage.images)
         self.views = {(view.image, view.border): number for number, view in enumerate(stage.views)}
 
     def stored(self) -> list[Any]:

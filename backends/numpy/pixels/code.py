@@ -15,21 +15,19 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from passgraph.backends.numpy.machine import ir
-from passgraph.backends.numpy.machine.builder import IRBuilder
+from passgraph.backends.numpy.machine import llvm
+from passgraph.backends.numpy.machine.llvm import IRBuilder
 from passgraph.backends.numpy.pixels.body import BODY, POINTER, number, times
-from passgraph.backends.numpy.pixels.frame import IMAGE
-from passgraph.backends.numpy.pixels.layout import Layout, StageLayout, View
-from passgraph.backends.numpy.vector.lanes import Lanes, border, counting
-from passgraph.backends.numpy.vector.operations import F32, I32, I64
-from passgraph.backends.numpy.vector.stored import decoded, element
+from passgraph.backends.numpy.pixels.buffer_layout import IMAGE, Layout, StageLayout, View
+from passgraph.backends.numpy.vector.lanes import F32, I32, I64, Lanes, border, counting
+from passgraph.backends.numpy.vector.texels import decoded, element
 from passgraph.language.borders import BORDERS
 
 
 def pixel_text(layout: Layout, name: str) -> str:
     """A module with ``pieces(context, own)``: both lead to entries as :class:`Layout` names them."""
-    module = ir.Module(name)
-    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [POINTER, POINTER]), name)
+    module = llvm.Module(name)
+    function = llvm.Function(module, llvm.FunctionType(llvm.VoidType(), [POINTER, POINTER]), name)
     b = Lanes(IRBuilder(function), layout.stages[0].lanes)
     memory = {}
     for block, names in zip(function.args, ([*layout.fixed, *layout.bound], layout.own), strict=True):
@@ -47,7 +45,7 @@ def is_size(name: str) -> bool:
 
 
 def _kind(name: str) -> Any:
-    return ir.PointerType(BODY) if name.startswith("body") else POINTER
+    return llvm.PointerType(BODY) if name.startswith("body") else POINTER
 
 
 def smaller(b: Lanes, x: Any, y: Any) -> Any:
@@ -239,9 +237,9 @@ class StageRows:
             place = b.gep(row, [b.add(start, i)], True, source_etype=held)
             if view.decodes:
                 # The next part of the row is on its way while the body runs over this one.
-                ahead = b.intrinsic("llvm.prefetch.p0", ir.VoidType(), [POINTER, I32, I32, I32])
+                ahead = b.intrinsic("llvm.prefetch.p0", llvm.VoidType(), [POINTER, I32, I32, I32])
                 there = b.gep(place, [number(self.stage.segment * view.channels)], source_etype=held)
-                b.plain.call(ahead, [there, ir.Constant(I32, 0), ir.Constant(I32, 3), ir.Constant(I32, 1)])
+                b.plain.call(ahead, [there, llvm.Constant(I32, 0), llvm.Constant(I32, 3), llvm.Constant(I32, 1)])
             values = b.load(place, typ=b.vector(held), align=view.held.bits // 8)
             values = decoded(b, values, view.held) if view.decodes else values
             b.plain.store(values, b.gep(strip, [i], True, source_etype=read), align=view.read.bits // 8)
@@ -267,7 +265,7 @@ class StageRows:
             if view.decodes:
                 value = decoded(b, value, view.held)
             if BORDERS[view.border].blank:
-                value = b.select(b.icmp_signed("==", inner, x), value, ir.Constant(kind, 0))
+                value = b.select(b.icmp_signed("==", inner, x), value, llvm.Constant(kind, 0))
             place = b.add(b.mul(i, channels), number(channel))
             b.plain.store(value, b.gep(strip, [place], True, source_etype=kind), align=view.read.bits // 8)
 

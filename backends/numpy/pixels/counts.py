@@ -6,14 +6,12 @@ import ctypes
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from passgraph.backends.numpy.machine import ir
-from passgraph.backends.numpy.machine.builder import IRBuilder
+from passgraph.backends.numpy.machine import llvm
+from passgraph.backends.numpy.machine.llvm import IRBuilder
 from passgraph.backends.numpy.machine.native import function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers
-from passgraph.backends.numpy.vector.constants import zeros
-from passgraph.backends.numpy.vector.lanes import Lanes, counting
-from passgraph.backends.numpy.vector.operations import F32, I32, I64
-from passgraph.backends.numpy.vector.stored import element
+from passgraph.backends.numpy.vector.lanes import F32, I32, I64, Lanes, counting, zeros
+from passgraph.backends.numpy.vector.texels import element
 from passgraph.cached import cached_property
 from passgraph.graph.reductions import MOST_BINS
 from passgraph.plan.known import COUNTED
@@ -58,13 +56,13 @@ class Counts:
 
 def counts_text(name: str, width: int) -> str:
     """A module with ``counts(picture…, outputs…, quarter, first, end)``: these rows, each to a row of the outputs."""
-    module = ir.Module(name)
-    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [I64] * 15), name)
+    module = llvm.Module(name)
+    function = llvm.Function(module, llvm.FunctionType(llvm.VoidType(), [I64] * 15), name)
     b = Lanes(IRBuilder(function), width)
     picture, across, down, pitch, *outputs, quarter, first, end = function.args
     bins = b.mul(quarter, _long(4))
     tables = b.alloca(I32, _long(TABLES * ROOM))
-    source, *made = (b.inttoptr(address, ir.PointerType()) for address in (picture, *outputs[::2]))
+    source, *made = (b.inttoptr(address, llvm.PointerType()) for address in (picture, *outputs[::2]))
     with counting(b, first, end, _long(1)) as y:
         with counting(b, _long(0), b.add(bins, _long(1)), _long(width)) as entry:
             for table in range(TABLES):
@@ -81,7 +79,7 @@ def counts_text(name: str, width: int) -> str:
 
 
 def _long(number: int) -> Any:
-    return ir.Constant(I64, number)
+    return llvm.Constant(I64, number)
 
 
 def _place(b: Lanes, pointer: Any, index: Any, kind: Any) -> Any:
@@ -96,22 +94,22 @@ def _row(b: Lanes, row: Any, across: Any, bins: Any, tables: Any) -> None:
         loaded = b.load(_place(b, row, x, kind), typ=b.vector(kind), align=4)
         numbers = _bins(b, loaded, bins)
         for lane in range(turns):
-            _add(b, tables, b.extract_element(numbers, ir.Constant(I32, lane)), lane % TABLES)
+            _add(b, tables, b.extract_element(numbers, llvm.Constant(I32, lane)), lane % TABLES)
     with counting(b, whole, across, _long(1)) as x:
         _add(b, tables, _bins(b, b.load(_place(b, row, x, kind), typ=kind, align=4), bins), 0)
 
 
 def _bins(b: Lanes, value: Any, bins: Any) -> Any:
     """The numbers as ints; 0 for what is no bin's."""
-    one, most = ir.Constant(F32, 1.0), b.sitofp(bins, F32)
+    one, most = llvm.Constant(F32, 1.0), b.sitofp(bins, F32)
     inside = b.and_(b.fcmp_ordered(">=", value, one), b.fcmp_ordered("<=", value, most))
-    near = b.fptosi(b.select(inside, value, ir.Constant(F32, 0.0)), I32)
-    return b.select(b.fcmp_ordered("==", b.sitofp(near, F32), value), near, ir.Constant(I32, 0))
+    near = b.fptosi(b.select(inside, value, llvm.Constant(F32, 0.0)), I32)
+    return b.select(b.fcmp_ordered("==", b.sitofp(near, F32), value), near, llvm.Constant(I32, 0))
 
 
 def _add(b: Lanes, tables: Any, number: Any, table: int) -> None:
-    place = _place(b, tables, b.add(number, ir.Constant(I32, table * ROOM)), I32)
-    b.plain.store(b.plain.add(b.load(place, typ=I32), ir.Constant(I32, 1)), place)
+    place = _place(b, tables, b.add(number, llvm.Constant(I32, table * ROOM)), I32)
+    b.plain.store(b.plain.add(b.load(place, typ=I32), llvm.Constant(I32, 1)), place)
 
 
 def _sums(b: Lanes, tables: Any, made: Any, bins: Any) -> None:

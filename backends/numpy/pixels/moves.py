@@ -14,15 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Block
-from passgraph.backends.numpy.machine.memory import rest_of_page
-from passgraph.backends.numpy.machine.workers import Workers
+from passgraph.backends.numpy.machine.workers import Workers, rest_of_page
 from passgraph.backends.numpy.pixels.chains import Stage
 from passgraph.backends.numpy.pixels.runner import PixelRun
 from passgraph.backends.numpy.storage import adopted
 from passgraph.backends.steps import numbers_of, values_of
 from passgraph.formats import Format
 from passgraph.language import scalar as s
-from passgraph.plan.footprint import Halo
+from passgraph.plan.window import Halo
 
 #: Numbers below which NumPy has moved a picture before compiled code is found.
 LEAST = 1 << 14

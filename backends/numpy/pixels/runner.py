@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from passgraph.backends.base import Block, FloatBlock
-from passgraph.backends.numpy.machine.memory import aligned_zeros
 from passgraph.backends.numpy.machine.native import Code, function_code, lanes
-from passgraph.backends.numpy.machine.workers import Workers
+from passgraph.backends.numpy.machine.workers import Workers, aligned_zeros
+from passgraph.backends.numpy.pixels.buffer_layout import Layout, StageLayout
 from passgraph.backends.numpy.pixels.chains import Stage, Tiling, pitch, tiling
-from passgraph.backends.numpy.pixels.layout import Layout, StageLayout
 from passgraph.cached import cached_property
 from passgraph.language.scalar import work
 

@@ -8,18 +8,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from passgraph.backends.numpy.machine import ir
-from passgraph.backends.numpy.vector.called import called
-from passgraph.backends.numpy.vector.constants import zeros
-from passgraph.backends.numpy.vector.lanes import Lanes, border, is_vector, offset_within
-from passgraph.backends.numpy.vector.operations import BOOL, F32, HELD, I8, I32, I64, TYPES, constant, emit_operation
-from passgraph.backends.numpy.vector.stored import decoded, element, rounded
-from passgraph.backends.numpy.vector.texels import scattered
-from passgraph.backends.numpy.vector.windows import Window, windows_of
+from passgraph.backends.numpy.machine import llvm
+from passgraph.backends.numpy.vector.lanes import (
+    BOOL,
+    F32,
+    HELD,
+    I8,
+    I32,
+    I64,
+    TYPES,
+    Lanes,
+    border,
+    called,
+    constant,
+    emit_operation,
+    is_vector,
+    offset_within,
+    zeros,
+)
+from passgraph.backends.numpy.vector.texels import Window, decoded, element, rounded, scattered, windows_of
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
-from passgraph.language.repeated import repeated
+from passgraph.language.emitter import repeated
 
 #: Branches with more instructions than this, or with loops, are jumped over where no lane takes them.
 MAX_UNCONDITIONAL = 12
@@ -107,10 +118,10 @@ class LaneBody:
         """A vector for each entry, all zero where the function begins."""
         b = self.builder
         with b.goto_entry_block():
-            array = b.alloca(b.vector(kind), ir.Constant(I64, length))
-            clear = b.intrinsic("llvm.memset.p0.i64", ir.VoidType(), [ir.PointerType(), I8, I64, BOOL])
-            size = ir.Constant(I64, 4 * b.lanes * length)
-            b.plain.call(clear, [array, ir.Constant(I8, 0), size, ir.Constant(BOOL, 0)])
+            array = b.alloca(b.vector(kind), llvm.Constant(I64, length))
+            clear = b.intrinsic("llvm.memset.p0.i64", llvm.VoidType(), [llvm.PointerType(), I8, I64, BOOL])
+            size = llvm.Constant(I64, 4 * b.lanes * length)
+            b.plain.call(clear, [array, llvm.Constant(I8, 0), size, llvm.Constant(BOOL, 0)])
         return array
 
     def _read_slot(self, slot: Any, kind: Any) -> Any:
@@ -146,7 +157,7 @@ class LaneBody:
             if isinstance(i, s.Break):
                 live = self._read_slot(self.breaks[-1], BOOL)
                 b.store(b.and_(live, b.not_(self._at_work())), self.breaks[-1])
-            b.store(b.spread(ir.Constant(BOOL, 0)), self.mask)
+            b.store(b.spread(llvm.Constant(BOOL, 0)), self.mask)
         elif isinstance(i, s.LoadTable):
             self.values[i.to.id] = self._table(i)
         elif isinstance(i, s.LoadTexel):
@@ -186,7 +197,7 @@ class LaneBody:
     def _numbers_of_lanes(self, index: Any) -> Any:
         """Where entry ``index`` of each lane lies, in numbers."""
         b = self.builder
-        return b.add(b.mul(index, ir.Constant(I32, b.lanes)), b.counting(I32))
+        return b.add(b.mul(index, llvm.Constant(I32, b.lanes)), b.counting(I32))
 
     def _entry(self, array: Any, index: Any, kind: Any) -> Any:
         if is_vector(index) and kind == F32:
@@ -198,8 +209,8 @@ class LaneBody:
         if i.table not in self.tables:
             kind, values = next((kind, values) for name, kind, values in self.program.tables if name == i.table)
             entries = [constant(s.Lit(kind, value)) for value in values]
-            array = ir.Constant(ir.ArrayType(TYPES[kind], len(values)), entries)
-            self.tables[i.table] = ir.GlobalVariable(b.module, array)
+            array = llvm.Constant(llvm.ArrayType(TYPES[kind], len(values)), entries)
+            self.tables[i.table] = llvm.GlobalVariable(b.module, array)
         return self._entry(self.tables[i.table], self.operand(i.index), TYPES[i.to.type])
 
     def texel(self, i: s.LoadTexel) -> None:
@@ -230,25 +241,25 @@ class LaneBody:
         picture, width, height, pitch = (self.memory[f"im{number}{end}"] for end in ("", "_w", "_h", "_p"))
         x, y = self.operand(window.base), self.operand(first.y)
         inner_y = border(b, first.border, y, height)
-        row, least = b.mul(inner_y, pitch), ir.Constant(I32, max(0, -low))
+        row, least = b.mul(inner_y, pitch), llvm.Constant(I32, max(0, -low))
         inside = b.and_(
-            b.icmp_signed(">=", x, least), b.icmp_signed("<", x, b.sub(width, ir.Constant(I32, max(0, high))))
+            b.icmp_signed(">=", x, least), b.icmp_signed("<", x, b.sub(width, llvm.Constant(I32, max(0, high))))
         )
         together, apart, behind = (b.append_basic_block(name) for name in ("together", "apart", "behind"))
         b.cbranch(b.all(b.or_(inside, b.not_(self._at_work()))), together, apart, (1000, 1))
         b.position_at_end(together)
-        start = b.add(b.select(inside, x, least), ir.Constant(I32, low))
+        start = b.add(b.select(inside, x, least), llvm.Constant(I32, low))
         held = self.held[number]
         found = scattered(b, picture, b.add(row, start), 1, [offset - low for offset in window.offsets], held)
         b.branch(behind)
         b.position_at_end(apart)
         others = []
         for offset in window.offsets:
-            at = b.add(x, ir.Constant(I32, offset))
+            at = b.add(x, llvm.Constant(I32, offset))
             inner_x = border(b, first.border, at, width)
             (loaded,) = scattered(b, picture, b.add(row, inner_x), 1, [0], held, rarely=True)
             if BORDERS[first.border].blank:
-                loaded = b.select(b.icmp_signed("!=", inner_x, at), ir.Constant(F32, 0.0), loaded)
+                loaded = b.select(b.icmp_signed("!=", inner_x, at), llvm.Constant(F32, 0.0), loaded)
             others.append(loaded)
         b.branch(behind)
         b.position_at_end(behind)
@@ -265,15 +276,15 @@ class LaneBody:
         held = self.held[number]
         if is_vector(pixel):
             return scattered(b, picture, pixel, channels, wanted, held)
-        first, kind = b.mul(b.sext(pixel, I64), ir.Constant(I64, channels)), element(held)
-        places = [b.add(first, ir.Constant(I64, channel)) for channel in wanted]
+        first, kind = b.mul(b.sext(pixel, I64), llvm.Constant(I64, channels)), element(held)
+        places = [b.add(first, llvm.Constant(I64, channel)) for channel in wanted]
         return [decoded(b, b.load_at(picture, place, kind, steady=True), held) for place in places]
 
     def keep(self, i: s.LoadTexel, loaded: list[Any], outside: Any = None) -> None:
         """What was loaded as the instruction's results; ``outside`` of the picture 0."""
         for value, number in zip((value for value in i.to if value is not None), loaded, strict=True):
             b = self.builder
-            self.values[value.id] = number if outside is None else b.select(outside, ir.Constant(F32, 0.0), number)
+            self.values[value.id] = number if outside is None else b.select(outside, llvm.Constant(F32, 0.0), number)
 
     # Control
 
@@ -287,7 +298,7 @@ class LaneBody:
         before = self._at_work()
         rest = self._slot(BOOL) if leaves else None
         if rest is not None:
-            b.store(b.spread(ir.Constant(BOOL, 0)), rest)
+            b.store(b.spread(llvm.Constant(BOOL, 0)), rest)
         was, self.masked = self.masked, True
         for taken, instructions in ((condition, i.then), (b.not_(condition), i.orelse)):
             if not instructions:
@@ -329,13 +340,13 @@ class LaneBody:
             slot = b.alloca(I32)
         before, live = self._at_work(), self._slot(BOOL)
         start, stop, step = _counter(i)
-        b.store(ir.Constant(I32, start), slot)
+        b.store(llvm.Constant(I32, start), slot)
         b.store(before, live)
         check, body, behind = (b.append_basic_block(name) for name in ("check", "body", "behind"))
         b.branch(check)
         b.position_at_end(check)
         count = b.load(slot, typ=I32)
-        more = b.icmp_signed("<" if step > 0 else ">", count, ir.Constant(I32, stop))
+        more = b.icmp_signed("<" if step > 0 else ">", count, llvm.Constant(I32, stop))
         if s.breaks(i.body):
             more = b.and_(more, b.any(self._read_slot(live, BOOL)))
         b.cbranch(more, body, behind)
@@ -347,7 +358,7 @@ class LaneBody:
         self.block(i.body)
         self.breaks.pop()
         self.masked = was
-        b.store(b.add(count, ir.Constant(I32, step)), slot)
+        b.store(b.add(count, llvm.Constant(I32, step)), slot)
         b.branch(check)
         b.position_at_end(behind)
         b.store(before, self.mask)
@@ -380,7 +391,7 @@ def _counter(loop: s.For) -> tuple[int, int, int]:
 def _index_of(b: Any, loop: s.For, count: Any) -> Any:
     """The index of a trip; sums and products wrap, and the index itself fits."""
     start, _, step = _counter(loop)
-    trips = b.sub(count, ir.Constant(I32, start))
+    trips = b.sub(count, llvm.Constant(I32, start))
     if step != loop.step:
-        trips = b.mul(trips, ir.Constant(I32, loop.step))
-    return count if (start, step) == (loop.start, loop.step) else b.add(trips, ir.Constant(I32, loop.start))
+        trips = b.mul(trips, llvm.Constant(I32, loop.step))
+    return count if (start, step) == (loop.start, loop.step) else b.add(trips, llvm.Constant(I32, loop.start))

@@ -7,17 +7,173 @@ more.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import hashlib
+import math
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
-from passgraph.backends.numpy.machine import ir
-from passgraph.backends.numpy.vector.constants import blank, lanes_of, same
-from passgraph.backends.numpy.vector.operations import BOOL, I32
+import numpy as np
+
+from passgraph.backends.numpy.machine import llvm
+from passgraph.backends.numpy.machine.llvm import IRBuilder
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program
+from passgraph.language.emitter import Call
+
+F32, F64, I32, I64, BOOL = llvm.FloatType(), llvm.DoubleType(), llvm.IntType(32), llvm.IntType(64), llvm.IntType(1)
+I8 = llvm.IntType(8)
+TYPES = {"float": F32, "int": I32, "bool": BOOL}
+#: Entries of arrays: bits would lie packed.
+HELD = TYPES | {"bool": I32}
+
+
+def constant(value: s.Lit) -> Any:
+    if value.type == "float":
+        number = float(np.float32(value.value))
+        # LLVM's text has no sign for NaN and wants the bits of infinities: go through them.
+        if math.isnan(number) or math.isinf(number):
+            bits = int(np.float32(number).view(np.int32))
+            return llvm.Constant(I32, bits).bitcast(F32)
+        return llvm.Constant(F32, number)
+    return llvm.Constant(TYPES[value.type], int(value.value))
+
+
+def call(name: str, result: Any) -> Callable[..., Any]:
+    """An LLVM intrinsic on one float32; vector units have an instruction for each that is used here."""
+
+    def emit(b: Any, x: Any) -> Any:
+        kind = llvm.FunctionType(result, [F32])
+        function = b.module.globals.get(name) or llvm.Function(b.module, kind, name)
+        return b.call(function, [x])
+
+    return emit
+
+
+fabs = call("llvm.fabs.f32", F32)
+
+
+def _floor_divide(b: Any, x: Any, y: Any) -> Any:
+    quotient, rest, zero = _divide(b, x, y)
+    down = b.and_(b.icmp_signed("!=", rest, _int(0)), b.icmp_signed("<", b.xor(rest, y), _int(0)))
+    return b.select(zero, _int(0), b.select(down, b.sub(quotient, _int(1)), quotient))
+
+
+def _int_mod(b: Any, x: Any, y: Any) -> Any:
+    _, rest, zero = _divide(b, x, y)
+    up = b.and_(b.icmp_signed("!=", rest, _int(0)), b.icmp_signed("<", b.xor(rest, y), _int(0)))
+    return b.select(zero, _int(0), b.select(up, b.add(rest, y), rest))
+
+
+def _divide(b: Any, x: Any, y: Any) -> tuple[Any, Any, Any]:
+    """Quotient toward zero, rest, and whether the divisor is 0; the two cases that trap go around the division."""
+    zero, minus = b.icmp_signed("==", y, _int(0)), b.icmp_signed("==", y, _int(-1))
+    safe = b.select(b.or_(zero, minus), _int(1), y)
+    quotient = b.select(minus, b.sub(_int(0), x), b.sdiv(x, safe))
+    return quotient, b.sub(x, b.mul(quotient, y)), zero
+
+
+def _int(value: int) -> Any:
+    return llvm.Constant(I32, value)
+
+
+def _shift(b: Any, y: Any) -> Any:
+    return b.and_(y, _int(31))
+
+
+def _saturated(b: Any, x: Any) -> Any:
+    """Toward zero, at most as far as an int reaches, NaN to 0.
+
+    LLVM's own intrinsic comes out number by number on x86; this stays in vectors.
+    """
+    low, high = llvm.Constant(F32, -(2.0**31)), llvm.Constant(F32, 2.0**31)
+    below = llvm.Constant(F32, 2.0**31 - 128.0)  # the last float32 before 2**31
+    ranged = b.select(b.fcmp_ordered(">", x, low), x, low)
+    made = b.fptosi(b.select(b.fcmp_ordered("<", ranged, below), ranged, below), I32)
+    made = b.select(b.fcmp_ordered(">=", x, high), _int(2**31 - 1), made)
+    return b.select(b.fcmp_unordered("uno", x, x), _int(0), made)
+
+
+_FLOAT: dict[str, Callable[..., Any]] = {
+    "add": lambda b, x, y: b.fadd(x, y), "sub": lambda b, x, y: b.fsub(x, y), "mul": lambda b, x, y: b.fmul(x, y),
+    "div": lambda b, x, y: b.fdiv(x, y), "neg": lambda b, x: b.fneg(x), "abs": fabs,
+    "min": lambda b, x, y: b.select(b.fcmp_ordered("<", y, x), y, x),
+    "max": lambda b, x, y: b.select(b.fcmp_ordered("<", x, y), y, x),
+    "floor": call("llvm.floor.f32", F32), "ceil": call("llvm.ceil.f32", F32), "trunc": call("llvm.trunc.f32", F32),
+    "round": call("llvm.roundeven.f32", F32), "sqrt": call("llvm.sqrt.f32", F32),
+    "less": lambda b, x, y: b.fcmp_ordered("<", x, y), "less_equal": lambda b, x, y: b.fcmp_ordered("<=", x, y),
+    "greater": lambda b, x, y: b.fcmp_ordered(">", x, y), "greater_equal": lambda b, x, y: b.fcmp_ordered(">=", x, y),
+    "equal": lambda b, x, y: b.fcmp_ordered("==", x, y), "not_equal": lambda b, x, y: b.fcmp_unordered("!=", x, y),
+    "isnan": lambda b, x: b.fcmp_unordered("uno", x, x),
+    "isinf": lambda b, x: b.fcmp_ordered("==", fabs(b, x), constant(s.Lit("float", math.inf))),
+    "bits_from_float": lambda b, x: b.bitcast(x, I32),
+    "to_int": _saturated,
+}  # fmt: skip
+_INT: dict[str, Callable[..., Any]] = {
+    "add": lambda b, x, y: b.add(x, y), "sub": lambda b, x, y: b.sub(x, y), "mul": lambda b, x, y: b.mul(x, y),
+    "neg": lambda b, x: b.sub(_int(0), x),
+    "abs": lambda b, x: b.select(b.icmp_signed("<", x, _int(0)), b.sub(_int(0), x), x),
+    "floor_divide": _floor_divide, "int_mod": _int_mod,
+    "min": lambda b, x, y: b.select(b.icmp_signed("<", y, x), y, x),
+    "max": lambda b, x, y: b.select(b.icmp_signed("<", x, y), y, x),
+    "less": lambda b, x, y: b.icmp_signed("<", x, y), "less_equal": lambda b, x, y: b.icmp_signed("<=", x, y),
+    "greater": lambda b, x, y: b.icmp_signed(">", x, y), "greater_equal": lambda b, x, y: b.icmp_signed(">=", x, y),
+    "equal": lambda b, x, y: b.icmp_signed("==", x, y), "not_equal": lambda b, x, y: b.icmp_signed("!=", x, y),
+    "bit_and": lambda b, x, y: b.and_(x, y), "bit_or": lambda b, x, y: b.or_(x, y),
+    "bit_xor": lambda b, x, y: b.xor(x, y),
+    "bit_not": lambda b, x: b.not_(x),
+    "shift_left": lambda b, x, y: b.shl(x, _shift(b, y)), "shift_right": lambda b, x, y: b.ashr(x, _shift(b, y)),
+    "float_from_bits": lambda b, x: b.bitcast(x, F32), "to_float": lambda b, x: b.sitofp(x, F32),
+}  # fmt: skip
+_BOOL: dict[str, Callable[..., Any]] = {
+    "logical_and": lambda b, x, y: b.and_(x, y), "logical_or": lambda b, x, y: b.or_(x, y),
+    "logical_not": lambda b, x: b.not_(x),
+    "to_float": lambda b, x: b.uitofp(x, F32), "to_int": lambda b, x: b.zext(x, I32),
+}  # fmt: skip
+_ROWS = {"float": _FLOAT, "int": _INT, "bool": _BOOL}
+
+
+def emit_operation(builder: Any, name: str, on: str, arguments: list[Any]) -> Any:
+    """The value of a primitive operation."""
+    return _ROWS[on][name](builder, *arguments)
+
+
+class Written(llvm.Constant):
+    """A constant whose text is known; ``numbers`` are those of each lane, where they are told apart."""
+
+    def __init__(self, kind: Any, text: str, numbers: Sequence[Any] = ()) -> None:
+        llvm.Value.__init__(self, kind, text)
+        self.constant = numbers
+
+
+def same(kind: Any, value: Any) -> Written:
+    """A number in every lane."""
+    return Written(kind, f"splat ({value})")
+
+
+def zeros(kind: Any) -> Written:
+    return Written(kind, "zeroinitializer")
+
+
+def blank(kind: Any) -> Written:
+    """A vector (or struct) all of whose lanes that matter will be put in."""
+    return Written(kind, "poison")
+
+
+def lanes_of(numbers: Sequence[int], bits: int = 32) -> Written:
+    """Whole numbers, lane by lane."""
+    return _numbers(tuple(numbers), bits)
+
+
+@lru_cache(maxsize=512)
+def _numbers(numbers: tuple[int, ...], bits: int) -> Written:
+    kind = llvm.IntType(bits)
+    parts = [llvm.Constant(kind, number) for number in numbers]
+    text = f"<{', '.join(map(str, parts))}>" if any(numbers) else "zeroinitializer"
+    return Written(llvm.VectorType(kind, len(numbers)), text, parts)
+
 
 _LETTERS = {"half": "f16", "float": "f32", "double": "f64"} | {f"i{bits}": f"i{bits}" for bits in (1, 8, 16, 32, 64)}
 _ALIKE = ("fadd", "fsub", "fmul", "fdiv", "add", "sub", "mul", "sdiv", "srem", "shl", "ashr", "lshr",
@@ -27,7 +183,7 @@ _COMPARES = ("icmp_signed", "icmp_unsigned", "fcmp_ordered", "fcmp_unordered")
 
 
 def is_vector(value: Any) -> bool:
-    return isinstance(value.type, ir.VectorType)
+    return isinstance(value.type, llvm.VectorType)
 
 
 class Lanes:
@@ -93,19 +249,19 @@ class Lanes:
     def intrinsic(self, name: str, result: Any, arguments: list[Any]) -> Any:
         """The declaration of an LLVM intrinsic in this module."""
         module = self.plain.module
-        return module.globals.get(name) or ir.Function(module, ir.FunctionType(result, arguments), name)
+        return module.globals.get(name) or llvm.Function(module, llvm.FunctionType(result, arguments), name)
 
     def vector(self, kind: Any) -> Any:
-        return ir.VectorType(kind, self.lanes)
+        return llvm.VectorType(kind, self.lanes)
 
     def alike(self, x: Any, y: Any) -> tuple[Any, Any]:
         """Both vectors if one is; a whole number that is known takes the width of the other."""
         kind_x, kind_y = (v.type.element if is_vector(v) else v.type for v in (x, y))
-        if kind_x != kind_y and isinstance(kind_x, ir.IntType):
-            if isinstance(x, ir.Constant):
-                x = ir.Constant(kind_y, x.constant)
-            elif isinstance(y, ir.Constant):
-                y = ir.Constant(kind_x, y.constant)
+        if kind_x != kind_y and isinstance(kind_x, llvm.IntType):
+            if isinstance(x, llvm.Constant):
+                x = llvm.Constant(kind_y, x.constant)
+            elif isinstance(y, llvm.Constant):
+                y = llvm.Constant(kind_x, y.constant)
         return (self.spread(x), self.spread(y)) if is_vector(x) or is_vector(y) else (x, y)
 
     def spread(self, value: Any) -> Any:
@@ -113,7 +269,7 @@ class Lanes:
         if is_vector(value):
             return value
         kind = self.vector(value.type)
-        if type(value) is ir.Constant:
+        if type(value) is llvm.Constant:
             return same(kind, value)
         entry, here = self.plain.function.entry_basic_block, self.plain.block
         if getattr(value, "parent", None) is not entry or here is entry:
@@ -128,7 +284,7 @@ class Lanes:
 
     def _in_every_lane(self, value: Any, kind: Any) -> Any:
         nothing = blank(kind)
-        first = self.plain.insert_element(nothing, value, ir.Constant(I32, 0))
+        first = self.plain.insert_element(nothing, value, llvm.Constant(I32, 0))
         return self.plain.shuffle_vector(first, nothing, lanes_of([0] * self.lanes))
 
     def counting(self, kind: Any) -> Any:
@@ -139,13 +295,13 @@ class Lanes:
         """Whether some lane is set."""
         if not is_vector(mask):
             return mask
-        bits = ir.IntType(self.lanes)
-        return self.plain.icmp_unsigned("!=", self.plain.bitcast(mask, bits), ir.Constant(bits, 0))
+        bits = llvm.IntType(self.lanes)
+        return self.plain.icmp_unsigned("!=", self.plain.bitcast(mask, bits), llvm.Constant(bits, 0))
 
     def all(self, mask: Any) -> Any:
         """Whether every lane is set."""
-        bits = ir.IntType(self.lanes)
-        return self.plain.icmp_unsigned("==", self.plain.bitcast(mask, bits), ir.Constant(bits, -1))
+        bits = llvm.IntType(self.lanes)
+        return self.plain.icmp_unsigned("==", self.plain.bitcast(mask, bits), llvm.Constant(bits, -1))
 
     # Memory
 
@@ -157,29 +313,29 @@ class Lanes:
         if not is_vector(index):
             place = self.plain.gep(pointer, [index], True, source_etype=kind)
             return self.plain.load(place, typ=kind, align=_size(kind), steady=steady)
-        vector, pointers = self.vector(kind), self.vector(ir.PointerType())
+        vector, pointers = self.vector(kind), self.vector(llvm.PointerType())
         places = self.plain.gep(pointer, [index], True, source_etype=kind)
         name = f"llvm.masked.gather.v{self.lanes}{_LETTERS[str(kind)]}.v{self.lanes}p0"
         gather = self.intrinsic(name, vector, [pointers, I32, self.vector(BOOL), vector])
-        which = self.spread(ir.Constant(BOOL, 1) if mask is None else mask)
+        which = self.spread(llvm.Constant(BOOL, 1) if mask is None else mask)
         return self.plain.call(
-            gather, [places, ir.Constant(I32, _size(kind)), which, self.spread(ir.Constant(kind, 0))]
+            gather, [places, llvm.Constant(I32, _size(kind)), which, self.spread(llvm.Constant(kind, 0))]
         )
 
     def store_masked(self, values: Any, place: Any, mask: Any, align: int) -> None:
         """Consecutive numbers from ``place`` on, where the mask says so."""
         name = f"llvm.masked.store.v{values.type.count}{_LETTERS[str(values.type.element)]}.p0"
-        arguments = [values.type, ir.PointerType(), I32, mask.type]
-        store = self.intrinsic(name, ir.VoidType(), arguments)
-        self.plain.call(store, [values, place, ir.Constant(I32, align), mask])
+        arguments = [values.type, llvm.PointerType(), I32, mask.type]
+        store = self.intrinsic(name, llvm.VoidType(), arguments)
+        self.plain.call(store, [values, place, llvm.Constant(I32, align), mask])
 
     def store_at(self, pointer: Any, index: Any, value: Any, kind: Any, mask: Any) -> None:
         """``pointer[index] = value`` in the lanes of the mask."""
-        vector, pointers = self.vector(kind), self.vector(ir.PointerType())
+        vector, pointers = self.vector(kind), self.vector(llvm.PointerType())
         places = self.plain.gep(pointer, [index], True, source_etype=kind)
         name = f"llvm.masked.scatter.v{self.lanes}{_LETTERS[str(kind)]}.v{self.lanes}p0"
-        scatter = self.intrinsic(name, ir.VoidType(), [vector, pointers, I32, self.vector(BOOL)])
-        self.plain.call(scatter, [self.spread(value), places, ir.Constant(I32, _size(kind)), mask])
+        scatter = self.intrinsic(name, llvm.VoidType(), [vector, pointers, I32, self.vector(BOOL)])
+        self.plain.call(scatter, [self.spread(value), places, llvm.Constant(I32, _size(kind)), mask])
 
     def interleaved(self, parts: list[Any]) -> Any:
         """x0 y0 z0 w0 x1 y1 …: vectors (masks too) woven into one that is as many times as long."""
@@ -227,12 +383,12 @@ def floor_modulo(b: Any, value: Any, size: Any) -> Any:
     """The rest in [0, size).  Vectors do not divide whole numbers; in float64 the quotient is off by one at most."""
     if not is_vector(value):
         rest = b.srem(value, size)
-        return b.select(b.icmp_signed("<", rest, ir.Constant(I32, 0)), b.add(rest, size), rest)
-    kind = ir.DoubleType()
-    inverse = b.fdiv(ir.Constant(kind, 1.0), b.sitofp(size, kind))
+        return b.select(b.icmp_signed("<", rest, llvm.Constant(I32, 0)), b.add(rest, size), rest)
+    kind = llvm.DoubleType()
+    inverse = b.fdiv(llvm.Constant(kind, 1.0), b.sitofp(size, kind))
     quotient = b.fptosi(b.fmul(b.sitofp(value, kind), inverse), I32)
     rest = b.sub(value, b.mul(quotient, size))
-    rest = b.select(b.icmp_signed("<", rest, ir.Constant(I32, 0)), b.add(rest, size), rest)
+    rest = b.select(b.icmp_signed("<", rest, llvm.Constant(I32, 0)), b.add(rest, size), rest)
     return b.select(b.icmp_signed(">=", rest, size), b.sub(rest, size), rest)
 
 
@@ -241,7 +397,7 @@ def offset_within(b: Any, rule: str, offset: Any, size: Any) -> Any:
     far = b.add(size, size)
     if BORDERS[rule].periodic:
         return b.sub(floor_modulo(b, offset, far), far)
-    return _at_most(b, _at_least(b, offset, b.sub(ir.Constant(I32, 0), far)), far)
+    return _at_most(b, _at_least(b, offset, b.sub(llvm.Constant(I32, 0), far)), far)
 
 
 def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
@@ -253,7 +409,7 @@ def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
             made[i.to.id] = values[i.name]
         else:
             assert isinstance(i, s.Op)
-            arguments = [made[a.id] if isinstance(a, s.Val) else ir.Constant(I32, a.value) for a in i.arguments]
+            arguments = [made[a.id] if isinstance(a, s.Val) else llvm.Constant(I32, a.value) for a in i.arguments]
             made[i.to.id] = _WHOLE[i.operation](b, *arguments)
     place = program.outputs[0].values[0]
     assert isinstance(place, s.Val)
@@ -271,5 +427,38 @@ def _at_most(b: Any, value: Any, high: Any) -> Any:
 #: Operations that border rules are made of, for numbers and vectors of them.
 _WHOLE: dict[str, Callable[..., Any]] = {
     "add": lambda b, x, y: b.add(x, y), "sub": lambda b, x, y: b.sub(x, y), "mul": lambda b, x, y: b.mul(x, y),
-    "neg": lambda b, x: b.sub(ir.Constant(I32, 0), x), "min": _at_most, "max": _at_least, "int_mod": floor_modulo,
+    "neg": lambda b, x: b.sub(llvm.Constant(I32, 0), x), "min": _at_most, "max": _at_least, "int_mod": floor_modulo,
 }  # fmt: skip
+
+
+def called(b: Lanes, call: Call, given: Sequence[Any]) -> list[Any]:
+    """What a call of these vectors gives: the values that it is wanted for."""
+    name = f"call_{hashlib.sha256(repr(call.key).encode()).hexdigest()[:16]}"
+    function = b.module.globals.get(name) or _function(b, name, call)
+    found = b.plain.call(function, [b.spread(value) for value in given])
+    if len(call.wanted) == 1:
+        return [found]
+    return [b.extract_value(found, place) for place in range(len(call.wanted))]
+
+
+def _function(b: Lanes, name: str, call: Call) -> Any:
+    kinds = [b.vector(TYPES[value.type]) for value in call.wanted]
+    made = kinds[0] if len(kinds) == 1 else llvm.LiteralStructType(kinds)
+    function = llvm.Function(b.module, llvm.FunctionType(made, [b.vector(TYPES[v.type]) for v in call.given]), name)
+    function.linkage = "internal"
+    function.attributes.add("noinline")
+    inner = Lanes(IRBuilder(function), b.lanes)
+    values = dict(zip((value.id for value in call.given), function.args, strict=True))
+    for i in call.instructions:
+        parts = [constant(x) if isinstance(x, s.Lit) else values[x.id] for x in s.operands_of(i)]
+        values[i.to.id] = (
+            emit_operation(inner, i.operation, i.on, parts) if isinstance(i, s.Op) else inner.select(*parts)
+        )
+    results = [inner.spread(values[value.id]) for value in call.wanted]
+    packed = results[0]
+    if len(results) > 1:
+        packed = blank(made)
+        for place, value in enumerate(results):
+            packed = inner.insert_value(packed, value, place)
+    inner.ret(packed)
+    return function

@@ -1,19 +1,140 @@
-"""Texels of many pixels at once: neighbours in a row, or anywhere in a picture; one vector a channel."""
+"""Texels of many pixels at once: how formats store them, neighbors in a row, windows, or anywhere in a picture."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from passgraph.backends.numpy.machine import ir
-from passgraph.backends.numpy.machine.builder import IRBuilder
+import numpy as np
+
+from passgraph.backends.numpy.machine import llvm
+from passgraph.backends.numpy.machine.llvm import IRBuilder
 from passgraph.backends.numpy.storage import FLOAT
-from passgraph.backends.numpy.vector.constants import blank, lanes_of
-from passgraph.backends.numpy.vector.lanes import Lanes
-from passgraph.backends.numpy.vector.operations import F32, I32, I64
-from passgraph.backends.numpy.vector.stored import decoded, element, in_threes, split
+from passgraph.backends.numpy.vector.lanes import F32, I32, I64, Lanes, blank, is_vector, lanes_of
 from passgraph.formats import Format
+from passgraph.language import scalar as s
+
+_ELEMENTS = {"f4": F32, "f2": llvm.HalfType()}
+#: Added to a number of a few bits, it leaves the nearest whole one in the lowest bits, halves rounded to even.
+_WHOLE = 1.5 * (1 << 23)
+
+
+def element(held: Format) -> Any:
+    """LLVM's type of one number."""
+    return _ELEMENTS.get(held.number) or llvm.IntType(held.bits)
+
+
+def decoded(b: Lanes, raw: Any, held: Format) -> Any:
+    """What loaded numbers (of :func:`element`) stand for."""
+    if not held.steps:
+        return b.fpext(raw, F32) if held.bits < 32 else raw
+    if held.low < 0:
+        whole = b.sitofp(b.sext(raw, I32), F32)
+        # the lowest number stands for -1 too
+        least = llvm.Constant(F32, float(-held.steps))
+        whole = b.select(b.fcmp_ordered("<", whole, least), least, whole)
+    else:
+        whole = b.sitofp(b.zext(raw, I32), F32)
+    value = divided(b, whole, held.steps)
+    if held.low >= 0:  # below 0 two numbers stand for -1
+        b.undecoded[value] = raw, held
+    return value
+
+
+def divided(b: Lanes, whole: Any, steps: int) -> Any:
+    """A whole number of at most ``steps`` over ``steps``, rounded once, in two operations instead of a division.
+
+    The reciprocal in two parts: the product with the smaller one, then the larger added without rounding between.
+    That every number comes out as by division is tested number by number.
+    """
+    large = np.float32(1 / steps)
+    small = np.float32(1 / steps - float(large))
+    rest = b.fmul(whole, llvm.Constant(F32, float(small)))
+    kind = llvm.FunctionType(F32, [F32, F32, F32])
+    fused = b.module.globals.get("llvm.fma.f32") or llvm.Function(b.module, kind, "llvm.fma.f32")
+    return b.call(fused, [whole, llvm.Constant(F32, float(large)), rest])
+
+
+def rounded(b: Lanes, value: Any, held: Format) -> Any:
+    """The nearest numbers of :func:`element`, halves to even, as `quantize` and `quantize_half` of the prelude give."""
+    raw, own = b.undecoded.get(value, (None, held))
+    if raw is not None and (own.number, own.steps) == (held.number, held.steps):
+        return raw
+    if held.steps:
+        low, one = llvm.Constant(F32, held.low), llvm.Constant(F32, 1.0)
+        value = b.select(b.fcmp_ordered("<", low, value), value, low)  # NaN becomes the lowest
+        value = b.select(b.fcmp_ordered("<", one, value), one, value)
+        moved = b.fadd(b.fmul(value, llvm.Constant(F32, float(held.steps))), llvm.Constant(F32, _WHOLE))
+        return b.trunc(b.bitcast(moved, I32), element(held))
+    return b.fptrunc(value, element(held)) if held.bits < 32 else value
+
+
+def split(b: Lanes, words: Any, held: Format, places: Sequence[int]) -> list[Any]:
+    """Numbers out of words that each hold several, the first in the lowest bits."""
+    bits = llvm.IntType(held.bits)
+    found = []
+    for place in places:
+        moved = words
+        if place:
+            moved = b.lshr(
+                words, llvm.Constant(words.type.element if is_vector(words) else words.type, place * held.bits)
+            )
+        number = b.trunc(moved, bits)
+        found.append(number if held.steps else b.bitcast(number, element(held)))
+    return found
+
+
+def in_threes(b: Lanes, channels: int, held: Format) -> bool:
+    """Whether pixels of three numbers are moved as words with room for four.
+
+    Told to pick every third of many bytes, LLVM takes them one by one: that was five times as slow.
+    """
+    return channels == 3 and held.steps > 0 and held.bits in (8, 16) and b.lanes % 4 == 0
+
+
+def woven(b: Lanes, numbers: Sequence[Any], held: Format) -> Any:
+    """Vectors of numbers, one a channel, in the order of memory: words where a pixel fits one, else interleaved."""
+    bits = held.bits * len(numbers)
+    if in_threes(b, len(numbers), held):
+        return _closed_up(b, _in_words(b, numbers, held, 4 * held.bits), held)
+    if len(numbers) == 1 or bits not in (16, 32) or not held.steps:
+        return b.interleaved(list(numbers))
+    return _in_words(b, numbers, held, bits)
+
+
+def _in_words(b: Lanes, numbers: Sequence[Any], held: Format, bits: int) -> Any:
+    """Numbers side by side in words of so many bits, the first in the lowest."""
+    word = llvm.IntType(bits)
+    made = None
+    for place, number in enumerate(numbers):
+        wide = b.zext(number, word)
+        part = b.shl(wide, llvm.Constant(word, place * held.bits)) if place else wide
+        made = part if made is None else b.or_(made, part)
+    return made
+
+
+def _closed_up(b: Lanes, words: Any, held: Format) -> Any:
+    """Words of three numbers and a rest as numbers without the rests: within each 16 bytes, then these together."""
+    pixel, count = held.bits // 8, b.lanes * held.bits // 8 * 4
+    kept = [4 * pixel * word + place for word in range(4 // pixel) for place in range(3 * pixel)]
+    order = [first + place for first in range(0, count, 16) for place in (*kept, *[15] * 4)]
+    raw = b.plain.bitcast(words, llvm.VectorType(llvm.IntType(8), count))
+    quarters = b.plain.bitcast(
+        b.plain.shuffle_vector(raw, blank(raw.type), lanes_of(order)), llvm.VectorType(I32, count // 4)
+    )
+    whole = [place for place in range(count // 4) if place % 4 != 3]
+    made = b.plain.shuffle_vector(quarters, blank(quarters.type), lanes_of(whole))
+    return b.plain.bitcast(made, llvm.VectorType(element(held), 3 * b.lanes))
+
+
+def store(b: Lanes, numbers: Sequence[Any], pointer: Any, held: Format, mask: Any) -> None:
+    """Pixels one behind another, a vector of numbers a channel; only those in the mask."""
+    values = woven(b, numbers, held)
+    masks = b.interleaved([mask] * (values.type.count // b.lanes))
+    b.store_masked(values, pointer, masks, held.bits // 8)
+
 
 #: Channels of pixels that are one word where they fit.
 WORDS = (1, 2, 4)
@@ -27,11 +148,11 @@ def neighbours(b: Lanes, row: Any, place: Any, channels: int, wanted: Sequence[i
     count, kind = b.lanes * channels, element(held)
     pointer = b.gep(row, [place], True, source_etype=kind)
     if held.steps and channels in WORDS and channels * held.bits <= 32:
-        words = b.load(pointer, typ=b.vector(ir.IntType(channels * held.bits)), align=held.bits // 8)
+        words = b.load(pointer, typ=b.vector(llvm.IntType(channels * held.bits)), align=held.bits // 8)
         return [decoded(b, number, held) for number in split(b, words, held, wanted)]
     if in_threes(b, channels, held):
         return [decoded(b, number, held) for number in split(b, _threes(b, pointer, held), held, wanted)]
-    loaded = b.load(pointer, typ=ir.VectorType(kind, count), align=held.bits // 8)
+    loaded = b.load(pointer, typ=llvm.VectorType(kind, count), align=held.bits // 8)
     return [decoded(b, picked(b, loaded, range(channel, count, channels)), held) for channel in wanted]
 
 
@@ -40,15 +161,17 @@ def _threes(b: Lanes, pointer: Any, held: Format) -> Any:
 
     Loads of 16 bytes begin 12 apart, so that what goes from one place to another stays within each.
     """
-    byte, bits = ir.IntType(8), 4 * held.bits
+    byte, bits = llvm.IntType(8), 4 * held.bits
     loads = [
-        b.load(b.gep(pointer, [ir.Constant(I64, first)], True, source_etype=byte), typ=ir.VectorType(byte, 16), align=1)
+        b.load(
+            b.gep(pointer, [llvm.Constant(I64, first)], True, source_etype=byte), typ=llvm.VectorType(byte, 16), align=1
+        )
         for first in range(0, b.lanes * bits // 32 * 3, 12)
     ]
     pixel = held.bits // 8
     order = [3 * pixel * word + place for word in range(128 // bits) for place in range(4 * pixel)]
     places = [16 * load + place for load in range(len(loads)) for place in order]
-    return b.plain.bitcast(picked(b, joined(b, loads), places), b.vector(ir.IntType(bits)))
+    return b.plain.bitcast(picked(b, joined(b, loads), places), b.vector(llvm.IntType(bits)))
 
 
 def scattered(
@@ -73,8 +196,8 @@ def scattered(
     name += "".join(letter if letter.isalnum() else "_" for letter in str(picture.type))
     function = module.globals.get(name)
     if function is None:
-        made = ir.LiteralStructType([b.vector(F32)] * len(wanted))
-        function = ir.Function(module, ir.FunctionType(made, [picture.type, pixels.type]), name)
+        made = llvm.LiteralStructType([b.vector(F32)] * len(wanted))
+        function = llvm.Function(module, llvm.FunctionType(made, [picture.type, pixels.type]), name)
         function.linkage = "internal"
         function.attributes.add("noinline" if rarely else "alwaysinline")
         inner = Lanes(IRBuilder(function), b.lanes)
@@ -102,9 +225,9 @@ def _fours(wanted: Sequence[int]) -> Iterator[tuple[int, int, list[int]]]:
 
 def _places(b: Lanes, picture: Any, pixels: Any, channels: int, kind: Any, first: int) -> list[Any]:
     """Where number ``first`` of each pixel lies."""
-    pixel = ir.ArrayType(kind, channels)
-    numbers = [b.sext(b.extract_element(pixels, ir.Constant(I32, lane)), I64) for lane in range(b.lanes)]
-    return [b.gep(picture, [n, ir.Constant(I64, first)], True, source_etype=pixel) for n in numbers]
+    pixel = llvm.ArrayType(kind, channels)
+    numbers = [b.sext(b.extract_element(pixels, llvm.Constant(I32, lane)), I64) for lane in range(b.lanes)]
+    return [b.gep(picture, [n, llvm.Constant(I64, first)], True, source_etype=pixel) for n in numbers]
 
 
 def _words(held: Format, b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence[int]) -> list[Any]:
@@ -112,7 +235,7 @@ def _words(held: Format, b: Lanes, picture: Any, pixels: Any, channels: int, wan
     found: dict[int, Any] = {}
     for first, count, here in _fours(wanted):
         places = _places(b, picture, pixels, channels, element(held), first)
-        words = _lane_by_lane(b, places, ir.IntType(count * held.bits), held.bits // 8)
+        words = _lane_by_lane(b, places, llvm.IntType(count * held.bits), held.bits // 8)
         numbers = split(b, words, held, [number - first for number in here])
         found |= {number: decoded(b, raw, held) for number, raw in zip(here, numbers, strict=True)}
     return [found[number] for number in wanted]
@@ -121,7 +244,7 @@ def _words(held: Format, b: Lanes, picture: Any, pixels: Any, channels: int, wan
 def _lane_by_lane(b: Lanes, places: Sequence[Any], kind: Any, align: int) -> Any:
     vector = blank(b.vector(kind))
     for lane, place in enumerate(places):
-        vector = b.insert_element(vector, b.load(place, typ=kind, align=align), ir.Constant(I32, lane))
+        vector = b.insert_element(vector, b.load(place, typ=kind, align=align), llvm.Constant(I32, lane))
     return vector
 
 
@@ -132,7 +255,7 @@ def _floats(b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence
         if count == 1:
             found[first] = _lane_by_lane(b, places, F32, 4)
             continue
-        loads = [b.load(place, typ=ir.VectorType(F32, count), align=4) for place in places]
+        loads = [b.load(place, typ=llvm.VectorType(F32, count), align=4) for place in places]
         if count == 2:
             whole = joined(b, loads)
             columns = [picked(b, whole, range(column, 2 * b.lanes, 2)) for column in range(2)]
@@ -170,3 +293,56 @@ def picked(b: Lanes, vector: Any, places: Sequence[int]) -> Any:
     if list(places) == list(range(vector.type.count)):
         return vector
     return b.shuffle_vector(vector, blank(vector.type), lanes_of(places))
+
+
+#: Texels from the first to the last of a window at most.
+MAX_SPAN = 16
+
+
+@dataclass(frozen=True)
+class Window:
+    """Reads in one row of an image with one channel: ``loads[k]`` at column ``base + offsets[k]``, in order."""
+
+    base: s.Val
+    offsets: tuple[int, ...]
+    loads: tuple[s.LoadTexel, ...]
+
+
+def windows_of(program: s.ScalarProgram) -> dict[int, Window]:
+    """Windows by the result of each of their reads."""
+    single = {use.name for use in program.images if use.channels == 1}
+    sums = dict(_sums(program)) if single else {}
+    found: dict[int, Window] = {}
+    for block in _blocks(program.body) if single else ():
+        rows: dict[tuple[str, ...], dict[int, tuple[s.Val, s.LoadTexel]]] = {}
+        for i in block:
+            if not isinstance(i, s.LoadTexel) or i.relative or i.image not in single or not isinstance(i.x, s.Val):
+                continue
+            base, offset = sums.get(i.x.id, (i.x, 0))
+            rows.setdefault((i.image, i.border, repr(i.y), repr(base)), {})[offset] = base, i
+        for row in rows.values():
+            offsets = tuple(sorted(row))
+            if len(offsets) > 1 and offsets[-1] - offsets[0] < MAX_SPAN and max(map(abs, offsets)) <= MAX_SPAN:
+                window = Window(row[offsets[0]][0], offsets, tuple(row[offset][1] for offset in offsets))
+                found |= {value.id: window for load in window.loads for value in s.results_of(load)}
+    return found
+
+
+def _sums(program: s.ScalarProgram) -> Iterator[tuple[int, tuple[s.Val, int]]]:
+    """Values that are another one and a constant."""
+    for i in s.walk(program.body):
+        if isinstance(i, s.Op) and i.operation == "add" and i.on == "int":
+            x, y = i.arguments
+            if isinstance(x, s.Val) and isinstance(y, s.Lit):
+                yield i.to.id, (x, int(y.value))
+
+
+def _blocks(body: tuple[s.Instruction, ...]) -> Iterator[tuple[s.Instruction, ...]]:
+    """Instructions that run one after another."""
+    yield body
+    for i in body:
+        if isinstance(i, s.If):
+            yield from _blocks(i.then)
+            yield from _blocks(i.orelse)
+        elif isinstance(i, s.For):
+            yield from _blocks(i.body)

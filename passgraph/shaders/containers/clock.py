@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from passgraph.graph.values import FRAME_INDEX
+from passgraph.graph.run_values import FRAME_INDEX
 from passgraph.language.types import FLOAT, VEC4
 from passgraph.shaders.containers.effect import ShaderParameter
 

@@ -9,12 +9,28 @@ from typing import Any, TypeAlias
 
 from passgraph import arguments
 from passgraph.errors import InputError
+from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import Target, TargetSpec, target
-from passgraph.graph.values import Derived, Value
 from passgraph.language.types import Type, component_count, element_of
+from passgraph.reading import read_bytes
 from passgraph.shaders.containers.pictures import read_behind, shown_beside
 from passgraph.shaders.glsl import Shader
 from passgraph.shaders.glsl.unit import Note
+
+#: Of one file; textures of mpv lie within.
+MAX_BYTES = 4 << 20
+
+
+def shader_text(path: Path, what: str) -> str:
+    """A file's text; comments of people's are in many encodings, so what is no UTF-8 becomes a sign for it.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read or is too large, naming ``what`` it is.
+    """
+    return read_bytes(path, what, MAX_BYTES).decode("utf-8", errors="replace")
+
 
 #: From pictures and values by name, and the target to write into, to the last pass's.
 Build: TypeAlias = Callable[[Mapping[str, Target], Mapping[str, Any], TargetSpec], Target]
@@ -131,7 +147,7 @@ class ShaderEffect:
 
 def checked(effect: ShaderEffect, name: str, value: Any) -> Any:
     """A number or several, in the range that the file gives; a choice by its label too."""
-    from passgraph.language.layout import components
+    from passgraph.language.uniform_layout import components
 
     parameter, where = effect.parameters[name], f"{effect.file}: parameter {name!r}"
     if isinstance(value, str):

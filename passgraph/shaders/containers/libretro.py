@@ -6,25 +6,433 @@ the viewport is ``output_scale`` times that.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from passgraph.errors import InputError
 from passgraph.formats import format_named
 from passgraph.graph.calls import PixelKernel
-from passgraph.graph.formulas import Formula
-from passgraph.graph.targets import Computed, Target, TargetSpec, previous, target
-from passgraph.graph.values import FRAME_INDEX
+from passgraph.graph.run_values import FRAME_INDEX, Formula
+from passgraph.graph.targets import MAX_SIDE, Computed, Target, TargetSpec, previous, target
+from passgraph.language.source import Span, fail
 from passgraph.language.types import FLOAT, ImageType
-from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of, zero_of_type
-from passgraph.shaders.containers.libretro_preset import Preset, PresetPass, PresetTexture, read_preset
-from passgraph.shaders.containers.libretro_shader import is_libretro, read_shader, shader_parameters
+from passgraph.shaders.containers.corners import MAX_VARYINGS, WITHIN, Varying, interpolated
+from passgraph.shaders.containers.effect import (
+    ShaderEffect,
+    ShaderParameter,
+    name_of,
+    notes_of,
+    shader_text,
+    zero_of_type,
+)
 from passgraph.shaders.containers.pictures import loaded, small_kernel
-from passgraph.shaders.containers.text import shader_text
-from passgraph.shaders.glsl import Shader
+from passgraph.shaders.glsl import Shader, parse
+from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.parse import Parser
+from passgraph.shaders.glsl.preprocess import preprocessed
+from passgraph.shaders.glsl.tokens import Token
+
+MAX_PASSES, MAX_TEXTURES, MAX_REFERENCES = 64, 32, 16
+#: How far above the preset's own folder its files may lie: trees of presets share shaders and pictures.
+MAX_CLIMB = 4
+#: Largest factor of a size.
+MAX_SCALE = 64.0
+#: What the player calls the rule for reads outside of a picture → what it is called here.
+_BORDERS = {
+    "clamp_to_border": "zero", "clamp_to_edge": "clamp", "repeat": "repeat", "mirrored_repeat": "mirror",
+}  # fmt: skip
+_SCALES = ("source", "viewport", "absolute")
+_TRUTH = {"true": True, "1": True, "false": False, "0": False}
+_NAME = re.compile(r"[A-Za-z_]\w{0,63}")
+#: The last quotation mark may be missing.
+_ENTRY = re.compile(r"""\s*([A-Za-z_]\w*)\s*=\s*(?:"([^"]*)"?|'([^']*)'?|(.*))""")
+_REFERENCE = re.compile(r"""\s*#reference\s+(?:"([^"]+)"|(\S+))""")
+Read = TypeVar("Read")
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side of a pass: ``by`` so many times the source's or the viewport's, or so many pixels."""
+
+    type: str
+    by: float
+
+    def formula(self, source: Formula, viewport: Formula) -> Formula:
+        """Its pixels."""
+        if self.type == "absolute":
+            return self.by
+        whole = source if self.type == "source" else viewport
+        return whole if self.by == 1 else ("floor", ("mul", whole, self.by))
+
+
+@dataclass(frozen=True)
+class PresetPass:
+    """One pass, and how it and whoever else reads the picture that it starts from reads it.
+
+    Attributes
+    ----------
+    shader : its file
+    sides : None where nothing is said: as large as its source, the last pass as the viewport
+    format : of its target
+    """
+
+    shader: Path
+    alias: str = ""
+    filter: str = "nearest"
+    border: str = "zero"
+    sides: tuple[Side, Side] | None = None
+    format: str = "rgba8"
+    frame_count_mod: int = 0
+    mipmaps: bool = False
+
+
+@dataclass(frozen=True)
+class PresetTexture:
+    """A picture that the preset brings."""
+
+    path: Path
+    filter: str
+    border: str
+    mipmaps: bool
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A preset that was read; ``overrides`` are the numbers that it has for names which may be parameters."""
+
+    passes: tuple[PresetPass, ...]
+    textures: Mapping[str, PresetTexture]
+    feedback_pass: int | None
+    overrides: Mapping[str, float]
+
+
+def is_preset(text: str) -> bool:
+    """Whether a text counts shaders or refers to another preset."""
+    return re.search(r"""^\s*(?:shaders\s*=\s*["']?\d|#reference\s)""", text, re.MULTILINE) is not None
+
+
+def read_preset(text: str, path: Path) -> Preset:
+    """What a preset says, once the presets that it refers to are read.
+
+    Raises
+    ------
+    InputError
+        For what is wrong, missing, or leads out of the tree.
+    """
+    values = _Values(path, {})
+    values.read(text, path, ())
+    count = values.number("shaders", _whole, None, 1, MAX_PASSES)
+    passes = tuple(_pass(values, i) for i in range(count))
+    names = [name.strip() for name in values.text("textures", "").split(";") if name.strip()]
+    if len(names) > MAX_TEXTURES:
+        raise InputError(f"{path}: a preset has at most {MAX_TEXTURES} textures, got {len(names)}")
+    textures = {name: _texture(values, name) for name in names}
+    feedback = values.number("feedback_pass", int, -1, -1, count - 1)
+    return Preset(passes, textures, None if feedback < 0 else feedback, values.overrides())
+
+
+class _Values:
+    """Keys with their values, and the file that each stands in."""
+
+    def __init__(self, path: Path, entries: dict[str, tuple[str, Path]]) -> None:
+        self.path, self.entries = path, entries
+        self.root = path.resolve().parent
+        for _ in range(MAX_CLIMB):  # never the root of a file system: all files lie there
+            self.root = self.root.parent if self.root.parent.parent != self.root.parent else self.root
+
+    def read(self, text: str, path: Path, within: tuple[Path, ...]) -> None:
+        """Add what a text says; it goes before what the presets that it refers to say."""
+        own = path.resolve()
+        if own in within or len(within) >= MAX_REFERENCES:
+            raise InputError(f"{path}: presets refer to one another in a circle, or deeper than {MAX_REFERENCES}")
+        said: dict[str, tuple[str, Path]] = {}
+        for line in text.splitlines():
+            if match := _REFERENCE.match(line):
+                at = self.file(match[1] or match[2], path, "#reference")
+                told = shader_text(at, "a preset")
+                self.read(told, at, (*within, own))
+            elif not line.lstrip().startswith(("#", "//")) and (match := _ENTRY.match(line)):
+                plain = re.split(r"\s+//|\s+#|;\s*$", match[4] or "")[0]
+                said[match[1]] = ((match[2] or match[3] or plain).strip(), path)
+        self.entries |= said
+
+    def file(self, name: str, beside: Path, what: str) -> Path:
+        """A file that a preset names, in the tree around it."""
+        plain = name.replace("\\", "/")
+        full = (beside.resolve().parent / plain).resolve() if "\0" not in plain else Path("/")
+        if Path(plain).is_absolute() or re.match(r"[A-Za-z]:", plain) or not full.is_relative_to(self.root):
+            raise InputError(
+                f"{beside}: {what} names {name!r}, which lies outside of {self.root}; files of a preset lie at most "
+                f"{MAX_CLIMB} folders above it"
+            )
+        return full
+
+    def text(self, key: str, default: str | None) -> str:
+        if key not in self.entries and default is None:
+            raise InputError(f"{self.path}: {key} is missing")
+        return self.entries[key][0] if key in self.entries else default or ""
+
+    def path_of(self, key: str) -> Path:
+        return self.file(self.text(key, None), self.entries[key][1], key)
+
+    def number(self, key: str, kind: Callable[[str], Read], default: Read | None, low: float, high: float) -> Read:
+        text = self.text(key, None if default is None else str(default))
+        try:
+            found = kind(text)
+        except ValueError:
+            found = None
+        if found is None or not low <= found <= high:  # type: ignore[operator]
+            raise InputError(f"{self.path}: {key} is a number from {low:g} to {high:g}, got {text!r}")
+        return found
+
+    def one_of(self, key: str, known: Mapping[str, Read], default: str) -> Read:
+        text = self.text(key, default) or default
+        if text.lower() not in known:
+            raise InputError(f"{self.path}: {key} is one of {', '.join(known)}, got {text!r}")
+        return known[text.lower()]
+
+    def overrides(self) -> dict[str, float]:
+        """Whatever is a number: only who has read the shaders knows which of it are parameters."""
+        found = {}
+        for key, (text, _) in self.entries.items():
+            try:
+                number = float(text)
+            except ValueError:
+                continue
+            if math.isfinite(number):
+                found[key] = number
+        return found
+
+
+def _pass(values: _Values, i: int) -> PresetPass:
+    alias = values.text(f"alias{i}", "")
+    if alias and not _NAME.fullmatch(alias):
+        raise InputError(f"{values.path}: alias{i} is a name, got {alias!r}")
+    srgb = values.one_of(f"srgb_framebuffer{i}", _TRUTH, "false")
+    float_ = values.one_of(f"float_framebuffer{i}", _TRUTH, "false")
+    return PresetPass(
+        values.path_of(f"shader{i}"),
+        alias,
+        "linear" if values.one_of(f"filter_linear{i}", _TRUTH, "false") else "nearest",
+        values.one_of(f"wrap_mode{i}", _BORDERS, "clamp_to_border"),
+        _sides(values, i),
+        "rgba32f" if float_ else "rgba8_srgb" if srgb else "rgba8",
+        values.number(f"frame_count_mod{i}", _whole, 0, 0, 1 << 24),
+        values.one_of(f"mipmap_input{i}", _TRUTH, "false"),
+    )
+
+
+def _sides(values: _Values, i: int) -> tuple[Side, Side] | None:
+    if not any(key in values.entries for key in (f"scale_type{i}", f"scale_type_x{i}", f"scale_type_y{i}")):
+        return None
+    sides = []
+    for axis in "xy":
+        known = {name: name for name in _SCALES}
+        type_ = values.one_of(f"scale_type_{axis}{i}", known, values.text(f"scale_type{i}", "source"))
+        key = f"scale_{axis}{i}" if f"scale_{axis}{i}" in values.entries else f"scale{i}"
+        if type_ == "absolute":
+            sides.append(Side(type_, float(values.number(key, _whole, None, 1, MAX_SIDE))))
+        else:
+            sides.append(Side(type_, values.number(key, float, 1.0, 1 / MAX_SCALE, MAX_SCALE)))
+    return sides[0], sides[1]
+
+
+def _whole(text: str) -> int:
+    """A whole number, which presets write as 800.0 and as 1_ too: the player stops where digits end."""
+    match = re.fullmatch(r"\s*([+-]?\d{1,9})(?:\.0*)?_?\s*", text)
+    if match is None:
+        raise ValueError
+    return int(match[1])
+
+
+def _texture(values: _Values, name: str) -> PresetTexture:
+    if not _NAME.fullmatch(name):
+        raise InputError(f"{values.path}: textures are names, got {name!r}")
+    linear = values.one_of(f"{name}_linear", _TRUTH, "false")
+    border = values.one_of(f"{name}_wrap_mode", _BORDERS, "clamp_to_border")
+    mipmaps = values.one_of(f"{name}_mipmap", _TRUTH, "false")
+    return PresetTexture(values.path_of(name), "linear" if linear else "nearest", border, mipmaps)
+
+
+#: From version 130 on, some declare an output and write gl_FragColor all the same.
+_DEFINES = {"PARAMETER_UNIFORM": "1", "__VERSION__": "120"}
+_HALVES = re.compile(r"^[ \t]*#[ \t]*(?:el)?if.*\b(VERTEX|FRAGMENT)\b", re.MULTILINE)
+_PARAMETER = re.compile(
+    r'^[ \t]*#pragma[ \t]+parameter[ \t]+(\w+)[ \t]+"([^"\n]*)"[ \t]+(\S+)(?:[ \t]+(\S+)[ \t]+(\S+))?', re.MULTILINE
+)
+#: Where what the player sets for each pass may be declared, and which variables of a prelude are here.
+_SET = re.compile(r"\buniform\s+(?:\w+\s+)??(?:vec2\s+(?P<names>\w+(?:\s*,\s*\w+)*)|mat4\s+MVPMatrix)\s*;")
+_SIZE = re.compile(r"\w*(?:TextureSize|InputSize)|OutputSize")
+_SAMPLER_OF = re.compile(r"(\w*?)(?:TextureSize|InputSize)")
+#: Clip space from positions, both with (0, 0) and (1, 1) at corners of the picture.
+_MATRIX = (
+    "const mat4 MVPMatrix = mat4(2.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, -1.0, 0.0, 1.0);"
+)
+#: How shaders say that the picture stays where it is; without spaces.
+_STAYS = {
+    "MVPMatrix*VertexCoord",
+    "+".join(f"VertexCoord.{axis}*MVPMatrix[{i}]" for i, axis in enumerate("xyzw")),
+}
+_HANDED, _GIVEN = frozenset(["varying", "out"]), frozenset(["attribute", "in"])
+_LAYERS = _HANDED | _GIVEN | {"flat", "smooth", "noperspective", "centroid", "invariant"}
+_END = Token("end", "", Span("", 1, 0, 0))
+_FLOATS = ("float", "vec2", "vec3", "vec4")
+
+
+def is_libretro(text: str) -> bool:
+    """Whether a text has both halves."""
+    return {match[1] for match in _HALVES.finditer(text)} == {"VERTEX", "FRAGMENT"}
+
+
+def shader_parameters(text: str, file: str) -> dict[str, ShaderParameter]:
+    """What ``#pragma parameter NAME "label" default low high step`` lines say."""
+    found = {}
+    for name, label, *numbers in (match.groups() for match in _PARAMETER.finditer(text)):
+        try:
+            default, low, high = (None if number is None else float(number) for number in numbers)
+        except ValueError:
+            raise InputError(f"{file}: #pragma parameter {name} has a default and a range, got {numbers}") from None
+        if default is None or not all(math.isfinite(number or 0.0) for number in (default, low, high)):
+            raise InputError(f"{file}: #pragma parameter {name} has finite numbers, got {numbers}")
+        if low is not None and high is not None and low > high:
+            low = high = None  # some files turn them round
+        found[name] = ShaderParameter(name, FLOAT, default, low, high, label.strip())
+    return found
+
+
+def read_shader(text: str, path: Path, name: str, pictures: Iterable[str]) -> Shader:
+    """The kernel of a shader; ``pictures`` are names of samplers whose sizes may be asked for.
+
+    Raises
+    ------
+    KernelError
+        For what is not GLSL or not read here, with file and line.
+    """
+    file, known = str(path), {f"{picture}Texture" for picture in pictures}
+    sizes: dict[str, str] = {}
+    for size in (size for match in _SET.finditer(text) for size in _sizes(match)):
+        own = _SAMPLER_OF.fullmatch(size)
+        if own is not None:
+            sampler = f"{own[1]}Texture"
+            if sampler not in known:
+                raise InputError(f"{file}: {size} is the size of no picture that this pass has")
+            sizes[size] = sampler
+    plain = _SET.sub(_without, text)
+    tokens, _ = preprocessed([(plain, file)], {**_DEFINES, "VERTEX": "1"}, path.parent)
+    declared = ["vec2 OutputSize = pg_output_size;", _MATRIX]
+    declared += [f"uniform sampler2D {sampler};" for sampler in sorted(set(sizes.values()))]
+    declared += [f"vec2 {size} = vec2(textureSize({sampler}, 0));" for size, sampler in sizes.items()]
+    prelude = f"{' '.join(declared)} {_vertex_half(tokens, file)}"
+    return parse(
+        plain, name=name, file=file, prelude=prelude, prelude_file=f"{file}, vertex half",
+        defines={**_DEFINES, "FRAGMENT": "1"}, folder=path.parent, rows_up=False,
+    )  # fmt: skip
+
+
+def _sizes(declared: re.Match[str]) -> list[str]:
+    """Names of a declaration that are sizes of pictures."""
+    return [name for name in re.findall(r"\w+", declared["names"] or "") if _SIZE.fullmatch(name)]
+
+
+def _without(declared: re.Match[str]) -> str:
+    """A declaration without what the player sets: spaces in its place, so that all else keeps its line and column."""
+    text, names = declared[0], _sizes(declared)
+    if len(names) == len(re.findall(r"\w+", declared["names"] or "")):
+        return re.sub(r"\S", " ", text)
+    for name in names:
+        text = re.sub(rf"\b{name}\s*,|,\s*{name}\b", lambda found: re.sub(r"\S", " ", found[0]), text, count=1)
+    return text
+
+
+def _vertex_half(tokens: list[Token], file: str) -> str:
+    """GLSL that runs the vertex half at the corners and leaves a variable for each value that it hands on."""
+    tree = Parser(list(tokens), file).shader()
+    names: set[str] = {"gl_Position", "gl_PointSize"}
+    handed: list[Varying] = []
+    given: list[g.Variable] = []
+    for node in tree:
+        if isinstance(node, (g.Function, g.Struct)):
+            names.add(node.name)
+        elif isinstance(node, g.Declaration) and "uniform" not in node.qualifiers:
+            names |= {variable.name for variable in node.variables}
+            if node.qualifiers & _HANDED:
+                handed += [_varying(variable) for variable in node.variables]
+            elif node.qualifiers & _GIVEN:
+                given += node.variables
+    if sum(max(1, one.count) for one in handed) > MAX_VARYINGS:
+        raise InputError(f"{file}: the vertex half hands on more than {MAX_VARYINGS} values")
+    lines = ["vec2 pg_corner; vec4 pg_v_gl_Position; float pg_v_gl_PointSize;", _text(_renamed([*tokens, _END], names))]
+    lines += [f"{one.type} {one.name}{f'[{one.count}]' if one.count else ''};" for one in handed]
+    corners = "".join(f"pg_v_{one.name} = {_corner_value(one)}; " for one in given)
+    lines += [f"void pg_vertex() {{ {corners}pg_v_main(); }}"]
+    # A variable whose value is computed before anything of the fragment half, whose globals may ask for it.
+    run = interpolated(handed, moved=not _stays(tokens))
+    lines += [WITHIN, "float pg_run() {", *run, "  return 0.0; }", "float pg_done = pg_run();"]
+    return "\n".join(lines)
+
+
+def _varying(variable: g.Variable) -> Varying:
+    """What is handed on must be floats, which alone are interpolated."""
+    lengths = variable.type.lengths
+    length = lengths[0] if lengths else None
+    whole = length.value if isinstance(length, g.Number) else None
+    if variable.type.name not in _FLOATS or len(lengths) > 1 or (lengths and not isinstance(whole, int)):
+        fail(variable.span, f"the vertex half hands on floats and vectors of them, got {variable.type.name}")
+    return Varying(variable.type.name, variable.name, whole if isinstance(whole, int) else 0)
+
+
+def _corner_value(variable: g.Variable) -> str:
+    """An attribute at a corner: positions, white."""
+    type_, name = variable.type.name, variable.name
+    if type_ in ("vec2", "vec4") and name.endswith("Coord"):
+        return "pg_corner" if type_ == "vec2" else "vec4(pg_corner, 0.0, 1.0)"
+    if type_ == "vec4" and name.lower() == "color":
+        return "vec4(1.0)"
+    fail(variable.span, f"{name} has no value in a pass over a picture; VertexCoord, TexCoord and COLOR have")
+
+
+def _stays(tokens: list[Token]) -> bool:
+    """Whether the picture is plainly left where it is."""
+    for i, token in enumerate(tokens):
+        following = tokens[i + 1 : i + 60]
+        if token.text == "gl_Position" and following and following[0].text not in (";", ",", ")"):
+            end = next((k for k, other in enumerate(following) if other.text == ";"), 0)
+            if following[0].text != "=" or "".join(t.text for t in following[1:end]) not in _STAYS:
+                return False
+    return True
+
+
+def _renamed(tokens: list[Token], names: set[str]) -> Iterator[tuple[str, Span]]:
+    """The words with the half's own names renamed, without what makes variables inputs and outputs of a stage."""
+    depth, before, struct = 0, "", -1  # the depth of a struct whose fields are named, or -1
+    for token, following in pairwise(tokens):
+        if token.text == "struct":
+            struct = depth
+        elif token.text == "}" and struct == depth - 1:
+            struct = -1
+        depth += {"(": 1, "{": 1, ")": -1, "}": -1}.get(token.text, 0)
+        if depth or token.text not in _LAYERS:
+            own = token.text in names and token.kind == "name" and before != "."
+            own = own and (struct < 0 or depth <= struct or following.kind == "name")  # fields keep their names
+            yield f"pg_v_{token.text}" if own else token.text, token.span
+        before = token.text
+
+
+def _text(words: Iterable[tuple[str, Span]]) -> str:
+    """Words as text, each on its own line of the file where that is farther down."""
+    pieces: list[str] = []
+    line = 1
+    for word, span in words:
+        pieces.append("\n" * max(0, span.line - line) + word)
+        line = max(line, span.line)
+    return " ".join(pieces)
+
 
 #: Earlier frames by the samplers that hold them, → how many runs ago.
 _EARLIER = {"Prev": 1} | {f"Prev{i}": i + 1 for i in range(1, 7)}

@@ -13,7 +13,7 @@ from passgraph.language.types import FLOAT, ImageType, Struct
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, zero_of_type
 from passgraph.shaders.containers.pictures import handle_or_black
 from passgraph.shaders.glsl import parse
-from passgraph.shaders.glsl.images import aspect
+from passgraph.shaders.glsl.image_functions import aspect
 
 _BEFORE = """
 uniform sampler2D pg_from;

@@ -6,21 +6,18 @@ import re
 from functools import cache, partial
 
 from passgraph.language import ir
-from passgraph.language.folding import folded
 from passgraph.language.frame import inlined
 from passgraph.language.library import written_function
 from passgraph.language.operations import OPERATIONS, called
 from passgraph.language.source import Span, fail
 from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Vector, element_of
 from passgraph.language.typing_rules import apply
-from passgraph.language.values import Part, TupleValue, construct, convert, index_into, select
+from passgraph.language.values import Part, TupleValue, construct, convert, folded, index_into, select
 from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.derivatives import DERIVATIVES
-from passgraph.shaders.glsl.images import READS
-from passgraph.shaders.glsl.operators import plain
+from passgraph.shaders.glsl.image_functions import DERIVATIVES, READS
+from passgraph.shaders.glsl.operators import as_int, plain
 from passgraph.shaders.glsl.parse import Parser
 from passgraph.shaders.glsl.preprocess import preprocessed
-from passgraph.shaders.glsl.typing import as_int
 from passgraph.shaders.glsl.unit import Native, Unit
 
 _WORD = re.compile(r"\w+")

@@ -8,17 +8,15 @@ from typing import TYPE_CHECKING
 
 from passgraph.language import ir
 from passgraph.language.composites import array_of, each_image
-from passgraph.language.folding import settled
 from passgraph.language.source import Span, fail
 from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, component_count
-from passgraph.language.values import ImageChoice, Part, StructValue, construct, part_type, swizzle
+from passgraph.language.values import ImageChoice, Part, StructValue, construct, part_type, settled, swizzle
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import BUILTINS, overloads
 from passgraph.shaders.glsl.elsewhere import elsewhere, mending
-from passgraph.shaders.glsl.operators import plain
-from passgraph.shaders.glsl.parse_expressions import TYPES
+from passgraph.shaders.glsl.operators import cost_of, fitted, plain
+from passgraph.shaders.glsl.parse import TYPES
 from passgraph.shaders.glsl.places import Place, place_of, read_place
-from passgraph.shaders.glsl.typing import cost_of, fitted
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body

@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from passgraph.language import ir
-from passgraph.language.folding import constant
+from passgraph.language.assignments import new_variable, read_variable
 from passgraph.language.source import fail
 from passgraph.language.types import (
     BOOL,
@@ -25,13 +25,11 @@ from passgraph.language.types import (
     shape_of,
 )
 from passgraph.language.typing_rules import apply, unify, widen
-from passgraph.language.values import COMPOSITE, ImageValue, Part, TupleValue, choose, part_type, type_of
-from passgraph.language.variables import new_variable, read_variable
+from passgraph.language.values import COMPOSITE, ImageValue, Part, TupleValue, choose, constant, part_type, type_of
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.calls import Calls
-from passgraph.shaders.glsl.operators import arithmetic, negated, plain
+from passgraph.shaders.glsl.operators import arithmetic, as_int, negated, plain, whole_numbers_alike
 from passgraph.shaders.glsl.places import part_at, perhaps, place_of, read_place, write_place
-from passgraph.shaders.glsl.typing import as_int, whole_numbers_alike
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body

@@ -6,7 +6,8 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
-from passgraph.language import ir, variables
+from passgraph.language import assignments, ir
+from passgraph.language.assignments import read_variable
 from passgraph.language.composites import entry
 from passgraph.language.source import Span, fail
 from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, is_plain
@@ -23,7 +24,6 @@ from passgraph.language.values import (
     swizzle,
     with_components,
 )
-from passgraph.language.variables import read_variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.operators import plain
 from passgraph.shaders.glsl.unit import Slot
@@ -131,7 +131,7 @@ def part_at(part: Part, step: str | ir.Expr, span: Span, named: Namer) -> Part:
 
 def write_place(body: Body, place: Place, value: Part, what: str) -> None:
     """Assign to a place; a part of a value is replaced in the whole."""
-    here, way, span = variables.Place(place.slot.variable, place.slot.variable.type), place.way, place.span
+    here, way, span = assignments.Place(place.slot.variable, place.slot.variable.type), place.way, place.span
     whole = read_variable(here.variable, span)
     while way and (following := _entered(here, way[0], span)) is not None:
         whole = part_at(whole, way[0], span, body.builder.name_it)
@@ -145,7 +145,7 @@ def write_place(body: Body, place: Place, value: Part, what: str) -> None:
     body.unit.store_at(place.slot, here, value, span, what)
 
 
-def _entered(place: variables.Place, step: str | ir.Expr, span: Span) -> variables.Place | None:
+def _entered(place: assignments.Place, step: str | ir.Expr, span: Span) -> assignments.Place | None:
     """A field or entry that is a variable of its own, or lies in one; None for parts of plain values."""
     if isinstance(step, str):
         return place.field(step)

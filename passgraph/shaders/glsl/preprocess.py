@@ -1,17 +1,240 @@
-"""The preprocessor: directives, and text that conditions leave in or out."""
+"""The preprocessor: directives, conditions of ``#if``, macros and their expansion."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from passgraph.cached import cached_property
 from passgraph.errors import KernelError
 from passgraph.language.source import Span, fail
-from passgraph.shaders.glsl.conditions import holds
-from passgraph.shaders.glsl.macros import Expander, Macro
 from passgraph.shaders.glsl.tokens import MAX_CHARACTERS, Token, token_lines
+
+#: Parentheses and signs in one another.
+MAX_DEPTH = 40
+
+_BINARY: tuple[dict[str, Callable[[int, int], int]], ...] = (
+    {"||": lambda a, b: int(bool(a) or bool(b))},
+    {"&&": lambda a, b: int(bool(a) and bool(b))},
+    {"|": lambda a, b: a | b},
+    {"^": lambda a, b: a ^ b},
+    {"&": lambda a, b: a & b},
+    {"==": lambda a, b: int(a == b), "!=": lambda a, b: int(a != b)},
+    {"<": lambda a, b: int(a < b), ">": lambda a, b: int(a > b), "<=": lambda a, b: int(a <= b),
+     ">=": lambda a, b: int(a >= b)},
+    {"<<": lambda a, b: a << (b & 63), ">>": lambda a, b: a >> (b & 63)},
+    {"+": lambda a, b: a + b, "-": lambda a, b: a - b},
+    {"*": lambda a, b: a * b, "/": lambda a, b: _quotient(a, b), "%": lambda a, b: a - b * _quotient(a, b)},
+)  # fmt: skip
+_UNARY: dict[str, Callable[[int], int]] = {
+    "!": lambda a: int(not a),
+    "-": lambda a: -a,
+    "+": lambda a: a,
+    "~": lambda a: ~a,
+}
+
+
+def _quotient(a: int, b: int) -> int:
+    """Toward zero; by zero 0, since ``defined(A) && 1 / A`` computes both sides here."""
+    if not b:
+        return 0
+    return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
+
+
+def holds(tokens: Sequence[Token], span: Span) -> bool:
+    """The value of a condition whose macros are expanded; names that are left stand for 0."""
+    reader = _Reader(tokens, span)
+    value = reader.binary(0)
+    if reader.position < len(tokens):
+        fail(tokens[reader.position].span, f"{tokens[reader.position].text!r} is not expected in a condition")
+    return value != 0
+
+
+class _Reader:
+    def __init__(self, tokens: Sequence[Token], span: Span) -> None:
+        self.tokens, self.span, self.position, self.depth = tokens, span, 0, 0
+
+    def _text(self) -> str:
+        return self.tokens[self.position].text if self.position < len(self.tokens) else ""
+
+    def binary(self, level: int) -> int:
+        if level == len(_BINARY):
+            return self._unary()
+        value = self.binary(level + 1)
+        while (sign := self._text()) in _BINARY[level]:
+            self.position += 1
+            value = _wrapped(_BINARY[level][sign](value, self.binary(level + 1)))
+        return value
+
+    def _unary(self) -> int:
+        if self.position == len(self.tokens):
+            fail(self.span, "the condition ends too early")
+        token = self.tokens[self.position]
+        self.position += 1
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            fail(token.span, f"the condition nests deeper than {MAX_DEPTH}")
+        if token.text in _UNARY:
+            value = _wrapped(_UNARY[token.text](self._unary()))
+        elif token.text == "(":
+            value = self.binary(0)
+            if self._text() != ")":
+                fail(token.span, "this parenthesis is not closed")
+            self.position += 1
+        elif token.kind == "name":
+            value = 0
+        else:
+            value = _number(token)
+        self.depth -= 1
+        return value
+
+
+def _number(token: Token) -> int:
+    digits = token.text.rstrip("uU")
+    if token.kind != "number" or not (digits.isdigit() or digits[:2] in ("0x", "0X")) or len(digits) > 24:
+        fail(token.span, f"{token.text!r} is not a whole number")
+    octal = digits.isdigit() and digits.startswith("0") and all(d in "01234567" for d in digits)
+    return _wrapped(int(digits, 8 if octal else 10 if digits.isdigit() else 16))
+
+
+def _wrapped(value: int) -> int:
+    return (value + 2**63) % 2**64 - 2**63
+
+
+#: Tokens that all macros of a shader may bring.
+MAX_EXPANDED = 200_000
+#: Macros within macros.
+MAX_MACRO_DEPTH = 100
+
+
+@dataclass(frozen=True)
+class Macro:
+    """``parameters`` is None where the macro takes no parentheses."""
+
+    name: str
+    parameters: tuple[str, ...] | None
+    body: tuple[Token, ...]
+
+    @cached_property
+    def joins(self) -> bool:
+        """Whether words are glued together in it."""
+        return any(token.text == "##" for token in self.body)
+
+
+class Expander:
+    """Expands macros in a stream of tokens."""
+
+    def __init__(self) -> None:
+        self.macros: dict[str, Macro] = {}
+        self.expanded = 0
+        self._depth = 0  # of arguments within arguments
+
+    def expand(self, tokens: Iterable[Token]) -> Iterator[Token]:
+        """The tokens with every macro replaced; ``tokens`` are asked for one by one."""
+        source, pending = iter(tokens), []  # type: Iterator[Token], list[Token]
+        while (token := pending.pop() if pending else next(source, None)) is not None:
+            macro = self.macros.get(token.text) if token.kind == "name" else None
+            if macro is None or token.text in token.hidden:
+                yield token
+            elif macro.parameters is None:
+                pending += self._body(macro, {}, token, token.hidden)[::-1]
+            else:
+                following = pending.pop() if pending else next(source, None)
+                if following is None or following.text != "(":
+                    if following is not None:
+                        pending.append(following)
+                    yield token
+                else:
+                    arguments, hidden = self._arguments(macro, token, source, pending)
+                    pending += self._body(macro, arguments, token, token.hidden & hidden)[::-1]
+
+    def _arguments(
+        self, macro: Macro, name: Token, source: Iterator[Token], pending: list[Token]
+    ) -> tuple[dict[str, list[Token]], frozenset[str]]:
+        """What stands between the parentheses, by parameter, and what the closing one came out of."""
+        assert macro.parameters is not None
+        given: list[list[Token]] = [[]]
+        depth = 1
+        while True:
+            token = pending.pop() if pending else next(source, None)
+            if token is None:
+                fail(name.span, f"the call of macro {name.text} has no closing parenthesis")
+            depth += {"(": 1, ")": -1}.get(token.text, 0)
+            if not depth:
+                break
+            if token.text == "," and depth == 1:
+                given.append([])
+            else:
+                given[-1].append(token)
+        if given == [[]] and not macro.parameters:
+            given = []
+        if len(given) != len(macro.parameters):
+            fail(name.span, f"macro {name.text} takes {len(macro.parameters)} arguments, got {len(given)}")
+        return dict(zip(macro.parameters, given, strict=True)), token.hidden
+
+    def _body(
+        self, macro: Macro, arguments: Mapping[str, list[Token]], use: Token, hidden: frozenset[str]
+    ) -> list[Token]:
+        """A macro's body in place of its use."""
+        if len(hidden) >= MAX_MACRO_DEPTH:
+            fail(use.span, f"macros nest deeper than {MAX_MACRO_DEPTH}")
+        hidden = hidden | {macro.name}
+        if not arguments and not macro.joins:
+            self._count(len(macro.body) + 1, use.span)
+            return [Token(token.kind, token.text, use.span, token.spaced, hidden) for token in macro.body]
+        body, made, ready = macro.body, [], {}  # type: tuple[Token, ...], list[Token], dict[str, list[Token]]
+        i = 0
+        while i < len(body):
+            token = body[i]
+            joined = made and i and body[i - 1].text == "##"
+            if token.text == "##" and made and i + 1 < len(body):
+                i += 1
+                continue
+            part = [replace(token, span=use.span)]
+            if token.text in arguments and token.kind == "name":
+                beside = joined or (i + 1 < len(body) and body[i + 1].text == "##")
+                if beside:
+                    part = arguments[token.text]
+                else:
+                    if token.text not in ready:
+                        ready[token.text] = self._expanded(arguments[token.text], use.span)
+                    part = ready[token.text]
+            if joined and part:
+                made[-1:] = [_glued(made[-1], part[0], use.span)]
+                part = part[1:]
+            made += part
+            self._count(len(part) + 1, use.span)
+            i += 1
+        both = {frozenset[str](): hidden}  # most tokens came out of nothing, or out of the same macros
+        for token in made:
+            if token.hidden not in both:
+                both[token.hidden] = token.hidden | hidden
+        return [Token(t.kind, t.text, t.span, t.spaced, both[t.hidden]) for t in made]
+
+    def _expanded(self, argument: list[Token], span: Span) -> list[Token]:
+        """An argument whose own macros are expanded."""
+        if self._depth >= MAX_MACRO_DEPTH:
+            fail(span, f"macros nest deeper than {MAX_MACRO_DEPTH}")
+        self._depth += 1
+        found = list(self.expand(argument))
+        self._depth -= 1
+        return found
+
+    def _count(self, tokens: int, span: Span) -> None:
+        self.expanded += tokens
+        if self.expanded > MAX_EXPANDED:
+            fail(span, f"macros bring more than {MAX_EXPANDED} tokens")
+
+
+def _glued(left: Token, right: Token, span: Span) -> Token:
+    """``left ## right``: one token."""
+    lines = list(token_lines(left.text + right.text, span.file))
+    if len(lines) != 1 or len(lines[0]) != 1:
+        fail(span, f"{left.text} ## {right.text} is not one word")
+    return replace(lines[0][0], span=span, spaced=left.spaced, hidden=left.hidden & right.hidden)
+
 
 #: Tokens of a shader once macros are expanded.
 MAX_TOKENS = 300_000

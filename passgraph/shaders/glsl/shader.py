@@ -2,38 +2,197 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
 
 from passgraph.errors import KernelError
 from passgraph.language import ir
-from passgraph.language.buffers import check_reads, check_sizes
+from passgraph.language.assignments import Place, Variable
 from passgraph.language.frame import KEPT
-from passgraph.language.signature import check_images
+from passgraph.language.long_arrays import check_local, check_reads, check_sizes
+from passgraph.language.parse import parameter_value
+from passgraph.language.signature import check_images, host_value
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     BOOL,
     FLOAT,
+    VEC2,
     VEC4,
     Scalar,
+    Struct,
     Vector,
     element_of,
 )
-from passgraph.language.values import Part
-from passgraph.language.variables import Place, Variable
+from passgraph.language.values import COMPOSITE, Part, StructValue, constant
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.body import Body
 from passgraph.shaders.glsl.builtins import overloads
-from passgraph.shaders.glsl.declared_once import check_declared_once
-from passgraph.shaders.glsl.images import STAGE
+from passgraph.shaders.glsl.image_functions import STAGE, position
+from passgraph.shaders.glsl.operators import fitted, type_of_part
 from passgraph.shaders.glsl.parse import Parser
 from passgraph.shaders.glsl.preprocess import preprocessed
-from passgraph.shaders.glsl.typing import type_of_part
-from passgraph.shaders.glsl.uniforms import declare_inputs, declare_interface, declare_uniforms
-from passgraph.shaders.glsl.unit import Native, NativeValue, Note, Slot, Uniform, Unit, holds_pictures
+from passgraph.shaders.glsl.unit import SQUARE, Known, Native, NativeValue, Note, Slot, Uniform, Unit, holds_pictures
 from passgraph.shaders.glsl.walk import assigned_names
+
+if TYPE_CHECKING:
+    from passgraph.shaders.glsl.body import Body
+
+
+#: The types of a function's parameters as they are compared: by name, with the lengths of arrays.
+_Signature: TypeAlias = tuple[tuple[str, tuple[object, ...]], ...]
+
+
+def check_declared_once(tree: Iterable[g.Outer], around: Collection[str]) -> None:
+    """Refuse a name that stands for two things, and a function that is defined twice for the same parameters.
+
+    ``around``: what is called the container's text, whose names the shader may declare anew.
+    """
+    own = [node for node in tree if node.span.file not in around]
+    names: dict[str, tuple[str, Span]] = {}
+    functions: dict[tuple[str, _Signature], g.Function] = {}
+    for node in own:
+        if isinstance(node, g.Function):
+            _check_function(node, functions)
+        elif not isinstance(node, g.Declaration):
+            _check_apart(node.fields)
+        for name, span, what in _named(node):
+            found = what, span  # what a macro brings may have one place
+            first = names.setdefault(name, found)
+            known, before = first
+            if first is not found and not (known == what == "a function"):
+                fail(span, f"{name} is {known} already{_place(before, span)}; give one of the two another name")
+
+
+def _named(node: g.Outer) -> Iterator[tuple[str, Span, str]]:
+    """The names that something outside of functions declares there, and what they are; not those of GLSL's own."""
+    if isinstance(node, g.Function):
+        yield node.name, node.span, "a function"
+    elif isinstance(node, g.Struct):
+        yield node.name, node.span, "a struct"
+    elif isinstance(node, g.Interface) and node.instance:
+        yield node.instance, node.span, "a block"
+    else:
+        variables = node.fields if isinstance(node, g.Interface) else node.variables
+        is_uniform = bool(node.qualifiers & {"uniform", "buffer"})
+        for variable in variables:
+            if not variable.name.startswith("gl_"):
+                yield variable.name, variable.span, "a uniform" if is_uniform else "a variable"
+
+
+def _check_function(function: g.Function, known: dict[tuple[str, _Signature], g.Function]) -> None:
+    """Refuse a second body, another type of result, and a parameter of a name that another one has."""
+    if function.body is not None:
+        _check_apart(one for one in function.parameters if one.name)
+    key = function.name, tuple(_compared(one.type) for one in function.parameters)
+    before = known.setdefault(key, function)
+    if _compared(before.result) != _compared(function.result):
+        place = _place(before.span, function.span)
+        fail(function.span, f"{function.name} gives {before.result.name} for these parameters already{place}")
+    if before is function or function.body is None:
+        return
+    if before.body is not None:
+        place = _place(before.span, function.span)
+        fail(function.span, f"{function.name} is defined for these parameters already{place}; leave out one of the two")
+    known[key] = function
+
+
+def _compared(type_: g.TypeName) -> tuple[str, tuple[object, ...]]:
+    """A type by its one name; of lengths, those that are numbers or names are alike where they are written alike."""
+    lengths = tuple(
+        n.value if isinstance(n, g.Number) else n.name if isinstance(n, g.Name) else n for n in type_.lengths
+    )
+    return SQUARE.get(type_.name, type_.name), lengths
+
+
+def _check_apart(names: Iterable[g.Variable | g.Parameter]) -> None:
+    """Refuse a name that parameters or fields have twice."""
+    known: dict[str, Span] = {}
+    for one in names:
+        if one.name in known:
+            place = _place(known[one.name], one.span)
+            fail(one.span, f"{one.name} stands here already{place}; give one of the two another name")
+        known[one.name] = one.span
+
+
+def _place(before: Span, span: Span) -> str:
+    """Where the first of two stands."""
+    if before.file != span.file:
+        return f" ({before.file}:{before.line})"
+    return "" if before.line == span.line else f" (line {before.line})"
+
+
+def declare_uniforms(body: Body, node: g.Declaration) -> None:
+    """Uniforms of one statement."""
+    for variable in node.variables:
+        type_ = body.type_of(variable.type, variable.type.span, variable.value)
+        uniform = Uniform(variable.name, type_, variable.span)
+        if variable.value is not None:
+            check_local(type_, f"what {variable.name} is set to", variable.span)
+            part = fitted(body.expressions.initial(variable.value, type_), type_, variable.span, variable.name)
+            uniform = Uniform(variable.name, type_, variable.span, _host(part, variable.span), True)
+        _declare(body, uniform)
+
+
+def declare_interface(body: Body, node: g.Interface) -> None:
+    """A block of uniforms: each member is a parameter, by its own name."""
+    if not node.qualifiers & {"uniform", "buffer"}:
+        fail(node.span, "blocks hold uniforms here")
+    uniforms = [Uniform(v.name, body.type_of(v.type, v.type.span), v.span) for v in node.fields]
+    if not node.instance:
+        for uniform in uniforms:
+            _declare(body, uniform)
+        return
+    struct = Struct(node.name, tuple((u.name, u.type) for u in uniforms))
+    body.unit.used.update(u.name for u in uniforms)
+    for uniform in uniforms:
+        body.unit.uniforms.setdefault(uniform.name, uniform)
+    parts = {u.name: parameter_value(u.type, u.name, False, u.span) for u in uniforms}
+    body.bind(node.instance, Known(StructValue(struct, parts), "a block of uniforms"))
+
+
+def _declare(body: Body, uniform: Uniform) -> None:
+    known = body.unit.uniforms.setdefault(uniform.name, uniform)
+    if known is not uniform:
+        if known.type != uniform.type:
+            fail(uniform.span, f"uniform {uniform.name} is {known.type} already")
+        return  # declared again, as by a container
+    part = parameter_value(uniform.type, uniform.name, False, uniform.span)
+    body.bind(uniform.name, Known(part, "a uniform"))
+
+
+def _host(part: Part, span: Span) -> object:
+    """A known value as the host writes it."""
+    value = part if isinstance(part, COMPOSITE) else constant(part)
+    if isinstance(value, ir.Literal):
+        return value.value
+    if isinstance(value, (ir.Construct, ir.Table)):
+        return host_value(value)
+    fail(span, "what a uniform is set to must be known here")
+
+
+def declare_inputs(body: Body, node: g.Declaration) -> None:
+    """Inputs from the vertex stage: a container's by name, else a vec2 is where the pixel lies in the picture."""
+    for variable in node.variables:
+        name, span, unit = variable.name, variable.span, body.unit
+        type_ = body.type_of(variable.type, variable.type.span)
+        if isinstance(unit.names.get(name), Slot):
+            continue  # a variable of a container's prelude, which writes it
+        if name in unit.values:
+            part = fitted(unit.values[name](unit, span), type_, span, name)
+            body.bind(name, Known(part, "an input"))
+        elif type_ == VEC2:
+            unit.note(
+                span, f"input {name} is the position in the picture here, from (0, 0) at the bottom left to (1, 1)"
+            )
+            body.bind(name, Known(position(unit, span), "an input"))
+        else:
+            unit.missing[name] = (
+                f"input {name} has no value in a pass over a picture; only vec2 ones have, the position"
+            )
+
 
 #: Files that errors in the texts of a container name.
 PRELUDE, POSTLUDE = "<prelude>", "<postlude>"

@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir
-from passgraph.language.folding import constant
 from passgraph.language.looping import Section, switch
 from passgraph.language.source import Span, fail
 from passgraph.language.types import INT, UINT
+from passgraph.language.values import constant
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.loops import emit_loop
-from passgraph.shaders.glsl.typing import as_int, fitted
+from passgraph.shaders.glsl.operators import as_int, fitted
 from passgraph.shaders.glsl.walk import leaves_function
 
 if TYPE_CHECKING:

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 from typing import TypeAlias, TypeVar
 
 from passgraph.language import ir
+from passgraph.language.assignments import Place, Variable
 from passgraph.language.frame import Builder
-from passgraph.language.ranges import Range
 from passgraph.language.signature import MAX_BUFFER_LENGTH, checked_array
 from passgraph.language.source import Span, fail
 from passgraph.language.types import IMAGE, NAMED, Array, ImageType, Struct, TupleType, Type, image_names
+from passgraph.language.value_ranges import Range
 from passgraph.language.values import Part
-from passgraph.language.variables import Place, Variable
 from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.typing import fitted
+from passgraph.shaders.glsl.operators import fitted
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any
 
 import passgraph as pg
 from passgraph.effects.registry import EFFECTS, Effect
-from passgraph.graph.outputs import named_outputs
+from passgraph.graph.targets import named_outputs
 from passgraph.verify.compare import MOST_AMBIGUOUS
 from passgraph.verify.conformance import scenes
 from passgraph.verify.conformance.case import Case

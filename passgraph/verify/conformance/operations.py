@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.language import domains
-from passgraph.language.domains import Domain
+from passgraph.language import operation
+from passgraph.language.operation import Domain
 from passgraph.language.operations import OPERATIONS, Operation
 from passgraph.verify.compare import MOST_AMBIGUOUS
 from passgraph.verify.conformance.case import Case
@@ -131,21 +131,21 @@ def _folded(domain: Domain) -> Callable[[Values], Values]:
 
 #: Domain → how the list is brought into it; into others by :func:`_folded`.
 BROUGHT: dict[Domain, Callable[[Values], Values]] = {
-    domains.ANY: np.asarray,
-    domains.NOT_NEGATIVE: np.abs,
-    domains.FROM_ONE: lambda v: np.where(np.abs(v) < 1, 1 + np.abs(v), np.abs(v)),
-    domains.UNIT: _unit,
-    domains.ANGLE: _angle,
-    domains.EXPONENT: _exponents,
-    domains.POWER: _small,
-    domains.MODERATE: _moderate,
-    domains.MODERATE_NOT_ZERO: lambda v: np.where(v == 0, np.float32(0.375), _moderate(v)),
-    domains.DIVISOR: _divisible,
-    domains.POSITIVE: lambda v: np.abs(_known_bits(_divisible(v))),
-    domains.KNOWN_BITS: _known_bits,
-    domains.HALVES: lambda v: _known_bits(np.where(np.abs(v) < 8, np.float32(2.0**-14) * v, v)),
-    domains.DIVIDEND: _dividends,
-    domains.SMALL_DIVISOR: _divisors,
+    operation.ANY: np.asarray,
+    operation.NOT_NEGATIVE: np.abs,
+    operation.FROM_ONE: lambda v: np.where(np.abs(v) < 1, 1 + np.abs(v), np.abs(v)),
+    operation.UNIT: _unit,
+    operation.ANGLE: _angle,
+    operation.EXPONENT: _exponents,
+    operation.POWER: _small,
+    operation.MODERATE: _moderate,
+    operation.MODERATE_NOT_ZERO: lambda v: np.where(v == 0, np.float32(0.375), _moderate(v)),
+    operation.DIVISOR: _divisible,
+    operation.POSITIVE: lambda v: np.abs(_known_bits(_divisible(v))),
+    operation.KNOWN_BITS: _known_bits,
+    operation.HALVES: lambda v: _known_bits(np.where(np.abs(v) < 8, np.float32(2.0**-14) * v, v)),
+    operation.DIVIDEND: _dividends,
+    operation.SMALL_DIVISOR: _divisors,
 }
 
 

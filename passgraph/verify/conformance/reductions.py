@@ -100,7 +100,7 @@ def _in_quarters(counts: NDArray[Any]) -> NDArray[Any]:
 
 def counted_rows() -> Mapping[str, pg.Target]:
     """The counting by itself, of a picture that is not a histogram's own."""
-    from passgraph.graph.reduction_kernels import count_bins
+    from passgraph.graph.reductions import count_bins
 
     into = tuple(pg.target(f"quarter {k}", "rgba32f", ROWS) for k in range(4))
     made: tuple[pg.Target, ...] = count_bins(pg.Input("numbers", "r32f", SIZE).border("zero"), into=into)
@@ -109,7 +109,7 @@ def counted_rows() -> Mapping[str, pg.Target]:
 
 def counted_together() -> Mapping[str, pg.Target]:
     """Counts of rows added up once, which nobody else reads."""
-    from passgraph.graph.reduction_kernels import count_bins, sum_counts
+    from passgraph.graph.reductions import count_bins, sum_counts
 
     same = pg.kernel(source="def same(a: Image) -> float: return a[0, 0].r")
     numbered: pg.Target = same(pg.Input("numbers", "r32f", HIGH), into=pg.target("same", "r32f"))

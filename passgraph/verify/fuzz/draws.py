@@ -13,7 +13,7 @@ from passgraph.graph.draw_state import COMPARE, CULL, EQUATIONS, FACTORS, STENCI
 from passgraph.graph.drawing import draw
 from passgraph.graph.targets import Input, Target, target
 from passgraph.language.kernel import Kernel, kernel_from_text
-from passgraph.scene.mesh import Mesh
+from passgraph.scene.meshes import Mesh
 from passgraph.verify.corner_kernels import CORNER_KERNELS
 from passgraph.verify.fuzz.cases import Case, Tally, judged, run, same_bits
 

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from passgraph.language.operation import WHOLE, Operation, Range
 from passgraph.language.operations import OPERATIONS
-from passgraph.language.quads import DERIVATIVES
+from passgraph.language.quad_derivatives import DERIVATIVES
 
 UNIT: Range = (0.0, 1.0)
 #: Numbers that break naive arithmetic, and whole numbers likewise; wild expressions only.

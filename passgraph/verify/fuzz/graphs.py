@@ -20,13 +20,13 @@ from passgraph.formats import format_named
 from passgraph.graph.calls import kernel
 from passgraph.graph.drawing import draw
 from passgraph.graph.reductions import histogram, reduce
+from passgraph.graph.run_values import Value
 from passgraph.graph.targets import Input, Target, TargetSpec, previous, target
-from passgraph.graph.values import Value
 from passgraph.language.borders import BORDERS
 from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.plan.data import Options
 from passgraph.run.compile import compile as compile_graph
-from passgraph.scene.mesh import Mesh
+from passgraph.scene.meshes import Mesh
 from passgraph.verify.fuzz.cases import EXACT, Case, Tally, judged, same_bits
 from passgraph.verify.fuzz.naive import naive_difference
 from passgraph.verify.fuzz.pictures import Picture, unit

@@ -15,12 +15,9 @@ import numpy as np
 
 from passgraph.backends.base import Block, vertex_builtins
 from passgraph.backends.reference import ReferenceBackend
-from passgraph.backends.reference.draw_pass import ReferenceDrawPass
-from passgraph.backends.reference.output_tests import layers
-from passgraph.backends.reference.pixel_pass import ReferencePixelPass
-from passgraph.backends.reference.stage import on_quads
-from passgraph.backends.reference.storage import Storage
-from passgraph.graph.geometry import Geometry
+from passgraph.backends.reference.draw_pass import ReferenceDrawPass, layers
+from passgraph.backends.reference.stage import ReferencePixelPass, Storage, on_quads
+from passgraph.graph.draw_state import Geometry
 from passgraph.plan.data import DrawStep, PixelStep, Step
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.coverage import Corners, Fragments, Triangles, cover, depth_of, triangles, varying_of

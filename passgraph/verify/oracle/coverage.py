@@ -15,9 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.reference.raster_clip import Vertices, clip_triangles
-from passgraph.backends.reference.raster_cover import expand
-from passgraph.backends.reference.raster_setup import FARTHEST
+from passgraph.backends.reference.rasterizer import FARTHEST, Vertices, clip_triangles, expand
 from passgraph.graph.draw_state import DrawState
 from passgraph.verify.oracle.interval import Float64, Interval, Lanes, rounded
 

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.reference.domain import Domain, Part
-from passgraph.backends.reference.number_domain import NumberDomain, Numbers, shaped
+from passgraph.backends.reference.interpreter import Domain, NumberDomain, Numbers, Part, shaped
 from passgraph.language import ir
 from passgraph.language.meanings import BELOW_ONE, INT_MAX, INT_MIN
 from passgraph.language.operations import OPERATIONS

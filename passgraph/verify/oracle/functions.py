@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.language.domains import ANGLE
+from passgraph.language.operation import ANGLE
 from passgraph.language.operations import OPERATIONS, Operation
 from passgraph.verify.oracle import interval as iv
 from passgraph.verify.oracle.interval import (

@@ -23,10 +23,9 @@ from numpy.typing import NDArray
 from passgraph import disk_cache, language
 from passgraph.backends import reference, steps
 from passgraph.backends.base import Block, vertex_builtins
-from passgraph.backends.reference.stage import Stage
-from passgraph.backends.reference.storage import Storage
-from passgraph.graph.geometry import Geometry
-from passgraph.language.kernel_digest import facts_digest
+from passgraph.backends.reference.stage import Stage, Storage
+from passgraph.graph.draw_state import Geometry
+from passgraph.language.lower_cache import facts_digest
 from passgraph.language.scope import freeze
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.verify.oracle.allowed import Allowed

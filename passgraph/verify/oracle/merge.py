@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.backends.reference.draw_pass import COMPARE, OPERATIONS, filled
 from passgraph.backends.reference.interpreter import Interpreter, StageValues
-from passgraph.backends.reference.output_merge import filled
-from passgraph.backends.reference.output_tests import COMPARE, OPERATIONS
-from passgraph.backends.reference.storage import Storage
+from passgraph.backends.reference.stage import Storage
 from passgraph.formats import Format
 from passgraph.graph.draw_state import Blend, Stencil
 from passgraph.plan.blending import blend_kernel

@@ -14,10 +14,10 @@ from passgraph.errors import InputError
 from passgraph.formats import Format
 from passgraph.graph.targets import Target
 from passgraph.plan.build import build
+from passgraph.plan.collect import inputs_behind
 from passgraph.plan.data import CopyStep, DrawStep, Options, PixelStep, Plan, Step
 from passgraph.plan.limits import Limits
-from passgraph.plan.reach import inputs_behind
-from passgraph.run.admission import admitted_picture, bound_to
+from passgraph.run.caller_arrays import admitted_picture, bound_to
 from passgraph.run.execution import Execution
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.backend import OracleBackend

@@ -7,12 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from passgraph.backends.base import Block
-from passgraph.backends.reference.domain import Surroundings
-from passgraph.backends.reference.images import SampledImage
-from passgraph.backends.reference.interpreter import Interpreter
-from passgraph.backends.reference.number_domain import Numbers
-from passgraph.backends.reference.stage import BoundStage, Stage
-from passgraph.backends.reference.storage import Storage
+from passgraph.backends.reference.interpreter import Interpreter, Numbers, Surroundings
+from passgraph.backends.reference.stage import BoundStage, SampledImage, Stage, Storage
 from passgraph.language import ir
 from passgraph.language.lower import ImageFacts
 from passgraph.language.types import component_count

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from passgraph.backends.base import quantised
-from passgraph.backends.reference.storage import encode_srgb
+from passgraph.backends.reference.stage import encode_srgb
 from passgraph.formats import Format
 from passgraph.verify.oracle import interval as iv
 from passgraph.verify.oracle.functions import increasing

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.reference.number_domain import KINDS
+from passgraph.backends.reference.interpreter import KINDS
 from passgraph.language import expand
 from passgraph.language import scalar as s
 from passgraph.language.operations import OPERATIONS

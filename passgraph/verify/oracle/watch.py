@@ -13,8 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.reference.domain import Surroundings
-from passgraph.backends.reference.interpreter import Interpreter
+from passgraph.backends.reference.interpreter import Interpreter, Surroundings
 from passgraph.language import ir
 from passgraph.language.source import NOWHERE, Span
 from passgraph.plan.data import Step

@@ -1,0 +1,401 @@
+"""What the host and the machine code of a chain of pixel passes agree on: addresses in order, rings, strips."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from passgraph.backends.numpy.machine.workers import ROOM
+from passgraph.backends.numpy.pixels.chains import Stage, Work, near_images, reach
+from passgraph.backends.numpy.pixels.channels import before_rounding, selection, single_channel
+from passgraph.backends.numpy.storage import FLOAT
+from passgraph.cached import cached_property
+from passgraph.formats import Format
+from passgraph.language import scalar as s
+from passgraph.language.borders import BORDERS
+from passgraph.language.scalar import nameless
+from passgraph.plan.window import Halo
+
+if TYPE_CHECKING:
+    pass
+
+
+#: What a body knows of an image that it reads anywhere: where it begins, width, height, pixels from row to row.
+IMAGE = ("", "_w", "_h", "_p")
+
+
+class Frame:
+    """Places of one stage's entries.
+
+    Sizes of the target; addresses of uniforms; what is known of each image; for each view the
+    addresses of its rows where column 0 would be; for each target those of the rows that are made at once, likewise.
+    """
+
+    def __init__(self, stage: StageLayout) -> None:
+        self.stage = stage
+
+    @cached_property
+    def places(self) -> dict[str, int]:
+        names = ["width", "height", "floats", "ints"]
+        names += [f"im{image}{end}" for image in range(len(self.stage.program.images)) for end in IMAGE]
+        return {name: place for place, name in enumerate(names)}
+
+    @cached_property
+    def _views(self) -> list[int]:
+        """Where each view's rows begin, and where the targets' do."""
+        places = [len(self.places)]
+        for view in self.stage.views:
+            places.append(places[-1] + view.rows)
+        return places
+
+    def view(self, number: int, row: int = 0) -> int:
+        """Of a row of a view, the first of them as far up as is read."""
+        return self._views[number] + row
+
+    def target(self, slot: int, row: int = 0) -> int:
+        return self._views[-1] + slot * self.stage.rows + row
+
+    @property
+    def count(self) -> int:
+        return self.target(len(self.stage.channels))
+
+
+#: Instructions that one turn of the loop may have where it makes several rows or vectors at once.
+MAX_AT_ONCE = 400
+#: Rows at once at most: more need more registers than there are, and with four channels to a texel sooner.
+MAX_ROWS, MAX_ROWS_OF_PIXELS = 8, 4
+#: Lanes at least: of narrower vectors processors make no use.
+LEAST_LANES = 4
+#: Vectors side by side at most.
+MAX_VECTORS = 3
+#: Numbers of a row that are decoded at once: they stay in the level-1 cache.
+SEGMENT = 2048
+#: Columns of a row between its ends at least.
+NARROW = 16
+#: Columns of a slender picture at most, and pixels from which on its time is worth code of its own.
+SLENDER, MANY = 16, 1 << 14
+#: So often may a body read an image whose numbers it decodes itself.
+MAX_READS = 3
+#: What the context says of an image: where it begins, its width and height, pixels from row to row, the number of the
+#: row that lies last in memory, and where a copy of that row is (see memory.py).
+PICTURE = ("", "_w", "_h", "_p", "_last", "_row")
+
+
+@dataclass(frozen=True)
+class View:
+    """What relative reads of one image by one border rule see: its rows around a pixel."""
+
+    image: int
+    border: str
+    channels: int
+    held: Format
+    up: int
+    rows: int
+    across: bool  # whether reads go left or right
+    decodes: bool  # whether the strips hold float32, and serve the whole of a row
+    strips: int  # where copies of its rows with the border applied begin in the scratch memory, in strips
+
+    @property
+    def read(self) -> Format:
+        """How the numbers are held that the kernel's body loads."""
+        return FLOAT if self.decodes else self.held
+
+
+@dataclass(frozen=True)
+class StageLayout:
+    """One stage; ``lanes`` is the width of vectors."""
+
+    chain: tuple[Stage, ...]
+    number: int
+    lanes: int
+
+    @property
+    def stage(self) -> Stage:
+        return self.chain[self.number]
+
+    @property
+    def last(self) -> bool:
+        return self.number == len(self.chain) - 1
+
+    @property
+    def channels(self) -> tuple[int, ...]:
+        return self.stage.channels
+
+    @cached_property
+    def _whole(self) -> s.ScalarProgram:
+        return before_rounding(self.stage.step.program)
+
+    @cached_property
+    def _single(self) -> s.ScalarProgram | None:
+        program = self._whole
+        # Texels that are read one by one are found by the numbers of pixels, not of channels.
+        windows = all(use in near_images(program) for use in program.images if use.relative)
+        return single_channel(program, self.channels) if windows else None
+
+    @property
+    def alike(self) -> int:
+        """Channels that one channel's program stands for (see channels.py); 1: a pixel is computed as a whole."""
+        return self.channels[0] if self._single is not None else 1
+
+    @cached_property
+    def _selection(self) -> s.ScalarProgram | None:
+        program = self._single or self._whole
+        flat = self._single is not None or {*self.channels, *(use.channels for use in program.images)} == {1}
+        windows = len(near_images(program)) == len(program.images)
+        if not flat or not windows or len(self.chain) > 1:
+            return None
+        step = self.stage.step
+        return selection(program, step.image_formats, step.output_formats)
+
+    @property
+    def selects(self) -> bool:
+        """Whether the body works on numbers as they are stored, see `selection`."""
+        return self._selection is not None
+
+    @property
+    def program(self) -> s.ScalarProgram:
+        return self._selection or self._single or self._whole
+
+    @cached_property
+    def reach(self) -> Halo:
+        return reach(self.near)
+
+    @cached_property
+    def near(self) -> tuple[s.ImageUse, ...]:
+        """Images that relative reads find in windows."""
+        return near_images(self.program)
+
+    @property
+    def images(self) -> tuple[Format, ...]:
+        """How each image is held: what a stage before makes as float32."""
+        held = self.stage.step.image_formats
+        return tuple(FLOAT if number in self.rings else format_ for number, format_ in enumerate(held))
+
+    @property
+    def formats(self) -> tuple[Format, ...]:
+        """What each output is rounded to."""
+        return self.stage.step.output_formats
+
+    @property
+    def outputs(self) -> tuple[Format, ...]:
+        """How each output is held."""
+        return self.formats if self.last else (FLOAT,) * len(self.formats)
+
+    @property
+    def rings(self) -> dict[int, tuple[int, int]]:
+        """Images that a stage before makes: that stage, and which of its outputs."""
+        return {image: (producer, slot) for image, producer, slot in self.stage.rings}
+
+    @property
+    def numbers(self) -> int:
+        """Of a whole row that its vectors go along: pixels, or channels where these are alike."""
+        return self.stage.step.size[0] * self.alike
+
+    @property
+    def is_slender(self) -> bool:
+        """Whether rows are so short and so many that code of its own is worth making; one code serves other widths."""
+        width, height = self.stage.step.size
+        return width <= SLENDER and width * height >= MANY
+
+    @cached_property
+    def _flat(self) -> bool:
+        """Whether vectors hold consecutive numbers of memory."""
+        counts = [*self.channels, *(use.channels for use in self.program.images)]
+        return self.alike > 1 or set(counts) == {1}
+
+    @cached_property
+    def _fitting(self) -> int:
+        """How many times the kernel may stand in one turn of the loop."""
+        straight = not self.program.arrays and not any(isinstance(i, (s.If, s.For)) for i in self.program.body)
+        return max(1, MAX_AT_ONCE // max(1, len(self.program.body)) if straight else 1)
+
+    @cached_property
+    def rows(self) -> int:
+        """Rows that the last stage makes at once: neighbours share what they read above and below.  A power of 2."""
+        _, _, up, down = self.reach
+        if not self.last or not up + down:
+            return 1
+        most = min(MAX_ROWS if self._flat else MAX_ROWS_OF_PIXELS, self._fitting, self.stage.step.size[1])
+        return 1 << (most.bit_length() - 1)
+
+    @cached_property
+    def vectors(self) -> int:
+        """Vectors side by side that are made at once: they share what they read left and right."""
+        left, right, _, _ = self.reach
+        most = min(MAX_VECTORS, ROOM // self.lanes)
+        if self.is_slender:
+            most = max(1, min(most, self.numbers // self.lanes))
+        return min(most, self._fitting) if self._flat and self.rows == 1 and left + right else 1
+
+    @property
+    def narrow(self) -> int:
+        """Columns of a row at most that is not cut: its ends would be most of it."""
+        left, right, _, _ = self.reach
+        return left + right + NARROW
+
+    @property
+    def strip_pixels(self) -> int:
+        """Pixels of one row of a strip: the most that are made of it at once, what they reach, a turn's rest."""
+        left, right, _, _ = self.reach
+        return max(self.narrow, self.segment) + left + right + self.turn
+
+    @cached_property
+    def segment(self) -> int:
+        """Pixels of a row that are decoded at once, for many reads of each; 0 where every read decodes for itself."""
+        decoding = [view.channels for view in self.views if view.decodes]
+        return -(-SEGMENT // (max(decoding) * self.turn)) * self.turn if decoding else 0
+
+    @cached_property
+    def views(self) -> tuple[View, ...]:
+        """In the order of the program's reads."""
+        found: dict[tuple[int, str], View] = {}
+        before = 0
+        for (number, rule), reads in self._reads.items():
+            use, held = self.program.images[number], self.images[number]
+            rows, across = use.y[1] - use.y[0] + self.rows, use.x != (0, 0)
+            decodes = across and held.bits < 32 and reads > MAX_READS and not self.selects
+            found[number, rule] = View(number, rule, use.channels, held, -use.y[0], rows, across, decodes, before)
+            before += rows * use.channels if across else 0
+        return tuple(found.values())
+
+    @property
+    def _reads(self) -> dict[tuple[int, str], int]:
+        """How often the body reads each image by each border rule through windows."""
+        numbers = {use.name: number for number, use in enumerate(self.program.images)}
+        near = {use.name for use in self.near}
+        loads = (i for i in s.walk(self.program.body) if isinstance(i, s.LoadTexel))
+        return Counter((numbers[i.image], i.border) for i in loads if i.relative and i.image in near)
+
+    @cached_property
+    def frame(self) -> Frame:
+        return Frame(self)
+
+    @property
+    def turn(self) -> int:
+        """How far along a row one turn of the loop goes, in pixels, or in channels where these are alike."""
+        return self.lanes * self.vectors
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Of each target, the numbers of memory that belong to one of those."""
+        return (1,) if self.alike > 1 else self.channels
+
+    @property
+    def _turn(self) -> tuple[object, ...]:
+        """What one turn of the loop along a row makes."""
+        return self.alike, self.rows, self.vectors, self.lanes, self.selects, self.channels
+
+    @cached_property
+    def shape(self) -> tuple[object, ...]:
+        """What tells the code around the body from that around others."""
+        views = [(*_held(v.held), v.image, v.border, v.channels, v.up, v.rows, v.across, v.decodes) for v in self.views]
+        held = [_held(output) for output in self.outputs]
+        around = self.stage.margin, self.stage.rings, len(self.program.images)
+        return (*self._turn, *self.reach, *around, tuple(views), tuple(held))
+
+    @cached_property
+    def parts(self) -> tuple[str, ...]:
+        """What tells the body of its program from all other."""
+        program = nameless(self.program)
+        held = [_held(format_) for format_ in (*self.images, *self.formats, *self.outputs)]
+        views = [(v.image, v.border, v.rows, v.decodes) for v in self.views]
+        builtins = [name for name, _ in program.builtins]
+        return "body", program.key, repr((builtins, self._turn, held, views))
+
+    @property
+    def scratch(self) -> int:
+        """Numbers that all strips take."""
+        ends = [(v.strips + v.rows * v.channels) * self.strip_pixels for v in self.views if v.across]
+        return max(ends, default=0)
+
+
+def _held(format_: Format) -> tuple[str, int]:
+    return format_.number, format_.steps
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A whole chain."""
+
+    stages: tuple[StageLayout, ...]
+
+    @classmethod
+    def of(cls, chain: Sequence[Stage], lanes: int) -> Layout:
+        """``lanes`` are those of float32."""
+        return _layout(tuple(replace(stage, step=_Step.of(stage.step)) for stage in chain), lanes)
+
+    @property
+    def fixed(self) -> list[str]:
+        """Names of the first entries of the context, the same at each run: what the pieces decide, where bodies are."""
+        pitches = [f"pitch{stage.number}" for stage in self.stages[:-1]]
+        own = [f"body{stage.number}" for stage in self.stages]
+        return ["counter", "count", "columns", "tile", "band", "width", "height", "zeros", *pitches, *own]
+
+    @property
+    def bound(self) -> list[str]:
+        """Names of the others, in order."""
+        names = []
+        for stage in self.stages:
+            for image in range(len(stage.program.images)):
+                if image not in stage.rings:
+                    names += [f"im{stage.number}_{image}{end}" for end in PICTURE]
+            names += [f"floats{stage.number}", f"ints{stage.number}"]
+        return [*names, *(f"out{slot}{end}" for slot in range(len(self.stages[-1].channels)) for end in ("", "_p"))]
+
+    @property
+    def own(self) -> list[str]:
+        """Names of what each thread has for itself: rings, strips."""
+        rings = [f"ring{stage.number}_{slot}" for stage in self.stages[:-1] for slot in range(len(stage.channels))]
+        return [*rings, "scratch"]
+
+    @property
+    def scratch(self) -> int:
+        return max(stage.scratch for stage in self.stages)
+
+    @property
+    def zeros(self) -> int:
+        """Numbers of a row of zeros for where nothing is, if one is needed."""
+        counts = [v.channels for stage in self.stages for v in stage.views if BORDERS[v.border].blank]
+        return max(counts, default=0) * self.stages[-1].stage.step.size[0]
+
+    def ring_rows(self, number: int) -> int:
+        """Rows of a stage's results that are kept."""
+        return self.stages[number].stage.rows + self.stages[-1].rows - 1
+
+    @cached_property
+    def parts(self) -> tuple[str, ...]:
+        """What tells the code around the bodies from all other: no program."""
+        return ("pixels", *(repr(stage.shape) for stage in self.stages))
+
+
+@dataclass(frozen=True)
+class _Step:
+    """What a layout hangs on of a step, and keeps of it: not the graph behind it."""
+
+    key: str
+    builtins: tuple[tuple[str, str], ...]
+    size: tuple[int, int]
+    image_formats: tuple[Format, ...]
+    output_formats: tuple[Format, ...]
+    program: s.ScalarProgram = field(compare=False)
+
+    @classmethod
+    def of(cls, step: Work) -> _Step:
+        program = step.program
+        return cls(program.key, program.builtins, step.size, step.image_formats, step.output_formats, program)
+
+
+@lru_cache(maxsize=512)
+def _layout(chain: tuple[Stage, ...], lanes: int) -> Layout:
+    wide = tuple(StageLayout(chain, number, lanes) for number in range(len(chain)))
+    # A turn that is wider than a row computes what nobody wants, and what is wanted of it is copied number by number.
+    if wide[-1].is_slender:
+        while lanes > max(LEAST_LANES, min(stage.numbers for stage in wide)):
+            lanes //= 2
+    stages = tuple(replace(stage, lanes=lanes) for stage in wide)
+    if stages[-1].selects:
+        stages = (StageLayout(chain, 0, lanes * 32 // stages[-1].formats[0].bits),)
+    return Layout(stages)

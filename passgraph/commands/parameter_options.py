@@ -1,0 +1,138 @@
+"""Parameters that change over frames: ``--progress 0..1`` on the command line, and their value at each frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import click
+
+from passgraph.commands.input_values import written_value
+from passgraph.commands.options import EffectOption, flag_of
+from passgraph.effects.registry import Effect
+from passgraph.errors import GraphError, InputError
+from passgraph.frames.flow import Values
+from passgraph.frames.frame import Source
+from passgraph.frames.pictures import Pictures
+from passgraph.graph.run_values import Value
+from passgraph.language.types import BOOL, element_of
+
+#: Between the first and the last value of a ramp.
+TO = ".."
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """A parameter that goes evenly from one value at a clip's first frame to another at its last."""
+
+    first: Any
+    last: Any
+
+    def at(self, share: float) -> Any:
+        """The value after a share of the way; whole numbers are rounded.
+
+        >>> Ramp(0.0, 2.0).at(0.25), Ramp(1, 4).at(0.5), Ramp([0.0, 1.0], [1.0, 1.0]).at(0.75)
+        (0.5, 2, [0.75, 1.0])
+        """
+        return _between(self.first, self.last, share)
+
+    def __str__(self) -> str:
+        return f"{written_value(self.first)}{TO}{written_value(self.last)}"
+
+
+def _between(first: Any, last: Any, share: float) -> Any:
+    if isinstance(first, (list, tuple)):
+        return [_between(one, other, share) for one, other in zip(first, last, strict=True)]
+    mixed = first * (1.0 - share) + last * share  # exact at both ends
+    return round(mixed) if isinstance(first, int) else mixed
+
+
+class FramesOption(EffectOption):
+    """An effect's parameter, which may change over frames where it is a number or several."""
+
+    def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
+        if not (isinstance(value, str) and TO in value and self.is_number):
+            return super().type_cast_value(ctx, value)
+        first, _, last = value.partition(TO)
+        return Ramp(super().type_cast_value(ctx, first), super().type_cast_value(ctx, last))
+
+    @property
+    def is_number(self) -> bool:
+        of = self.parameter.of
+        return self.parameter.type in ("int", "float") or (of is not None and element_of(of) != BOOL)
+
+
+def check_no_ramps(effect: Effect, given: Mapping[str, Any]) -> None:
+    """Refuse what changes over frames where one picture is made."""
+    for name, value in given.items():
+        if isinstance(value, Ramp):
+            raise InputError(
+                f"{flag_of(effect.parameter(name))} {value}: changes over frames, and one picture is made; give "
+                "--frames NUMBER and a video or a numbered sequence: --frames 50 -o out.mp4"
+            )
+
+
+@dataclass(frozen=True)
+class Changing:
+    """The parameters of an effect that runs are given: ramps, and the one that says how many seconds a frame lasts."""
+
+    effect: Effect
+    ramps: Mapping[str, Ramp]
+    frame_time: str | None
+
+    @staticmethod
+    def of(effect: Effect, given: dict[str, Any]) -> Changing:
+        """What of the given parameters changes, taken out of them; a frame's time that is given stays as it is."""
+        time = None if effect.frame_time in given else effect.frame_time
+        return Changing(effect, {n: given.pop(n) for n, value in list(given.items()) if isinstance(value, Ramp)}, time)
+
+    def handles(self) -> dict[str, Value]:
+        """What stands for them in a graph.
+
+        A frame lasts as long as the effect says where a clip has no rate.
+        """
+        made = {name: Value(name) for name in self.ramps}
+        if self.frame_time is not None:
+            made[self.frame_time] = Value(self.frame_time, default=self.effect.parameter(self.frame_time).default)
+        return made
+
+    def graph(self, make: Callable[[Mapping[str, Any]], Any]) -> Any:
+        """What ``make`` makes with values in the place of what changes."""
+        try:
+            return make(self.handles())
+        except (GraphError, InputError) as error:
+            if not self.ramps:
+                raise
+            flags = " ".join(flag_of(self.effect.parameter(name)) for name in self.ramps)
+            raise InputError(
+                f"{flags}: cannot change over frames, since {self.effect.name} makes its passes for one value; give one"
+            ) from error
+
+    def values(self, source: Source, rate: Fraction | None, others: Mapping[str, Any]) -> Values:
+        """What the runs of a clip of so many frames a second are given."""
+        known = dict(others)
+        if self.frame_time is not None and rate is not None:
+            known[self.frame_time] = float(1 / rate)
+        if not self.ramps:
+            return known
+        first, last = self._ends(source)
+
+        def at(number: int) -> dict[str, Any]:
+            share = min((number - first) / (last - first), 1.0) if last > first else 0.0
+            return known | {name: ramp.at(share) for name, ramp in self.ramps.items()}
+
+        return at
+
+    def _ends(self, source: Source) -> tuple[int, int]:
+        """The numbers of a clip's first frame and its last."""
+        if isinstance(source, Pictures):
+            return min(source.paths), max(source.paths)
+        if source.count is None:
+            flag = flag_of(self.effect.parameter(next(iter(self.ramps))))
+            raise InputError(
+                f"{flag} FROM{TO}TO needs to know the last frame, and {source.name} does not say how many there are; "
+                "give one value"
+            )
+        return 1, source.count

@@ -1,0 +1,163 @@
+"""Run values, which change from run to run, and sizes computed from the output's."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias, get_origin
+
+from passgraph import arguments
+from passgraph.errors import GraphError
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number, vector, matrix or object that each run brings by name.
+
+    ``static`` works as for inputs.  :meth:`map` derives another value from it on the host.
+
+    >>> exposure = Value("exposure", float)
+    >>> exposure.map(lambda stops: 2.0**stops).name
+    'exposure'
+    """
+
+    name: str
+    type: object = float
+    static: bool = False
+    default: object = None
+
+    def __post_init__(self) -> None:
+        where = f"value {arguments.text(self.name, 'the name of a value')!r}"
+        if not isinstance(self.type, type) and get_origin(self.type) is None:
+            raise GraphError(
+                f"{where}: type must be a class, such as float or pg.vec3, got {arguments.shown(self.type)}"
+            )
+        arguments.flag(self.static, f"{where}: static")
+
+    @property
+    def sources(self) -> tuple[Value, ...]:
+        """Itself: what runs bring for it."""
+        return (self,)
+
+    def map(self, function: Callable[[Any], object]) -> Derived:
+        """A value computed on the host from this one, at each run in which it changes."""
+        return Derived((self,), function)
+
+
+@dataclass(frozen=True)
+class Derived:
+    """A value computed on the host from run values.
+
+    ``by_value``: not a change of its sources decides whether passes run again that depend on nothing else that changes,
+    but one of itself: for what often comes out the same though its sources change at each run.
+    """
+
+    sources: tuple[Value, ...]
+    function: Callable[..., object]
+    by_value: bool = False
+
+    def __post_init__(self) -> None:
+        if not arguments.several(self.sources, Value, "what a value is computed from", "pg.Value handles"):
+            raise GraphError("a value is computed from at least one pg.Value, got none")
+        arguments.function(self.function, f"what computes a value from {self.name!r}")
+
+    @property
+    def name(self) -> str:
+        return "+".join(source.name for source in self.sources)
+
+    @property
+    def static(self) -> bool:
+        return self.by_value or all(source.static for source in self.sources)
+
+    def map(self, function: Callable[[Any], object]) -> Derived:
+        arguments.function(function, f"what computes a value from {self.name!r}")
+        inner = self.function
+        return Derived(self.sources, lambda *values: function(inner(*values)), self.by_value)
+
+
+def combine(function: Callable[..., object], *values: Value, by_value: bool = False) -> Derived:
+    """A value computed on the host from several run values; see `Derived`."""
+    return Derived(values, function, by_value)
+
+
+def sources_of(parameters: Mapping[str, object]) -> Iterator[Value]:
+    """The run values that parameters come from; plain numbers among them come from none."""
+    for given in parameters.values():
+        if isinstance(given, (Value, Derived)):
+            yield from given.sources
+
+
+#: (width, height) of the output in pixels as a value, filled in by the program: for what depends on the
+#: aspect ratio.
+OUTPUT_SIZE = Value("output_size", tuple, static=True)
+#: How many runs came before this one, from 0, as a value, filled in by the program: for what moves, and for what begins
+#: otherwise than it goes on.  A run that is given ``frame_index`` takes that; `Program.reset` counts anew.
+FRAME_INDEX = Value("frame_index", int)
+#: By name, what programs fill in where runs do not say it.
+FILLED_IN = {value.name: value for value in (OUTPUT_SIZE, FRAME_INDEX)}
+
+
+#: A number, "width" or "height" of the output in pixels, or an operation of :data:`OPERATIONS` on formulas.
+Formula: TypeAlias = "float | str | tuple[Formula | str, ...]"
+#: Formulas in one another.
+MAX_DEPTH = 32
+
+
+def _divided(divide: Callable[[float, float], float]) -> Callable[[float, float], float]:
+    def checked(a: float, b: float) -> float:
+        if b == 0:
+            raise GraphError("the formula of a size divides by zero")
+        return divide(a, b)
+
+    return checked
+
+
+#: Name → number of operands, and meaning; comparisons come to 1 or 0.
+OPERATIONS: dict[str, tuple[int, Callable[..., float]]] = {
+    "add": (2, lambda a, b: a + b), "sub": (2, lambda a, b: a - b), "mul": (2, lambda a, b: a * b),
+    "div": (2, _divided(operator.truediv)), "min": (2, min), "max": (2, max),
+    "floor": (1, math.floor), "ceil": (1, math.ceil), "neg": (1, lambda a: -a), "abs": (1, abs),
+    "rest": (2, _divided(math.fmod)), "less": (2, lambda a, b: float(a < b)), "equal": (2, lambda a, b: float(a == b)),
+}  # fmt: skip
+
+
+def check_formula(formula: object, where: str, depth: int = 0) -> None:
+    """GraphError where it is none."""
+    if isinstance(formula, str) and formula in ("width", "height"):
+        return
+    if isinstance(formula, (int, float)) and not isinstance(formula, bool) and math.isfinite(formula):
+        return
+    if isinstance(formula, tuple) and formula and isinstance(formula[0], str) and depth < MAX_DEPTH:
+        count, _ = OPERATIONS.get(formula[0], (-1, None))
+        if len(formula) == count + 1:
+            for part in formula[1:]:
+                check_formula(part, where, depth + 1)
+            return
+    raise GraphError(
+        f"{where}: the formula of a size is a number, 'width', 'height' or one of {', '.join(OPERATIONS)} with its "
+        f"operands in a tuple, at most {MAX_DEPTH} deep"
+    )
+
+
+def evaluated(formula: Formula, size: tuple[int, int]) -> float:
+    """What a formula comes to where the output has this size.
+
+    >>> evaluated(("max", ("floor", ("div", "width", 12.0)), 1.0), (100, 50))
+    8
+    """
+    if isinstance(formula, str):
+        return size[0] if formula == "width" else size[1]
+    if not isinstance(formula, tuple):
+        return formula
+    _, meaning = OPERATIONS[str(formula[0])]
+    return meaning(*(evaluated(part, size) for part in formula[1:]))
+
+
+def computed_side(formula: Formula, size: tuple[int, int], where: str) -> int:
+    """Whole pixels, at least one; the limit of sides is the planner's."""
+    value = evaluated(formula, size)
+    if not math.isfinite(value) or abs(value) > 2**31:
+        raise GraphError(f"{where}: the formula of a size comes to {value:g} pixels")
+    return max(1, math.floor(value))

@@ -1,0 +1,104 @@
+"""How kernels read pictures: each method of an image, as a function of typed expressions.
+
+What is more than one texel is written in the language (:mod:`.library`) and inlined; what the graph's handle says of a
+picture (its filter, its levels) stands there as a :class:`~.ir.Property`, known when the graph is compiled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeAlias, cast
+
+from passgraph.language import ir
+from passgraph.language.facts import PROPERTIES
+from passgraph.language.library import LIBRARY
+from passgraph.language.source import Span, fail
+from passgraph.language.types import FLOAT, INT, IVEC2, VEC2, VEC3, VEC4, Value
+from passgraph.language.typing_rules import widen
+from passgraph.language.values import ImageValue, Part
+
+#: Puts the body of a library function in place of a call: its name, its arguments, where the call stands.
+Inline: TypeAlias = Callable[[str, list[Part], Span], Part]
+
+
+_UV: tuple[str, Value] = ("position", VEC2)
+#: Method → its parameters, the function of the library for them, and where the last one, which counts levels, may be
+#: left out, the function that takes it too.
+METHODS: dict[str, tuple[tuple[tuple[str, Value], ...], str, str | None]] = {
+    "texel": ((("position", IVEC2), ("level", INT)), "texel", "texel_of"),
+    "sample": ((_UV, ("lod", FLOAT)), "sample", "sample_between"),
+    "nearest": ((_UV,), "nearest", None),
+    "lod": ((_UV,), "lod", None),
+    "gather": ((_UV, ("channel", INT)), "gather", None),
+    "sample3": ((("position", VEC3),), "sample3", None),
+    "size_of": ((("level", INT),), "size_of", None),
+    # Of the library alone.
+    "_filtered": ((_UV, ("value", VEC4), ("slack", VEC4)), "_filtered", None),
+}
+
+
+def _reads() -> str:
+    """How a picture is read, as messages list it."""
+    ways = ["image[dx, dy]"]
+    for name, (parameters, _, deep) in METHODS.items():
+        if name.startswith("_"):
+            continue
+        needed = parameters[:-1] if deep else parameters
+        ways.append(f"image.{name}({', '.join(str(type_) for _, type_ in needed)})")
+    return ", ".join(ways)
+
+
+def attribute(image: ImageValue, name: str, span: Span) -> ir.Expr:
+    """``image.size``, or what the handle says of the picture."""
+    if name == "size":
+        return ir.Size(IVEC2, image.name, span)
+    if name in PROPERTIES:
+        return ir.Property(PROPERTIES[name], image.name, name, span)
+    # What other languages call things is asked for by errors alone.
+    from passgraph.language.scope import FORMS, mending
+
+    mend = mending(name) if name in FORMS else ""
+    fail(span, f"an Image has .size, .levels and .slices, and is read by {_reads()}, not .{name}{mend}")
+
+
+def bound(method: str, arguments: Sequence[ir.Expr], named: Mapping[str, ir.Expr], span: Span) -> dict[str, ir.Expr]:
+    """The arguments of a method by parameter, each of its type."""
+    if method not in METHODS or (method.startswith("_") and span.file != LIBRARY):
+        fail(span, f"an Image is read by {_reads()}; it has no .{method}()")
+    parameters, _, deep = METHODS[method]
+    names = [name for name, _ in parameters]
+    needed = names[:-1] if deep else names
+    given = {**dict(zip(names, arguments, strict=False)), **named}
+    whole = len(given) == len(arguments) + len(named) and set(needed) <= set(given) <= set(names)
+    if len(arguments) > len(names) or not whole:
+        listed = ", ".join(f"{name}: {type_}" for name, type_ in parameters)
+        left = f"; {names[-1]} may be left out" if deep else ""
+        fail(span, f"an Image is read by .{method}({listed}){left}")
+    types = dict(parameters)
+    return {name: widen(part, types[name], span, f"the {name} of {method}()") for name, part in given.items()}
+
+
+def read(inline: Inline, image: ImageValue, method: str, given: Mapping[str, ir.Expr], span: Span) -> ir.Expr:
+    """A method of an image on arguments as :func:`bound` gives them; each has a name, as it is used more than once."""
+    parameters, function, deep = METHODS[method]
+    values = [given[name] for name, _ in parameters if name in given]
+    if deep and len(values) == len(parameters):
+        if not is_first(values[-1]):
+            return _inlined(inline, deep, [image, ImageValue(image.name + ir.MIPS), *values], span)
+        values.pop()
+    if method == "texel":
+        x, y = (ir.Swizzle(INT, values[0], (i,), span) for i in (0, 1))
+        return ir.Texel(VEC4, image.name, x, y, False, span)
+    if method == "_filtered":
+        u, v = (ir.Swizzle(FLOAT, values[0], (i,), span) for i in (0, 1))
+        return ir.Filtered(VEC4, image.name, u, v, values[1], values[2], span)
+    return _inlined(inline, function, [image, *values], span)
+
+
+def is_first(level: ir.Expr) -> bool:
+    """Whether a level is written to be the picture itself."""
+    return isinstance(level, ir.Literal) and level.value <= 0
+
+
+def _inlined(inline: Inline, name: str, arguments: list[Part], span: Span) -> ir.Expr:
+    return cast(ir.Expr, inline(name, arguments, span))

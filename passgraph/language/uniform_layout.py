@@ -1,0 +1,181 @@
+"""Packs parameters into the blocks of floats and ints that passes read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.arguments import LARGEST_FLOAT, numbers, shown
+from passgraph.errors import InputError
+from passgraph.language.meanings import INT_MAX, INT_MIN
+from passgraph.language.parameter_limits import check_numbers
+from passgraph.language.symbols import CONSTANTS, UINT_MAX
+from passgraph.language.types import Matrix, Type, component_count, element_of, innermost, shape_of
+
+if TYPE_CHECKING:
+    from passgraph.language.scalar import ScalarProgram
+    from passgraph.ranges import Range
+
+
+#: The least and the largest number that a component holds as it is; what lies outside gets a second look.
+LIMITS = {"float": (-LARGEST_FLOAT, LARGEST_FLOAT), "int": (INT_MIN, INT_MAX), "uint": (0, INT_MAX), "bool": (0, 1)}
+#: From here on a float64 rounds to infinity as a float32: half a step above the largest.
+FLOAT_END = LARGEST_FLOAT + 2.0**103
+#: Types of arrays, as letters of NumPy's, of which a component holds every number: they get no look at all.
+HELD = {"float": "?bBhHiIlLqQef", "int": "?bBhHi", "uint": "?BH", "bool": "?"}
+#: Types of arrays whose numbers are looked at; what is left over gets the long look.
+LOOKED_AT = {"float": "d", "int": "IlLqQ", "uint": "ILQ", "bool": ""}
+#: Types of values that are plain: compared by themselves, so that no method of a stranger's runs.
+_NUMBERS = frozenset((float, int, bool))
+_WHOLE = frozenset((int, bool))
+_SCALARS = frozenset(np.dtype(letter).type for letter in HELD["float"] + "d")
+_ROWS = frozenset((tuple, list, *CONSTANTS))
+#: Up to so many numbers Python's functions are quicker than NumPy's.
+FEW = 16
+
+
+def components(value: object, type_: Type, name: str) -> NDArray[np.float64]:
+    """A host value in component order (matrices ``m[row][column]`` on the host become columns).
+
+    The result may be the value's own memory: to be read at once.
+    Ints from 2147483648 to 4294967295 are bit patterns, as in kernels: they mean the int with these bits.  A block of
+    ints holds uints too, by their bits, so such a uint is that int here.
+
+    Raises
+    ------
+    InputError
+        When shape, kind or range do not fit, naming the parameter.
+    """
+    # Every run packs its values: what is plainly right must cost little.
+    kind = type(value)
+    found = None
+    if kind is np.ndarray:
+        found = _of_array(value, type_)  # type: ignore[arg-type]
+    elif kind in _NUMBERS:
+        found = _of_numbers((value,), type_)
+    elif kind in _SCALARS:
+        found = _of_numbers((value.item(),), type_)  # type: ignore[attr-defined]
+    elif kind in _ROWS:
+        if len(value) <= FEW:  # type: ignore[arg-type]
+            found = _of_numbers(value, type_)  # type: ignore[arg-type]
+        if found is None:
+            found = _of_rows(value, type_)
+    return _looked_through(value, type_, name) if found is None else found
+
+
+def _of_numbers(given: Sequence[Any], type_: Type) -> NDArray[np.float64] | None:
+    """Python's own numbers as components; None where any is something else or out of range."""
+    if len(given) != component_count(type_):
+        return None
+    element = element_of(type_).name
+    low, high = LIMITS[element]
+    kinds = _NUMBERS if element == "float" else _WHOLE
+    for number in given:
+        if type(number) not in kinds or not low <= number <= high:
+            return None
+    return np.array(given, np.float64)
+
+
+def _of_rows(given: object, type_: Type) -> NDArray[np.float64] | None:
+    """Many numbers, numbers in rows, and numbers of NumPy's in a row."""
+    try:
+        array = np.asarray(given)
+    except (ValueError, OverflowError):
+        return None
+    return _of_array(array, type_)
+
+
+def _of_array(array: NDArray[Any], type_: Type) -> NDArray[np.float64] | None:
+    """An array's numbers as components; None where it holds something else, too many or what is out of range."""
+    element, kind = element_of(type_).name, array.dtype.char
+    held = kind in HELD[element]
+    if not held and kind not in LOOKED_AT[element]:
+        return None
+    wide = _wide(array, type_)
+    return wide if held or (wide is not None and _fits(wide, element)) else None
+
+
+def in_order(array: NDArray[Any], type_: Type) -> NDArray[Any] | None:
+    """A host value's numbers in component order, flat; None where their count or the sides of matrices do not fit.
+
+    Host matrices are written as mathematics does, ``m[row][column]``; components are stored by columns.
+    """
+    if array.size != component_count(type_):
+        return None
+    if array.ndim > 1 and isinstance(matrix := innermost(type_), Matrix) and array.ndim >= len(shape_of(type_)):
+        if array.shape[-2:] == (matrix.rows, matrix.columns):
+            array = np.swapaxes(array, -1, -2)
+        elif matrix.rows != matrix.columns:
+            return None  # by rows or by columns: it cannot be told
+    return array.ravel()
+
+
+def described(type_: Type) -> str:
+    """How many numbers a host value of this type has, for errors; of matrices that are not square, the rows too."""
+    count, matrix = component_count(type_), innermost(type_)
+    if isinstance(matrix, Matrix) and matrix.rows != matrix.columns:
+        return f"{count} numbers; {matrix.rows} rows of {matrix.columns} each"
+    return "a number" if count == 1 else f"{count} numbers"
+
+
+def _wide(array: NDArray[Any], type_: Type) -> NDArray[np.float64] | None:
+    """:func:`in_order`, as float64."""
+    flat = in_order(array, type_)
+    return None if flat is None else flat.astype(np.float64, copy=False)
+
+
+def _fits(wide: NDArray[np.float64], element: str) -> bool:
+    low, high = LIMITS[element]
+    # No number is farther from 0 than all together; NaN is below nothing.  Unlike dot, vdot warns of no overflow.
+    far = math.hypot(*wide.tolist()) if wide.size <= FEW else math.sqrt(np.vdot(wide, wide))
+    return far <= high or bool(low <= wide.min() and wide.max() <= high)
+
+
+def _looked_through(value: object, type_: Type, name: str) -> NDArray[np.float64]:
+    """`components` of what is unusual or wrong: NaN and infinity are floats, and ints may be bit patterns."""
+    expected = f"be {type_} ({described(type_)})"
+    array = numbers(value, name, expected)
+    wide = _wide(array, type_)
+    if wide is None:
+        raise InputError(f"{name} must {expected}, got {shown(value)}")
+    element = element_of(type_).name
+    if element == "float":
+        bad = (np.abs(wide) >= FLOAT_END) & np.isfinite(wide)
+        limits = f"finite floats reach from -{LARGEST_FLOAT:.8g} to {LARGEST_FLOAT:.8g}"
+    elif array.dtype.kind == "f" and not (np.abs(wide) >= 2.0**63).all():
+        raise InputError(f"{name} must be {type_}, got floats ({shown(value)}); convert them first")
+    elif element == "bool":
+        bad, limits = (wide != 0.0) & (wide != 1.0), "a bool is True or False (1 or 0)"
+    elif element == "uint":
+        bad, limits = (wide < 0) | (wide > UINT_MAX), f"uints reach from 0 to {UINT_MAX}"
+    else:
+        bad = (wide < INT_MIN) | (wide > UINT_MAX)
+        limits = f"ints reach from {INT_MIN} to {INT_MAX}, and as bit patterns to 0xFFFFFFFF"
+    if bad.any():
+        first = wide[bad][0]
+        got = shown(value) if wide.size == 1 else f"{first:g}" if element == "float" else f"{first:.0f}"
+        raise InputError(f"{name} must be {type_}, got {got}; {limits}")
+    return np.where(wide > INT_MAX, wide - 2.0**32, wide) if element in ("int", "uint") else wide
+
+
+def pack(program: ScalarProgram, values: Mapping[str, object]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """The two blocks of a pass from values by slot name."""
+    floats = np.zeros(max(1, program.float_count), np.float32)
+    ints = np.zeros(max(1, program.int_count), np.int32)
+    for slot in program.uniforms:
+        block = floats if slot.block == "float" else ints
+        found = in_range(values[slot.name], slot.type, slot.range, slot.name)  # type: ignore[arg-type]
+        block[slot.offset : slot.offset + slot.count] = found
+    return floats, ints
+
+
+def in_range(value: object, type_: Type, limits: Range | None, name: str) -> NDArray[np.float64]:
+    """The components of a parameter's value, which lie in its range; InputError where one does not."""
+    found = components(value, type_, name)
+    if limits is not None:
+        check_numbers(limits, found, type_, name)
+    return found

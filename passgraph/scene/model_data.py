@@ -1,0 +1,336 @@
+"""Arrays and materials of any model file as `Mesh`, `Material` and `Texture`."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.errors import InputError
+from passgraph.image_files import opened_image
+from passgraph.scene.files import FolderReader, plain_name
+from passgraph.scene.materials import AlphaMode, ColorSpace, Material, Node, Texture, Wrap, check_texels
+from passgraph.scene.matrices import Float64, is_singular, translation
+from passgraph.scene.meshes import Mesh, creased_normals, smooth_normals
+from passgraph.scene.notes import Notes
+from passgraph.srgb import srgb_to_linear
+
+
+@dataclass
+class MtlReader:
+    """Turns the materials of an MTL file into ours, each once; PLY and the others have a picture at most.
+
+    Attributes
+    ----------
+    where : the model file, for messages
+    folder : reads material files and pictures
+    notes : what could not be had
+    """
+
+    where: str
+    folder: FolderReader
+    notes: Notes
+    _done: dict[str, Material] = field(default_factory=dict)
+
+    def read(self, source: Any) -> Material:
+        """One material; ``source`` is trimesh's SimpleMaterial, which has a name, or None."""
+        if source is None:
+            return Material(name="default")
+        name = str(source.name or "")
+        if name not in self._done:
+            self._done[name] = self._from_mtl(name, self.folder.materials.get(name, {}))
+        return self._done[name]
+
+    def _from_mtl(self, name: str, lines: dict[str, str]) -> Material:
+        name = name or "material"
+        where = f"material {name!r}"
+        extra = {key: line.split() for key, line in lines.items()}
+        picture = lines.get("map_kd") or (None if self.folder.materials else self.folder.picture)
+        texture = None if picture is None else self._picture(picture, "srgb", f"{name} map_Kd")
+        if any(_floats(extra.get("ke"), (0.0, 0.0, 0.0))) or "map_ke" in extra:
+            self.notes.add("its emissive light (Ke, map_Ke) is not shown", where)
+        # MTL does not say in which space Kd is; it is taken as a reflectance, which is linear
+        color = np.array([*_floats(extra.get("kd"), (0.8, 0.8, 0.8)), 1.0])
+        if texture is not None and not color[:3].any():
+            # a common export: black diffuse colour beside a texture that is meant to be seen
+            color[:3] = 1.0
+        opacity = _floats(extra.get("d"), (1.0,))[-1]
+        if "tr" in extra and "d" not in extra:
+            opacity = 1.0 - _floats(extra.get("tr"), (0.0,))[-1]
+            if opacity == 0.0:
+                # exporters that take Tr for d write 1 for every opaque surface; nobody draws one that cannot be seen
+                opacity = 1.0
+                self.notes.add("Tr 1 would make it invisible; taken as opaque", where)
+        color[3] = opacity
+        mode: AlphaMode = "blend" if opacity < 1.0 else "opaque"
+        if "map_d" in extra:
+            texture, found = self._with_opacity_map(texture, lines["map_d"], name)
+            mode = "mask" if found else mode
+        elif texture is not None and texture.has_alpha and mode == "opaque":
+            mode = "mask"
+        bump = next((lines[key] for key in ("map_bump", "bump", "norm", "map_kn") if key in extra), None)
+        normal, height = self._bump(bump, name, "norm" in extra or "map_kn" in extra)
+        return Material(name, rgba(color), texture, normal, height, 0.02, mode, 0.5, False)
+
+    def _bump(self, line: str | None, name: str, is_normal: bool) -> tuple[Texture | None, Texture | None]:
+        """A normal or a height map: MTL says 'bump' for both, a coloured picture is a normal map."""
+        if not line:
+            return None, None
+        texture = self._picture(line, "linear", f"{name} bump map")
+        if texture is None:
+            return None, None
+        rgb = texture.pixels[:, :, :3].reshape(-1, 3).astype(np.float64).mean(axis=0)
+        # the mean of a normal map is close to (128, 128, 255), that of a height map is grey
+        if is_normal or rgb[2] > 1.2 * max(rgb[0], rgb[1]):
+            return texture, None
+        return None, texture
+
+    def _with_opacity_map(self, texture: Texture | None, line: str, name: str) -> tuple[Texture | None, bool]:
+        alpha = self._picture(line, "linear", f"{name} opacity map")
+        if alpha is None:
+            return texture, False
+        pixels = np.full_like(alpha.pixels, 255) if texture is None else texture.pixels.copy()
+        if pixels.shape != alpha.pixels.shape:
+            self.notes.add("its opacity map has another size than its colours; left out", f"material {name!r}")
+            return texture, False
+        pixels[:, :, 3] = alpha.pixels[:, :, 3] if alpha.has_alpha else alpha.pixels[:, :, 0]
+        return Texture.make(pixels, "srgb", f"{name} base colour"), True
+
+    def _picture(self, line: str, space: ColorSpace, what: str) -> Texture | None:
+        """The picture that a line names after its options."""
+        name = plain_name(line)
+        data = self.folder.read(name)
+        if data is None:
+            return None
+        wrap: Wrap = "clamp" if re.search(r"-clamp\s+on\b", line, re.I) else "repeat"
+        return texture_of(data, space, what, self.notes, str(Path(self.where).parent / name), wrap)
+
+
+def texture_of(data: bytes, space: ColorSpace, what: str, notes: Notes, where: str, wrap: Wrap) -> Texture | None:
+    """A picture file as a texture, or None with a note: a surface can be drawn without one.
+
+    Raises
+    ------
+    InputError : it has more texels than are allowed; ``where`` names it.
+    """
+    too_large: InputError | None = None
+    try:
+        with opened_image(Path(what), data) as picture:
+            try:
+                check_texels(picture.width, picture.height, where)
+            except InputError as error:
+                too_large = error
+                raise
+            pixels = picture.read()
+    except InputError:
+        if too_large is not None:
+            raise
+        notes.add("it is not a picture that can be read; left out", what)
+        return None
+    if pixels.dtype == np.uint16:
+        pixels = (pixels >> 8).astype(np.uint8)
+    elif pixels.dtype != np.uint8:
+        pixels = np.rint(np.clip(np.nan_to_num(pixels), 0, 1) * np.float32(255)).astype(np.uint8)
+    return Texture.make(pixels, space, what, wrap)
+
+
+def rgba(color: Any) -> tuple[float, float, float, float]:
+    """A base colour of a file, brought into [0, 1]."""
+    r, g, b, a = np.clip(np.nan_to_num(np.asarray(color, dtype=np.float64)), 0.0, 1.0).tolist()
+    return (r, g, b, a)
+
+
+def _floats(value: Any, default: tuple[float, ...]) -> tuple[float, ...]:
+    """Numbers of an MTL line (words, a number, or a list), or the default where they make no sense."""
+    words = value if isinstance(value, (list, tuple)) else [value]
+    try:
+        numbers = tuple(float(w) for w in words if re.match(r"[-+.\d]", str(w)))
+    except ValueError:
+        return default
+    if len(numbers) < len(default) or not np.isfinite(numbers).all():
+        return default
+    return tuple(min(max(n, 0.0), 1.0) for n in numbers[: len(default)])
+
+
+# Beyond this ratio of distance to extent float32 loses more than 6 of its 24 bits. Nearer meshes keep their
+# coordinates, so that borders which two meshes share stay equal to the bit.
+FAR_OFFSET = 64.0
+# Instances of one mesh are cheap in a file and dear when drawn.
+MAX_NODES = 100_000
+
+
+@dataclass(frozen=True, eq=False)
+class Arrays:
+    """What a file says of one mesh; the arrays are not checked yet.
+
+    Attributes
+    ----------
+    positions : (n, 3)
+    triangles : (m, 3)
+    normals : (n, 3), or None where the file has none
+    uvs : (n, 2), v = 0 at the top row of the texture, or None
+    colors : (n, 3 | 4) linear, or None
+    """
+
+    positions: Float64
+    triangles: NDArray[Any]
+    normals: Float64 | None = None
+    uvs: Float64 | None = None
+    colors: Float64 | None = None
+
+    def apart(self) -> Arrays:
+        """The same with vertices of its own for each triangle."""
+        order = self.triangles.reshape(-1)
+        rest = (None if table is None else table[order] for table in (self.normals, self.uvs, self.colors))
+        return Arrays(self.positions[order], np.arange(len(order)).reshape(-1, 3), *rest)
+
+
+def arrays_of(geometry: Any, name: str) -> Arrays:
+    """The arrays of a trimesh geometry, whose colours are sRGB-encoded; ``name`` for errors."""
+    positions = np.asarray(geometry.vertices, dtype=np.float64)
+    # trimesh keeps the normals of a file in its cache, and computes smooth ones for who asks for the property
+    normals = geometry._cache.cache.get("vertex_normals")
+    if normals is not None and np.shape(normals) != positions.shape:
+        normals = None
+    made = Arrays(positions, np.asarray(geometry.faces), normals, _uvs(geometry), _vertex_colors(geometry))
+    face_colors = _face_colors(geometry)
+    if face_colors is None:
+        return made
+    _check(made.positions, made.triangles, name)
+    return dataclasses.replace(made.apart(), colors=np.repeat(face_colors, 3, axis=0))
+
+
+def mesh_of(arrays: Arrays, name: str, flat: bool, warnings: list[str]) -> tuple[Mesh, Float64]:
+    """A checked mesh and the (4, 4) float64 matrix that puts it back where the file had it.
+
+    Missing normals are smooth but for sharp edges, and continuous across seams of the texture; where ``flat`` they are
+    those of the triangles: STL has nothing else, and the glTF specification asks for it (section 3.7.2.1).
+    """
+    _check(arrays.positions, arrays.triangles, name)
+    if arrays.normals is None and flat:
+        arrays = arrays.apart()
+    positions, triangles, normals = arrays.positions, arrays.triangles, arrays.normals
+    uvs, colors = arrays.uvs, arrays.colors
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    centre = np.zeros(3)
+    if np.abs(np.stack([low, high])).max() > FAR_OFFSET * max(float((high - low).max()), 1e-30):
+        centre = 0.5 * (low + high)
+    local = positions - centre
+    if not _has_area(local, triangles):
+        warnings.append(f"mesh {name!r}: none of its {len(triangles)} triangles has an area; nothing of it is seen")
+    if normals is not None:
+        smooth = smooth_normals(local, triangles, weld=True)
+        shown: NDArray[Any] = _mended(np.asarray(normals, dtype=np.float64), smooth, name, warnings)
+    elif flat:
+        shown = smooth_normals(local, triangles)
+    else:
+        of, triangles, shown = creased_normals(local, triangles)
+        local, uvs, colors = local[of], *(None if table is None else table[of] for table in (uvs, colors))
+    mesh = Mesh.make(local, triangles, shown, uvs, colors, name)
+    return dataclasses.replace(mesh, has_normals=normals is not None), translation(centre)
+
+
+class PlacedMeshes:
+    """Meshes of a file, each made once, and the nodes that place them.
+
+    Attributes
+    ----------
+    file : for messages
+    turn : (4, 4), the file's axes to the scene's
+    flat : see `mesh_of`
+    meshes : by any key, with the matrix of `mesh_of`
+    others : parts without triangles
+    """
+
+    def __init__(self, file: Path, turn: Float64, flat: bool) -> None:
+        self.file, self.turn, self.flat = file, turn, flat
+        self.meshes: dict[Any, tuple[Mesh, Float64]] = {}
+        self.nodes: list[Node] = []
+        self.warnings: list[str] = []
+        self.others = 0
+
+    def check_count(self, count: int) -> None:
+        if count > MAX_NODES:
+            raise InputError(f"{self.file}: {count} nodes are more than the limit of {MAX_NODES}; merge them")
+
+    def make(self, key: Any, arrays: Arrays, name: str) -> None:
+        self.meshes[key] = mesh_of(arrays, name, self.flat, self.warnings)
+
+    def put(self, key: Any, matrix: Float64, material: Material, name: str) -> None:
+        mesh, offset = self.meshes[key]
+        transform = self.turn @ matrix @ offset
+        if not np.isfinite(transform).all() or is_singular(transform):
+            self.warnings.append(f"node {name!r}: its transform has a scale of zero or is not finite; skipped")
+            return
+        self.nodes.append(Node(mesh, material, transform, name))
+
+    def done(self, has_meshes: bool) -> tuple[list[Node], list[str]]:
+        """The nodes and warnings, or an `InputError` where there is nothing to draw."""
+        if self.others and self.nodes:
+            self.warnings.append(f"{self.others} parts without triangles (points or lines) were skipped")
+        if not self.nodes:
+            what = "only points or lines" if self.others or has_meshes else "no mesh"
+            raise InputError(f"{self.file}: holds {what}; expected at least one triangle in its scene")
+        return self.nodes, self.warnings
+
+
+def _check(positions: Float64, triangles: NDArray[Any], name: str) -> None:
+    """Refuse what the arithmetic below cannot take, with the texts of `Mesh.make`."""
+    count = len(positions)
+    bad = (triangles < 0) | (triangles >= count)
+    if not np.isfinite(positions).all() or bad.any():
+        Mesh.make(positions, triangles, np.ones((count, 3)), name=name)
+        raise InputError(f"mesh {name!r}: positions or triangles are broken")
+
+
+def _has_area(positions: Float64, triangles: NDArray[Any]) -> bool:
+    """Whether one of the triangles has, in units of the whole."""
+    extent = max(float(np.ptp(positions, axis=0).max()), 1e-300)
+    a, b, c = (positions[triangles[:, k]] / extent for k in range(3))
+    return bool((np.abs(np.cross(b - a, c - a)) > 0.0).any())
+
+
+def _mended(given: Float64, smooth: NDArray[np.float32], name: str, warnings: list[str]) -> Float64:
+    lengths = np.linalg.norm(given, axis=1)
+    bad = ~np.isfinite(lengths) | (lengths < 1e-12)
+    if bad.any():
+        warnings.append(f"mesh {name!r}: {int(bad.sum())} normals are zero or not finite; computed instead")
+        given = np.where(bad[:, None], smooth, given)
+    return given
+
+
+def _uvs(geometry: Any) -> Float64 | None:
+    """Texture coordinates with v = 0 at the top row; trimesh has v = 0 at the bottom for every format."""
+    uvs = getattr(geometry.visual, "uv", None)
+    if uvs is None or len(uvs) != len(geometry.vertices) or np.ndim(uvs) != 2:
+        return None
+    result = np.array(uvs, dtype=np.float64)[:, :2]
+    result[:, 1] = 1.0 - result[:, 1]
+    return np.nan_to_num(result, nan=0.0, posinf=0.0, neginf=0.0)
+
+
+def _linear(colors: Any) -> Float64:
+    table = np.asarray(colors)
+    scale = float(np.iinfo(table.dtype).max) if np.issubdtype(table.dtype, np.integer) else 1.0
+    values = np.clip(np.nan_to_num(table.astype(np.float64) / scale), 0.0, 1.0)
+    values[:, :3] = srgb_to_linear(values[:, :3]).astype(np.float32)
+    return values
+
+
+def _vertex_colors(geometry: Any) -> Float64 | None:
+    visual = geometry.visual
+    if visual.kind == "vertex":
+        return _linear(visual.vertex_colors)
+    table = getattr(visual, "vertex_attributes", {}).get("color")
+    if table is not None and np.ndim(table) == 2 and len(table) == len(geometry.vertices):
+        return _linear(table)
+    return None
+
+
+def _face_colors(geometry: Any) -> Float64 | None:
+    return _linear(geometry.visual.face_colors) if geometry.visual.kind == "face" else None
