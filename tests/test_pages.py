@@ -14,7 +14,7 @@ import pytest
 
 import passgraph as pg
 from docs.conformance import MUTANTS, PARTS, mutant_text
-from passgraph.effects.registry import EFFECTS
+from passgraph.effects.effect_table import EFFECTS
 from tests.commands.told import Outcome
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -17,9 +17,9 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects.checked import Choice
-from passgraph.effects.registry import EFFECTS, effect_named
+from passgraph.effects.effect_table import EFFECTS, effect_named
+from passgraph.files import Arrays, ToArrays
 from passgraph.formats import FORMATS, format_named
-from passgraph.frames import Arrays, ToArrays
 from passgraph.graph.draw_state import DrawState
 from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
 from passgraph.verify.compare import compare

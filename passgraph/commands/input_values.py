@@ -283,14 +283,14 @@ def read_inputs(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, Path]])
 
 def plain_input(size: tuple[int, int], seed: int, number: str) -> Picture:
     """A picture of usual values, for a channel's type."""
-    from passgraph.verify.conformance.scenes import plausible
+    from passgraph.verify.conformance.case_inputs import plausible
 
     return plausible(size, seed)
 
 
 def extreme_input(size: tuple[int, int], seed: int, number: str) -> Picture:
     """A picture that also holds zeros, negative, huge and tiny values, where the format has them."""
-    from passgraph.verify.conformance.scenes import picture, with_special
+    from passgraph.verify.conformance.case_inputs import picture, with_special
 
     return with_special(picture(size, seed), number)
 

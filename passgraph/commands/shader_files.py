@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from passgraph.cached import cached_property
-from passgraph.effects.registry import Effect
+from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.language import ir
 
@@ -111,7 +111,7 @@ class ShaderFileEffect(Effect):
 
 def effects_of_shader(path: Path) -> Mapping[str, Effect]:
     """The one effect of a shader file, which is parsed and never run."""
-    from passgraph.shaders.load import load_shader
+    from passgraph.shaders.shader_file import load_shader
 
     shader = load_shader(path)
     takes: Any = "picture" if shader.images else "nothing"

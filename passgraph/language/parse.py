@@ -12,7 +12,7 @@ from passgraph.errors import KernelError
 from passgraph.language import ir
 from passgraph.language.assignments import Variable
 from passgraph.language.composites import array_part
-from passgraph.language.frame import KEPT, Builder, Frame
+from passgraph.language.function_body import KEPT, Builder, Frame
 from passgraph.language.long_arrays import check_reads
 from passgraph.language.scope import FunctionSource, Scope
 from passgraph.language.signature import VERTEX, read_signature

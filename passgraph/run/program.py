@@ -224,14 +224,14 @@ class Program:
         from importlib import import_module
 
         self._check_open()
-        return import_module("passgraph.frames.blocks").map_blocks(self, array, given)
+        return import_module("passgraph.tiles.chunks").map_blocks(self, array, given)
 
     def to_data(self) -> dict[str, Any]:
         """The graph as plain data, for another process or machine to compile: see :func:`passgraph.to_data`.
 
         Of the outputs alone: what `compile` is told beside them (backend, size, options) is for whoever compiles them.
         """
-        from passgraph.travel import to_data
+        from passgraph.serialize import to_data
 
         return to_data(self._outputs)
 

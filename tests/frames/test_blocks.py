@@ -13,7 +13,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects import gaussian_blur
-from passgraph.frames.worker_windows import MOST_WINDOWS, WINDOWS
+from passgraph.tiles.remote_windows import MOST_WINDOWS, WINDOWS
 from tests.frames.tile_graphs import GRAPHS, frame, inputs, kernel, picture, same, untiled
 
 SIZE = (41, 29)

@@ -13,7 +13,7 @@ from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import Target, TargetSpec, target
 from passgraph.language.types import Type, component_count, element_of
 from passgraph.reading import read_bytes
-from passgraph.shaders.containers.pictures import read_behind, shown_beside
+from passgraph.shaders.containers.shader_images import read_behind, shown_beside
 from passgraph.shaders.glsl import Shader
 from passgraph.shaders.glsl.unit import Note
 

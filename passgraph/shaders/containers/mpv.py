@@ -25,7 +25,7 @@ from passgraph.graph.targets import Computed, Target, TargetSpec, target
 from passgraph.language.types import BOOL, FLOAT, INT, Type
 from passgraph.shaders.containers.clock import PRELUDE, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
-from passgraph.shaders.containers.pictures import brought, small_kernel
+from passgraph.shaders.containers.shader_images import brought, small_kernel
 from passgraph.shaders.glsl import Shader, parse
 
 MAX_BLOCKS = 256

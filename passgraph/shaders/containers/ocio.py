@@ -16,7 +16,7 @@ from passgraph.language import ir
 from passgraph.language.source import Span
 from passgraph.language.types import INT, VEC4
 from passgraph.language.values import ImageValue, Part
-from passgraph.shaders.containers.pictures import brought
+from passgraph.shaders.containers.shader_images import brought
 from passgraph.shaders.glsl import Unit, parse
 
 if TYPE_CHECKING:

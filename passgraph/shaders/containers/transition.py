@@ -11,7 +11,7 @@ from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec
 from passgraph.language.types import FLOAT, ImageType, Struct
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, zero_of_type
-from passgraph.shaders.containers.pictures import handle_or_black
+from passgraph.shaders.containers.shader_images import handle_or_black
 from passgraph.shaders.glsl import parse
 from passgraph.shaders.glsl.image_functions import aspect
 

@@ -8,7 +8,7 @@ from itertools import chain
 
 from passgraph.language import ir
 from passgraph.language.assignments import new_variable, read_variable
-from passgraph.language.frame import MAX_CALL_DEPTH
+from passgraph.language.function_body import MAX_CALL_DEPTH
 from passgraph.language.long_arrays import check_local
 from passgraph.language.signature import checked_struct
 from passgraph.language.source import Span, fail
@@ -18,10 +18,10 @@ from passgraph.language.values import ImageValue, Part, constant, folded
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import overloads
 from passgraph.shaders.glsl.elsewhere import elsewhere, mending
-from passgraph.shaders.glsl.expressions import Expressions
+from passgraph.shaders.glsl.glsl_expressions import Expressions
+from passgraph.shaders.glsl.glsl_statements import Statements
 from passgraph.shaders.glsl.operators import fitted
 from passgraph.shaders.glsl.places import Place, read_place, write_place
-from passgraph.shaders.glsl.statements import Statements
 from passgraph.shaders.glsl.unit import Binding, Known, Slot, Unit, holds_pictures
 from passgraph.shaders.glsl.walk import assigned_names, leaves_function
 

@@ -6,7 +6,7 @@ import re
 from functools import cache, partial
 
 from passgraph.language import ir
-from passgraph.language.frame import inlined
+from passgraph.language.function_body import inlined
 from passgraph.language.library import written_function
 from passgraph.language.operations import OPERATIONS, called
 from passgraph.language.source import Span, fail
@@ -14,9 +14,9 @@ from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scal
 from passgraph.language.typing_rules import apply
 from passgraph.language.values import Part, TupleValue, construct, convert, folded, index_into, select
 from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.glsl_parser import Parser
 from passgraph.shaders.glsl.image_functions import DERIVATIVES, READS
 from passgraph.shaders.glsl.operators import as_int, plain
-from passgraph.shaders.glsl.parse import Parser
 from passgraph.shaders.glsl.preprocess import preprocessed
 from passgraph.shaders.glsl.unit import Native, Unit
 

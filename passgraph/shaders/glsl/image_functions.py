@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 
 from passgraph.language import ir
-from passgraph.language.frame import inlined
+from passgraph.language.function_body import inlined
 from passgraph.language.image_reads import attribute, is_first
 from passgraph.language.library import library_function
 from passgraph.language.quad_derivatives import derivative

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from passgraph.errors import KernelError
 from passgraph.language import ir
 from passgraph.language.assignments import Place, Variable
-from passgraph.language.frame import KEPT
+from passgraph.language.function_body import KEPT
 from passgraph.language.long_arrays import check_local, check_reads, check_sizes
 from passgraph.language.parse import parameter_value
 from passgraph.language.signature import check_images, host_value
@@ -30,9 +30,9 @@ from passgraph.language.values import COMPOSITE, Part, StructValue, constant
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.body import Body
 from passgraph.shaders.glsl.builtins import overloads
+from passgraph.shaders.glsl.glsl_parser import Parser
 from passgraph.shaders.glsl.image_functions import STAGE, position
 from passgraph.shaders.glsl.operators import fitted, type_of_part
-from passgraph.shaders.glsl.parse import Parser
 from passgraph.shaders.glsl.preprocess import preprocessed
 from passgraph.shaders.glsl.unit import SQUARE, Known, Native, NativeValue, Note, Slot, Uniform, Unit, holds_pictures
 from passgraph.shaders.glsl.walk import assigned_names

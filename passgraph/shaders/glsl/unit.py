@@ -8,7 +8,7 @@ from typing import TypeAlias, TypeVar
 
 from passgraph.language import ir
 from passgraph.language.assignments import Place, Variable
-from passgraph.language.frame import Builder
+from passgraph.language.function_body import Builder
 from passgraph.language.signature import MAX_BUFFER_LENGTH, checked_array
 from passgraph.language.source import Span, fail
 from passgraph.language.types import IMAGE, NAMED, Array, ImageType, Struct, TupleType, Type, image_names
