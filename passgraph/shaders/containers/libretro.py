@@ -32,7 +32,7 @@ from passgraph.shaders.containers.effect import (
     zero_of_type,
 )
 from passgraph.shaders.containers.shader_images import loaded, small_kernel
-from passgraph.shaders.glsl import Shader, glsl_parser
+from passgraph.shaders.glsl import Shader, parse
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.glsl_parser import Parser
 from passgraph.shaders.glsl.preprocess import preprocessed
@@ -329,7 +329,7 @@ def read_shader(text: str, path: Path, name: str, pictures: Iterable[str]) -> Sh
     declared += [f"uniform sampler2D {sampler};" for sampler in sorted(set(sizes.values()))]
     declared += [f"vec2 {size} = vec2(textureSize({sampler}, 0));" for size, sampler in sizes.items()]
     prelude = f"{' '.join(declared)} {_vertex_half(tokens, file)}"
-    return glsl_parser(
+    return parse(
         plain, name=name, file=file, prelude=prelude, prelude_file=f"{file}, vertex half",
         defines={**_DEFINES, "FRAGMENT": "1"}, folder=path.parent, rows_up=False,
     )  # fmt: skip
