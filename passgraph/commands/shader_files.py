@@ -29,7 +29,7 @@ def read_as_volumes(program: ir.TypedKernel) -> list[str]:
 def flat_volumes(outputs: Iterable[Any]) -> list[str]:
     """The names of pictures without slices that passes behind these targets read as volumes."""
     from passgraph.graph.targets import PixelPass
-    from passgraph.plan.collect import passes_behind
+    from passgraph.plan.dependencies import passes_behind
 
     passes = [made for made in passes_behind(list(outputs)) if isinstance(made, PixelPass)]
     return [name for one in passes for name in read_as_volumes(one.kernel.program) if one.images[name].slice_count == 1]

@@ -29,7 +29,7 @@ from passgraph.formats import FORMATS, Format, curved
 from passgraph.graph.run_values import sources_of
 from passgraph.hosts.gl import Host, HostFramebuffer, HostPicture, Isolation
 from passgraph.hosts.gl_pictures import EmptyPictureError, RegionError
-from passgraph.plan.collect import passes_behind
+from passgraph.plan.dependencies import passes_behind
 from passgraph.shaders.containers.effect import ShaderEffect, checked
 
 LOG = logging.getLogger("passgraph.engines")

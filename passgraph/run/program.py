@@ -13,8 +13,8 @@ from passgraph.errors import GraphError
 from passgraph.formats import Format
 from passgraph.graph.run_values import FRAME_INDEX, sources_of
 from passgraph.graph.targets import InputSpec, Target
-from passgraph.plan.collect import inputs_behind, passes_behind
 from passgraph.plan.data import Options, PixelStep, Plan
+from passgraph.plan.dependencies import inputs_behind, passes_behind
 from passgraph.run.caller_arrays import Admission, bound_to, given_room
 from passgraph.run.finite_checks import NonFinite, PassCheck
 from passgraph.run.result import Into, Observer, Result, Results

@@ -39,7 +39,7 @@ from passgraph.language.meanings import uint_of_bits
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import Array, Scalar, Struct, Type, element_of, innermost, is_plain
 from passgraph.language.uniform_layout import components
-from passgraph.plan.collect import passes_behind
+from passgraph.plan.dependencies import passes_behind
 from passgraph.serialize.document import VALUE_TYPES, array_data, number_data
 from passgraph.serialize.kernel_rows import ROWS, excess, grown, type_data
 

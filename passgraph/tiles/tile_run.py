@@ -17,8 +17,8 @@ from passgraph.errors import BackendError, GraphError, InputError
 from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE
 from passgraph.graph.targets import InputSpec, Target, named_outputs
 from passgraph.plan.build import build
-from passgraph.plan.collect import inputs_behind
 from passgraph.plan.data import Options, Plan
+from passgraph.plan.dependencies import inputs_behind
 from passgraph.plan.limits import check
 from passgraph.plan.window import WINDOW, Footprint, window_plan
 from passgraph.run.caller_arrays import admitted_picture, format_of

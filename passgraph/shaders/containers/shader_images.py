@@ -17,7 +17,7 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Input, InputSpec, Target, TargetSpec
 from passgraph.language.kernel import kernel_from_text
-from passgraph.plan.collect import inputs_of, passes_behind
+from passgraph.plan.dependencies import inputs_of, passes_behind
 from passgraph.reading import check_regular
 from passgraph.shaders.glsl import parse
 

@@ -14,8 +14,8 @@ from passgraph.errors import InputError
 from passgraph.formats import Format
 from passgraph.graph.targets import Target
 from passgraph.plan.build import build
-from passgraph.plan.collect import inputs_behind
 from passgraph.plan.data import CopyStep, DrawStep, Options, PixelStep, Plan, Step
+from passgraph.plan.dependencies import inputs_behind
 from passgraph.plan.limits import Limits
 from passgraph.run.caller_arrays import admitted_picture, bound_to
 from passgraph.run.execution import Execution
