@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from passgraph.scene import Camera, HardwareDepth, Light, Material, Mesh, Node, Scene, Texture
     from passgraph.serialize import from_data, to_data
     from passgraph.shaders.shader_file import load_shader
+    from passgraph.tiles.chunks import map_blocks
     from passgraph.tiles.lazy_array import lazily_tiled
     from passgraph.tiles.tiled import tiled
     from passgraph.volumes import stacked
@@ -61,6 +62,7 @@ _LATER = {
     "frames": "passgraph.files.run", "load": "passgraph.pictures", "save": "passgraph.pictures",
     "load_shader": "passgraph.shaders.shader_file",
     "tiled": "passgraph.tiles.tiled", "lazily_tiled": "passgraph.tiles.lazy_array",
+    "map_blocks": "passgraph.tiles.chunks",
     "histogram": "passgraph.graph.reductions", "reduce": "passgraph.graph.reductions",
     "from_data": "passgraph.serialize", "to_data": "passgraph.serialize", "stacked": "passgraph.volumes",
     **dict.fromkeys(
@@ -95,8 +97,8 @@ __all__ = [
     "HardwareDepth", "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options",
     "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil", "Target", "TargetSpec", "Texture", "Value",
     "combine", "compile", "draw", "fragment", "frames", "from_data", "function", "gl", "graph", "histogram", "kernel",
-    "lazily_tiled", "load", "load_shader", "opencl", "previous", "reduce", "save", "stacked", "struct", "target",
-    "tiled", "to_data", "vertex",
+    "lazily_tiled", "load", "load_shader", "map_blocks", "opencl", "previous", "reduce", "save", "stacked",
+    "struct", "target", "tiled", "to_data", "vertex",
 ]  # fmt: skip
 # Names of the kernel language, written by docs/stubs.py.
 __all__ += [

@@ -9,6 +9,7 @@ from typing import Any
 
 from passgraph import arguments
 from passgraph.errors import InputError
+from passgraph.glsl import parse
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec
 from passgraph.language.types import ImageType, Struct
@@ -20,7 +21,6 @@ from passgraph.shaders.containers.mpv import is_mpv, read_mpv
 from passgraph.shaders.containers.shader_images import handle_or_black
 from passgraph.shaders.containers.shadertoy import is_shadertoy, is_shadertoy_export, read_export, read_shadertoy
 from passgraph.shaders.containers.transition import is_transition, read_transition
-from passgraph.shaders.glsl import parse
 
 #: Which text is of which format, and who reads it; the first that fits.
 FORMATS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], ShaderEffect]], ...] = (

@@ -29,8 +29,48 @@ from passgraph.tiles.tile_run import bound, result_size, whole_plan
 Spans = tuple[tuple[int, int], tuple[int, int]]
 
 
-def map_blocks(program: Program, array: Any, given: Mapping[str, Any]) -> Any:
-    """What `passgraph.Program.map_blocks` does."""
+def map_blocks(program: Program, array: Any = None, /, **given: Any) -> Any:
+    """Run a program over a dask array: return a dask array of the same chunks, bit for bit that of the whole picture.
+
+    Nothing is computed here.  Each chunk is one task, which reads its own chunks and strips of their neighbors as wide
+    as the passes reach.  The graph is serialized; a worker of dask.distributed compiles it once for each shape of
+    chunks and keeps it.
+
+    Parameters
+    ----------
+    program
+        What :func:`passgraph.compile` returned, with one result.
+    array
+        The picture, ``(h, w)`` or ``(h, w, 1 to 4)``, where one input has none yet; its chunks may be any.
+    given
+        Inputs (dask arrays of any chunks, or plain ones) and values (numbers and arrays) by name.
+
+    Returns
+    -------
+    dask.array.Array
+        (height, width, channels) in float32, or in the target's own type where compiled with ``results="stored"``;
+        chunked as the first input of which a chunk needs a part.
+
+    Raises
+    ------
+    GraphError
+        For what cannot be computed in parts (see docs/large-pictures.md), or cannot be serialized (docs/travel.md).
+    InputError
+        For a picture or value that does not fit, chunks of unknown sizes, and several results.
+
+    Examples
+    --------
+    >>> import dask.array
+    >>> import passgraph as pg
+    >>> from passgraph.effects.pictures.blur import gaussian_blur
+    >>> picture = dask.array.ones((64, 96, 4), chunks=(40, 50, 4), dtype="float32")
+    >>> with pg.compile(gaussian_blur(pg.Input("frame"), sigma_px=2.0, radius_px=7)) as program:
+    ...     soft = pg.map_blocks(program, picture)
+    >>> soft.chunks, bool(abs(soft - 1.0).max().compute() < 1e-6)
+    (((40, 24), (50, 46), (4,)), True)
+    """
+    arguments.instance(program, Program, "map_blocks: program", "what passgraph.compile() returns")
+    program._check_open()
     dask_array = _dask()
     pictures, values = _sorted(program, array, given)
     arrays = {
@@ -88,7 +128,7 @@ def _sorted(program: Program, array: Any, given: Mapping[str, Any]) -> tuple[dic
             raise InputError(f"map_blocks: the program has the inputs {known}; give each by its name")
         pictures[missing.pop()] = array
     if missing:
-        raise InputError(f"input {missing[0]!r} is missing; run the program as map_blocks({missing[0]}=array)")
+        raise InputError(f"input {missing[0]!r} is missing; call map_blocks(program, {missing[0]}=array)")
     values = {name: value for name, value in given.items() if name not in program.inputs}
     return pictures, travelling_values(values, "map_blocks")
 

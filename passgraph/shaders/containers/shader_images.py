@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
+from passgraph.glsl import parse
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Input, InputSpec, Target, TargetSpec
 from passgraph.language.kernel import kernel_from_text
 from passgraph.plan.dependencies import inputs_of, passes_behind
 from passgraph.reading import check_regular
-from passgraph.shaders.glsl import parse
 
 #: Most bytes of a picture that a shader brings.
 MAX_BYTES = 64 << 20

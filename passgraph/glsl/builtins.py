@@ -5,6 +5,12 @@ from __future__ import annotations
 import re
 from functools import cache, partial
 
+from passgraph.glsl import syntax as g
+from passgraph.glsl.glsl_parser import Parser
+from passgraph.glsl.image_functions import DERIVATIVES, READS
+from passgraph.glsl.operators import as_int, plain
+from passgraph.glsl.preprocess import preprocessed
+from passgraph.glsl.unit import Native, Unit
 from passgraph.language import ir
 from passgraph.language.function_body import inlined
 from passgraph.language.library import written_function
@@ -13,12 +19,6 @@ from passgraph.language.source import Span, fail
 from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Vector, element_of
 from passgraph.language.typing_rules import apply
 from passgraph.language.values import Part, TupleValue, construct, convert, folded, index_into, select
-from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.glsl_parser import Parser
-from passgraph.shaders.glsl.image_functions import DERIVATIVES, READS
-from passgraph.shaders.glsl.operators import as_int, plain
-from passgraph.shaders.glsl.preprocess import preprocessed
-from passgraph.shaders.glsl.unit import Native, Unit
 
 _WORD = re.compile(r"\w+")
 

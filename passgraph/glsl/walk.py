@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias
 
-from passgraph.shaders.glsl import syntax as g
+from passgraph.glsl import syntax as g
 
 
 def walked(node: object) -> Iterator[object]:

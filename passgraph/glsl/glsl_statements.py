@@ -9,18 +9,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from passgraph.glsl import syntax as g
+from passgraph.glsl.loops import emit_loop
+from passgraph.glsl.operators import as_int, fitted
+from passgraph.glsl.walk import leaves_function
 from passgraph.language import ir
 from passgraph.language.looping import Section, switch
 from passgraph.language.source import Span, fail
 from passgraph.language.types import INT, UINT
 from passgraph.language.values import constant
-from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.loops import emit_loop
-from passgraph.shaders.glsl.operators import as_int, fitted
-from passgraph.shaders.glsl.walk import leaves_function
 
 if TYPE_CHECKING:
-    from passgraph.shaders.glsl.body import Body
+    from passgraph.glsl.body import Body
 
 
 class Statements:

@@ -9,6 +9,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from passgraph.errors import KernelError
+from passgraph.glsl import syntax as g
+from passgraph.glsl.body import Body
+from passgraph.glsl.builtins import overloads
+from passgraph.glsl.glsl_parser import Parser
+from passgraph.glsl.image_functions import STAGE, position
+from passgraph.glsl.operators import fitted, type_of_part
+from passgraph.glsl.preprocess import preprocessed
+from passgraph.glsl.unit import SQUARE, Known, Native, NativeValue, Note, Slot, Uniform, Unit, holds_pictures
+from passgraph.glsl.walk import assigned_names
 from passgraph.language import ir
 from passgraph.language.assignments import Place, Variable
 from passgraph.language.function_body import KEPT
@@ -27,18 +36,9 @@ from passgraph.language.types import (
     element_of,
 )
 from passgraph.language.values import COMPOSITE, Part, StructValue, constant
-from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.body import Body
-from passgraph.shaders.glsl.builtins import overloads
-from passgraph.shaders.glsl.glsl_parser import Parser
-from passgraph.shaders.glsl.image_functions import STAGE, position
-from passgraph.shaders.glsl.operators import fitted, type_of_part
-from passgraph.shaders.glsl.preprocess import preprocessed
-from passgraph.shaders.glsl.unit import SQUARE, Known, Native, NativeValue, Note, Slot, Uniform, Unit, holds_pictures
-from passgraph.shaders.glsl.walk import assigned_names
 
 if TYPE_CHECKING:
-    from passgraph.shaders.glsl.body import Body
+    from passgraph.glsl.body import Body
 
 
 #: The types of a function's parameters as they are compared: by name, with the lengths of arrays.

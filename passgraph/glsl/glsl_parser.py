@@ -8,11 +8,11 @@ from typing import Any, Literal, NoReturn, TypeVar
 
 import numpy as np
 
+from passgraph.glsl import syntax as g
+from passgraph.glsl.elsewhere import elsewhere, mending
+from passgraph.glsl.tokens import Token
 from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import MAX_NESTING, Span, fail
-from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.elsewhere import elsewhere, mending
-from passgraph.shaders.glsl.tokens import Token
 
 E = TypeVar("E", bound=g.Node)
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import partial
 
+from passgraph.glsl.operators import as_int, plain
+from passgraph.glsl.unit import Native, NativeValue, Unit
 from passgraph.language import ir
 from passgraph.language.function_body import inlined
 from passgraph.language.image_reads import attribute, is_first
@@ -14,8 +16,6 @@ from passgraph.language.source import Span, fail
 from passgraph.language.types import BOOL, FLOAT, INT, IVEC2, VEC2, VEC3, VEC4, Type
 from passgraph.language.typing_rules import apply, widen
 from passgraph.language.values import ImageValue, Part, part_type
-from passgraph.shaders.glsl.operators import as_int, plain
-from passgraph.shaders.glsl.unit import Native, NativeValue, Unit
 
 
 def _image(parts: list[Part], span: Span) -> ImageValue:

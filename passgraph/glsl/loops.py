@@ -8,6 +8,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
+from passgraph.glsl import syntax as g
+from passgraph.glsl.builtins import overloads
+from passgraph.glsl.unit import Slot
+from passgraph.glsl.walk import assigned_names, assigned_parts, overlap, walked
 from passgraph.language import ir
 from passgraph.language.looping import MAX_COUNTED, MIRRORED, bounded_loop, count_trips
 from passgraph.language.meanings import INT_MAX
@@ -16,14 +20,10 @@ from passgraph.language.source import fail
 from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Vector, component_count, element_of
 from passgraph.language.value_ranges import ANY_FLOAT, TRUTH, Range, of_number, of_operation
 from passgraph.language.values import constant, folded
-from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.builtins import overloads
-from passgraph.shaders.glsl.unit import Slot
-from passgraph.shaders.glsl.walk import assigned_names, assigned_parts, overlap, walked
 
 if TYPE_CHECKING:
-    from passgraph.shaders.glsl.body import Body
-    from passgraph.shaders.glsl.unit import Unit
+    from passgraph.glsl.body import Body
+    from passgraph.glsl.unit import Unit
 
 
 #: Steps of one loop that may be its counter's: each is looked at beside the whole block.

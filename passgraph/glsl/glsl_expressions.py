@@ -7,6 +7,10 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from passgraph.glsl import syntax as g
+from passgraph.glsl.function_calls import Calls
+from passgraph.glsl.operators import arithmetic, as_int, negated, plain, whole_numbers_alike
+from passgraph.glsl.places import part_at, perhaps, place_of, read_place, write_place
 from passgraph.language import ir
 from passgraph.language.assignments import new_variable, read_variable
 from passgraph.language.source import fail
@@ -26,13 +30,9 @@ from passgraph.language.types import (
 )
 from passgraph.language.typing_rules import apply, unify, widen
 from passgraph.language.values import COMPOSITE, ImageValue, Part, TupleValue, choose, constant, part_type, type_of
-from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.function_calls import Calls
-from passgraph.shaders.glsl.operators import arithmetic, as_int, negated, plain, whole_numbers_alike
-from passgraph.shaders.glsl.places import part_at, perhaps, place_of, read_place, write_place
 
 if TYPE_CHECKING:
-    from passgraph.shaders.glsl.body import Body
+    from passgraph.glsl.body import Body
 
 
 class Expressions:

@@ -6,6 +6,15 @@ from collections.abc import Collection
 from functools import partial
 from itertools import chain
 
+from passgraph.glsl import syntax as g
+from passgraph.glsl.builtins import overloads
+from passgraph.glsl.elsewhere import elsewhere, mending
+from passgraph.glsl.glsl_expressions import Expressions
+from passgraph.glsl.glsl_statements import Statements
+from passgraph.glsl.operators import fitted
+from passgraph.glsl.places import Place, read_place, write_place
+from passgraph.glsl.unit import Binding, Known, Slot, Unit, holds_pictures
+from passgraph.glsl.walk import assigned_names, leaves_function
 from passgraph.language import ir
 from passgraph.language.assignments import new_variable, read_variable
 from passgraph.language.function_body import MAX_CALL_DEPTH
@@ -15,15 +24,6 @@ from passgraph.language.source import Span, fail
 from passgraph.language.statements import Exit
 from passgraph.language.types import INT, Struct, Type
 from passgraph.language.values import ImageValue, Part, constant, folded
-from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.builtins import overloads
-from passgraph.shaders.glsl.elsewhere import elsewhere, mending
-from passgraph.shaders.glsl.glsl_expressions import Expressions
-from passgraph.shaders.glsl.glsl_statements import Statements
-from passgraph.shaders.glsl.operators import fitted
-from passgraph.shaders.glsl.places import Place, read_place, write_place
-from passgraph.shaders.glsl.unit import Binding, Known, Slot, Unit, holds_pictures
-from passgraph.shaders.glsl.walk import assigned_names, leaves_function
 
 #: What ``gl_FragData`` has room for.
 _MAX_OUTPUTS = 8

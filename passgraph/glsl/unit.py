@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias, TypeVar
 
+from passgraph.glsl import syntax as g
+from passgraph.glsl.operators import fitted
 from passgraph.language import ir
 from passgraph.language.assignments import Place, Variable
 from passgraph.language.function_body import Builder
@@ -14,8 +16,6 @@ from passgraph.language.source import Span, fail
 from passgraph.language.types import IMAGE, NAMED, Array, ImageType, Struct, TupleType, Type, image_names
 from passgraph.language.value_ranges import Range
 from passgraph.language.values import Part
-from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.operators import fitted
 
 
 @dataclass(frozen=True)

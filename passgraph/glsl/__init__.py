@@ -5,7 +5,7 @@ the tree of :mod:`.syntax`; :mod:`.shader` and :mod:`.body` into the typed repre
 :mod:`.loops`, :mod:`.expressions`, :mod:`.calls`, :mod:`.places`, :mod:`.builtins` and :mod:`.images`.
 """
 
-from passgraph.shaders.glsl.shader import Shader, parse
-from passgraph.shaders.glsl.unit import Native, NativeValue, Note, Uniform, Unit
+from passgraph.glsl.shader import Shader, parse
+from passgraph.glsl.unit import Native, NativeValue, Note, Uniform, Unit
 
 __all__ = ["Native", "NativeValue", "Note", "Shader", "Uniform", "Unit", "parse"]

@@ -6,20 +6,20 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
+from passgraph.glsl import syntax as g
+from passgraph.glsl.builtins import BUILTINS, overloads
+from passgraph.glsl.elsewhere import elsewhere, mending
+from passgraph.glsl.glsl_parser import TYPES
+from passgraph.glsl.operators import cost_of, fitted, plain
+from passgraph.glsl.places import Place, place_of, read_place
 from passgraph.language import ir
 from passgraph.language.composites import array_of, each_image
 from passgraph.language.source import Span, fail
 from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, component_count
 from passgraph.language.values import ImageChoice, Part, StructValue, construct, part_type, settled, swizzle
-from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.builtins import BUILTINS, overloads
-from passgraph.shaders.glsl.elsewhere import elsewhere, mending
-from passgraph.shaders.glsl.glsl_parser import TYPES
-from passgraph.shaders.glsl.operators import cost_of, fitted, plain
-from passgraph.shaders.glsl.places import Place, place_of, read_place
 
 if TYPE_CHECKING:
-    from passgraph.shaders.glsl.body import Body
+    from passgraph.glsl.body import Body
 
 
 #: From such factors on, what ``fract`` leaves of a sine is noise.

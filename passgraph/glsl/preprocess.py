@@ -9,8 +9,8 @@ from pathlib import Path
 
 from passgraph.cached import cached_property
 from passgraph.errors import KernelError
+from passgraph.glsl.tokens import MAX_CHARACTERS, Token, token_lines
 from passgraph.language.source import Span, fail
-from passgraph.shaders.glsl.tokens import MAX_CHARACTERS, Token, token_lines
 
 #: Parentheses and signs in one another.
 MAX_DEPTH = 40

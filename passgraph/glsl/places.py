@@ -6,6 +6,10 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
+from passgraph.glsl import syntax as g
+from passgraph.glsl.operators import plain
+from passgraph.glsl.unit import Slot
+from passgraph.glsl.walk import walked
 from passgraph.language import assignments, ir
 from passgraph.language.assignments import read_variable
 from passgraph.language.composites import entry
@@ -24,13 +28,9 @@ from passgraph.language.values import (
     swizzle,
     with_components,
 )
-from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.operators import plain
-from passgraph.shaders.glsl.unit import Slot
-from passgraph.shaders.glsl.walk import walked
 
 if TYPE_CHECKING:
-    from passgraph.shaders.glsl.body import Body
+    from passgraph.glsl.body import Body
 
 #: A field or swizzle by its name, an element by its index.
 Way: TypeAlias = tuple[str | ir.Expr, ...]
