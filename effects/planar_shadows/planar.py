@@ -1,5 +1,5 @@
 # mypy: disable-error-code="no-any-return"
-"""Planar reflection and shadows with a stencil buffer, and fog: eight steps in a fixed order."""
+"""Planar shadows: matrices that flatten a scene onto planes, the kernels, and the draws, one flattened copy a light."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 """GLSL fragment shaders as kernels.
 
-In the order in which text goes through it: :mod:`.tokens`, :mod:`.macros` and :mod:`.preprocess`; :mod:`.parse` into
-the tree of :mod:`.syntax`; :mod:`.shader` and :mod:`.body` into the typed representation, with :mod:`.statements`,
-:mod:`.loops`, :mod:`.expressions`, :mod:`.calls`, :mod:`.places`, :mod:`.builtins` and :mod:`.images`.
+In the order in which text goes through it: :mod:`.tokens` and :mod:`.preprocess`; :mod:`.glsl_parser` into the tree of
+:mod:`.syntax`; :mod:`.shader` and :mod:`.body` into the typed representation, with :mod:`.glsl_statements`,
+:mod:`.loops`, :mod:`.glsl_expressions`, :mod:`.operators`, :mod:`.function_calls`, :mod:`.places`, :mod:`.builtins` and
+:mod:`.image_functions`.
 """
 
 from passgraph.glsl.shader import Shader, parse

@@ -1,4 +1,4 @@
-"""Derivatives: where rows count from the bottom up, what grows along y has the other sign."""
+"""Functions of GLSL that read pictures, and derivatives, whose sign follows the direction of rows."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Loops on their way into the scalar program: short ones are copied once a trip, others stay.
 
-A loop whose bounds come from data becomes one of the greatest number of trips that they allow (:mod:`.ranges`), which
+A loop whose bounds come from data becomes one of the greatest number of trips that they allow (:mod:`.value_ranges`), which
 is left where the trips that the data ask for are over.
 """
 

@@ -1,6 +1,6 @@
 """From the text of a kernel to its typed intermediate representation.
 
-Functions are inlined and structs taken apart (:mod:`.frame`); branches, loops and exits are
+Functions are inlined and structs taken apart (:mod:`.function_body`); branches, loops and exits are
 :mod:`.statements`.
 """
 

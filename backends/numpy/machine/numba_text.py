@@ -59,7 +59,7 @@ def compiled(function: Callable[..., Any]) -> Any:
 def llvm_text(function: Callable[..., Any], pieces: int, kinds: Sequence[str]) -> tuple[str, str]:
     """LLVM text of a function and of all that it calls as numba writes it down, and its name there.
 
-    ``pieces`` and ``kinds`` say what it takes, see :class:`~.numba_code.NumbaCode`.
+    ``pieces`` and ``kinds`` say what it takes, see :class:`~.shipped.NumbaCode`.
     """
     from numba import types
     from numba.core.compiler import Flags, compile_extra
