@@ -329,8 +329,9 @@ class Session:
         given = {n: v for n, v in given.items() if n in program.inputs or n in taken}
         given |= {name: value for name, value in moved.items() if name in taken}
         given |= {name: value for name, value in asked.look.values().items() if name in taken}
-        if isinstance(given.get("camera"), pg.Camera):
-            given["camera"] = orbited(given["camera"], *asked.orbit)
+        camera = given.get("camera", getattr(taken.get("camera"), "default", None))
+        if isinstance(camera, pg.Camera):
+            given["camera"] = orbited(camera, *asked.orbit)
         return given
 
     def _send(self, *, exact: bool) -> None:
@@ -369,7 +370,7 @@ class Session:
             ]
             facts["target"] = compiled.target.name
             facts["backend"] = compiled.program.backend.name
-            facts["camera"] = isinstance(drawing.given.get("camera"), pg.Camera)
+            facts["camera"] = "camera" in compiled.program.plan.values
             results, _ = self._last
             if "a" in results:
                 height, width = results["a"]["shown"].shape[:2]

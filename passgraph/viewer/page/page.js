@@ -36,7 +36,7 @@ function take(message) {
     if (!waiting.length) send({ kind: "ready" });
   } else if (message.kind === "values") showTexel(message);
   else if (message.kind === "statistics") showStatistics(message);
-  else if (message.kind === "inspect") { $("pixel").textContent = message.text; $("pixel-panel").open = true; }
+  else if (message.kind === "inspect") { $("pixel").textContent = message.text; $("pixel-panel").hidden = false; }
   else if (message.kind === "profile") showPlan(message);
   else if (message.kind === "refused") $("status").textContent = message.text;
 }
@@ -155,7 +155,7 @@ function controlOf(one) {
     const step = one.kind === "int" ? 1 : "any", [low, high] = ends(one);
     const read = (e) => (one.kind === "int" ? Math.round(Number(e.target.value)) : Number(e.target.value));
     inputs.append(
-      make("input", { type: "range", min: low, max: high, step: one.kind === "int" ? 1 : (high - low) / 500, id: `value-${one.name}`, oninput: (e) => set(read(e), false), onchange: (e) => set(read(e), true) }),
+      make("input", { type: "range", min: low, max: high, step, id: `value-${one.name}`, oninput: (e) => set(read(e), false), onchange: (e) => set(read(e), true) }),
       make("input", { type: "number", step, ariaLabel: one.name, onchange: (e) => set(read(e), true) }),
     );
     if (one.low !== null) inputs.lastChild.min = one.low;
@@ -288,7 +288,7 @@ stage.addEventListener("pointermove", (event) => {
 });
 stage.addEventListener("pointerup", (event) => {
   const at = texelAt(event);
-  if (drag && !drag.moved && isInside(at)) { $("pixel-panel").open = true; $("pixel").textContent = `computing (${at}) on the reference`; send({ kind: "inspect", x: at[0], y: at[1] }); }
+  if (drag && !drag.moved && isInside(at)) { $("pixel-panel").hidden = false; $("pixel").textContent = `computing (${at}) on the reference`; send({ kind: "inspect", x: at[0], y: at[1] }); }
   drag = null;
 });
 function hover([x, y]) {
@@ -302,13 +302,16 @@ function showTexel({ x, y, values: found }) {
 }
 document.addEventListener("keydown", (event) => {
   if (event.target.matches("input, select, textarea, button, summary, a") && event.key !== "Escape") return;
-  if (event.key === " ") { event.preventDefault(); play(!playing); }
+  if (event.key === "Escape") $("pixel-panel").hidden = true;
+  else if (event.key === " ") { event.preventDefault(); play(!playing); }
   else if (event.key === ".") $("step").click();
   else if (event.key === "Home") $("restart").click();
   else if (event.key === "f") fit();
   else if (event.key === "1") { zoom = 1; offset = [0, 0]; place(); }
   else if (event.key === "z" && (event.ctrlKey || event.metaKey)) $("undo").click();
 });
+
+$("pixel-close").onclick = () => { $("pixel-panel").hidden = true; };
 
 // Files that are dropped
 
