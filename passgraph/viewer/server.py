@@ -7,6 +7,7 @@ import json
 import secrets
 import socket
 import tempfile
+import threading
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import asynccontextmanager, suppress
 from pathlib import Path
@@ -66,6 +67,8 @@ class View:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._latest: Published | None = None
         self._news = asyncio.Event()
+        self._running: uvicorn.Server | None = None
+        self._thread: threading.Thread | None = None
         self._folder = tempfile.TemporaryDirectory(prefix="passgraph-view-")
         base = f"/{self.token}"
         routes = [
@@ -82,11 +85,30 @@ class View:
 
     def serve(self) -> None:
         """Serve until the process is interrupted."""
+        self._server().run(sockets=[self.socket])
+
+    def start(self) -> None:
+        """Serve in a thread of its own, until `close`."""
+        self._running = self._server()
+        self._thread = threading.Thread(target=self._running.run, kwargs={"sockets": [self.socket]}, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End what `start` began."""
+        if self._running is not None and self._thread is not None:
+            self._running.should_exit = True
+            self._thread.join(10.0)
+
+    def _repr_html_(self) -> str:
+        """The page in a notebook's cell."""
+        return f'<iframe src="{self.url}" width="100%" height="640" title="passgraph view"></iframe>'
+
+    def _server(self) -> uvicorn.Server:
         config = uvicorn.Config(
             self.app, log_level="warning", ws="websockets-sansio", ws_max_size=MAX_MESSAGE, ws_ping_interval=None,
             timeout_graceful_shutdown=1,
         )  # fmt: skip
-        uvicorn.Server(config).run(sockets=[self.socket])
+        return uvicorn.Server(config)
 
     @asynccontextmanager
     async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:

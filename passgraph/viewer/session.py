@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.errors import InputError, PassgraphError
+from passgraph.graph.run_values import sources_of
 from passgraph.plan.dependencies import passes_behind
 from passgraph.viewer.display import Look, encode, histogram_of, range_of, shown
 from passgraph.viewer.subject import Drawing, Loaded, Subject, run_values_of
@@ -98,6 +99,12 @@ def targets_of(drawing: Drawing) -> dict[str, pg.Target]:
                 name = f"{spec.name} ({number})"
             found[name] = pg.Target(spec, node, slot)
     return found
+
+
+def values_of(program: pg.Program) -> dict[str, pg.Value]:
+    """The run values of a program's graph by name; unlike its plan it is there before the first run."""
+    passes = passes_behind(list(program._outputs.values()))
+    return {source.name: source for node in passes for source in sources_of(node.values)}
 
 
 class Session:
@@ -324,8 +331,10 @@ class Session:
         drawing, asked = self._drawing, asked or self._asked
         assert drawing is not None
         given = {**drawing.given, **self._inputs}
-        moved = {n: float(v) for n, v in asked.values.items() if n in self._handles and v is not None}
-        taken = program.plan.values
+        assert self._loaded is not None
+        known = _defaults(self._loaded) | {n: v for n, v in asked.values.items() if v is not None}
+        moved = {name: float(known[name]) for name in self._handles if name in known}
+        taken = values_of(program)
         given = {n: v for n, v in given.items() if n in program.inputs or n in taken}
         given |= {name: value for name, value in moved.items() if name in taken}
         given |= {name: value for name, value in asked.look.values().items() if name in taken}
@@ -370,7 +379,7 @@ class Session:
             ]
             facts["target"] = compiled.target.name
             facts["backend"] = compiled.program.backend.name
-            facts["camera"] = "camera" in compiled.program.plan.values
+            facts["camera"] = "camera" in values_of(compiled.program)
             results, _ = self._last
             if "a" in results:
                 height, width = results["a"]["shown"].shape[:2]

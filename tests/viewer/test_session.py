@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import queue
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
@@ -12,7 +13,8 @@ from PIL import Image
 
 import passgraph as pg
 from passgraph.viewer.display import CHANNELS, Look, shown
-from passgraph.viewer.session import orbited, targets_of
+from passgraph.viewer.session import Published, Session, orbited, targets_of
+from passgraph.viewer.show import GivenSubject
 from tests.viewer.subjects import KERNEL, Watched, files
 
 
@@ -195,3 +197,52 @@ def test_every_content_of_a_target_has_a_name() -> None:
     from passgraph.viewer.subject import Drawing
 
     assert list(targets_of(Drawing({"out": second}, (2, 2)))) == ["a", "a (2)"]
+
+
+# pg.view
+
+FRAME = np.full((4, 8, 4), 0.25, np.float32)
+
+
+@pytest.mark.parametrize("kind", ["effect", "kernel", "targets", "program"])
+def test_what_a_script_has_is_shown(kind: str) -> None:
+    from passgraph.effects import tone_map
+
+    scaled = pg.kernel(source="def scaled(color: Image, gain: float = 2.0) -> vec4: return color[0, 0] * gain")
+    target = scaled(pg.Input("color"), gain=pg.Value("gain", default=2.0))
+    with pg.compile(target, "numpy") as program:
+        subject = {
+            "effect": GivenSubject(tone_map, {"frame": FRAME}, None),
+            "kernel": GivenSubject(scaled, {"color": FRAME}, None),
+            "targets": GivenSubject(target, {"color": FRAME}, None),
+            "program": GivenSubject(program, {"color": FRAME}, None),
+        }[kind]
+        states: queue.Queue[Published] = queue.Queue()
+        session = Session(subject, "numpy", states.put)
+        session.start()
+        try:
+            state = states.get(timeout=60)
+            assert state.facts["error"] == ""
+            assert state.facts["size"] == [8, 4]
+            if kind != "effect":
+                session.ask(values={"gain": 4.0})
+                while session.pixels()[0, 0, 0] != 255:
+                    states.get(timeout=60)
+        finally:
+            session.close()
+
+
+def test_what_cannot_be_shown_is_told() -> None:
+    with pytest.raises(pg.InputError, match=r"pg\.view shows"):
+        pg.view(3)
+
+
+def test_a_value_that_is_put_back_has_its_default_after_a_reload_too(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.session.ask(values={"gain": 2.0})
+        watched.shows(0, 0, (102, 102, 102))
+        effect.write_text(KERNEL.replace("* gain", "* gain * 0.5"))
+        watched.shows(0, 0, (51, 51, 51))
+        watched.session.ask(values={})
+        watched.shows(0, 0, (26, 26, 26))
