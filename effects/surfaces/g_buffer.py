@@ -139,7 +139,8 @@ def plain(
 def textured(
     surface: Surface, base_map: Image, normal_map: Image, height_map: Image, height_scale: float,
     base_levels: Image, base_size: vec2, base_count: Const[int], base_wrap: Const[int],
-    normal_levels: Image, normal_size: vec2, normal_count: Const[int], normal_wrap: Const[int],
+    base_minify: Const[int], normal_levels: Image, normal_size: vec2, normal_count: Const[int],
+    normal_wrap: Const[int], normal_minify: Const[int],
     has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool], in_perspective: bool,
     double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float,
 ) -> tuple[vec4, vec4, float, vec2]:  # fmt: skip
@@ -151,13 +152,15 @@ def textured(
     color = surface.color
     if has_base:
         level = level_at(surface.uv, base_size)
-        color = color * mipped(base_map, base_levels, base_size, base_count, base_wrap, at, level)
+        color = color * mipped(base_map, base_levels, base_size, base_count, base_wrap, base_minify, at, level)
     if masked and color.a < cutoff:
         discard()
     shown = n
     if has_normals:
         level = level_at(surface.uv, normal_size)
-        texel = mipped(normal_map, normal_levels, normal_size, normal_count, normal_wrap, at, level).xyz
+        texel = mipped(
+            normal_map, normal_levels, normal_size, normal_count, normal_wrap, normal_minify, at, level
+        ).xyz  # fmt: skip
         shown = bent(texel * 2.0 - 1.0, surface, n)
     return (
         vec4(color.rgb, receives),
@@ -176,11 +179,12 @@ def tinted(surface: Surface) -> vec4:
 @pg.fragment
 def tinted_textured(
     surface: Surface, base_map: Image, base_levels: Image, base_size: vec2, base_count: Const[int],
-    base_wrap: Const[int],
+    base_wrap: Const[int], base_minify: Const[int],
 ) -> vec4:  # fmt: skip
     """A translucent surface with a base colour map."""
     level = level_at(surface.uv, base_size)
-    return surface.color * mipped(base_map, base_levels, base_size, base_count, base_wrap, surface.uv, level)
+    texel = mipped(base_map, base_levels, base_size, base_count, base_wrap, base_minify, surface.uv, level)
+    return surface.color * texel
 
 
 @dataclass(frozen=True)
@@ -268,7 +272,8 @@ def _levels(
 ) -> dict[str, object]:
     """What kernels take beside a map, for its smaller sizes."""
     if texture is None:
-        return {f"{word}_levels": any_input, f"{word}_size": (1.0, 1.0), f"{word}_count": 0, f"{word}_wrap": 0}
+        unused = {f"{word}_{name}": 0 for name in ("count", "wrap", "minify")}
+        return {f"{word}_levels": any_input, f"{word}_size": (1.0, 1.0), **unused}
     return {f"{word}_{name}": value for name, value in textures.levels(texture, use).items()}
 
 
