@@ -66,7 +66,7 @@ _MODULES = {
     "pictures.blur": "depth_aware_blur gaussian_blur",
     "pictures.supersampled": "supersampled",
     "planar_shadows.planar": "Planar planar planar_passes",
-    "registry": "EFFECTS",
+    "effect_table": "EFFECTS",
     "screen.shadowed": "shadowed",
     "shadows.five_pass": "FivePass five_pass five_pass_targets",
     "shadows.shadow_choice": "Auto Blur Disc Evsm4 Hard Msm Pcf Pcss Penumbra Vsm",
