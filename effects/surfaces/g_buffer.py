@@ -5,6 +5,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
 
 import passgraph as pg
 from passgraph import (
@@ -26,8 +29,9 @@ from passgraph import (
     vec3,
     vec4,
 )
+from passgraph.effects.checked import checked
 from passgraph.effects.surfaces.batches import Batch, batches, is_textured
-from passgraph.effects.surfaces.geometry import pack_normal
+from passgraph.effects.surfaces.geometry import pack_normal, unpack_normal
 from passgraph.effects.surfaces.material_textures import TextureInputs, Use, level_at, mipped
 from passgraph.effects.surfaces.views import View
 
@@ -297,3 +301,58 @@ def _draw_translucent(
         values=values,
     )  # fmt: skip
     return made
+
+
+# For users: the same as plain pictures
+
+
+@dataclass(frozen=True)
+class SceneSurfaces:
+    """What `scene_surfaces` returns, of the nearest opaque surface; zeros where there is none.
+
+    Attributes
+    ----------
+    depth : r32f, distance along the view axis in scene units
+    normals : rgba32f, a unit vector and 1
+    base_color : rgba16f, linear and unlit; translucent surfaces mixed in, alpha 1 where shadows are received
+    """
+
+    depth: pg.Target
+    normals: pg.Target
+    base_color: pg.Target
+
+
+@checked
+def scene_surfaces(
+    scene: pg.Scene, space: Literal["view", "world"] = "view", normal_maps: bool = True
+) -> SceneSurfaces:
+    """Depth, normals and base color of a scene, in one drawing; runs take ``camera=``, by default the scene's.
+
+    Parameters
+    ----------
+    scene : what is seen
+    space : of normals. "view": x to the right, y up, z toward the eye; "world": the scene's axes
+    normal_maps : normals follow normal maps; off, the surface itself
+
+    Examples
+    --------
+    >>> seen = scene_surfaces(pg.Scene.shipped(), "world")
+    >>> with pg.compile({"depth": seen.depth, "normals": seen.normals}, backend="reference", size=(8, 6)) as program:
+    ...     found = program()
+    >>> round(float(found["normals"][5, 4, 1]), 2), bool(found["depth"][5, 4, 0] > 1.0)  # of the floor
+    (1.0, True)
+    """
+    camera = pg.Value("camera", pg.Camera, default=scene.camera)
+    seen = g_buffer(scene, View(camera), TextureInputs(), (0.0, 0.0, 0.0))
+    turn = camera.map(lambda one: one.view_rotation()[:3, :3].T if space == "world" else np.eye(3))
+    into = pg.target("unit normals", "rgba32f")
+    normals = unpacked(seen.normals, seen.depth, turn, normal_maps, into=into, name="unit normals")
+    return SceneSurfaces(seen.depth, normals, seen.color)
+
+
+@pg.kernel
+def unpacked(normals: Image, depth: Image, turn: mat3, normal_maps: Const[bool]) -> vec4:
+    """A packed normal as a unit vector."""
+    packed = normals[0, 0]
+    n = turn * unpack_normal(packed.xy if normal_maps else packed.zw)
+    return vec4(n, 1.0) if depth[0, 0].r > 0.0 else vec4(0.0)
