@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
@@ -103,7 +103,7 @@ def soft_shadow_passes(
     )
     free, shadowed = lighting.sums((ambient, ambient, ambient) if isinstance(ambient, (int, float)) else ambient)
     wide = hdr_format == "rgb32f"
-    without_surface = {} if wide else {"background_alpha": background_alpha}
+    without_surface: dict[str, Any] = {} if wide else {"background_alpha": background_alpha}
     if not lighting.maps:
         made = (lit_rgb if wide else lit)(
             free,
