@@ -1,6 +1,6 @@
 """Effects: functions from targets (or a scene) to targets, in families.
 
-Reading order: annotations, checked, quantities, parameters, registry: how a signature is all that is said of an effect;
+Reading order: annotations, checked, quantities, parameters, effect_table: how a signature is all that is said of an effect;
 `pictures`; `surfaces`, what effects on scenes draw first; `shadows`; then `ambient`, `planar_shadows` and
 `light2d`; `screen`, on an engine's picture and depth.
 
