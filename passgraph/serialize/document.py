@@ -97,6 +97,15 @@ class Document:
             )
         return value
 
+    def entries(self, value: object, where: str) -> Mapping[str, Any]:
+        """An object with entries of any names."""
+        if not isinstance(value, Mapping):
+            self.wrong(where, "an object", value)
+        self.count(1 + len(value), where)
+        for name in value:
+            self.text(name, where)
+        return value
+
     def items(self, value: object, where: str, most: int = MOST_PARTS, exactly: int | None = None) -> Sequence[Any]:
         """A list, of at most (or exactly) so many."""
         if not isinstance(value, (list, tuple)):
