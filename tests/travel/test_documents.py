@@ -195,7 +195,7 @@ def test_nothing_that_text_calls_is_executed(tmp_path: Path) -> None:
 REFUSED_KERNELS = {
     "another stage": "def copy(a: Image, v: Vertex) -> vec4: return a[0, 0]",
     "a name that stands for nothing": GROWING,
-    "a variable without a value": "def copy(a: Image) -> vec4:\n    if uv().x > 0.5:\n        x = a[0, 0]\n    return x",
+    "a variable without a value": "def copy(a: Image) -> vec4:\n  if uv().x > 0.5:\n   x = uv()\n  return x.xyxy",
     "another type": "def copy(a: Image) -> vec4: return a[0, 0].x",
     "an endless loop": "def copy(a: Image) -> vec4:\n    while True:\n        pass\n    return a[0, 0]",
     "an endless array": "def copy(a: Image, b: Array[Array[float, 8192], 4096]) -> vec4: return a[0, 0]",
