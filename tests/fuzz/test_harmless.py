@@ -241,7 +241,7 @@ def test_numbers_of_threads_and_of_triangles_at_once_change_no_bit_of_a_draw(cas
 #: Prints a digest of every target of some draws, in tiles of a side that is compiled into their code.
 TILED = """
 import hashlib, sys
-import passgraph.backends.numpy.raster.entries as names
+import passgraph.backends.numpy.raster.layout as names
 names.TILE = int(sys.argv[1])
 from passgraph.backends.numpy.machine.shipped import Shipped
 Shipped.is_current = lambda *_: False  # what is shipped was made for the side as it is

@@ -1,5 +1,4 @@
 # mypy: disable-error-code="no-untyped-call,misc,unused-ignore,attr-defined"
-# mypy: disable-error-code="no-untyped-call"
 """Compile functions with numba and print them as LLVM text for any machine (development only)."""
 
 from __future__ import annotations
