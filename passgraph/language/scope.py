@@ -12,7 +12,7 @@ import types as pytypes
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -349,9 +349,6 @@ class ModuleName:
 
     module: pytypes.ModuleType
     path: str
-
-
-Meaning: TypeAlias = "Type | Struct | FunctionSource | symbols.Symbol | ModuleName | ir.Expr | str | type"
 
 
 def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:

@@ -123,13 +123,6 @@ class Document:
         self.count(1 + len(value) // 64, where)
         return value
 
-    def identifier(self, value: object, where: str) -> str:
-        """A name that generated code may hold."""
-        name = self.text(value, where)
-        if not name.isidentifier():
-            self.wrong(where, "a name as Python has them (letters, digits, _)", value)
-        return name
-
     def flag(self, value: object, where: str) -> bool:
         if not isinstance(value, bool):
             self.wrong(where, "true or false", value)
