@@ -12,10 +12,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from types import ModuleType
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from passgraph.errors import GraphError, KernelError
-from passgraph.glsl import ShaderText, parse_shader
 from passgraph.graph.calls import PixelKernel
 from passgraph.language import ir
 from passgraph.language.kernel import Kernel
@@ -28,6 +27,9 @@ from passgraph.language.symbols import TYPE_MARKERS, UINT_MAX
 from passgraph.language.types import UINT, ImageType, Matrix, Scalar, Struct, Type, Vector, innermost, sides_of
 from passgraph.ranges import Range
 from passgraph.serialize.document import Document
+
+if TYPE_CHECKING:
+    from passgraph.glsl import Shader
 
 #: Characters of one text of a shader, as many as are read of a file.
 _MOST_OF_SHADER = 500_000
@@ -226,9 +228,8 @@ class KernelReader:
         if isinstance(given, Mapping) and "glsl" in given:
             record = document.record(given, where, "glsl", "known_sizes")
             known_sizes = document.flag(record["known_sizes"], f"{where}.known_sizes")
-            text = self._shader(record["glsl"], f"{where}.glsl")
             with document.at(where):
-                shader = parse_shader(text)
+                shader = self._shader(record["glsl"], f"{where}.glsl")
                 document.count(_PARTS_OF_NODE * shader.token_count, where)
                 return self._counted(PixelKernel.of_shader(shader, known_sizes), where)
         record = document.record(given, where, "stage", "function", "known_sizes")
@@ -255,7 +256,9 @@ class KernelReader:
         self.document.count(_PARTS_OF_NODE * len(seen), where)
         return kernel
 
-    def _shader(self, given: object, where: str) -> ShaderText:
+    def _shader(self, given: object, where: str) -> Shader:
+        from passgraph.glsl import ShaderText, parse_shader  # few documents hold shaders
+
         document = self.document
         flags, tables = ("rows_up",), ("defines", "included")
         record = document.record(given, where, *ShaderText.__dataclass_fields__)
@@ -269,4 +272,4 @@ class KernelReader:
                 made[name] = {key: document.text(one, place, _MOST_OF_SHADER) for key, one in entries.items()}
             else:
                 made[name] = document.text(value, place, _MOST_OF_SHADER)
-        return ShaderText(**made)
+        return parse_shader(ShaderText(**made))
