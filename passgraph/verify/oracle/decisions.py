@@ -174,6 +174,7 @@ def explore(
     limit = limit or TimeLimit()
     search, done = _Search(run, count, components, limit), 0
     for lanes in batches(count):
+        limit.report(done, count)
         frontier = Frontier(lanes, np.zeros((len(lanes), 0), np.int8), np.full(len(lanes), -1))
         level = 0
         while len(frontier) and not limit.is_over:
@@ -186,7 +187,6 @@ def explore(
         for i in range(0, 0 if first_only else len(doubtful), BATCH):
             search.try_all_ways(doubtful[i : i + BATCH])
         done += len(lanes)
-        limit.report(done, count)
     return search.result()
 
 

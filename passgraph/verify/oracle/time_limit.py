@@ -59,7 +59,7 @@ class TimeLimit:
         self._pass, self.untried, self._since = name, 0, self.clock()
 
     def report(self, done: int, count: int) -> None:
-        """So many lanes of the pass are through."""
+        """So many lanes of the pass are done, and more are begun."""
         self._report(self._pass, done, count)
 
     def end(self) -> int:
