@@ -42,15 +42,23 @@ def told(text: str) -> str:
 
 
 @contextmanager
-def progress(first: str) -> Iterator[Callable[[str], None]]:
-    """A spinner with a text; the function given changes the text."""
+def progress(first: str) -> Iterator[Callable[..., None]]:
+    """A bar with a text; the function given changes the text, and shows how many of a count are done where it gets
+    both."""
     if not sys.stderr.isatty():
-        yield lambda _: None
+        yield lambda *_: None
         return
     from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
 
-    with Console(stderr=True).status(first) as status:
-        yield status.update
+    columns = TextColumn("{task.description}", markup=False), BarColumn()
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(first, total=None)
+
+        def say(text: str, done: int = 0, count: int | None = None) -> None:
+            bar.reset(task, description=text, completed=done, total=count)
+
+        yield say
 
 
 @contextmanager
