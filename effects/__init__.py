@@ -1,7 +1,7 @@
 """Effects: functions from targets (or a scene) to targets, in families.
 
-Reading order: annotations, checked, quantities, parameters, effect_table: how a signature is all that is said of an effect;
-`pictures`; `surfaces`, what effects on scenes draw first; `shadows`; then `ambient`, `planar_shadows` and
+Reading order: annotations, checked, quantities, parameters, effect_table: how a signature is all that is said of an
+effect; `pictures`; `surfaces`, what effects on scenes draw first; `shadows`; then `ambient`, `planar_shadows` and
 `light2d`; `screen`, on an engine's picture and depth.
 
 A new effect is a function under `effect` in a file of its own in one of these folders, or in another package that names
