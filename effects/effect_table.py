@@ -18,7 +18,7 @@ from passgraph.cached import cached_property
 from passgraph.errors import GraphError, UnknownNameError
 
 if TYPE_CHECKING:
-    from passgraph.effects.checked import Takes
+    from passgraph.effects.checked import Alpha, Takes
     from passgraph.effects.parameters import Parameter
 
 
@@ -61,6 +61,16 @@ class Effect:
     def linear(self) -> bool:
         """Whether pictures of 8 and 16 bits are decoded to linear light where nothing else is said."""
         return bool(self.function.effect.linear)  # type: ignore[attr-defined]
+
+    @property
+    def alpha(self) -> Alpha:
+        """What it takes color and alpha for, see `passgraph.effects.checked.effect`."""
+        mark = getattr(self.function, "effect", None)
+        return "straight" if mark is None else mark.alpha
+
+    def for_opaque(self) -> Effect:
+        """Return the effect for pictures without transparency."""
+        return self
 
     @property
     def frame_time(self) -> str | None:

@@ -169,5 +169,5 @@ class Calls:
             fail(span, f"{type_} takes {count} values, got {len(parts)}")
         typed = [fitted(p, element, span, f"an element of {type_}") for p in parts]
         if isinstance(type_, Array):
-            return array_of(typed, span, self.body.builder.name_it)
+            return array_of(typed, span, self.body.builder)
         return ir.Construct(type_, tuple(plain(p, span, "a component") for p in typed), span)

@@ -202,7 +202,20 @@ BODIES: list[tuple[str, str]] = [
     ("for i in «range(100000)»: x = x + 1.0\n    return x", "this loop makes 100000 trips; at most 65536"),
     ("for i in range(300):\n        for j in «range(300)»: x = x + 1.0\n    return x", "trips inside loops of 300"),
     ("for i in «range(n)»: x = x + 1.0\n    return x", "this loop may make any number of trips"),
-    ("for i in «range(min(n, 9), 70)»: x = x + 1.0\n    return x", "needs a limit that is, such as range(min(n, 64))"),
+    (
+        "for i in «range(0, max(n, 0))»: x = x + 1.0\n    return x",
+        "trips: its stop has no upper limit, as min(stop, 64)",
+    ),
+    (
+        "for i in «range(min(n, 9), 70)»: x = x + 1.0\n    return x",
+        "trips: its start has no lower limit, as max(start, 0)",
+    ),
+    ("for i in «range(n, n * 2)»: x = x + 1.0\n    return x", "max(start, 0) has and its stop has no upper limit"),
+    ("for i in «range(64, n, -1)»: x = x + 1.0\n    return x", "trips: its stop has no lower limit, as max(stop, 0)"),
+    (
+        "for i in «range(n, -64, -1)»: x = x + 1.0\n    return x",
+        "trips: its start has no upper limit, as min(start, 64)",
+    ),
     ("for i in «range(clamp(n, 0, 70000))»: x = x + 1.0\n    return x", "may make 70000 trips; at most 65536"),
     ("for i in «range(-9, n, 99999)»: x = x + 1.0\n    return x", "may lie more than 2147483647 apart; bring"),
     ("return «c[n, 0]».x", "a texel offset must be a constant or bounded by a loop"),

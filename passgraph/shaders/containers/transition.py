@@ -37,6 +37,13 @@ def is_transition(text: str) -> bool:
     return re.search(r"\bvec4\s+transition\s*\(", text) is not None
 
 
+def _default(declaration: str, value: str) -> str:
+    """A default as GLSL takes it: that of a bool may be written 1 or 0."""
+    if re.search(r"\bbool\b", declaration) is None:
+        return value
+    return re.sub(r"^\s*=\s*([01])\s*$", lambda m: f"= {('false', 'true')[int(m[1])]}", value)
+
+
 def read_transition(text: str, path: Path) -> ShaderEffect:
     """The effect of a gl-transition.
 
@@ -46,8 +53,8 @@ def read_transition(text: str, path: Path) -> ShaderEffect:
         For a shader that is refused, with file, line and caret.
     """
     # The default moves into the declaration, and everything before it stays in its column.
-    told = _DEFAULT.sub(lambda m: f"{m[1]} {m[2]}  {m[3]};", text)
-    told = _DEFAULT_WITHIN.sub(r"\1  \2  \3", told)
+    told = _DEFAULT.sub(lambda m: f"{m[1]} {m[2]}  {_default(m[1], m[3])};", text)
+    told = _DEFAULT_WITHIN.sub(lambda m: f"{m[1]}  {_default(m[1], m[2])}  {m[3]}", told)
     shader = parse(
         told, name=name_of(path), file=str(path), entry="pg_main", prelude=_BEFORE, postlude=_BEHIND, values=_VALUES
     )
