@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.bloom import bloom
     from passgraph.effects.pictures.blur import depth_aware_blur, gaussian_blur
     from passgraph.effects.pictures.chromatic_aberration import chromatic_aberration
+    from passgraph.effects.pictures.color_grade import color_grade
     from passgraph.effects.pictures.color_transform import color_transform
     from passgraph.effects.pictures.film_grain import film_grain
     from passgraph.effects.pictures.fxaa import fxaa
@@ -120,6 +121,7 @@ __all__ = [
     "black_and_white",
     "bloom",
     "chromatic_aberration",
+    "color_grade",
     "color_transform",
     "contact",
     "contact_passes",
