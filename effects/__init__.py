@@ -25,17 +25,22 @@ if TYPE_CHECKING:
     from passgraph.effects.checked import effect
     from passgraph.effects.effect_table import EFFECTS
     from passgraph.effects.pictures.auto_exposure import auto_exposure
+    from passgraph.effects.pictures.bilateral import bilateral
     from passgraph.effects.pictures.black_and_white import black_and_white
     from passgraph.effects.pictures.bloom import bloom
     from passgraph.effects.pictures.blur import depth_aware_blur, gaussian_blur
+    from passgraph.effects.pictures.cas import cas
     from passgraph.effects.pictures.chromatic_aberration import chromatic_aberration
     from passgraph.effects.pictures.color_grade import color_grade
     from passgraph.effects.pictures.color_transform import color_transform
     from passgraph.effects.pictures.film_grain import film_grain
     from passgraph.effects.pictures.fxaa import fxaa
     from passgraph.effects.pictures.median import median
+    from passgraph.effects.pictures.morphology import morphology
+    from passgraph.effects.pictures.sobel import sobel
     from passgraph.effects.pictures.supersampled import supersampled
     from passgraph.effects.pictures.tone_map import tone_map
+    from passgraph.effects.pictures.unsharp import unsharp
     from passgraph.effects.pictures.vignette import vignette
     from passgraph.effects.planar_shadows.planar import Planar, planar, planar_passes
     from passgraph.effects.screen.contact_shadow import contact_shadow
@@ -118,8 +123,10 @@ __all__ = [
     "ambient_occlusion",
     "ambient_occlusion_passes",
     "auto_exposure",
+    "bilateral",
     "black_and_white",
     "bloom",
+    "cas",
     "chromatic_aberration",
     "color_grade",
     "color_transform",
@@ -136,6 +143,7 @@ __all__ = [
     "fxaa",
     "gaussian_blur",
     "median",
+    "morphology",
     "occluded",
     "occlusion",
     "outlines",
@@ -143,9 +151,11 @@ __all__ = [
     "planar_passes",
     "scene_surfaces",
     "shadowed",
+    "sobel",
     "soft_shadow",
     "soft_shadow_passes",
     "supersampled",
     "tone_map",
+    "unsharp",
     "vignette",
 ]
