@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.color_transform import color_transform
     from passgraph.effects.pictures.film_grain import film_grain
     from passgraph.effects.pictures.fxaa import fxaa
+    from passgraph.effects.pictures.kuwahara import kuwahara
+    from passgraph.effects.pictures.lens_distortion import lens_distortion
     from passgraph.effects.pictures.median import median
     from passgraph.effects.pictures.morphology import morphology
     from passgraph.effects.pictures.sobel import sobel
@@ -142,6 +144,8 @@ __all__ = [
     "fog",
     "fxaa",
     "gaussian_blur",
+    "kuwahara",
+    "lens_distortion",
     "median",
     "morphology",
     "occluded",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 import passgraph as pg
-from passgraph.effects import bilateral, cas, morphology, sobel, unsharp
+from passgraph.effects import bilateral, cas, kuwahara, morphology, sobel, unsharp
 from passgraph.effects.pictures.alpha import on_straight_alpha
 from passgraph.effects.pictures.sobel import Weights
 from tests.agreement import assert_within_bounds
@@ -182,3 +182,61 @@ def test_morphology_is_that_of_scipy_to_the_bit(radius: int, size: tuple[int, in
 )
 def test_filters_within_bounds_of_the_reference(made: pg.Target) -> None:
     assert_within_bounds(made, frame=picture((17, 31)))
+
+
+# kuwahara
+
+
+def painted(frame: Picture, radius: int, sharpness: float) -> NDArray[np.float64]:
+    """The anisotropic Kuwahara filter of Kyprianidis et al., 2010, by eigenvectors and angles, in float64."""
+    exact = frame.astype(np.float64)
+    channels = [exact[..., k] for k in range(3)]
+    dx, dy = (np.dstack([ndimage.sobel(c, axis, mode="nearest") for c in channels]) / 4.0 for axis in (1, 0))
+    products = [(a * b).sum(axis=-1) for a, b in ((dx, dx), (dx, dy), (dx, dy), (dy, dy))]
+    tensor = blurred(np.stack(products, axis=-1), 2.0, 6).reshape(*frame.shape[:2], 2, 2)
+    values, vectors = np.linalg.eigh(tensor)
+    anisotropy = (values[..., 1] - values[..., 0]) / np.maximum(values.sum(axis=-1), 1e-300)
+    edge = np.arctan2(vectors[..., 1, 0], vectors[..., 0, 0])
+    overlap, end = 2.0 / radius, 3.0 * np.pi / 8.0
+    narrow = (overlap + np.cos(end)) / np.sin(end) ** 2
+    sums, squares, weights = (
+        np.zeros((8, *frame.shape)),
+        np.zeros((8, *frame.shape[:2])),
+        np.zeros((8, *frame.shape[:2])),
+    )
+    reach = 2 * radius
+    around = np.pad(exact, ((reach, reach), (reach, reach), (0, 0)), "edge")
+    for y in range(-reach, reach + 1):
+        for x in range(-reach, reach + 1):
+            tap = around[reach + y :, reach + x :][: frame.shape[0], : frame.shape[1]]
+            length, angle = np.hypot(x, y), np.arctan2(y, x) - edge
+            u = length * np.cos(angle) / (radius * (1 + anisotropy))
+            v = length * np.sin(angle) * (1 + anisotropy) / radius
+            inside = (np.hypot(u, v) <= 1.0) * np.exp(-3.125 * (u * u + v * v))
+            for k in range(8):
+                out, aside = np.hypot(u, v), np.arctan2(v, u) - k * np.pi / 4
+                w = np.maximum(out * np.cos(aside) + overlap - narrow * (out * np.sin(aside)) ** 2, 0.0) ** 2 * inside
+                weights[k] += w
+                sums[k] += w[..., None] * tap
+                squares[k] += w * (tap[..., :3] ** 2).sum(axis=-1)
+    means = sums / weights[..., None]
+    variance = squares / weights - (means[..., :3] ** 2).sum(axis=-1)
+    share = (np.maximum(variance, 0.0) + 255.0**-2) ** (-0.5 * sharpness)
+    return np.asarray((means * share[..., None]).sum(axis=0) / share.sum(axis=0)[..., None])
+
+
+@every_backend
+@pytest.mark.parametrize("size", [(1, 1), (19, 23)], ids=str)
+def test_kuwahara_is_its_formula(size: tuple[int, int], backend_name: str) -> None:
+    frame = picture(size)
+    made = shown(kuwahara(FRAME, 2, pg.Value("sharpness")), backend_name, frame=frame, sharpness=4.0)
+    np.testing.assert_allclose(made, painted(frame, 2, 4.0), atol=2e-5)
+
+
+def test_kuwahara_leaves_even_pictures_and_turns_with_them() -> None:
+    frame = picture((20, 20))
+    even = np.full((9, 9, 4), 0.3, np.float32)
+    np.testing.assert_allclose(shown(kuwahara(FRAME), "numpy", frame=even), even, rtol=1e-6)
+    made = shown(kuwahara(FRAME), "numpy", frame=frame)
+    turned = shown(kuwahara(FRAME), "numpy", frame=np.ascontiguousarray(np.rot90(frame)))
+    np.testing.assert_allclose(np.rot90(made), turned, atol=2e-3)
