@@ -33,12 +33,17 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.chromatic_aberration import chromatic_aberration
     from passgraph.effects.pictures.color_grade import color_grade
     from passgraph.effects.pictures.color_transform import color_transform
+    from passgraph.effects.pictures.dither import dither
     from passgraph.effects.pictures.film_grain import film_grain
     from passgraph.effects.pictures.fxaa import fxaa
+    from passgraph.effects.pictures.halftone import halftone
+    from passgraph.effects.pictures.hue_saturation import hue_saturation
     from passgraph.effects.pictures.kuwahara import kuwahara
     from passgraph.effects.pictures.lens_distortion import lens_distortion
     from passgraph.effects.pictures.median import median
     from passgraph.effects.pictures.morphology import morphology
+    from passgraph.effects.pictures.pixelate import pixelate
+    from passgraph.effects.pictures.sepia import sepia
     from passgraph.effects.pictures.sobel import sobel
     from passgraph.effects.pictures.supersampled import supersampled
     from passgraph.effects.pictures.tone_map import tone_map
@@ -137,6 +142,7 @@ __all__ = [
     "contact_shadow",
     "depth_aware_blur",
     "depth_of_field",
+    "dither",
     "effect",
     "film_grain",
     "five_pass",
@@ -144,6 +150,8 @@ __all__ = [
     "fog",
     "fxaa",
     "gaussian_blur",
+    "halftone",
+    "hue_saturation",
     "kuwahara",
     "lens_distortion",
     "median",
@@ -151,9 +159,11 @@ __all__ = [
     "occluded",
     "occlusion",
     "outlines",
+    "pixelate",
     "planar",
     "planar_passes",
     "scene_surfaces",
+    "sepia",
     "shadowed",
     "sobel",
     "soft_shadow",

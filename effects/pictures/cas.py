@@ -7,6 +7,7 @@ from __future__ import annotations
 import passgraph as pg
 from passgraph import Image, clamp, sqrt, vec4
 from passgraph.effects.checked import effect
+from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Share
 
 #: Weight of each of the four neighbors at most, as 1 through this: least and most sharp.
@@ -57,4 +58,5 @@ def cas(
     ...     [round(float(y), 2) for y in program(frame=edge)["cas"][0, :, 0]]
     [0.4, 0.4, 0.31, 0.69, 0.6, 0.6]
     """
-    return adapted(color, sharpness, into=into or pg.target(name, "rgba32f"), name=name)
+    light = decoded(color, f"{name}_light", "rgba32f")
+    return adapted(light, sharpness, into=into or pg.target(name, "rgba32f"), name=name)

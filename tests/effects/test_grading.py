@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from skimage.color import xyz_tristimulus_values
 
 import passgraph as pg
-from passgraph.effects import color_grade
+from passgraph.effects import black_and_white, color_grade, hue_saturation, sepia
 from passgraph.effects.pictures.color_grade import XYZ_FROM_RGB
 from tests.agreement import assert_within_bounds
 from tests.conftest import DEVICES
@@ -147,4 +147,77 @@ def test_grading_within_bounds_of_the_reference() -> None:
         FRAME, 4000.0, 0.0, 1.2, 0.2, (0.8, 1.0, 1.2), (1.2, 1.0, 0.8), (0.02, 0.0, -0.02), (1.2, 1.0, 0.9),
         (0.9, 1.0, 1.1), 0.8,
     )  # fmt: skip
+    assert_within_bounds(made, frame=hdr_picture((17, 31)))
+
+
+# hue_saturation and sepia
+
+
+def svg_hue(angle: float) -> NDArray[np.float64]:
+    """The matrix of SVG's hueRotate, entry by entry as W3C prints it."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array(
+        [
+            [0.213 + 0.787 * c - 0.213 * s, 0.715 - 0.715 * c - 0.715 * s, 0.072 - 0.072 * c + 0.928 * s],
+            [0.213 - 0.213 * c + 0.143 * s, 0.715 + 0.285 * c + 0.140 * s, 0.072 - 0.072 * c - 0.283 * s],
+            [0.213 - 0.213 * c - 0.787 * s, 0.715 - 0.715 * c + 0.715 * s, 0.072 + 0.928 * c + 0.072 * s],
+        ]
+    )
+
+
+def svg_saturate(s: float) -> NDArray[np.float64]:
+    return np.array(
+        [
+            [0.213 + 0.787 * s, 0.715 - 0.715 * s, 0.072 - 0.072 * s],
+            [0.213 - 0.213 * s, 0.715 + 0.285 * s, 0.072 - 0.072 * s],
+            [0.213 - 0.213 * s, 0.715 - 0.715 * s, 0.072 + 0.928 * s],
+        ]
+    )
+
+
+def css_sepia(amount: float) -> NDArray[np.float64]:
+    rest = 1.0 - amount
+    return np.array(
+        [
+            [0.393 + 0.607 * rest, 0.769 - 0.769 * rest, 0.189 - 0.189 * rest],
+            [0.349 - 0.349 * rest, 0.686 + 0.314 * rest, 0.168 - 0.168 * rest],
+            [0.272 - 0.272 * rest, 0.534 - 0.534 * rest, 0.131 + 0.869 * rest],
+        ]
+    )
+
+
+@every_backend
+@every_size
+@pytest.mark.parametrize(
+    ("made", "matrix"),
+    [
+        (hue_saturation(FRAME, 1.0, 1.7), svg_saturate(1.7) @ svg_hue(1.0)),
+        (hue_saturation(FRAME, pg.Value("angle", default=-2.5), 0.0), svg_saturate(0.0) @ svg_hue(-2.5)),
+        (sepia(FRAME), css_sepia(1.0)),
+        (sepia(FRAME, pg.Value("amount", default=0.3)), css_sepia(0.3)),
+    ],
+    ids=["hue", "gray", "sepia", "some sepia"],
+)
+def test_colors_go_through_the_matrices_of_w3c(
+    made: pg.Target, matrix: NDArray[np.float64], size: tuple[int, int], backend_name: str
+) -> None:
+    picture = hdr_picture(size)
+    result = shown(made, backend_name, frame=picture)
+    error = np.abs(result[..., :3] - picture[..., :3].astype(np.float64) @ matrix.T)
+    assert (error <= 1e-6 * np.abs(picture[..., :3]).max(axis=-1, keepdims=True)).all()
+    np.testing.assert_array_equal(result[..., 3], picture[..., 3])
+
+
+def test_a_turn_there_and_back_is_nearly_nothing() -> None:
+    """The published matrices have three digits."""
+    picture = np.random.default_rng(3).random((9, 14, 4), np.float32)
+    there = hue_saturation(FRAME, 2.0, name="there")
+    np.testing.assert_allclose(shown(hue_saturation(there, -2.0), frame=picture), picture, atol=3e-3)
+    weights = (0.213, 0.715, 0.072)
+    gray = shown(black_and_white(hue_saturation(FRAME, 2.0), weights), frame=picture)
+    np.testing.assert_allclose(gray, shown(black_and_white(FRAME, weights), frame=picture), atol=1e-3)
+
+
+@pytest.mark.parametrize("made", [hue_saturation(FRAME, 2.0, 1.5), sepia(FRAME, 0.5)], ids=lambda made: made.name)
+def test_color_matrices_within_bounds_of_the_reference(made: pg.Target) -> None:
     assert_within_bounds(made, frame=hdr_picture((17, 31)))
