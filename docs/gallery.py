@@ -21,6 +21,7 @@ if str(root) not in sys.path:
     sys.path.insert(0, str(root))
 
 import passgraph as pg
+from docs.gallery_filters import FILTERS
 from docs.gallery_inputs import (
     CELL,
     LAMPS,
@@ -424,6 +425,7 @@ ENTRIES: tuple[Entry, ...] = (
         "Dirt on what is bright, lamp or not; on spots drawn for this view; on a map of spots made once.", lenses, 2,
     ),
     *LOOKS,
+    *FILTERS,
     *SHADERS,
 )  # fmt: skip
 

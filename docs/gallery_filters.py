@@ -1,0 +1,152 @@
+"""Entries of the gallery for grading, filters and styles: one photograph, many ways."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import passgraph as pg
+from docs.gallery_inputs import Picture, detail, photograph, street
+from docs.gallery_looks import MOTORCYCLE
+from docs.gallery_page import Entry, Panel
+from passgraph.effects import (
+    bilateral,
+    cas,
+    color_grade,
+    dither,
+    halftone,
+    hue_saturation,
+    kuwahara,
+    lens_distortion,
+    morphology,
+    pixelate,
+    sepia,
+    sobel,
+    tone_map,
+    unsharp,
+)
+from passgraph.srgb import srgb_to_linear
+
+FRAME = pg.Input("frame")
+#: A Gaussian of this width takes the finest detail out, which sharpening brings back.
+SOFTENED_PX = 1.0
+
+
+def grades() -> list[Panel]:
+    given = {"frame": photograph("coffee")}
+
+    def graded(label: str, **options: object) -> Panel:
+        return Panel(label, tone_map(color_grade(FRAME, **options), curve="linear"), given)  # type: ignore[arg-type]
+
+    return [
+        graded("as it is"),
+        graded("white of 4500 K", temperature_k=4500.0),
+        graded("contrast 1.4", contrast=1.4),
+        graded("teal shadows, orange highlights", shadows=(0.4, 1.0, 1.5), highlights=(1.3, 1.0, 0.7)),
+        graded("lift, gamma, gain", lift=(0.02, 0.02, 0.06), gamma=(1.2, 1.2, 1.2), gain=(1.1, 1.0, 0.9)),
+        graded("saturation 0.4", saturation=0.4),
+    ]
+
+
+def colors() -> list[Panel]:
+    given = {"frame": street()}
+    return [
+        Panel("hue, a third of a turn", hue_saturation(FRAME, 2.0943951), given),
+        Panel("saturation 2", hue_saturation(FRAME, saturation=2.0), given),
+        Panel("sepia", sepia(FRAME), given),
+    ]
+
+
+def softened() -> Picture:
+    from scipy.ndimage import gaussian_filter
+
+    soft: Picture = gaussian_filter(detail(street())[..., :3], (SOFTENED_PX, SOFTENED_PX, 0.0))
+    return soft
+
+
+def sharp() -> list[Panel]:
+    soft = softened()
+    unchanged = pg.kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")
+    light = {"frame": np.asarray(srgb_to_linear(soft), np.float32)}
+    return [
+        Panel("softened", unchanged(FRAME), {"frame": soft}),
+        Panel("unsharp", unsharp(FRAME, 1.5, 1.5), {"frame": soft}),
+        Panel("cas", tone_map(cas(FRAME, 1.0), curve="linear"), light),
+    ]
+
+
+def smooth() -> list[Panel]:
+    frame = detail(street())[..., :3]
+    noise = np.random.default_rng(3).normal(0.0, 0.06, frame.shape)
+    noisy = {"frame": np.asarray(np.clip(frame + noise, 0.0, 1.0), np.float32)}
+    unchanged = pg.kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")
+    return [
+        Panel("with noise", unchanged(FRAME), noisy),
+        Panel("bilateral", bilateral(FRAME, 5, 3.0, 0.25), noisy),
+        Panel("kuwahara", kuwahara(FRAME, 5), noisy),
+    ]
+
+
+def shapes() -> list[Panel]:
+    given = {"frame": detail(street())}
+    return [
+        Panel("sobel", sobel(FRAME, strength=2.0), given),
+        Panel("morphology, erode", morphology(FRAME, "erode", 2), given),
+        Panel("morphology, dilate", morphology(FRAME, "dilate", 2), given),
+    ]
+
+
+def lenses() -> list[Panel]:
+    frame = street().copy()
+    frame[::38, :, :3] = frame[:, ::38, :3] = (1.0, 0.8, 0.0)
+    given = {"frame": frame}
+    bent = lens_distortion(FRAME, -0.3, vertical_fov_rad=1.0, name="bent")
+    return [
+        Panel("k1 = -0.3, a barrel", bent, given),
+        Panel("k1 = 0.3, a pincushion", lens_distortion(FRAME, 0.3, vertical_fov_rad=1.0), given),
+        Panel("the barrel, straightened", lens_distortion(bent, -0.3, vertical_fov_rad=1.0, undo=True), given),
+    ]
+
+
+def prints() -> list[Panel]:
+    near = {"frame": detail(street())}
+    light = {"frame": np.asarray(srgb_to_linear(detail(street())), np.float32)}
+    return [
+        Panel("pixelate", pixelate(FRAME, 6), near),
+        Panel("dither, 2 levels", dither(FRAME, 2), near),
+        Panel("dither, gradient noise", dither(FRAME, 2, "gradient-noise"), near),
+        Panel("halftone", tone_map(halftone(FRAME, 5.0), curve="linear"), light),
+        Panel("halftone, black", tone_map(halftone(FRAME, 5.0, colored=False), curve="linear"), light),
+    ]
+
+
+FILTERS: tuple[Entry, ...] = (
+    Entry(
+        "Color grading", "`skimage.data.coffee()` in linear light",
+        "Each step of the grade by itself: the white of a lamp, contrast around middle gray, split toning, lift, gamma "
+        "and gain, and saturation.",
+        grades, 3, 1.5,
+    ),
+    Entry("Hue, saturation, sepia", MOTORCYCLE, "Matrices on encoded color, as CSS has them.", colors, 3),
+    Entry(
+        "Sharpening", f"{MOTORCYCLE}, blurred with a deviation of one pixel",
+        "An unsharp mask overshoots at edges; contrast adaptive sharpening holds back there.", sharp, 3, 1.25,
+    ),
+    Entry(
+        "Smoothing that keeps edges", f"{MOTORCYCLE}, with noise",
+        "The bilateral filter takes the noise and leaves the picture; the Kuwahara filter paints it with a brush.",
+        smooth, 3, 1.25,
+    ),
+    Entry(
+        "Edges and shapes", MOTORCYCLE,
+        "Where luminance rises, and the least and the largest number of each channel within two pixels.",
+        shapes, 3, 1.25,
+    ),
+    Entry(
+        "Lens distortion", f"{MOTORCYCLE}, with a grid",
+        "By the coefficients that OpenCV's calibration gives, and back by the same ones.", lenses, 3,
+    ),
+    Entry(
+        "Squares, dither and dots", MOTORCYCLE,
+        "Even squares; two levels of each channel; ink on paper, whose mean is the picture's color.", prints, 3, 1.25,
+    ),
+)  # fmt: skip
