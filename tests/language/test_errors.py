@@ -154,7 +154,7 @@ def test_every_error_is_provoked_by_a_case() -> None:
     hit |= {of_call(action).site for action, _ in CALLS}
     # These have tests of their own, below and in tests/test_pickling.py.
     alone = {"captured", "is not here any more", "is a plain dataclass", "cannot be found", "program.source.point_at"}
-    alone |= {"pickle", "compile takes"}
+    alone |= {"pickle"}
     # A fail() of its own is what all others go through.
     left = []
     for file, line in sorted(sites() - hit):
