@@ -10,12 +10,14 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+import click
 from sphinx.application import Sphinx
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import passgraph
 import passgraph.engines
+from passgraph.commands.apply import apply
 from passgraph.effects.parameters import Parameter
 from passgraph.effects.registry import EFFECTS
 from passgraph.language.library import written_function
@@ -91,7 +93,7 @@ def fill_generated_lists(app: Sphinx, page: str, source: list[str]) -> None:
             source[0] = source[0].replace(mark, write())
 
 
-def escape_help(app: Sphinx, context: object, lines: list[str]) -> None:
+def escape_help(app: Sphinx | None, context: object, lines: list[str]) -> None:
     """Show the stars of wildcards and the hyphens of options in a command's help as they are."""
     lines[:] = [line.replace("*", "\\*").replace("--", "\\-\\-") for line in lines]
 
@@ -111,7 +113,7 @@ def prepare_docstring(app: Sphinx, what: str, name: str, about: object, options:
             continue
         after = lines[number + 1] if number + 1 < len(lines) else ""
         begins = number > 0 and not lines[number - 1] and line[:1].strip() and not after.startswith("    ")
-        if section in LISTED and begins and not set(after.strip()) == {"-"}:
+        if section in LISTED and begins and set(after.strip()) != {"-"}:
             section = ""
             written += ["Notes", "-----"]
         written.append(line)
@@ -169,6 +171,22 @@ def engine_list() -> str:
     return "\n".join(sections)
 
 
+def apply_options() -> str:
+    """The options that ``passgraph apply`` has for every effect; fog has them all, as it reads depth too."""
+    context = click.Context(apply, info_name="apply")
+    command = apply.get_command(context, "fog")
+    own = {parameter.name for parameter in EFFECTS["fog"].parameters}
+    lines = [".. program:: passgraph apply", ""]
+    for parameter in command.params:
+        if isinstance(parameter, click.Option) and parameter.name not in own:
+            names, meaning = parameter.get_help_record(context)
+            about = [meaning]
+            escape_help(None, None, about)
+            lines += [f".. option:: {names}", "", f"   {about[0]}", ""]
+    body = "\n".join(lines)
+    return f"```{{eval-rst}}\n{body}\n```\n"
+
+
 def literal(text: str) -> str:
     """Escape what reStructuredText would read as markup."""
     return re.sub(r"([*|`_])", r"\\\1", text)
@@ -200,5 +218,6 @@ LISTED = {"Parameters", "Attributes", "Raises", "Returns"}
 LISTS = {
     "<!-- list of effects -->": effect_list,
     "<!-- list of engines -->": engine_list,
+    "<!-- list of options of apply -->": apply_options,
     "<!-- list of kernel functions -->": function_list,
 }
