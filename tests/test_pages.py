@@ -18,10 +18,11 @@ from passgraph.effects.registry import EFFECTS
 from tests.commands.told import Outcome
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = {page.name: page for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}
+TOP = ("README.md", "CONTRIBUTING.md", "SECURITY.md")
+PAGES = {page.name: page for page in (*(ROOT / name for name in TOP), *sorted((ROOT / "docs").glob("*.md")))}
 BLOCK = re.compile(r"^```(\S*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 #: Files of the reader's own, which examples name.
-READERS = {"dimmed.py"}
+READERS = {"dimmed.py", "dream.py", "warm.py"}
 
 
 def text_of(page: str) -> str:
