@@ -205,7 +205,7 @@ class Program:
         Raises
         ------
         GraphError
-            For what cannot be computed in parts (see docs/large-pictures.md), or cannot travel (docs/travel.md).
+            For what cannot be computed in parts (see docs/large-pictures.md), or cannot travel (docs/serialization.md).
         InputError
             For a picture or value that does not fit, chunks of unknown sizes, and several results.
 
