@@ -25,6 +25,8 @@ def sentences(text: str) -> list[str]:
     text = re.sub(r"^\s*(?:[-*]|\d+\.) ", "\n\n", text, flags=re.MULTILINE)
     found = []
     for paragraph in re.split(r"\n\s*\n", text):
+        if paragraph.count("·") > 5:  # a list of names in one line
+            continue
         flat = " ".join(paragraph.replace("**", "").split())
         found += [one for one in re.split(r"(?<=[.!?])\s+(?=[A-Zx(\d])", flat) if re.search(r"\w", one)]
     return found

@@ -1,4 +1,4 @@
-"""mpv user shaders beside their originals: a section of docs/shaders.md.
+"""mpv user shaders beside their originals: a section of docs/shader-agreement.md.
 
     git clone https://github.com/bloc97/Anime4K
     python docs/shaders_mpv.py Anime4K [FOLDER ...] --photo photo.png
@@ -34,7 +34,7 @@ from original_mpv import MpvFile, Original, Picture, Size
 import passgraph as pg
 from docs.gallery_page import machine
 
-PAGE = DOCS / "shaders.md"
+PAGE = DOCS / "shader-agreement.md"
 BEGIN, END = "<!-- mpv: written by docs/shaders_mpv.py -->", "<!-- end of mpv -->"
 #: What each is.
 CHOSEN = {

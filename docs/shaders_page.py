@@ -1,9 +1,9 @@
-"""Published shader files beside their originals: figures of docs/shaders.md and its pictures.
+"""Published shader files beside their originals: figures of docs/shader-agreement.md and its pictures.
 
     python docs/shaders_page.py [STAGE ...] [--again] [--limit SECONDS] [--figures FILE]
 
 measures on the collections beside the checkout (tests/shaders/beside.py says where) and writes the marked section of
-docs/shaders.md and docs/images/shaders/.  Stages are agreement, backends, bounds (of what has other bits), speed,
+docs/shader-agreement.md and docs/images/shaders/.  Stages are agreement, backends, bounds (of what has other bits), speed,
 sheets and page; left out, all run.  What is measured is kept in docs/shaders.json, row by row: a run that was ended
 goes on where it was.  Figures of speed want a quiet machine: ``speed --again`` measures all of them anew.
 """
@@ -42,7 +42,7 @@ from docs.shaders_figures import (
     names,
 )  # fmt: skip
 
-PAGE, FIGURES, PICTURES = DOCS / "shaders.md", DOCS / "shaders.json", DOCS / "images" / "shaders"
+PAGE, FIGURES, PICTURES = DOCS / "shader-agreement.md", DOCS / "shaders.json", DOCS / "images" / "shaders"
 BEGIN, END = "<!-- originals: written by docs/shaders_page.py -->", "<!-- end of originals -->"
 TILE, COLUMNS = (112, 63), 12
 VERDICTS = ("equal", "one step", "one step but for few", "farther")
