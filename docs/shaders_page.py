@@ -3,7 +3,7 @@
     python docs/shaders_page.py [STAGE ...] [--again] [--limit SECONDS] [--figures FILE]
 
 measures on the collections beside the checkout (tests/shaders/beside.py says where) and writes the marked section of
-docs/shader-agreement.md and docs/images/shaders/.  Stages are agreement, backends, bounds (of what has other bits), speed,
+docs/shader-agreement.md and docs/images/shaders/.  Stages are agreement, backends, bounds (where bits differ), speed,
 sheets and page; left out, all run.  What is measured is kept in docs/shaders.json, row by row: a run that was ended
 goes on where it was.  Figures of speed want a quiet machine: ``speed --again`` measures all of them anew.
 """
@@ -82,8 +82,8 @@ def _tile(path: Path, number: str) -> Image.Image:
     return tile
 
 
-_OPENING = """`python docs/shaders_page.py` measures published files that are not part of the repository: ISF files of Vidvox
-and others, and the transitions of gl-transitions.com. Both have the MIT license, which also covers what their pictures
+_OPENING = """`python docs/shaders_page.py` measures published files that are not part of the repository: ISF files of
+Vidvox and others, and the transitions of gl-transitions.com. Both have the MIT license, which also covers what their pictures
 show. The originals run on OpenGL (llvmpipe) in a host that belongs to the tests and shares no code with passgraph. It
 uses real framebuffers, vertex shaders on a quad, and buffers that are kept over 4 frames. Machine: {machine}.
 
@@ -94,15 +94,16 @@ counts.
 
 {driver}
 
-Drivers may choose the last digits of sines, powers and `mod`, the weights of texels, the power of a negative number, and
-the order of additions and multiplications. Some shaders make noise of such digits, or compare numbers that differ only
+Drivers may choose the last digits of sines, powers and `mod`, the weights of texels, the power of a negative number,
+and the order of additions and multiplications. Some shaders make noise of such digits, or compare numbers that differ only
 there. So each original runs a second time with these *settled*. It then uses the functions and the filter of
 [kernels](kernels.md), written in GLSL, and computes in the order of its text. The [conformance suite](conformance.md)
 compares these functions with NumPy. Everything else in a shader is compared with the driver here.
 
 {settled}
 
-These files differ by more with the driver's own functions. The table names the one function that, settled, makes them agree:
+These files differ by more with the driver's own functions. The table names the one function that, settled, makes
+them agree:
 
 | farther | steps | pixels | because of | settled |
 |---|--:|--:|---|---|
@@ -189,8 +190,8 @@ def _backends(rows: Rows, bounds: Rows) -> Iterator[str]:
         yield f"| {name} | {' | '.join(map(str, cells))} | {len(rows) - len(judged)} |"
     yield ""
     yield "Bits differ on `gl` where a pass reads 8-bit texels. The driver converts them to floats that are often one"
-    yield "step from the exact quotient, and comparisons of equal colors depend on that. The table compares each such file"
-    yield f"with the oracle's [bounds](conformance.md), at {'×'.join(map(str, BOUNDS_SIZE))} with defaults, worst pass:"
+    yield "step from the exact quotient, and comparisons of equal colors depend on that. The table compares each such"
+    yield f"file with the oracle's [bounds](conformance.md), at {'×'.join(map(str, BOUNDS_SIZE))} with defaults, worst pass:"
     yield ""
     yield "| other bits | backend | pixels | steps | outside of bounds | undecided |"
     yield "|---|---|--:|--:|--:|--:|"
@@ -216,7 +217,7 @@ def _speed(rows: Rows) -> Iterator[str]:
     over = [(ratio, name) for ratio, name in ratios if ratio > 1.5]
     width, height = SPEED_SIZE
     yield f"CPU time of a frame on `numpy`, divided by that of the original on llvmpipe, at {width}×{height}: median"
-    yield f"{middle:.2f}, {len(over)} of {len(ratios)} above 1.5. These are medians of {REPEATS} runs in turns, without compiling."
+    yield f"{middle:.2f}, {len(over)} of {len(ratios)} above 1.5. These are medians of {REPEATS} runs in turns, compiled before."
     compiled = statistics.median(row["compiled"] for row in timed.values())
     theirs = statistics.median(row["original_compiled"] for row in timed.values())
     yield f"Compiling takes {compiled:.0f} ms (median), and {theirs:.0f} ms for the original."
