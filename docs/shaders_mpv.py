@@ -125,9 +125,10 @@ and ports from configurations of players) are not part of the repository. The in
 nearest half float, which llvmpipe would truncate. A step of halves is 0.0005 below 1. Times are CPU time at {first},
 medians of runs in turns, and compiling starts without a cache. Machine: {machine}.
 
-Where `adaptive-sharpen.glsl` differs by more than a step of 8 bits, it is in the last column and row of odd sizes, and
-the float64 reference agrees with `numpy`. FSR differs in single pixels. Gathers at the center of a texel (nnedi3's
-other files) read its neighbor on llvmpipe at sizes that are no powers of two. Here they agree with the files without gathers.
+Where `adaptive-sharpen.glsl` differs by more than a step of 8 bits, it is in the last column and row of odd sizes,
+and the float64 reference agrees with `numpy`. FSR differs in single pixels. Gathers at the center of a texel
+(nnedi3's other files) read its neighbor on llvmpipe at sizes that are no powers of two. Here they agree with the
+files without gathers.
 
 | file | what it is | photograph: most, mean | drawing: most, mean | > 1/255 | numpy, original | ratio | compiled in |
 |---|---|--:|--:|--:|--:|--:|--:|

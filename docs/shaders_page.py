@@ -83,9 +83,10 @@ def _tile(path: Path, number: str) -> Image.Image:
 
 
 _OPENING = """`python docs/shaders_page.py` measures published files that are not part of the repository: ISF files of
-Vidvox and others, and the transitions of gl-transitions.com. Both have the MIT license, which also covers what their pictures
-show. The originals run on OpenGL (llvmpipe) in a host that belongs to the tests and shares no code with passgraph. It
-uses real framebuffers, vertex shaders on a quad, and buffers that are kept over 4 frames. Machine: {machine}.
+Vidvox and others, and the transitions of gl-transitions.com. Both have the MIT license, which also
+covers what their pictures show. The originals run on OpenGL (llvmpipe) in a host that belongs to the
+tests and shares no code with passgraph. It uses real framebuffers, vertex shaders on a quad, and
+buffers that are kept over 4 frames. Machine: {machine}.
 
 ### How many are read, and how far they are from the original
 
@@ -95,15 +96,15 @@ counts.
 {driver}
 
 Drivers may choose the last digits of sines, powers and `mod`, the weights of texels, the power of a negative number,
-and the order of additions and multiplications. Some shaders make noise of such digits, or compare numbers that differ only
-there. So each original runs a second time with these *settled*. It then uses the functions and the filter of
+and the order of additions and multiplications. Some shaders make noise of such digits, or compare numbers that differ
+only there. So each original runs a second time with these *settled*. It then uses the functions and the filter of
 [kernels](kernels.md), written in GLSL, and computes in the order of its text. The [conformance suite](conformance.md)
 compares these functions with NumPy. Everything else in a shader is compared with the driver here.
 
 {settled}
 
-These files differ by more with the driver's own functions. The table names the one function that, settled, makes
-them agree:
+These files differ by more with the driver's own functions. The table names the one function that, settled, makes them
+agree:
 
 | farther | steps | pixels | because of | settled |
 |---|--:|--:|---|---|
@@ -191,7 +192,8 @@ def _backends(rows: Rows, bounds: Rows) -> Iterator[str]:
     yield ""
     yield "Bits differ on `gl` where a pass reads 8-bit texels. The driver converts them to floats that are often one"
     yield "step from the exact quotient, and comparisons of equal colors depend on that. The table compares each such"
-    yield f"file with the oracle's [bounds](conformance.md), at {'×'.join(map(str, BOUNDS_SIZE))} with defaults, worst pass:"
+    yield "file with the oracle's [bounds](conformance.md). It shows the worst pass, with defaults, at"
+    yield f"{'×'.join(map(str, BOUNDS_SIZE))}:"
     yield ""
     yield "| other bits | backend | pixels | steps | outside of bounds | undecided |"
     yield "|---|---|--:|--:|--:|--:|"
@@ -217,7 +219,7 @@ def _speed(rows: Rows) -> Iterator[str]:
     over = [(ratio, name) for ratio, name in ratios if ratio > 1.5]
     width, height = SPEED_SIZE
     yield f"CPU time of a frame on `numpy`, divided by that of the original on llvmpipe, at {width}×{height}: median"
-    yield f"{middle:.2f}, {len(over)} of {len(ratios)} above 1.5. These are medians of {REPEATS} runs in turns, compiled before."
+    yield f"{middle:.2f}, {len(over)} of {len(ratios)} above 1.5. Times are medians of {REPEATS} runs, compiled before."
     compiled = statistics.median(row["compiled"] for row in timed.values())
     theirs = statistics.median(row["original_compiled"] for row in timed.values())
     yield f"Compiling takes {compiled:.0f} ms (median), and {theirs:.0f} ms for the original."
