@@ -45,9 +45,9 @@ SHOWN = ("hard", "blur-world", "evsm4", "pcss-32", "penumbra-16")
 OURS, HELD = "penumbra-16", "pcss-32"
 HEADER = """# Speed and error of shadow methods
 
-`python docs/speed_and_error.py` writes this page. `passgraph bench [SCENE…]` measures the same on any scene, and writes a
-report with every picture. `passgraph bench FILE.py --exact NAME` compares the outputs of your own graph with the exact
-one among them.
+`python docs/speed_and_error.py` writes this page. `passgraph bench [SCENE…]` measures the same on any scene, and
+writes a report with every picture. `passgraph bench FILE.py --exact NAME` compares the outputs of your own graph
+with the exact one among them.
 
 - **Time** is the median over frames, with a light that moves, so the shadow map is drawn in each frame. Frames of all
   methods run in turns. The figure is the ratio to the plain frame of the same round, times the median plain frame.
@@ -56,26 +56,26 @@ one among them.
 - **Error** is the error of the share of the light that arrives, compared with rays to a light of some size. It is taken
   over pixels that have the whole light above their own plane.
 - **Penumbra** is the error over pixels whose true share is 0.01 to 0.99.
-- **False lit** are pixels in full shadow that show more than 0.1. **False dark** are pixels in full light that show less
-  than 0.9.
+- **False lit** are pixels in full shadow that show more than 0.1. **False dark** are pixels in full light that show
+  less than 0.9.
 """
 REASONS = """
-Hard < PCF < PCSS is as expected, up to noise. Moment maps mostly cost more than PCSS here, because the light moves: they
-blur the whole map, a million texels, in each frame, and the picture has fewer pixels. With a light that stands still they
-pay once. The depth-aware blur costs as much as PCSS or more. It reads three pictures at 15 taps in two passes at every
-pixel, and PCSS stops early where its search finds no caster.
+Hard < PCF < PCSS is as expected, up to noise. Moment maps mostly cost more than PCSS here, because the light moves:
+they blur the whole map, a million texels, in each frame, and the picture has fewer pixels. With a light that stands
+still they pay once. The depth-aware blur costs as much as PCSS or more. It reads three pictures at 15 taps in two
+passes at every pixel, and PCSS stops early where its search finds no caster.
 """
 STACKS = """
-*False lit* is here the share of the pixels in full shadow. A map shows only the uppermost caster. `pcss` treats all casters
-as one at their mean distance. `penumbra` compares each ray at the far casters, and again at the near ones. Both miss what
-a thin side hides (the shelf's). They also miss strips of a lower caster that are narrow compared with the upper one's
-penumbra (three sheets).
+*False lit* is here the share of the pixels in full shadow. A map shows only the uppermost caster. `pcss` treats all
+casters as one at their mean distance. `penumbra` compares each ray at the far casters, and again at the near ones.
+Both miss what a thin side hides (the shelf's). They also miss strips of a lower caster that are narrow compared
+with the upper one's penumbra (three sheets).
 """
 RADII = (0.01, 0.05, 0.2)
 GROWTH = """
-A filter that compares has a fixed number of taps here. Wider penumbrae cost it more only where more pixels find a caster.
-Moment maps are blurred with a box made of blocks, so their cost grows with the square root of the width. A constant cost
-was expected. The rest of their cost is four passes over the whole map.
+A filter that compares has a fixed number of taps here. Wider penumbrae cost it more only where more pixels find a
+caster. Moment maps are blurred with a box made of blocks, so their cost grows with the square root of the width. A
+constant cost was expected. The rest of their cost is four passes over the whole map.
 """
 CHOICE = """## Which method when
 
@@ -87,7 +87,7 @@ CHOICE = """## Which method when
 | smooth edges a few texels wide | `"pcf"`, 3 to 5 texels | cheap, and no light leaks |
 | the highest accuracy, time to spare | `"pcss"`, 64 taps | full size everywhere |
 | the same under stacked casters, wide lamps | `"penumbra"`, 32 taps | casters near and far apart |
-| wide shadows of a light that stands still | `"vsm"`, `"evsm4"`, `"msm"` | the map is blurred once for each position of the light |
+| wide shadows of a light that stands still | `"vsm"`, `"evsm4"`, `"msm"` | one blur for each position of the light |
 """
 
 
