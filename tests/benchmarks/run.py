@@ -292,7 +292,7 @@ def page(outcomes: Sequence[Outcome], growth: str, quick: bool) -> str:
         "",
         "## Ratios",
         "",
-        "Medians of runs in turns. A ratio is passgraph's time divided by the other's; the reverse if a minimum is wanted.",
+        "Medians of runs in turns. A ratio is passgraph's time divided by the other's, or the reverse for a minimum.",
         "",
         markdown(outcomes),
         "",
