@@ -106,7 +106,8 @@ def prepare_docstring(app: Sphinx, what: str, name: str, about: object, options:
     ``name : meaning`` in a list of parameters becomes a name with an indented meaning: types are in the signature. A
     paragraph behind such a list becomes a section of its own.
     """
-    section, written = "", []
+    # napoleon would take what stands before a colon in the first line of an attribute for its type.
+    section, written = "", [""] if what in ("attribute", "property") else []
     for number, line in enumerate(lines):
         if number + 1 < len(lines) and line and set(lines[number + 1].strip()) == {"-"}:
             section = line.strip()
