@@ -106,8 +106,10 @@ def prepare_docstring(app: Sphinx, what: str, name: str, about: object, options:
     ``name : meaning`` in a list of parameters becomes a name with an indented meaning: types are in the signature. A
     paragraph behind such a list becomes a section of its own.
     """
-    # napoleon would take what stands before a colon in the first line of an attribute for its type.
-    section, written = "", [""] if what in ("attribute", "property") else []
+    if what in ("attribute", "property") and lines:
+        # napoleon reads the words before a colon in the first line as a type.
+        lines[0] = lines[0].replace(": ", " – ")
+    section, written = "", []
     for number, line in enumerate(lines):
         if number + 1 < len(lines) and line and set(lines[number + 1].strip()) == {"-"}:
             section = line.strip()
