@@ -120,7 +120,7 @@ def prepare_docstring(app: Sphinx, what: str, name: str, about: object, options:
         begins = number > 0 and not lines[number - 1] and line[:1].strip() and not after.startswith("    ")
         if section in LISTED and begins and set(after.strip()) != {"-"}:
             section = ""
-            written += ["Notes", "-----"]
+            written += ["Examples", "--------"] if line.startswith(">>>") else ["Notes", "-----"]
         written.append(line)
     lines[:] = written
 
