@@ -64,7 +64,7 @@ A backend conforms if every value of every target of every pass lies within its 
   allow it.
 
 OpenGL leaves to the driver which grid corners are rounded to, and how attributes are interpolated from unrounded
-corners. On `gl` a corner may be anywhere within 1/256 pixel. Elsewhere [rule 2](rasterisation.md) gives its place.
+corners. On `gl` a corner may be anywhere within 1/256 pixel. Elsewhere [rule 2](rasterization.md) gives its place.
 
 ```sh
 passgraph conform --backend gl --report gl.html    # the suite, with pictures of what diverges

@@ -201,7 +201,7 @@ def strip(pictures: Sequence[Image.Image], columns: int) -> Image.Image:
 
 
 def write_picture(picture: Image.Image, path: Path) -> None:
-    """WebP in true colour: without loss where that is small enough, else of the best quality that is."""
+    """WebP in true color: without loss where that is small enough, else of the best quality that is."""
     path.parent.mkdir(parents=True, exist_ok=True)
     picture.save(path, "WEBP", lossless=True, method=4)
     for quality in QUALITIES:

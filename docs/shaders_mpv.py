@@ -46,7 +46,7 @@ CHOSEN = {
     "Anime4K_Thin_VeryFast.glsl": "lines made thinner",
     "Anime4K_Clamp_Highlights.glsl": "least and most around",
     "FSR.glsl": "FSR 1 of the luma, EASU and RCAS",
-    "FSR_EASU_RGB.glsl": "EASU of the colours",
+    "FSR_EASU_RGB.glsl": "EASU of the colors",
     "AMD_CAS.glsl": "CAS",
     "adaptive-sharpen.glsl": "gathers and sorts",
     "SSimSuperRes.glsl": "passes at several stages",
