@@ -19,7 +19,7 @@ import passgraph
 import passgraph.engines
 from passgraph.commands.apply import apply
 from passgraph.effects.parameters import Parameter
-from passgraph.effects.registry import EFFECTS
+from passgraph.effects.effect_table import EFFECTS
 from passgraph.language.library import written_function
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.symbols import WRITTEN

@@ -12,7 +12,7 @@ from passgraph.effects.ambient.ambient_occlusion import ambient_occlusion_passes
 from passgraph.effects.ambient.contact import contact_passes
 from passgraph.scene import Material, Mesh, Node
 from passgraph.scene.matrices import translation
-from passgraph.scene.shipped import box, cylinder
+from passgraph.scene.shipped_scene import box, cylinder
 
 #: Legs of the table: radius and height in scene units, and where they stand (x, z).
 LEG_RADIUS, LEG_HEIGHT = 0.06, 1.0

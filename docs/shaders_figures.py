@@ -29,8 +29,8 @@ from originals import Original, Picture
 
 import passgraph as pg
 from passgraph.errors import PassgraphError
-from passgraph.plan.collect import inputs_behind
-from passgraph.shaders.load import load_shader
+from passgraph.plan.dependencies import inputs_behind
+from passgraph.shaders.shader_file import load_shader
 from passgraph.verify.compare import compare
 from passgraph.verify.report import other_bits
 from tests.offscreen import offscreen

@@ -21,10 +21,10 @@ if str(root) not in sys.path:
     sys.path.insert(0, str(root))
 
 from passgraph.backends.registry import open_backend
+from passgraph.bench.bench_report import as_markdown, difference, grey, plot_name, processor, truth_line, write_report
+from passgraph.bench.bench_scenes import SCENES, scene_named
 from passgraph.bench.measure import Row, SceneResult, Settings, measure
 from passgraph.bench.methods import METHODS, frame_without_shadows
-from passgraph.bench.report import as_markdown, difference, grey, plot_name, processor, truth_line, write_report
-from passgraph.bench.scenes import SCENES, scene_named
 from passgraph.bench.timing import frame_times
 from passgraph.bench.truth import PENUMBRA
 from passgraph.pictures import save

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     )
     from passgraph.effects.ambient.contact import Contact, contact, contact_passes
     from passgraph.effects.checked import effect
+    from passgraph.effects.effect_table import EFFECTS
     from passgraph.effects.pictures.auto_exposure import auto_exposure
     from passgraph.effects.pictures.black_and_white import black_and_white
     from passgraph.effects.pictures.bloom import bloom
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.tone_map import tone_map
     from passgraph.effects.pictures.vignette import vignette
     from passgraph.effects.planar_shadows.planar import Planar, planar, planar_passes
-    from passgraph.effects.registry import EFFECTS
     from passgraph.effects.screen.contact_shadow import contact_shadow
     from passgraph.effects.screen.depth_of_field import depth_of_field
     from passgraph.effects.screen.fog import fog
@@ -80,7 +80,7 @@ def __getattr__(name: str) -> Any:
     if name in _HOME:
         found = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
     else:
-        from passgraph.effects.registry import function_named
+        from passgraph.effects.effect_table import function_named
 
         found = function_named(name)
         if found is None:

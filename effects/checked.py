@@ -124,7 +124,8 @@ def effect(name: str, takes: Takes = "picture", *, linear: bool = False) -> Call
     """A decorator: a `checked` function that the command line, the documentation and conformance know by a name.
 
     They read its parameters from its signature (`passgraph.effects.parameters`), their help from its docstring.
-    `passgraph.effects.registry` finds it by this decorator's text: write the name and what it takes as plain strings.
+    `passgraph.effects.effect_table` finds it by this decorator's text: write the name and what it takes as plain
+    strings.
 
     Parameters
     ----------

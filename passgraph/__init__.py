@@ -44,33 +44,35 @@ from passgraph.run.program import Program
 from passgraph.run.result import Result
 
 if TYPE_CHECKING:
-    from passgraph.backends import gl, opencl
-    from passgraph.frames.run import frames
-    from passgraph.frames.tiles import tiled
-    from passgraph.frames.tiles_lazy import lazily_tiled
+    from passgraph.files.run import frames
     from passgraph.graph.reductions import histogram, reduce
+    from passgraph.hosts import gl, opencl
     from passgraph.pictures import load, save
     from passgraph.scene import Camera, HardwareDepth, Light, Material, Mesh, Node, Scene, Texture
-    from passgraph.shaders.load import load_shader
-    from passgraph.travel import from_data, to_data
+    from passgraph.serialize import from_data, to_data
+    from passgraph.shaders.shader_file import load_shader
+    from passgraph.tiles.chunks import map_blocks
+    from passgraph.tiles.lazy_array import lazily_tiled
+    from passgraph.tiles.tiled import tiled
     from passgraph.volumes import stacked
 
 __version__ = "0.1.0"
 
 _LATER = {
-    "load": "passgraph.pictures", "save": "passgraph.pictures",
-    "load_shader": "passgraph.shaders.load",
-    "tiled": "passgraph.frames.tiles", "lazily_tiled": "passgraph.frames.tiles_lazy",
+    "frames": "passgraph.files.run", "load": "passgraph.pictures", "save": "passgraph.pictures",
+    "load_shader": "passgraph.shaders.shader_file",
+    "tiled": "passgraph.tiles.tiled", "lazily_tiled": "passgraph.tiles.lazy_array",
+    "map_blocks": "passgraph.tiles.chunks",
     "histogram": "passgraph.graph.reductions", "reduce": "passgraph.graph.reductions",
-    "from_data": "passgraph.travel", "to_data": "passgraph.travel", "stacked": "passgraph.volumes",
+    "from_data": "passgraph.serialize", "to_data": "passgraph.serialize", "stacked": "passgraph.volumes",
     **dict.fromkeys(
         ("Camera", "HardwareDepth", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"
     ),
 }  # fmt: skip
 
 
-#: Packages under a shorter name.
-_MODULES = {"frames": "passgraph.frames", "gl": "passgraph.backends.gl", "opencl": "passgraph.backends.opencl"}
+#: Modules under a shorter name.
+_MODULES = {"gl": "passgraph.hosts.gl", "opencl": "passgraph.hosts.opencl"}
 
 
 def __getattr__(name: str) -> Any:
@@ -95,8 +97,8 @@ __all__ = [
     "HardwareDepth", "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options",
     "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil", "Target", "TargetSpec", "Texture", "Value",
     "combine", "compile", "draw", "fragment", "frames", "from_data", "function", "gl", "graph", "histogram", "kernel",
-    "lazily_tiled", "load", "load_shader", "opencl", "previous", "reduce", "save", "stacked", "struct", "target",
-    "tiled", "to_data", "vertex",
+    "lazily_tiled", "load", "load_shader", "map_blocks", "opencl", "previous", "reduce", "save", "stacked",
+    "struct", "target", "tiled", "to_data", "vertex",
 ]  # fmt: skip
 # Names of the kernel language, written by docs/stubs.py.
 __all__ += [

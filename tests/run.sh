@@ -123,6 +123,7 @@ step() {
 }
 step ruff format --check .
 step ruff check .
+step lint-imports
 step mypy
 if [ ${#failed[@]} -gt 0 ]; then
     heading "failed before the tests"

@@ -19,7 +19,7 @@ from passgraph.graph.targets import Target
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
 from passgraph.verify.compare import Report, compare, distance
-from passgraph.verify.oracle.passes import OPTIONS
+from passgraph.verify.oracle.pass_bounds import OPTIONS
 from passgraph.verify.report import other_bits
 from tests.agreement import assert_within_bounds
 

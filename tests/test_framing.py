@@ -12,7 +12,7 @@ from passgraph.errors import InputError
 from passgraph.scene import Camera, Node, Scene
 from passgraph.scene.camera import FRAME_MARGIN
 from passgraph.scene.matrices import scaling
-from passgraph.scene.shipped import box
+from passgraph.scene.shipped_scene import box
 
 FULL = 1.0 / (1.0 + FRAME_MARGIN)
 

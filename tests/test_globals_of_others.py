@@ -74,7 +74,8 @@ numba.get_num_threads()
 before = state()
 import passgraph as pg
 from passgraph.effects import bloom, gaussian_blur, soft_shadow
-from passgraph.frames import frames, Pictures, ToPictures, ToVideo, ToAnimation, Video
+from passgraph import frames
+from passgraph.files import Pictures, ToPictures, ToVideo, ToAnimation, Video
 from passgraph.verify.compare import compare
 
 folder = Path(sys.argv[1])

@@ -60,7 +60,7 @@ def test_dask_and_tiles_make_the_same_of_it(tmp_path: Path) -> None:
     graph = gaussian_blur(pg.Input("frame"), sigma_px=1.0, radius_px=2)
     with pg.compile(graph) as program:
         (whole,) = program(frame=GREY).values()
-        blocks = program.map_blocks(dask_array.from_array(GREY, chunks=(4, 5))).compute(scheduler="synchronous")
+        blocks = pg.map_blocks(program, dask_array.from_array(GREY, chunks=(4, 5))).compute(scheduler="synchronous")
     np.testing.assert_array_equal(blocks, whole)
     tifffile.imwrite(tmp_path / "grey.tif", GREY)
     for source in (GREY, str(tmp_path / "grey.tif")):

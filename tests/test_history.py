@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.frames.pictures import Arrays, Pictures, ToArrays, ToPictures
+from passgraph.files.sequences import Arrays, Pictures, ToArrays, ToPictures
 
 ADD = pg.kernel(source="def add(a: Image, b: Image) -> float: return a[0, 0].r + b[0, 0].r")
 KEPT = pg.kernel(source="def kept(a: Image) -> float: return a[0, 0].r")

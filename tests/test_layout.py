@@ -1,4 +1,7 @@
-"""The shape of the repository: packages, types, weight of the import, and imports that go one way."""
+"""The shape of the repository: packages, types, and weight of the import.
+
+`lint-imports` (pyproject.toml) holds the direction of imports.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +10,9 @@ import os
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-import networkx as nx
 import pytest
 
 root = Path(__file__).resolve().parent.parent
@@ -124,90 +125,7 @@ def test_import_is_light() -> None:
 def test_import_loads_no_driver_and_no_compiler() -> None:
     heavy = {
         "numba", "llvmlite", "trimesh", "scipy", "moderngl", "OpenGL", "pyopencl", "PIL", "OpenEXR", "av", "rich",
-        "passgraph.frames",
+        "passgraph.files", "passgraph.tiles", "passgraph.effects", "passgraph.glsl",
     }  # fmt: skip
     loaded = run_python("import passgraph, sys; print(*sys.modules)").split()
     assert heavy & set(loaded) == set()
-
-
-# Direction of imports
-
-
-def imported(tree: ast.Module, *, inside_functions: bool) -> Iterator[str]:
-    """What a module imports when it runs: modules, and `module.name` for `from module import name`."""
-    pending: list[ast.AST] = list(tree.body)
-    while pending:
-        node = pending.pop()
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, "imports are absolute"
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
-        elif isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
-            pending += node.orelse
-        elif inside_functions or not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
-            pending += ast.iter_child_nodes(node)
-
-
-@cache
-def import_graph(*, inside_functions: bool) -> nx.DiGraph:
-    """An edge from each module to those of passgraph that it imports."""
-    known = modules()
-    graph = nx.DiGraph()
-    graph.add_nodes_from(known)
-    for name, path in known.items():
-        for target in imported(ast.parse(path.read_text()), inside_functions=inside_functions):
-            module = target if target in known else target.rpartition(".")[0]
-            if module in known and module != name:
-                graph.add_edge(name, module)
-    return graph
-
-
-def is_in(module: str, part: str) -> bool:
-    return f"{module}.".startswith(f"passgraph.{part}.")
-
-
-#: In the order in which data go through them.
-STOREYS = [
-    "language", "shaders.glsl", "graph", "scene", "plan", "travel", "backends", "run", "frames", "effects", "engines",
-    "verify", "commands",
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("part", "later"),
-    [
-        ("errors", ["pictures", *STOREYS]),
-        ("pictures", STOREYS),
-        ("language", STOREYS[1:]),
-        ("shaders.glsl", STOREYS[2:]),
-        ("graph", STOREYS[3:]),
-        ("scene", STOREYS[4:]),
-        ("plan", ["travel", "run", "frames", "backends", "effects", "verify", "commands"]),
-        ("travel", ["run", "frames", "backends", "effects", "verify", "commands"]),
-        ("backends", ["travel", "run", "frames", "effects", "engines", "verify", "commands"]),
-        ("run", ["frames", "effects", "engines", "verify", "commands"]),
-        ("frames", ["effects", "verify", "commands"]),
-        ("backends.numpy.machine", ["backends.numpy.vector", "backends.numpy.pixels", "backends.numpy.raster"]),
-        ("backends.numpy.vector", ["backends.numpy.pixels", "backends.numpy.raster"]),
-        ("backends.numpy.pixels", ["backends.numpy.raster"]),
-        ("backends.numpy.raster", ["backends.numpy.pixels"]),
-        ("effects", ["frames", "engines", "verify", "commands"]),
-        ("engines", ["frames", "verify", "commands"]),
-        ("verify", ["commands"]),
-    ],
-)
-def test_imports_go_one_way(part: str, later: list[str]) -> None:
-    """Imports inside functions count too: what a part needs must come before it."""
-    backwards = [
-        f"{source} imports {target}"
-        for source, target in import_graph(inside_functions=True).edges
-        if is_in(source, part) and any(is_in(target, name) for name in later)
-    ]
-    assert backwards == []
-
-
-def test_no_modules_import_each_other_in_a_circle() -> None:
-    """Not inside functions either; only names in annotations may come from a module that comes later."""
-    circles = [sorted(part) for part in nx.strongly_connected_components(import_graph(inside_functions=True))]
-    assert [circle for circle in circles if len(circle) > 1] == []

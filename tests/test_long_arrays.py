@@ -16,10 +16,10 @@ import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
 from passgraph.errors import BackendError, GraphError, InputError, KernelError
+from passgraph.glsl.shader import parse
 from passgraph.language.long_arrays import layout_of, numbers_in, picture_of
 from passgraph.language.types import INT, NAMED, UINT, Array
 from passgraph.scene import Mesh
-from passgraph.shaders.glsl.shader import parse
 from passgraph.verify.compare import compare
 
 RNG = np.random.default_rng(5)

@@ -16,7 +16,7 @@ import passgraph as pg
 from docs.conformance import MUTANTS, PARTS, mutant_text
 from docs.folders import PICTURE, drawn, folder_graph
 from docs.sentences import riddles, sentences, words
-from passgraph.effects.registry import EFFECTS
+from passgraph.effects.effect_table import EFFECTS
 from tests.commands.told import Outcome
 
 ROOT = Path(__file__).resolve().parents[1]

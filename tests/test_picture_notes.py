@@ -11,8 +11,8 @@ from PIL import ExifTags, Image, ImageCms
 
 import passgraph as pg
 from passgraph.commands.entry import run
-from passgraph.frames import Pictures, ToPictures
-from passgraph.frames.names import Pattern
+from passgraph.files import Pictures, ToPictures
+from passgraph.files.names import Pattern
 
 PROFILE = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
 COLOURS = np.linspace(0, 255, 4 * 6 * 3).astype(np.uint8).reshape(4, 6, 3)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.frames import Arrays, Frame, ToArrays
-from passgraph.frames.frame import Sink
+from passgraph.files import Arrays, Frame, ToArrays
+from passgraph.files.frame import Sink
 from passgraph.run.caller_arrays import LEAST, Spare, room_of
 
 DIM = "def dim(color: Image) -> vec4: return color[0, 0] * 0.5"

@@ -15,7 +15,7 @@ from PIL import Image
 from passgraph.errors import InputError
 from passgraph.scene import Scene
 from passgraph.scene import materials as material_module
-from passgraph.scene.load import load_scene
+from passgraph.scene.load_scene import load_scene
 from passgraph.scene.matrices import transform_points
 
 QUAD = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"

@@ -13,7 +13,7 @@ from passgraph.errors import InputError
 from passgraph.scene import Material, Mesh, Node, Scene, Texture, merge
 from passgraph.scene.ground import floor_material, floor_node
 from passgraph.scene.matrices import rotation_y, scaling, translation
-from passgraph.scene.shipped import ball, box, cylinder
+from passgraph.scene.shipped_scene import ball, box, cylinder
 from passgraph.scene.teapot import teapot_mesh
 
 POINTS = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]

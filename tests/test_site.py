@@ -14,7 +14,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.commands.entry import COMMANDS, group
-from passgraph.effects.registry import EFFECTS
+from passgraph.effects.effect_table import EFFECTS
 
 ROOT = Path(__file__).resolve().parents[1]
 

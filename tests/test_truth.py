@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.scene.matrices import translation
-from passgraph.scene.shipped import ball
+from passgraph.scene.shipped_scene import ball
 from passgraph.truth import first_surfaces, open_tracer, share, tracers, visible_share, visible_shares
 from passgraph.truth.surfaces import casting_triangles
 from passgraph.truth.tracers import TracerName

@@ -9,7 +9,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.scene.matrices import translation
-from passgraph.scene.shipped import ball
+from passgraph.scene.shipped_scene import ball
 from passgraph.truth import first_surfaces, visible_share
 from tests.effects.scenes import cube, floor
 

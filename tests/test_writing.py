@@ -17,11 +17,11 @@ import pytest
 
 import passgraph as pg
 from passgraph import interrupts, writing
-from passgraph.bench.report import Point, pareto_plot
-from passgraph.frames.animation_sink import ToAnimation
-from passgraph.frames.pictures import Arrays, ToPictures
-from passgraph.frames.run import frames
-from passgraph.frames.video_sink import ToVideo
+from passgraph.bench.bench_report import Point, pareto_plot
+from passgraph.files.animation_sink import ToAnimation
+from passgraph.files.run import frames
+from passgraph.files.sequences import Arrays, ToPictures
+from passgraph.files.video_sink import ToVideo
 from passgraph.writing import NewFile, write_text
 
 PICTURE = np.zeros((8, 8, 4), np.float32)

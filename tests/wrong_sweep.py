@@ -17,9 +17,9 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects.checked import Choice
-from passgraph.effects.registry import EFFECTS, effect_named
+from passgraph.effects.effect_table import EFFECTS, effect_named
+from passgraph.files import Arrays, ToArrays
 from passgraph.formats import FORMATS, format_named
-from passgraph.frames import Arrays, ToArrays
 from passgraph.graph.draw_state import DrawState
 from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
 from passgraph.verify.compare import compare
@@ -159,7 +159,7 @@ def _lazily_tiled(**given: Any) -> None:
 def _map_blocks(array: Any, by: Any) -> None:
     scaled = pg.kernel(source="def scaled(c: Image, by: float) -> vec4: return c[0, 0] * by")
     with pg.compile(scaled(pg.Input("frame"), pg.Value("by", float))) as program:
-        program.map_blocks(array, by=by)
+        pg.map_blocks(program, array, by=by)
 
 
 @cache
@@ -298,7 +298,7 @@ CALLS: list[Call] = [
          one=Arrays([FRAME])),
     call("tiled", _tiled, graph=kernel("copy")(pg.Input("frame")), source=FRAME, sink=FRAME, memory="1 GB", values=None,
                   dtype=None, tile=(4, 4), size=None, backend="numpy", options=None, non_finite="error", client=None),
-    call("Program.map_blocks", _map_blocks, array=FRAME, by=1.0),
+    call("map_blocks", _map_blocks, array=FRAME, by=1.0),
     call("opencl.Host", _host, queue=None),
     call("opencl.Host.buffer", lambda **given: _of_host("buffer", **given), buffer=None, size=(8, 4), format="rgba8",
          offset=0, row_pitch=None, pixel_pitch=None, order=None, origin="top"),

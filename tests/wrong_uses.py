@@ -11,7 +11,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph import effects
-from passgraph.effects.registry import EFFECTS, effect_named
+from passgraph.effects.effect_table import EFFECTS, effect_named
 from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
 from passgraph.verify.compare import compare
 from tests.wrong_sweep import CALLS

@@ -187,7 +187,7 @@ class GLSL(CLike):
         return super().operation(op, arguments)
 
     def _hidden(self, operand: s.Operand, among_constants: bool = False) -> str:
-        """An operand that compilers cannot take for 0: see :mod:`.foreseen`.
+        """An operand that compilers cannot take for 0: see :mod:`.dialect`.
 
         Beside constants alone only a written zero is hidden: what they give together is computed right.
         """

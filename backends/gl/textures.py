@@ -114,7 +114,7 @@ class Surface:
 class Texture:
     """One storage.  ``name`` is OpenGL's name of the texture, usable by others in the same context.
 
-    Of what is not ours (:mod:`passgraph.backends.gl.host_pictures`) the rest says what it is and how the picture lies in it.
+    Of what is not ours (:mod:`passgraph.hosts.gl_pictures`) the rest says what it is and how the picture lies in it.
     """
 
     name: int

@@ -199,7 +199,7 @@ def buffer_picture(
     context: Any, memory: Any, size: tuple[int, int], format_: Format, *, offset: int = 0, row_pitch: int | None = None,
     pixel_pitch: int | None = None, order: str | None = None, origin: str = "top",
 ) -> BufferPicture:  # fmt: skip
-    """A picture in a buffer; see `passgraph.backends.opencl.host.Host.buffer`."""
+    """A picture in a buffer; see `passgraph.hosts.opencl.Host.buffer`."""
     what = "host.buffer"
     width, height = size
     number = format_.bits // 8

@@ -16,9 +16,9 @@ import passgraph as pg
 from docs.engines.demo import functions, gray_and_soft
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.context import Current
-from passgraph.backends.gl.host_pictures import attached
-from passgraph.backends.gl.isolation import current_state
 from passgraph.effects.pictures.blur import gaussian_weights
+from passgraph.hosts.gl_isolation import current_state
+from passgraph.hosts.gl_pictures import attached
 
 _VERTEX = """#version 330
 void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }

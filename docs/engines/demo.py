@@ -24,11 +24,11 @@ if sys.path[0] == str(root / "docs" / "engines"):
 import passgraph as pg
 from passgraph.backends.gl.context import Current
 from passgraph.backends.gl.functions import Functions
-from passgraph.backends.gl.isolation import current_state
 from passgraph.effects import black_and_white, gaussian_blur
 from passgraph.effects.ambient.ambient_occlusion import occlusion
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.engines.attachment import Attachment
+from passgraph.hosts.gl_isolation import current_state
 
 Picture = NDArray[np.uint8]
 FOLDER = root / "docs" / "images" / "engines"

@@ -6,9 +6,9 @@ world_file, lens_spots, picture, bake.
 
 from passgraph.effects.light2d.grid import distance_grid, occlusion
 from passgraph.effects.light2d.light_map import light_map, lit
+from passgraph.effects.light2d.light_tiles import LiveLight, live_light_map
 from passgraph.effects.light2d.smoothing import smoothed
 from passgraph.effects.light2d.sprites import LampCache, Mover, moving_shadows
-from passgraph.effects.light2d.tiles import LiveLight, live_light_map
 from passgraph.effects.light2d.world import Light2D, Wall, Window
 from passgraph.effects.light2d.world_file import World2D
 

@@ -10,10 +10,10 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects.checked import checked
+from passgraph.effects.light2d.light_tiles import tiled_light
 from passgraph.effects.light2d.penumbra import gradient
 from passgraph.effects.light2d.smoothing import mixed_light
 from passgraph.effects.light2d.sprites import around, shadow_of
-from passgraph.effects.light2d.tiles import tiled_light
 from passgraph.effects.light2d.world import Float64, Light2D, Point, Wall, Window, all_edges, in_reach
 from passgraph.effects.pictures.stretched import WHOLE_CLIP, black, drawn, in_window, whole
 from passgraph.effects.quantities import Color

@@ -1,5 +1,5 @@
 # mypy: disable-error-code="no-any-return"
-"""Planar reflection and shadows with a stencil buffer, and fog: eight steps in a fixed order."""
+"""Planar shadows: matrices that flatten a scene onto planes, the kernels, and the draws, one flattened copy a light."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import Const, Image, clamp, discard, dot, exp, mat3, mat4, normalize, smoothstep, vec2, vec3, vec4
 from passgraph.effects.checked import checked, effect
-from passgraph.effects.passes import picture_of
+from passgraph.effects.effect_options import picture_of
 from passgraph.effects.pictures.tone_map import tone_map
 from passgraph.effects.quantities import Color, Height, NotNegative, Share, Width
 from passgraph.effects.shadows.shadow_light import KINDS, light_at
 from passgraph.effects.surfaces.batches import batches, merged
 from passgraph.effects.surfaces.engine_depth import DepthFrame, depth_frame, distance_held
-from passgraph.effects.surfaces.textures import TextureInputs
+from passgraph.effects.surfaces.material_textures import TextureInputs
 from passgraph.effects.surfaces.views import LightFrame, View, view_from_world
 from passgraph.scene.matrices import translation
 

@@ -17,7 +17,7 @@ from passgraph.effects.shadows.shadow_light import share_of
 from passgraph.effects.shadows.soft_shadow import blurred_shadows, decided, lights_of, width_of_edges
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.g_buffer import GBuffer
-from passgraph.effects.surfaces.textures import TextureInputs
+from passgraph.effects.surfaces.material_textures import TextureInputs
 from passgraph.effects.surfaces.views import Casters, View
 
 

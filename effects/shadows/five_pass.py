@@ -12,7 +12,7 @@ import numpy as np
 import passgraph as pg
 from passgraph import Const, Image, discard, length, mat3, mat4, output_size, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import checked, effect
-from passgraph.effects.passes import picture_of
+from passgraph.effects.effect_options import picture_of
 from passgraph.effects.pictures.tone_map import encode_srgb
 from passgraph.effects.quantities import Color, MapSize, NotNegative
 from passgraph.effects.shadows.five_pass_blur import BlurKernel, WeightsFrom, blur_mask
@@ -22,7 +22,7 @@ from passgraph.effects.shadows.shadow_map import NOTHING, caster_meshes, shadow_
 from passgraph.effects.surfaces.batches import Batch, batches
 from passgraph.effects.surfaces.g_buffer import Surface, place, sided
 from passgraph.effects.surfaces.geometry import facing
-from passgraph.effects.surfaces.textures import TextureInputs
+from passgraph.effects.surfaces.material_textures import TextureInputs
 from passgraph.effects.surfaces.views import Casters, LightFrame, MapView, View
 from passgraph.srgb import linear_to_srgb
 

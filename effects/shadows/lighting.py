@@ -24,7 +24,7 @@ from passgraph.effects.shadows.shadow_light import KINDS, add_light, add_shadowe
 from passgraph.effects.shadows.shadow_map import CasterMesh, caster_meshes, shadow_map
 from passgraph.effects.surfaces.g_buffer import GBuffer
 from passgraph.effects.surfaces.map_fit import MARGIN_TEXELS, Fit, pieces_of
-from passgraph.effects.surfaces.textures import TextureInputs
+from passgraph.effects.surfaces.material_textures import TextureInputs
 from passgraph.effects.surfaces.views import Casters, MapView, View
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import passgraph as pg
 from passgraph import Image, discard, dot, mat4, vec2, vec4
 from passgraph.effects.surfaces.batches import merged
-from passgraph.effects.surfaces.textures import TextureInputs
+from passgraph.effects.surfaces.material_textures import TextureInputs
 from passgraph.effects.surfaces.views import Casters, MapView
 
 #: Depth where a map shows no caster: farther than any receiver.

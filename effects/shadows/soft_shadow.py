@@ -10,8 +10,8 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects.checked import checked, effect
+from passgraph.effects.effect_options import picture_of
 from passgraph.effects.parameters import Called
-from passgraph.effects.passes import picture_of
 from passgraph.effects.pictures.blur import gaussian_blur
 from passgraph.effects.pictures.tone_map import Curve, tone_map
 from passgraph.effects.quantities import Color, Exposure, MapSize, NotNegative, Width
@@ -27,7 +27,7 @@ from passgraph.effects.shadows.shadow_light import (
     split_rgb,
 )
 from passgraph.effects.surfaces.g_buffer import GBuffer, g_buffer
-from passgraph.effects.surfaces.textures import TextureInputs
+from passgraph.effects.surfaces.material_textures import TextureInputs
 from passgraph.effects.surfaces.views import Casters, View
 
 HdrFormat = Literal["rgba16f", "rgb32f", "rgba32f"]

@@ -28,7 +28,7 @@ from passgraph import (
 )
 from passgraph.effects.surfaces.batches import Batch, batches, is_textured
 from passgraph.effects.surfaces.geometry import pack_normal
-from passgraph.effects.surfaces.textures import TextureInputs, Use, level_at, mipped
+from passgraph.effects.surfaces.material_textures import TextureInputs, Use, level_at, mipped
 from passgraph.effects.surfaces.views import View
 
 #: Layers that parallax looks through; the crossing between two layers is interpolated.

@@ -12,9 +12,9 @@ import numpy as np
 
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
+from passgraph.bench.bench_scenes import scene_named
 from passgraph.bench.methods import METHODS, Made, Method, frame_without_shadows, passes_of
 from passgraph.bench.metrics import Errors, compared
-from passgraph.bench.scenes import scene_named
 from passgraph.bench.timing import FrameTime, PassTimes, frame_times, pass_times
 from passgraph.bench.truth import Float32, Mask, Truth, truth_of
 from passgraph.effects.shadows.shadow_choice import Hard

@@ -20,15 +20,6 @@ from passgraph.commands.clips import (
     sources_of,
 )
 from passgraph.commands.color_spaces import color_space_options, take_color_spaces
-from passgraph.commands.files import (
-    STREAM,
-    check_apart,
-    check_no_video,
-    is_one_picture,
-    rate_of,
-    tell_of_lost_bits,
-    tell_of_several,
-)
 from passgraph.commands.frames import Converted, FramesJob, Settings, colors_of, red_of, run_clips
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
@@ -46,12 +37,21 @@ from passgraph.commands.options import (
 from passgraph.commands.parameter_options import Changing, FramesOption, check_no_ramps
 from passgraph.commands.running import check_one_picture, check_outputs, run_and_save
 from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job, picture_parameters, pictures_beside
-from passgraph.effects.registry import EFFECTS, Effect
+from passgraph.commands.written_files import (
+    STREAM,
+    check_apart,
+    check_no_video,
+    is_one_picture,
+    rate_of,
+    tell_of_lost_bits,
+    tell_of_several,
+)
+from passgraph.effects.effect_table import EFFECTS, Effect
 from passgraph.errors import InputError
-from passgraph.frames.frame import MOST_JOBS, Source
-from passgraph.frames.names import Pattern, is_film, is_video
-from passgraph.frames.pictures import Held, Numbers, Pictures, Repeated
-from passgraph.frames.pipe import Raw
+from passgraph.files.frame import MOST_JOBS, Source
+from passgraph.files.names import Pattern, is_film, is_video
+from passgraph.files.pipe import Raw
+from passgraph.files.sequences import Held, Numbers, Pictures, Repeated
 from passgraph.graph.targets import Input
 
 if TYPE_CHECKING:
@@ -256,7 +256,7 @@ def apply_to_one(
     holds: HardwareDepth | None, given: dict[str, Any], options: dict[str, Any],
 ) -> int:  # fmt: skip
     """One picture file to one."""
-    from passgraph.frames.pictures import Pictures, ToPictures, bits_of, is_made
+    from passgraph.files.sequences import Pictures, ToPictures, bits_of, is_made
 
     check_apart([picture, *([depth] if depth else [])], [(output, str(picture))])
     check_no_video(options["rate"], options["codec"], options["codec_option"])

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.commands.files import check_folder
 from passgraph.commands.input_values import InputType
 from passgraph.commands.options import BackendType, size_option
 from passgraph.commands.running import file_name, progress
+from passgraph.commands.written_files import check_folder
 from passgraph.errors import InputError
 from passgraph.writing import write_text
 
@@ -108,7 +108,7 @@ def _by_backend(versions: Sequence[Version]) -> dict[str, list[Version]]:
 
 
 def _write(versions: Sequence[Version], file: Path, folder: Path) -> None:
-    from passgraph.bench.report import Point, csv_text, pareto_plot
+    from passgraph.bench.bench_report import Point, csv_text, pareto_plot
     from passgraph.pictures import save
 
     write_text(folder / "results.csv", csv_text(COLUMNS, [_flat(row) for row in versions]))
@@ -205,10 +205,10 @@ def _bench_shadows(
     scenes: tuple[str, ...], output: Path, backends: tuple[str, ...], methods: tuple[str, ...],
     map_sizes: tuple[int, ...], size: tuple[int, int] | None, frames: int | None, quick: bool,
 ) -> None:  # fmt: skip
+    from passgraph.bench.bench_report import write_report
+    from passgraph.bench.bench_scenes import SCENES, scene_named
     from passgraph.bench.measure import Settings, measure
     from passgraph.bench.methods import METHODS, method_named
-    from passgraph.bench.report import write_report
-    from passgraph.bench.scenes import SCENES, scene_named
 
     for name in methods:
         method_named(name)
@@ -233,8 +233,8 @@ def _bench_shadows(
 
 
 def _list() -> None:
+    from passgraph.bench.bench_scenes import SCENES
     from passgraph.bench.methods import METHODS
-    from passgraph.bench.scenes import SCENES
 
     for scene in SCENES.values():
         missing = "" if scene.here else f" (needs {scene.needs})"
@@ -246,7 +246,7 @@ def _list() -> None:
 def _show(result: SceneResult) -> None:
     from rich.console import Console
 
-    from passgraph.bench.report import truth_line
+    from passgraph.bench.bench_report import truth_line
 
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 200)
     console.print(truth_line(result), markup=False, soft_wrap=True)
@@ -260,8 +260,8 @@ def _table(title: str, rows: list[Row]) -> Any:
     from rich import box
     from rich.table import Table
 
+    from passgraph.bench.bench_report import SHOWN
     from passgraph.bench.metrics import front
-    from passgraph.bench.report import SHOWN
 
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("method")

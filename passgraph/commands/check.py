@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from passgraph.language.ir import Parameter
     from passgraph.verify.conformance.case import Picture
     from passgraph.verify.oracle.pace import Pace
-    from passgraph.verify.oracle.passes import Passes
+    from passgraph.verify.oracle.pass_bounds import Passes
     from passgraph.verify.report import Report
 
 
@@ -158,7 +158,7 @@ class Tries:
 
     def _passes(self, title: str, graph: Graph, end: End, pace: Pace, say: Callable[[str], None]) -> bool:
         from passgraph.verify.compare import compared
-        from passgraph.verify.oracle.passes import Passes
+        from passgraph.verify.oracle.pass_bounds import Passes
 
         size, inputs = made_inputs(graph, self.pictures, self.size, SMALL_SIZE)
         given = {**inputs, **run_values(title, graph, self.settings)}
@@ -318,7 +318,7 @@ class _Run:
         make: Callable[[tuple[int, int], int, str], Picture] = plain_input,
     ) -> None:  # fmt: skip
         from passgraph.commands.golden import recorded_run
-        from passgraph.verify.oracle.passes import Passes
+        from passgraph.verify.oracle.pass_bounds import Passes
 
         self.name, self.golden, self.settings = name, golden, settings
         self.made: list[str] = []

@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from passgraph.commands.files import (
+from passgraph.commands.written_files import (
     STREAM,
     check_apart,
     check_folder,
@@ -24,25 +24,17 @@ from passgraph.commands.files import (
     tell_of_unread,
 )
 from passgraph.errors import InputError
-from passgraph.frames.animation import Animation
-from passgraph.frames.animation_sink import ToAnimation
-from passgraph.frames.animation_times import is_animated
-from passgraph.frames.film import Film, rate_given
-from passgraph.frames.frame import Sink, Source
-from passgraph.frames.names import (
-    Pattern,
-    folder_files,
-    glob_files,
-    has_wildcard,
-    is_film,
-    is_video,
-    missing_numbers,
-)
-from passgraph.frames.open import open_source
-from passgraph.frames.pictures import Pictures, Repeated, Still, ToPictures
-from passgraph.frames.pipe import Pipe, Raw, ToPipe
-from passgraph.frames.video import INTERLACED, Video
-from passgraph.frames.video_sink import ToVideo
+from passgraph.files.animation import Animation
+from passgraph.files.animation_sink import ToAnimation
+from passgraph.files.animation_times import is_animated
+from passgraph.files.film import Film, rate_given
+from passgraph.files.frame import Sink, Source
+from passgraph.files.names import Pattern, folder_files, glob_files, has_wildcard, is_film, is_video, missing_numbers
+from passgraph.files.open import open_source
+from passgraph.files.pipe import Pipe, Raw, ToPipe
+from passgraph.files.sequences import Pictures, Repeated, Still, ToPictures
+from passgraph.files.video import INTERLACED, Video
+from passgraph.files.video_sink import ToVideo
 from passgraph.image_files import WRITABLE
 from passgraph.pictures import check_holds_bits
 from passgraph.reading import check_regular

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.commands.files import FLOAT_SUFFIXES
 from passgraph.commands.options import Decorated
-from passgraph.effects.registry import Effect
+from passgraph.commands.written_files import FLOAT_SUFFIXES
+from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.graph.targets import Target
 

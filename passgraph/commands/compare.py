@@ -18,7 +18,7 @@ from passgraph.commands.options import (
 from passgraph.commands.running import progress
 from passgraph.commands.sources import Job, generator_job, picture_job, scene_job, world_job
 from passgraph.commands.verdicts import console, most_ambiguous_option, most_seconds_option, say_equality, say_faults
-from passgraph.effects.registry import Effect
+from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.verify.compare import compare as compare_backends
 from passgraph.verify.report import BackendReport, Report

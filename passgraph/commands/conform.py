@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, get_args
 
 import click
 
-from passgraph.commands.files import check_path
 from passgraph.commands.options import BackendType
+from passgraph.commands.written_files import check_path
 from passgraph.writing import write_text
 
 if TYPE_CHECKING:

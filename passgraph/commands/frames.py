@@ -14,15 +14,15 @@ from passgraph.commands.options import check_computes
 from passgraph.commands.parameter_options import Changing
 from passgraph.commands.running import frame_progress, told
 from passgraph.commands.sources import as_distance, effect_output, in_bytes
-from passgraph.effects.registry import Effect
+from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
-from passgraph.frames.film import Film
-from passgraph.frames.flow import Values
-from passgraph.frames.frame import Frame, Outcome, Source, Stored, Summary
-from passgraph.frames.pipe import Pipe, ToPipe
-from passgraph.frames.remote import connected
-from passgraph.frames.run import frames
-from passgraph.frames.stored import with_channels
+from passgraph.files.film import Film
+from passgraph.files.flow import Values
+from passgraph.files.frame import Frame, Outcome, Source, Stored, Summary
+from passgraph.files.pipe import Pipe, ToPipe
+from passgraph.files.remote import connected
+from passgraph.files.run import frames
+from passgraph.files.stored import with_channels
 from passgraph.graph.targets import OPEN_SRGB, Input, Target, named_outputs
 from passgraph.pictures import scaled
 from passgraph.run.compile import compile

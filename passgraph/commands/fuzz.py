@@ -13,8 +13,8 @@ import click
 
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
-from passgraph.commands.files import check_folder
 from passgraph.commands.options import BackendType, FiniteRange
+from passgraph.commands.written_files import check_folder
 from passgraph.errors import BackendError, DeviceMissingError
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ def _written(failure: Failure, folder: Path, backends: list[Backend]) -> str:
 
 def _replay(path: Path, backends: list[Backend]) -> int:
     from passgraph.verify.fuzz.cases import load
-    from passgraph.verify.fuzz.outcomes import outcome
+    from passgraph.verify.fuzz.search import outcome
 
     files = sorted(path.glob("*.json")) if path.is_dir() else [path]
     failed = 0

@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.commands.files import check_folder
 from passgraph.commands.running import file_name
+from passgraph.commands.written_files import check_folder
 from passgraph.errors import InputError
 from passgraph.formats import Format
 from passgraph.reading import check_regular, read_text
-from passgraph.verify.oracle.passes import Key, Passes
+from passgraph.verify.oracle.pass_bounds import Key, Passes
 from passgraph.writing import write_text
 
 MANIFEST = "manifest.json"

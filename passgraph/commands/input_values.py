@@ -49,7 +49,7 @@ class SettingType(click.ParamType[tuple[str, str]]):
 
 def declared(graph: Graph) -> dict[str, tuple[Value, Type | None]]:
     """The run values behind a graph with the types that kernels take them as; None where they are no plain numbers."""
-    from passgraph.plan.collect import passes_behind
+    from passgraph.plan.dependencies import passes_behind
 
     found: dict[str, tuple[Value, Type | None]] = {}
     for node in passes_behind(list(graph.values())):
@@ -85,7 +85,7 @@ def _parameters(node: Pass, name: str) -> list[Parameter]:
 
 def takers(graph: Graph, value: Value) -> list[Parameter]:
     """The kernels' parameters that a run's value itself is given to, not one derived from it."""
-    from passgraph.plan.collect import passes_behind
+    from passgraph.plan.dependencies import passes_behind
 
     given = [
         (node, name)
@@ -272,7 +272,7 @@ def opened(names: Sequence[str]) -> list[Any]:
 
 def read_inputs(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, Path]]) -> dict[str, Picture]:
     from passgraph.pictures import load
-    from passgraph.plan.collect import inputs_behind
+    from passgraph.plan.dependencies import inputs_behind
 
     known = sorted({name for graph in graphs.values() for name in inputs_behind(list(graph.values()))})
     for name, _ in inputs:
@@ -283,14 +283,14 @@ def read_inputs(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, Path]])
 
 def plain_input(size: tuple[int, int], seed: int, number: str) -> Picture:
     """A picture of usual values, for a channel's type."""
-    from passgraph.verify.conformance.scenes import plausible
+    from passgraph.verify.conformance.case_inputs import plausible
 
     return plausible(size, seed)
 
 
 def extreme_input(size: tuple[int, int], seed: int, number: str) -> Picture:
     """A picture that also holds zeros, negative, huge and tiny values, where the format has them."""
-    from passgraph.verify.conformance.scenes import picture, with_special
+    from passgraph.verify.conformance.case_inputs import picture, with_special
 
     return with_special(picture(size, seed), number)
 
@@ -306,7 +306,7 @@ def made_inputs(
 
     ``made`` makes a picture of a size, with a seed, for a channel's type: `plain_input` or `extreme_input`.
     """
-    from passgraph.plan.collect import inputs_behind
+    from passgraph.plan.dependencies import inputs_behind
 
     first = next(iter(pictures.values()), None)
     chosen = size or (made_size if first is None else (first.shape[1], first.shape[0]))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 from passgraph.arguments import near, shown
 from passgraph.commands.shader_files import effects_of_shader, read_as_volumes
-from passgraph.effects.registry import EFFECTS, Effect, summary_of
+from passgraph.effects.effect_table import EFFECTS, Effect, summary_of
 from passgraph.errors import InputError
 from passgraph.shaders import EXPORT_SUFFIX, NOT_READ, SUFFIXES
 

@@ -13,7 +13,7 @@ from click.core import ParameterSource
 
 from passgraph.arguments import near
 from passgraph.commands.named import is_named, named_effect
-from passgraph.effects.registry import EFFECTS, Effect
+from passgraph.effects.effect_table import EFFECTS, Effect
 from passgraph.errors import BackendError, InputError, PassgraphError
 from passgraph.graph.targets import MAX_SIDE
 from passgraph.run.finite_checks import CHOICES

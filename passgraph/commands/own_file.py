@@ -18,9 +18,9 @@ import passgraph as pg
 from passgraph.arguments import near, shown
 from passgraph.commands.shader_files import ShaderFileEffect
 from passgraph.effects.checked import Mark
+from passgraph.effects.effect_table import Effect
 from passgraph.effects.parameters import Parameter as EffectParameter
 from passgraph.effects.parameters import parameters_of
-from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import TargetSpec, named_outputs

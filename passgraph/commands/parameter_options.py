@@ -11,11 +11,11 @@ import click
 
 from passgraph.commands.input_values import written_value
 from passgraph.commands.options import EffectOption, flag_of
-from passgraph.effects.registry import Effect
+from passgraph.effects.effect_table import Effect
 from passgraph.errors import GraphError, InputError
-from passgraph.frames.flow import Values
-from passgraph.frames.frame import Source
-from passgraph.frames.pictures import Pictures
+from passgraph.files.flow import Values
+from passgraph.files.frame import Source
+from passgraph.files.sequences import Pictures
 from passgraph.graph.run_values import Value
 from passgraph.language.types import BOOL, element_of
 

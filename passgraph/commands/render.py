@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
 import click
 
-from passgraph.commands.files import FLOAT_SUFFIXES, check_path, check_picture_path, rate_of
 from passgraph.commands.frames import complain_of, summary_line
 from passgraph.commands.options import (
     EffectCommand,
@@ -27,11 +26,12 @@ from passgraph.commands.options import (
 from passgraph.commands.running import check_one_picture, check_outputs, frame_progress, progress, run_and_save
 from passgraph.commands.sources import RENDER_SIZE, Job, accepts, job_of_scene, run_values, world_job
 from passgraph.commands.view import VIEW_FIELDS, Seen, View, refuse_view, seen_by, view_options
+from passgraph.commands.written_files import FLOAT_SUFFIXES, check_path, check_picture_path, rate_of
 from passgraph.errors import InputError
 from passgraph.graph.targets import MAX_SIDE, Target
 
 if TYPE_CHECKING:
-    from passgraph.effects.registry import Effect
+    from passgraph.effects.effect_table import Effect
     from passgraph.scene import Camera
 
 
@@ -88,7 +88,7 @@ def _smooth(output: Target, antialias: Antialias, display: bool) -> Target:
 
 def check_turntable(output: Path, capture: Path | None, profile: bool, rate: Fraction | None) -> None:
     """Refuse what cannot be written before the long work."""
-    from passgraph.frames.names import Pattern, is_film
+    from passgraph.files.names import Pattern, is_film
 
     text = os.fspath(output)
     check_one_picture(capture, profile, "--turntable makes several")
@@ -115,9 +115,9 @@ def run_turntable(
     InputError
         The graph does not take its camera anew with each run, or frames cannot be written.
     """
-    from passgraph.frames.open import open_film
-    from passgraph.frames.pictures import Numbers
-    from passgraph.frames.run import frames
+    from passgraph.files.open import open_film
+    from passgraph.files.run import frames
+    from passgraph.files.sequences import Numbers
     from passgraph.run.compile import compile
 
     if all(value.name != "camera" for value in run_values(job.outputs)):

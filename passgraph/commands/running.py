@@ -13,9 +13,9 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.commands.files import FLOAT_SUFFIXES, check_folder, check_picture_path
 from passgraph.commands.options import check_computes
 from passgraph.commands.sources import Job, in_bytes
+from passgraph.commands.written_files import FLOAT_SUFFIXES, check_folder, check_picture_path
 from passgraph.errors import InputError
 from passgraph.pictures import check_holds_bits
 from passgraph.plan.data import Step
@@ -25,7 +25,7 @@ from passgraph.run.finite_checks import NonFinite
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from passgraph.frames.frame import Outcome
+    from passgraph.files.frame import Outcome
     from passgraph.run.program import Program
 
 

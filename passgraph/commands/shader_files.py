@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from passgraph.cached import cached_property
-from passgraph.effects.registry import Effect
+from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.language import ir
 
@@ -29,7 +29,7 @@ def read_as_volumes(program: ir.TypedKernel) -> list[str]:
 def flat_volumes(outputs: Iterable[Any]) -> list[str]:
     """The names of pictures without slices that passes behind these targets read as volumes."""
     from passgraph.graph.targets import PixelPass
-    from passgraph.plan.collect import passes_behind
+    from passgraph.plan.dependencies import passes_behind
 
     passes = [made for made in passes_behind(list(outputs)) if isinstance(made, PixelPass)]
     return [name for one in passes for name in read_as_volumes(one.kernel.program) if one.images[name].slice_count == 1]
@@ -111,7 +111,7 @@ class ShaderFileEffect(Effect):
 
 def effects_of_shader(path: Path) -> Mapping[str, Effect]:
     """The one effect of a shader file, which is parsed and never run."""
-    from passgraph.shaders.load import load_shader
+    from passgraph.shaders.shader_file import load_shader
 
     shader = load_shader(path)
     takes: Any = "picture" if shader.images else "nothing"

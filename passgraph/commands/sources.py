@@ -12,8 +12,8 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.commands.files import is_several
-from passgraph.effects.registry import Effect
+from passgraph.commands.written_files import is_several
+from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.graph.calls import kernel
 from passgraph.graph.run_values import Value, sources_of
@@ -179,7 +179,7 @@ def _load(path: Path, linear: bool) -> NDArray[np.float32]:
 
 def _load_stored(path: Path, linear: bool) -> NDArray[Any]:
     """A picture in its file's own type; what is decoded to linear light, and has no format that says so, as float32."""
-    from passgraph.frames.stored import given
+    from passgraph.files.stored import given
     from passgraph.pictures import load_stored
 
     return given(load_stored(path), InputSpec("frame", srgb=True), linear)

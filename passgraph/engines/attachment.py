@@ -22,15 +22,14 @@ from numpy.typing import ArrayLike
 
 import passgraph as pg
 from passgraph import arguments
-from passgraph.backends.gl import Host, HostFramebuffer, HostPicture
 from passgraph.backends.gl.context import OtherContextError
-from passgraph.backends.gl.host import Isolation
-from passgraph.backends.gl.host_pictures import EmptyPictureError, RegionError
 from passgraph.effects.pictures.decoded import as_it_is
 from passgraph.effects.surfaces.engine_depth import distances
 from passgraph.formats import FORMATS, Format, curved
 from passgraph.graph.run_values import sources_of
-from passgraph.plan.collect import passes_behind
+from passgraph.hosts.gl import Host, HostFramebuffer, HostPicture, Isolation
+from passgraph.hosts.gl_pictures import EmptyPictureError, RegionError
+from passgraph.plan.dependencies import passes_behind
 from passgraph.shaders.containers.effect import ShaderEffect, checked
 
 LOG = logging.getLogger("passgraph.engines")

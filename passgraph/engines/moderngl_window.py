@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from passgraph.backends.gl.host import Isolation
 from passgraph.engines.attachment import Attachment, Effect
 from passgraph.engines.hooks import check_has, hook
+from passgraph.hosts.gl import Isolation
 
 
 def attach(

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.arguments import shown
-from passgraph.backends.gl import Host, HostFramebuffer
-from passgraph.backends.gl.host import Isolation
 from passgraph.engines.attachment import Attachment, Effect, Seen, View, imported
 from passgraph.engines.hooks import check_has, hook
 from passgraph.errors import InputError
+from passgraph.hosts.gl import Host, HostFramebuffer, Isolation
 from passgraph.scene.matrices import look_rotation, translation
 
 

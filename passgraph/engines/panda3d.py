@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.gl import Host, HostFramebuffer
-from passgraph.backends.gl.host import Isolation
 from passgraph.engines.attachment import Attachment, Effect, Seen, View, imported
 from passgraph.errors import InputError
+from passgraph.hosts.gl import Host, HostFramebuffer, Isolation
 
 #: Display regions are drawn in this order; those of scenes and of the 2D overlay are below 1000.
 SORT = 1_000_000

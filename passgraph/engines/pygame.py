@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from passgraph.backends.gl import Host, HostFramebuffer
-from passgraph.backends.gl.host import Isolation
 from passgraph.engines.attachment import Attachment, Effect
 from passgraph.engines.hooks import check_has, hook
 from passgraph.errors import InputError
+from passgraph.hosts.gl import Host, HostFramebuffer, Isolation
 
 #: ``pygame.OPENGL``, and ``pygame.PREALLOC``: that SDL sends a surface of its own to the window.
 _OPENGL, _PREALLOC = 0x2, 0x01000000

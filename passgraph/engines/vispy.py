@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.gl import Host, HostFramebuffer
-from passgraph.backends.gl.host import Isolation
 from passgraph.engines.attachment import Attachment, Effect, Seen, View
 from passgraph.engines.hooks import check_has, hook
+from passgraph.hosts.gl import Host, HostFramebuffer, Isolation
 
 
 def attach(

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.gl import Host, HostFramebuffer
-from passgraph.backends.gl.host import Isolation
 from passgraph.engines.attachment import Attachment, Effect, Seen, View
+from passgraph.hosts.gl import Host, HostFramebuffer, Isolation
 
 #: VTK takes the mean of samples of colors to this power (``vtkOpenGLRenderWindow``, the shader that resolves them).
 SAMPLE_GAMMA = 2.2

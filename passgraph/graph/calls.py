@@ -44,8 +44,8 @@ from passgraph.language.uniform_layout import components, in_range
 if TYPE_CHECKING:
     import networkx as nx
 
+    from passgraph.glsl import Shader
     from passgraph.language.symbols import vec2, vec3, vec4
-    from passgraph.shaders.glsl import Shader
 
 # What a kernel declares to return, and what calling it on targets gives.  For text that is not known to type checkers,
 # nor for a struct, however many fields it has.
@@ -429,7 +429,7 @@ def _definition(definition: Callable[..., Any] | None, source: str | None, name:
 
 
 def _shader(glsl: str, name: str | None) -> Shader:
-    from passgraph.shaders.glsl import parse  # shaders are read by few programs
+    from passgraph.glsl import parse  # shaders are read by few programs
 
     return parse(glsl, name="shader" if name is None else text(name, "the name of a kernel"))
 

@@ -42,7 +42,7 @@ from passgraph.language.values import (
 )
 
 if TYPE_CHECKING:
-    from passgraph.language.frame import Frame
+    from passgraph.language.function_body import Frame
 
 
 @dataclass

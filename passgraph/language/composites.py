@@ -45,7 +45,7 @@ from passgraph.language.values import (
 )
 
 if TYPE_CHECKING:
-    from passgraph.language.frame import Builder
+    from passgraph.language.function_body import Builder
 
 
 def entry(array: ArrayValue, index: ir.Expr, span: Span, name: Namer) -> Part:

@@ -55,7 +55,7 @@ from passgraph.language.values import (
 )
 
 if TYPE_CHECKING:
-    from passgraph.language.frame import Frame
+    from passgraph.language.function_body import Frame
 
 
 #: Whole exponents up to this size are multiplied out.

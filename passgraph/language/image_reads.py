@@ -1,8 +1,4 @@
-"""How kernels read pictures: each method of an image, as a function of typed expressions.
-
-What is more than one texel is written in the language (:mod:`.library`) and inlined; what the graph's handle says of a
-picture (its filter, its levels) stands there as a :class:`~.ir.Property`, known when the graph is compiled.
-"""
+"""Reads of pictures while parsing: texels, filtered samples, levels, sizes, and pictures handed to functions."""
 
 from __future__ import annotations
 

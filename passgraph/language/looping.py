@@ -14,7 +14,7 @@ from passgraph.language.source import Span
 from passgraph.language.types import BOOL, FLOAT, INT
 
 if TYPE_CHECKING:
-    from passgraph.language.frame import Builder
+    from passgraph.language.function_body import Builder
 
 #: Emits statements into the builder's current block.
 Emit: TypeAlias = Callable[[], None]

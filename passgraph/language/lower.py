@@ -10,14 +10,15 @@ import numpy as np
 
 from passgraph.errors import KernelError, KernelLengthError
 from passgraph.formats import Store
-from passgraph.language import ir, long_arrays
+from passgraph.language import ir, lower_arrays
 from passgraph.language import scalar as s
 from passgraph.language.emitter import MIN_CALL, Emitter, eliminate_dead
 from passgraph.language.evaluate import computed
 from passgraph.language.expand import EXPANSIONS, Steps, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared, inner_first
 from passgraph.language.library import prelude_function
-from passgraph.language.long_arrays import Arrays, is_buffer, layout_of
+from passgraph.language.long_arrays import is_buffer, layout_of
+from passgraph.language.lower_arrays import Arrays
 from passgraph.language.lower_loops import Loops, leaves, most_work, names_assigned
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.parameter_limits import bounds
@@ -121,7 +122,7 @@ class Elements:
         name, type_ = self.lowering.prefix + array.name, cast(Array, array.type)
         self.lowering.shared.buffers[name] = type_
         self.lowering.shared.uses.setdefault(name, s.ImageUse(name, layout_of(type_).channels))
-        return long_arrays.entry(self.emitter, array, name, index)
+        return lower_arrays.entry(self.emitter, array, name, index)
 
     def _held_values(self, table: ir.Table) -> tuple[ir.Number, ...]:
         """The values of a constant table as programs hold them; the same tuple at each use."""

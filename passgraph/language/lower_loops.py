@@ -1,7 +1,7 @@
 """Loops on their way into the scalar program: short ones are copied once a trip, others stay.
 
-A loop whose bounds come from data becomes one of the greatest number of trips that they allow (:mod:`.ranges`), which
-is left where the trips that the data ask for are over.
+A loop whose bounds come from data becomes one of the greatest number of trips that they allow (:mod:`.value_ranges`),
+which is left where the trips that the data ask for are over.
 """
 
 from __future__ import annotations

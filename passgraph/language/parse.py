@@ -1,6 +1,6 @@
 """From the text of a kernel to its typed intermediate representation.
 
-Functions are inlined and structs taken apart (:mod:`.frame`); branches, loops and exits are
+Functions are inlined and structs taken apart (:mod:`.function_body`); branches, loops and exits are
 :mod:`.statements`.
 """
 
@@ -12,7 +12,7 @@ from passgraph.errors import KernelError
 from passgraph.language import ir
 from passgraph.language.assignments import Variable
 from passgraph.language.composites import array_part
-from passgraph.language.frame import KEPT, Builder, Frame
+from passgraph.language.function_body import KEPT, Builder, Frame
 from passgraph.language.long_arrays import check_reads
 from passgraph.language.scope import FunctionSource, Scope
 from passgraph.language.signature import VERTEX, read_signature

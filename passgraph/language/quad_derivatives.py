@@ -12,7 +12,7 @@ from passgraph.language.types import FLOAT, INT, IVEC2, Scalar, Vector, element_
 from passgraph.language.typing_rules import apply, widen
 
 if TYPE_CHECKING:
-    from passgraph.language.frame import Builder
+    from passgraph.language.function_body import Builder
 
 
 #: The bit in which pixels differ that lie beside each other along x, or along y.

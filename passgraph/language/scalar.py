@@ -272,7 +272,7 @@ class ScalarProgram:
     builtins: tuple[tuple[str, str], ...]  # name, scalar type
     sources: tuple[Span, ...] = field(default=(), compare=False, repr=False)
     arrays: tuple[tuple[str, str, int], ...] = ()  # name, scalar type, length
-    #: Images that hold long arrays of parameters (:mod:`.buffers`): name, Array of passgraph.language.types.
+    #: Images that hold long arrays of parameters (:mod:`.long_arrays`): name, Array of passgraph.language.types.
     buffers: tuple[tuple[str, object], ...] = ()
     #: Numbers of the first and the last value of each call of a function of the prelude that is long.
     calls: tuple[tuple[int, int], ...] = field(default=(), compare=False, repr=False)

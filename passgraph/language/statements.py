@@ -15,7 +15,7 @@ from passgraph.language.typing_rules import widen
 from passgraph.language.values import decided
 
 if TYPE_CHECKING:
-    from passgraph.language.frame import Builder, Frame
+    from passgraph.language.function_body import Builder, Frame
 
 
 Node = TypeVar("Node", bound=ast.AST)

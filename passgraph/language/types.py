@@ -100,7 +100,7 @@ VEC2, VEC3, VEC4 = (Vector(FLOAT, n) for n in (2, 3, 4))
 IVEC2, IVEC3, IVEC4 = (Vector(INT, n) for n in (2, 3, 4))
 IMAGE = ImageType()
 
-#: Entries of the longest array that is a value; longer ones are parameters, read by index (:mod:`.buffers`).
+#: Entries of the longest array that is a value; longer ones are parameters, read by index (:mod:`.long_arrays`).
 MAX_ARRAY_LENGTH = 1024
 
 #: What an annotation or a constructor call may say, by name.

@@ -8,11 +8,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from passgraph import arguments
 from passgraph.errors import BackendError, GraphError, InputError
-from passgraph.language.scalar import ScalarProgram, trips
 from passgraph.plan.data import DrawStep, PixelStep, Plan, Resource, Step
+
+if TYPE_CHECKING:
+    from passgraph.language.scalar import ScalarProgram
 
 #: Where a device has no limit of its own.
 NONE = 1 << 62
@@ -142,6 +145,8 @@ def _check_numbers(step: Step, program: ScalarProgram, limits: Limits) -> None:
 
 
 def _check_trips(step: Step, program: ScalarProgram, limits: Limits) -> None:
+    from passgraph.language.scalar import trips  # backends import this module before there is a program
+
     # Loops that are left early mostly make few of the trips that they may make.
     made = trips(program.body, certain=True) if limits.trips < NONE else 0
     if made > limits.trips:

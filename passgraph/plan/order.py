@@ -2,37 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from heapq import heapify, heappop, heappush
+from collections.abc import Mapping
 from typing import TypeAlias
 
 from passgraph.graph.targets import Pass, Target, TargetSpec
 from passgraph.plan.data import Memory
+from passgraph.plan.dependencies import topological_order
 from passgraph.plan.work import Work
-
-
-def producers_first(waits: Mapping[Pass, Collection[Pass]], rank: Mapping[Pass, int]) -> list[Pass]:
-    """Each pass after those that it waits for, and of those that may come next the one of the lowest rank first.
-
-    Passes that wait for each other are left out, and so are those that wait for them.
-    """
-    followers: dict[Pass, list[Pass]] = {node: [] for node in waits}
-    for node, before in waits.items():
-        for one in before:
-            followers[one].append(node)
-    missing = {node: len(before) for node, before in waits.items()}
-    ready = [(rank[node], node) for node, count in missing.items() if not count]
-    heapify(ready)
-    sequence: list[Pass] = []
-    while ready:
-        _, node = heappop(ready)
-        sequence.append(node)
-        for follower in followers[node]:
-            missing[follower] -= 1
-            if not missing[follower]:
-                heappush(ready, (rank[follower], follower))
-    return sequence
-
 
 #: Contents that a draw must not write over: each with the draw that takes a copy.
 Copies: TypeAlias = set[tuple[Target, Pass]]
@@ -49,7 +25,7 @@ def order(work: Work) -> tuple[list[Pass], Copies]:
                 work.notes.append(
                     f"copied {content.name} before {lowered.name} draws over it: its content is still needed"
                 )
-    as_written = producers_first(waits, _ranks(work))
+    as_written = topological_order(waits, _ranks(work))
     return (_least_memory(as_written, waits, work) if work.options.order else as_written), copies
 
 
@@ -79,7 +55,7 @@ def dependencies(work: Work) -> tuple[Waits, Copies]:
     in_place = {node: {**others} for node, others in waits.items()}
     for _, draw, others in before:
         in_place[draw] |= dict.fromkeys(others)
-    if len(producers_first(in_place, _ranks(work))) == len(work.passes):
+    if len(topological_order(in_place, _ranks(work))) == len(work.passes):
         return in_place, copies
     return _with_copies(waits, before, copies), copies
 

@@ -13,8 +13,8 @@ from passgraph.errors import GraphError
 from passgraph.formats import Format
 from passgraph.graph.run_values import FRAME_INDEX, sources_of
 from passgraph.graph.targets import InputSpec, Target
-from passgraph.plan.collect import inputs_behind, passes_behind
 from passgraph.plan.data import Options, PixelStep, Plan
+from passgraph.plan.dependencies import inputs_behind, passes_behind
 from passgraph.run.caller_arrays import Admission, bound_to, given_room
 from passgraph.run.finite_checks import NonFinite, PassCheck
 from passgraph.run.result import Into, Observer, Result, Results
@@ -182,56 +182,12 @@ class Program:
                 lines.append(f"- {what} done in a way of this device: {way}")
         return lines
 
-    def map_blocks(self, array: Any = None, /, **given: Any) -> Any:
-        """The result over a dask array, as a dask array of the same chunks: bit for bit that of the whole picture.
-
-        Nothing is computed here: each chunk is one task, which reads its own chunks and, of their neighbours, strips as
-        wide as the passes reach.  The graph travels as plain data; a worker of dask.distributed compiles it once for
-        each shape of chunks and keeps it.
-
-        Parameters
-        ----------
-        array
-            The picture, ``(h, w)`` or ``(h, w, 1 to 4)``, where one input has none yet; its chunks may be any.
-        given
-            Inputs (dask arrays of any chunks, or plain ones) and values (numbers and arrays) by name.
-
-        Returns
-        -------
-        dask.array.Array
-            (height, width, channels) in float32, or in the target's own type where compiled with ``results="stored"``;
-            chunked as the first input of which a chunk needs a part.
-
-        Raises
-        ------
-        GraphError
-            For what cannot be computed in parts (see docs/large-pictures.md), or cannot travel (docs/serialization.md).
-        InputError
-            For a picture or value that does not fit, chunks of unknown sizes, and several results.
-
-        Examples
-        --------
-        >>> import dask.array
-        >>> import passgraph as pg
-        >>> from passgraph.effects.pictures.blur import gaussian_blur
-        >>> picture = dask.array.ones((64, 96, 4), chunks=(40, 50, 4), dtype="float32")
-        >>> with pg.compile(gaussian_blur(pg.Input("frame"), sigma_px=2.0, radius_px=7)) as program:
-        ...     soft = program.map_blocks(picture)
-        >>> soft.chunks, bool(abs(soft - 1.0).max().compute() < 1e-6)
-        (((40, 24), (50, 46), (4,)), True)
-        """
-        # By name: frames are made of programs, so that their code comes after this.
-        from importlib import import_module
-
-        self._check_open()
-        return import_module("passgraph.frames.blocks").map_blocks(self, array, given)
-
     def to_data(self) -> dict[str, Any]:
         """The graph as plain data, for another process or machine to compile: see :func:`passgraph.to_data`.
 
         Of the outputs alone: what `compile` is told beside them (backend, size, options) is for whoever compiles them.
         """
-        from passgraph.travel import to_data
+        from passgraph.serialize import to_data
 
         return to_data(self._outputs)
 

@@ -1,8 +1,7 @@
 """Scenes: meshes, materials, lights and a camera, checked and ready to draw.
 
-Reading order: matrices, mesh, material, framing, light, projection, hardware_depth, camera, node, ground, scene,
-load, shipped. Importing this package needs numpy only; files are read through trimesh and pillow, which are imported
-when a file is loaded.
+Reading order: matrices, meshes, materials, lights, projection, camera, ground, scene, load_scene, shipped_scene.
+Importing this package needs numpy only; trimesh and pillow are imported when a file is loaded.
 """
 
 from passgraph.scene.camera import Camera, NamedCamera

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 from passgraph.scene.camera import DEFAULT_FOV_RAD, Camera, NamedCamera
-from passgraph.scene.files import FolderReader
 from passgraph.scene.lights import Light, exposed
 from passgraph.scene.matrices import Float64
+from passgraph.scene.model_files import FolderReader
 from passgraph.scene.notes import Notes
 from passgraph.scene.projection import STEP_BACK
 

@@ -1,4 +1,4 @@
-"""A mesh placed in the world with a material."""
+"""Materials, the textures that they take, and nodes: meshes placed in the world with a material."""
 
 from __future__ import annotations
 

@@ -184,15 +184,15 @@ class Scene:
     def load(
         cls, path: str | PathLike[str], *, ground: bool | None = None, up: Literal["y", "z"] | None = None
     ) -> Scene:
-        """Load a model or scene file; see `passgraph.scene.load.load_scene`."""
-        from passgraph.scene.load import load_scene
+        """Load a model or scene file; see `passgraph.scene.load_scene.load_scene`."""
+        from passgraph.scene.load_scene import load_scene
 
         return load_scene(cls, path, ground=ground, up=up)
 
     @classmethod
     def shipped(cls) -> Scene:
         """The scene that comes with passgraph: the Utah teapot on a tiled floor, one light with an extent."""
-        from passgraph.scene.shipped import shipped_scene
+        from passgraph.scene.shipped_scene import shipped_scene
 
         return shipped_scene(cls)  # type: ignore[arg-type]  # a class can be hashed, which mypy asks of its objects
 

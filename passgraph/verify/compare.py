@@ -28,7 +28,7 @@ from passgraph.plan.data import Plan
 from passgraph.verify.kinds import other_kinds, told
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.pace import Pace
-from passgraph.verify.oracle.passes import Key, Passes, Picture
+from passgraph.verify.oracle.pass_bounds import Key, Passes, Picture
 from passgraph.verify.oracle.watch import Cause, Watch
 from passgraph.verify.report import (
     MOST_AMBIGUOUS,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from passgraph.language.operations import OPERATIONS
 from passgraph.plan.data import CopyStep, Plan
 from passgraph.verify.oracle.allowed import Allowed
-from passgraph.verify.oracle.passes import Key, Passes, Picture
+from passgraph.verify.oracle.pass_bounds import Key, Passes, Picture
 from passgraph.verify.oracle.watch import Cause, Watch
 
 #: How a kernel keeps off what an operation promises nothing for; of other operations, numbers that are too large.

@@ -9,7 +9,7 @@ import numpy as np
 from passgraph.formats import Format
 from passgraph.plan.data import Plan
 from passgraph.verify.kinds import OtherKind, numbers
-from passgraph.verify.oracle.passes import Picture
+from passgraph.verify.oracle.pass_bounds import Picture
 from passgraph.verify.oracle.watch import Cause
 
 #: Share of pixels of a target that may be ambiguous before there is no verdict.

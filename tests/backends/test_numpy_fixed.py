@@ -23,7 +23,7 @@ from passgraph.backends.numpy.machine.native import Code, function_code
 from passgraph.backends.numpy.machine.numba_text import llvm_text
 from passgraph.backends.numpy.machine.shipped import Call, NumbaCode, Shipped, entry_text
 from passgraph.backends.numpy.raster import entries, generate
-from passgraph.backends.numpy.raster.entries import PLANES, TILE, VARYINGS
+from passgraph.backends.numpy.raster.layout import PLANES, TILE, VARYINGS
 from tests.corners import placed
 
 NAMES = [code.name for code in entries.FIXED]

@@ -9,11 +9,11 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.base import Backend
-from passgraph.backends.opencl.host import Host
 from passgraph.backends.opencl.storage import Placement, Storage
 from passgraph.backends.opencl.transfers import move
 from passgraph.backends.registry import open_backend
 from passgraph.formats import Format
+from passgraph.hosts.opencl import Host
 from passgraph.verify.conformance import Case, judge
 from tests.conformance.choice import CASES, first_of_each
 from tests.conftest import require

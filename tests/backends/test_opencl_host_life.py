@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.opencl.host import Host
 from passgraph.formats import FORMATS
+from passgraph.hosts.opencl import Host
 from tests.backends.opencl_caller import SIZE, cl, expected, from_device, photo, soft, to_device
 from tests.conftest import require
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.opencl.host import Host
+from passgraph.hosts.opencl import Host
 from tests.backends.opencl_caller import HEIGHT, SIZE, WIDTH, cl, expected, from_device, photo, soft, to_device
 
 pytestmark = pytest.mark.opencl

@@ -26,7 +26,7 @@ from pathlib import Path
 from passgraph.backends.registry import open_backend
 from passgraph.verify.fuzz import search
 from passgraph.verify.fuzz.cases import Tally, load
-from passgraph.verify.fuzz.outcomes import outcome
+from passgraph.verify.fuzz.search import outcome
 
 with open_backend("opencl") as backend:
     assert "Intel" in backend.device.platform.name, backend.device.platform.name

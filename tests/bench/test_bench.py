@@ -14,8 +14,8 @@ import pytest
 
 import passgraph as pg
 from passgraph.bench import timing
+from passgraph.bench.bench_scenes import BOX_HEIGHT, BOX_LIGHT, SCENES, scene_named
 from passgraph.bench.metrics import front
-from passgraph.bench.scenes import BOX_HEIGHT, BOX_LIGHT, SCENES, scene_named
 from passgraph.bench.timing import frame_times, nudged, pass_times
 from passgraph.bench.truth import Truth, truth_of
 from passgraph.truth import first_surfaces
@@ -137,8 +137,8 @@ def test_the_light_moves_by_next_to_nothing() -> None:
 def test_a_scene_is_measured_and_reported(tmp_path: Path) -> None:
     for package in ("skimage", "flip_evaluator", "matplotlib"):
         pytest.importorskip(package)
+    from passgraph.bench.bench_report import write_report
     from passgraph.bench.measure import Settings, measure
-    from passgraph.bench.report import write_report
 
     settings = Settings((64, 36), (64,), ("hard", "pcss-8", "five-pass"), ("numpy",), 1, 256)
     result = measure("sphere", settings)

@@ -23,7 +23,7 @@ import passgraph as pg
 from passgraph.commands.sources import in_bytes
 from passgraph.effects.pictures.black_and_white import black_and_white
 from passgraph.effects.pictures.blur import gaussian_blur
-from passgraph.frames import Pattern, Pictures, ToPictures, ToVideo, Video
+from passgraph.files import Pattern, Pictures, ToPictures, ToVideo, Video
 from tests.benchmarks.harness import Ratio, interleaved, ratio_of
 
 SIGMA_PX = 3.0

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import passgraph as pg
-from passgraph.effects.registry import EFFECTS, Effect
+from passgraph.effects.effect_table import EFFECTS, Effect
 from passgraph.graph.targets import named_outputs
 from passgraph.plan.build import build
 from passgraph.plan.data import Plan

@@ -27,7 +27,7 @@ import numpy as np
 import passgraph as pg
 from passgraph.commands.sources import picture_job, scene_job, world_job
 from passgraph.effects import black_and_white, gaussian_blur
-from passgraph.effects.registry import EFFECTS
+from passgraph.effects.effect_table import EFFECTS
 
 sys.path.insert(0, str(Path(__file__).parent))
 from bench_numpy import parallel_copy

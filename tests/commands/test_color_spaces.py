@@ -11,7 +11,7 @@ import pytest
 import passgraph as pg
 from passgraph.commands import main
 from passgraph.commands.color_spaces import ConvertedEffect, take_color_spaces
-from passgraph.effects.registry import EFFECTS
+from passgraph.effects.effect_table import EFFECTS
 
 CONFIG = "ocio://cg-config-v4.0.0_aces-v2.0_ocio-v2.5"
 PICTURE = np.random.default_rng(2).random((16, 24, 3)).astype(np.float32)

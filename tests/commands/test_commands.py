@@ -14,7 +14,7 @@ import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.commands.entry import COMMANDS
 from passgraph.effects import fxaa
-from passgraph.effects.registry import EFFECTS
+from passgraph.effects.effect_table import EFFECTS
 from passgraph.errors import DeviceMissingError
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
 from tests.commands.told import Outcome, refused

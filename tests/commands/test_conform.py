@@ -13,7 +13,7 @@ import pytest
 import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.commands.entry import run
-from passgraph.verify.conformance.scenes import picture, with_special
+from passgraph.verify.conformance.case_inputs import picture, with_special
 
 MODULE = """
 import passgraph as pg

@@ -15,7 +15,7 @@ from PIL import Image
 
 import passgraph as pg
 from passgraph.commands.entry import COMMANDS, run
-from passgraph.effects.registry import EFFECTS
+from passgraph.effects.effect_table import EFFECTS
 
 MINE = '''
 import passgraph as pg

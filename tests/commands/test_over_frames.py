@@ -10,7 +10,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.commands.entry import run
-from passgraph.frames import Video
+from passgraph.files import Video
 from tests.commands.told import refused
 from tests.frames.made import video
 

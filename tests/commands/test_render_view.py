@@ -281,7 +281,7 @@ def test_a_turntable_writes_numbered_pictures_that_are_those_of_its_cameras(caps
 def test_a_turntable_becomes_a_video(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("av")
     assert run(["render", *SIZE, "tower.obj", "--turntable", "3", "-o", "turn.mp4"]) == 0
-    from passgraph.frames import Video
+    from passgraph.files import Video
 
     assert len(list(Video(Path("turn.mp4")))) == 3
     assert Video(Path("turn.mp4")).rate == 25

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
+from passgraph.glsl import parse
 from passgraph.graph.calls import PixelKernel
-from passgraph.shaders.glsl import parse
 from passgraph.verify.compare import compare
 from tests.conftest import require
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.scene.matrices import translation
-from passgraph.scene.shipped import box
+from passgraph.scene.shipped_scene import box
 
 Picture = NDArray[np.float32]
 Float64 = NDArray[np.float64]

@@ -15,7 +15,7 @@ from passgraph.effects.ambient.contact import contact_passes
 from passgraph.effects.screen.occluded import occluded
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.scene.matrices import translation
-from passgraph.scene.shipped import ball, cylinder
+from passgraph.scene.shipped_scene import ball, cylinder
 from tests.agreement import assert_within_bounds
 from tests.effects.scenes import SIZE, Picture, cube, floor, render
 

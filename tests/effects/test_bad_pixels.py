@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.effects.registry import EFFECTS
+from passgraph.effects.effect_table import EFFECTS
 
 HEIGHT, WIDTH = 32, 48
 RANDOM = np.random.default_rng(1)

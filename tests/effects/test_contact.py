@@ -13,7 +13,7 @@ from passgraph.effects.ambient.contact import Contact, Darkness, contact, contac
 from passgraph.effects.surfaces.batches import merged
 from passgraph.graph.targets import Absolute
 from passgraph.scene.matrices import translation
-from passgraph.scene.shipped import ball
+from passgraph.scene.shipped_scene import ball
 from tests.effects.scenes import Picture, cube, floor, floor_places, from_above, render, sun
 
 SIZE = (48, 32)

@@ -11,7 +11,7 @@ import passgraph as pg
 from passgraph.effects.ambient.contact import Contact, contact_passes
 from passgraph.graph.targets import Absolute
 from passgraph.scene.matrices import translation
-from passgraph.scene.shipped import ball
+from passgraph.scene.shipped_scene import ball
 from tests.agreement import assert_within_bounds
 from tests.effects.scenes import Float64, Picture, cube, render, sun
 

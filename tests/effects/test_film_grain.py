@@ -106,7 +106,7 @@ def test_alpha_stays_and_one_pixel_is_enough() -> None:
 
 
 def test_frames_bring_their_number() -> None:
-    from passgraph.frames import Arrays, ToArrays
+    from passgraph.files import Arrays, ToArrays
 
     made = film_grain(FRAME, index=pg.Value("index", int))
     shown = ToArrays()

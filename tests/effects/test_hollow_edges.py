@@ -12,7 +12,7 @@ import passgraph as pg
 from passgraph.effects import soft_shadow_passes
 from passgraph.effects.shadows.shadow_choice import SHADOW_FILTERS
 from passgraph.scene.matrices import rotation_y, translation
-from passgraph.scene.shipped import box
+from passgraph.scene.shipped_scene import box
 from tests.effects.scenes import floor, render
 
 

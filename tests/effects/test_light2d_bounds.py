@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.effects.light2d import tiles, world
+from passgraph.effects.light2d import light_tiles, world
 from passgraph.effects.light2d.light_map import light_map
 from passgraph.effects.light2d.world import Light2D, Wall, Window
 
@@ -26,20 +26,20 @@ def _world(walls: int, lights: int, radius: float) -> tuple[list[Wall], list[Lig
 def compared(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Pairs of a tile and an edge that were compared, a call each."""
     counts: list[int] = []
-    between = tiles._between
+    between = light_tiles._between
 
     def counted(middles: Any, around: float, light: Light2D, edges: Any) -> Any:
         counts.append(len(middles) * len(edges))
         return between(middles, around, light, edges)
 
-    monkeypatch.setattr(tiles, "_between", counted)
+    monkeypatch.setattr(light_tiles, "_between", counted)
     return counts
 
 
 def test_many_walls_and_lights_are_refused_before_they_are_compared(
     monkeypatch: pytest.MonkeyPatch, compared: list[int]
 ) -> None:
-    monkeypatch.setattr(tiles, "MAX_COMPARED", 100_000)
+    monkeypatch.setattr(light_tiles, "MAX_COMPARED", 100_000)
     walls, lights = _world(400, 100, 200.0)
     with pytest.raises(pg.GraphError, match=r"the first 1 lights and 1600 edges make \d+ pairs .*, and 100000 may"):
         light_map(WINDOW, lights, walls, (320, 320))
@@ -54,7 +54,7 @@ def test_too_many_edges_before_one_light_end_the_work_at_it(compared: list[int])
 
 
 def test_too_long_lists_end_the_work_when_they_are(monkeypatch: pytest.MonkeyPatch, compared: list[int]) -> None:
-    monkeypatch.setattr(tiles, "MAX_TABLE_ROWS", 1)
+    monkeypatch.setattr(light_tiles, "MAX_TABLE_ROWS", 1)
     walls, lights = _world(20, 50, 200.0)
     with pytest.raises(pg.GraphError, match=r"lists of its tiles take \d+ texels or more, and 1024 may; take larger"):
         light_map(WINDOW, lights, walls, (320, 320))
@@ -65,10 +65,10 @@ def test_tiles_are_compared_some_at_a_time_with_the_same_result(
     monkeypatch: pytest.MonkeyPatch, compared: list[int]
 ) -> None:
     walls, lights = _world(40, 3, 30.0)
-    whole = tiles.tile_tables(WINDOW, lights, walls, (320, 320), 16)
+    whole = light_tiles.tile_tables(WINDOW, lights, walls, (320, 320), 16)
     calls = len(compared)
-    monkeypatch.setattr(tiles, "COMPARED_AT_ONCE", 1000)
-    parts = tiles.tile_tables(WINDOW, lights, walls, (320, 320), 16)
+    monkeypatch.setattr(light_tiles, "COMPARED_AT_ONCE", 1000)
+    parts = light_tiles.tile_tables(WINDOW, lights, walls, (320, 320), 16)
     assert len(compared) > 3 * calls
     assert max(compared[calls:]) <= 1000
     assert np.array_equal(whole.table, parts.table)

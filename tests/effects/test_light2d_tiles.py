@@ -12,7 +12,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects.light2d import Light2D, Wall, Window, light_map, live_light_map
-from passgraph.effects.light2d.tiles import LAYERS, most_edges, tile_tables
+from passgraph.effects.light2d.light_tiles import LAYERS, most_edges, tile_tables
 from tests.conftest import present_devices
 from tests.effects.flat_truth import RAYS, faded, places, share_in_sight
 from tests.effects.scenes import Float64, Picture

@@ -11,7 +11,7 @@ import pytest
 import passgraph as pg
 from passgraph import Const, Image, pixel, vec2, vec4
 from passgraph.effects.surfaces.g_buffer import g_buffer
-from passgraph.effects.surfaces.textures import WRAPS, TextureInputs, mipped, mips_of
+from passgraph.effects.surfaces.material_textures import WRAPS, TextureInputs, mipped, mips_of
 from passgraph.effects.surfaces.views import View
 from tests.agreement import assert_within_bounds
 

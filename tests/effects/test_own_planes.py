@@ -7,7 +7,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects.surfaces.g_buffer import g_buffer
-from passgraph.effects.surfaces.textures import TextureInputs
+from passgraph.effects.surfaces.material_textures import TextureInputs
 from passgraph.effects.surfaces.views import View
 from passgraph.truth import first_surfaces
 

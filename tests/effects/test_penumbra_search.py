@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.bench.scenes import scene_named
+from passgraph.bench.bench_scenes import scene_named
 from passgraph.bench.truth import Truth, truth_of
 from passgraph.effects import soft_shadow_passes
 from passgraph.effects.shadows.shadow_choice import Hard, Penumbra
@@ -110,8 +110,8 @@ OPEN = ("shipped", "samurai", "slab", "room", "wide", "chequer", "bunny", "fence
 def test_it_is_at_most_a_tenth_worse_than_pcss_with_32_taps(name: str, backend_name: str) -> None:
     """In pictures of 640 × 360; where penumbrae are a few pixels wide the small picture catches too little of them."""
     pytest.importorskip("skimage")
+    from passgraph.bench.bench_scenes import SCENES
     from passgraph.bench.methods import METHODS, passes_of
-    from passgraph.bench.scenes import SCENES
 
     if not SCENES[name].here:
         pytest.skip(f"{SCENES[name].needs} is not installed")

@@ -13,8 +13,8 @@ import pytest
 import passgraph as pg
 from passgraph.effects import Pcss
 from passgraph.effects.checked import Takes, effect
+from passgraph.effects.effect_table import EFFECTS, Effect, effect_named
 from passgraph.effects.light2d import World2D
-from passgraph.effects.registry import EFFECTS, Effect, effect_named
 
 OUTSIDE = Path(__file__).parents[1] / "outside_effect"
 #: What a function of each kind begins with.
@@ -103,7 +103,7 @@ def _steps(picture: pg.Target) -> str:
 
 
 def test_listing_imports_no_effect() -> None:
-    code = "from passgraph.effects.registry import EFFECTS; print(len(EFFECTS), BLOOM in sys.modules)"
+    code = "from passgraph.effects.effect_table import EFFECTS; print(len(EFFECTS), BLOOM in sys.modules)"
     code = code.replace("BLOOM", "'passgraph.effects.pictures.bloom'")
     assert told(code) == f"{len(EFFECTS)} False\n"
 
@@ -128,8 +128,8 @@ def test_an_effect_of_another_package_is_one_of_all(tmp_path: Path) -> None:
     code = """
 import passgraph as pg
 from passgraph.commands.entry import run
-from passgraph.verify.conformance.effects import cases
-from passgraph.effects.registry import EFFECTS
+from passgraph.verify.conformance.effect_cases import cases
+from passgraph.effects.effect_table import EFFECTS
 found = EFFECTS["halved"]
 print(found.takes, found.summary, [(p.name, str(p.range), p.help) for p in found.parameters])
 print([case.name for case in cases() if "halved" in case.name])

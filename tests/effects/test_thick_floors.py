@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.bench.scenes import scene_named
+from passgraph.bench.bench_scenes import scene_named
 from passgraph.bench.truth import truth_of
 from passgraph.effects import soft_shadow_passes
 from passgraph.effects.shadows.shadow_choice import SHADOW_FILTERS, Pcss, Penumbra

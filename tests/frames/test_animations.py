@@ -16,9 +16,9 @@ from PIL import Image
 import passgraph as pg
 from passgraph.commands.render import check_turntable
 from passgraph.errors import InputError
-from passgraph.frames import Animation, Arrays, ToAnimation, gif
-from passgraph.frames.animation_times import is_animated, times_of
-from passgraph.frames.open import open_film, open_sink, open_source
+from passgraph.files import Animation, Arrays, ToAnimation, gif
+from passgraph.files.animation_times import is_animated, times_of
+from passgraph.files.open import open_film, open_sink, open_source
 from tests.commands.told import Outcome, refused
 from tests.frames.made import SCALED, inverted, sequence
 

@@ -18,9 +18,9 @@ from PIL import Image
 import passgraph as pg
 from passgraph.commands.clips import Clip
 from passgraph.commands.frames import FramesJob, Settings, run_clips
-from passgraph.effects.registry import EFFECTS
-from passgraph.frames import Pattern, ToPictures
-from passgraph.frames.open import open_source
+from passgraph.effects.effect_table import EFFECTS
+from passgraph.files import Pattern, ToPictures
+from passgraph.files.open import open_source
 from passgraph.image_files import opened_image
 from passgraph.pictures import load_stored
 from tests.commands.told import Outcome, refused

@@ -12,8 +12,8 @@ from PIL import Image, ImageCms
 
 import passgraph as pg
 from passgraph.commands.entry import run
-from passgraph.frames.pictures import Pictures, ToPictures
-from passgraph.frames.run import frames
+from passgraph.files.run import frames
+from passgraph.files.sequences import Pictures, ToPictures
 from passgraph.pictures import load_stored
 
 WIDE = np.random.default_rng(0).integers(0, 65536, (6, 8, 3), np.uint16)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from passgraph.errors import InputError
-from passgraph.frames.names import Pattern, folder_files, glob_files, in_order, missing_numbers
+from passgraph.files.names import Pattern, folder_files, glob_files, in_order, missing_numbers
 from tests.frames.made import sequence
 
 

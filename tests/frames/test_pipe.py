@@ -12,8 +12,8 @@ import pytest
 
 import passgraph as pg
 from passgraph.errors import InputError
-from passgraph.frames import Arrays, Pipe, Raw, ToArrays, ToPipe
-from passgraph.frames.stored import with_channels
+from passgraph.files import Arrays, Pipe, Raw, ToArrays, ToPipe
+from passgraph.files.stored import with_channels
 from tests.frames.made import inverted, picture
 
 

@@ -16,9 +16,9 @@ import pytest
 
 import passgraph as pg
 from passgraph.commands.entry import run
-from passgraph.frames import Arrays, Pictures, ToArrays, ToPictures
-from passgraph.frames.remote import RemoteRun
-from passgraph.frames.worker import MOST_PROGRAMS, PLUGIN, Named, Programs, compiled, compute
+from passgraph.files import Arrays, Pictures, ToArrays, ToPictures
+from passgraph.files.remote import RemoteRun
+from passgraph.files.worker import MOST_PROGRAMS, PLUGIN, Named, Programs, compiled, compute
 
 distributed = pytest.importorskip("distributed")
 
@@ -71,8 +71,8 @@ def test_files_are_named_and_workers_read_and_write_them(
 ) -> None:
     made = outputs(tmp_path / "far")
     with monkeypatch.context() as patch:
-        patch.setattr("passgraph.frames.pictures.load_stored", lambda path: pytest.fail(f"{path} was read here"))
-        patch.setattr("passgraph.frames.pictures.save", lambda path, _: pytest.fail(f"{path} was written here"))
+        patch.setattr("passgraph.files.sequences.load_stored", lambda path: pytest.fail(f"{path} was read here"))
+        patch.setattr("passgraph.files.sequences.save", lambda path, _: pytest.fail(f"{path} was written here"))
         assert pg.frames(program, Pictures(files), ToPictures(made), values={"k": 1.0}, client=client).whole
     near = outputs(tmp_path / "near")
     assert pg.frames(program, Pictures(files), ToPictures(near), values={"k": 1.0}).whole
@@ -285,7 +285,7 @@ def test_numbers_that_were_set_on_the_program_are_refused(client: Any) -> None:
 def test_a_scheduler_that_does_not_answer_is_told() -> None:
     import dask
 
-    from passgraph.frames.remote import connected
+    from passgraph.files.remote import connected
 
     with (
         dask.config.set({"distributed.comm.timeouts.connect": "0.5s"}),

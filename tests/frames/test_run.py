@@ -15,8 +15,8 @@ import pytest
 
 import passgraph as pg
 from passgraph.errors import GraphError, InputError
-from passgraph.frames import Arrays, Frame, Outcome, Pattern, Pictures, Sink, Still, ToArrays, ToPictures
-from passgraph.frames.stored import stored
+from passgraph.files import Arrays, Frame, Outcome, Pattern, Pictures, Sink, Still, ToArrays, ToPictures
+from passgraph.files.stored import stored
 from tests.frames.made import ADD, INVERT, SCALED, inverted, picture, sequence, summed, value
 
 

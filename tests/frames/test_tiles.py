@@ -68,7 +68,7 @@ def test_one_program_is_compiled_for_all_tiles(monkeypatch: pytest.MonkeyPatch) 
     from passgraph.run.execution import Execution
 
     made = []
-    monkeypatch.setattr("passgraph.frames.tiles_run.Execution", lambda *given: made.append(given) or Execution(*given))
+    monkeypatch.setattr("passgraph.tiles.tile_run.Execution", lambda *given: made.append(given) or Execution(*given))
     graph, given = GRAPHS["deep"]("clamp"), inputs(*SIZE)
     _, grid = in_tiles(graph, needed(graph, given), untiled(graph, **given), tile=(7, 5))
     assert len(grid) == 36

@@ -17,8 +17,8 @@ import zarr
 from PIL import Image as pillow
 
 import passgraph as pg
-from passgraph.frames.tiles_grid import block_of
-from passgraph.frames.tiles_sources import Blocks, open_source
+from passgraph.tiles.grid import block_of
+from passgraph.tiles.sources import Blocks, open_source
 from tests.frames.tile_graphs import frame, kernel, same, untiled
 
 SIZE = (301, 211)
@@ -127,7 +127,7 @@ def test_a_compression_that_needs_a_package_names_it(tmp_path: Path, monkeypatch
     def decode(*_: Any) -> None:
         raise ValueError("<COMPRESSION.LZW: 5> requires the 'imagecodecs' package")
 
-    monkeypatch.setattr("passgraph.frames.tiles_tiff.TiffSource._decode", decode)
+    monkeypatch.setattr("passgraph.tiles.tiff.TiffSource._decode", decode)
     with pytest.raises(pg.InputError, match=r"in.tif\): .* requires the 'imagecodecs' package, which decodes it; inst"):
         tiled(tmp_path / "in.tif", tmp_path / "out.tif")
     assert left(tmp_path) == ["in.tif"]

@@ -7,9 +7,9 @@ from itertools import product
 import pytest
 
 import passgraph as pg
-from passgraph.frames.tiles_grid import MOST_PIXELS, PIECE_PIXELS, Cost, grid_of, pieces
 from passgraph.plan.limits import bytes_of
 from passgraph.plan.window import Footprint, Halo
+from passgraph.tiles.grid import MOST_PIXELS, PIECE_PIXELS, Cost, grid_of, pieces
 
 NEAR = Footprint(Halo(7, 7, 7, 7), frozenset())
 SIZES = [(1, 1), (3, 2000), (2000, 3), (1000, 800), (30_000, 20_000), (100_000, 20_000)]

@@ -13,7 +13,7 @@ import pytest
 import tifffile
 
 import passgraph as pg
-from passgraph.frames.tiles_lazy import LazyPicture
+from passgraph.tiles.lazy_array import LazyPicture
 from tests.frames.tile_graphs import GRAPHS, frame, kernel, picture, same, untiled
 
 SIZE = (61, 45)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import passgraph as pg
 from passgraph.language.borders import BORDERS
-from passgraph.verify.fuzz.graphs import FORMATS
+from passgraph.verify.fuzz.random_graphs import FORMATS
 from tests.frames.tile_graphs import inputs, kernel, same
 
 BOUNDED = settings(deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow])

@@ -13,7 +13,7 @@ import tifffile
 import zarr
 
 import passgraph as pg
-from passgraph.frames.tiles_run import Job
+from passgraph.tiles.tile_run import Job
 from tests.frames.tile_graphs import GRAPHS, frame, inputs, kernel, picture, same, untiled
 
 SIZE = (61, 45)
@@ -40,11 +40,7 @@ def test_workers_read_files_that_they_see(kind: str, client: Any, tmp_path: Path
     else:
         zarr.create_array(store=str(source), data=given, chunks=(16, 16, 4))
     graph = GRAPHS["blur"]("clamp")
-    read = (
-        "passgraph.frames.tiles_tiff.TiffSource.read"
-        if kind == "tif"
-        else "passgraph.frames.tiles_sources.ArraySource.read"
-    )
+    read = "passgraph.tiles.tiff.TiffSource.read" if kind == "tif" else "passgraph.tiles.sources.ArraySource.read"
     with monkeypatch.context() as patch:
         patch.setattr(read, lambda *_: pytest.fail("it was read here"))
         pg.tiled(graph, source, sink, tile=(16, 16), client=client, dtype="float32", progress=False)
@@ -53,7 +49,7 @@ def test_workers_read_files_that_they_see(kind: str, client: Any, tmp_path: Path
 
 
 def test_files_that_a_worker_sees_differently_are_sent(client: Any, tmp_path: Path, monkeypatch: Any) -> None:
-    from passgraph.frames.worker_windows import Named
+    from passgraph.tiles.remote_windows import Named
 
     tifffile.imwrite(tmp_path / "in.tif", GIVEN, photometric="rgb")
     monkeypatch.setattr(Named, "of", staticmethod(lambda path: Named("/elsewhere/in.tif", 1, 1)))

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph import frames
 from passgraph.commands.entry import run
-from passgraph.frames import Pictures, Video, frames
-from passgraph.frames.video_sink import ToVideo
+from passgraph.files import Pictures, Video
+from passgraph.files.video_sink import ToVideo
 from passgraph.pictures import load_stored
 
 DISSOLVE = "vec4 transition(vec2 uv) { return mix(getFromColor(uv), getToColor(uv), progress); }"

@@ -13,7 +13,7 @@ import pytest
 import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.errors import InputError
-from passgraph.frames import Arrays, Outcome, ToArrays, ToVideo, Video
+from passgraph.files import Arrays, Outcome, ToArrays, ToVideo, Video
 from tests.frames.made import INVERT, SCALED, grays, inverted, picture, sequence, summed, value, video
 
 av: Any = pytest.importorskip("av")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from passgraph.errors import InputError
-from passgraph.frames import ToVideo, Video
+from passgraph.files import ToVideo, Video
 
 av: Any = pytest.importorskip("av")
 SIZE = 64, 48

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from passgraph.errors import InputError
-from passgraph.frames import Video
-from passgraph.frames.video import promised_end
+from passgraph.files import Video
+from passgraph.files.video import promised_end
 from tests.commands.told import Outcome
 
 av: Any = pytest.importorskip("av")

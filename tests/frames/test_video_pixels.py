@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from passgraph.frames.video_pixels import FULL, LIMITED, Conversion
+from passgraph.files.video_pixels import FULL, LIMITED, Conversion
 
 av: Any = pytest.importorskip("av")
 

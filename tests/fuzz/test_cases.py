@@ -13,7 +13,7 @@ from passgraph.backends.registry import open_backend
 from passgraph.errors import InputError
 from passgraph.verify.fuzz import search
 from passgraph.verify.fuzz.cases import Tally, load, save
-from passgraph.verify.fuzz.outcomes import outcome
+from passgraph.verify.fuzz.search import outcome
 from tests.conftest import present_devices
 
 REGRESSIONS = sorted((Path(__file__).parent / "regressions").glob("*.json"))

@@ -21,12 +21,12 @@ from passgraph.language import ir
 from passgraph.language.operations import OPERATIONS
 from passgraph.verify.fuzz import search
 from passgraph.verify.fuzz.cases import Tally, inputs_of, output_of, run
-from passgraph.verify.fuzz.draws import draws
-from passgraph.verify.fuzz.expressions import CALLS, WHOLE, Features
-from passgraph.verify.fuzz.graphs import OPERATIONS as STEPS
-from passgraph.verify.fuzz.graphs import graphs
-from passgraph.verify.fuzz.kernels import kernel_texts, kernels, whole
-from passgraph.verify.fuzz.outcomes import outcome
+from passgraph.verify.fuzz.random_draws import draws
+from passgraph.verify.fuzz.random_expressions import CALLS, WHOLE, Features
+from passgraph.verify.fuzz.random_graphs import OPERATIONS as STEPS
+from passgraph.verify.fuzz.random_graphs import graphs
+from passgraph.verify.fuzz.random_kernels import kernel_texts, kernels, whole
+from passgraph.verify.fuzz.search import outcome
 from passgraph.verify.fuzz.variants import REWRITINGS, rewritten
 from tests.conftest import require
 

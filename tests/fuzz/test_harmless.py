@@ -26,12 +26,12 @@ import passgraph.plan.build
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
 from passgraph.commands.sources import Job, scene_job, world_job
-from passgraph.effects.registry import EFFECTS, Effect
+from passgraph.effects.effect_table import EFFECTS, Effect
 from passgraph.graph.targets import named_outputs
 from passgraph.verify.fuzz.cases import EXACT, output_of, run, same_bits
-from passgraph.verify.fuzz.draws import drawn, draws
-from passgraph.verify.fuzz.graphs import OPTIMISATIONS, graphs, grown, plannable, run_frames
-from passgraph.verify.fuzz.pictures import Picture, unit
+from passgraph.verify.fuzz.random_draws import drawn, draws
+from passgraph.verify.fuzz.random_graphs import OPTIMISATIONS, graphs, grown, plannable, run_frames
+from passgraph.verify.fuzz.random_kernels import Picture, unit
 from tests.conftest import DEVICES, require
 from tests.plan.orders import shuffled
 
@@ -241,7 +241,7 @@ def test_numbers_of_threads_and_of_triangles_at_once_change_no_bit_of_a_draw(cas
 #: Prints a digest of every target of some draws, in tiles of a side that is compiled into their code.
 TILED = """
 import hashlib, sys
-import passgraph.backends.numpy.raster.entries as names
+import passgraph.backends.numpy.raster.layout as names
 names.TILE = int(sys.argv[1])
 from passgraph.backends.numpy.machine.shipped import Shipped
 Shipped.is_current = lambda *_: False  # what is shipped was made for the side as it is

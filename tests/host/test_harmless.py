@@ -14,8 +14,8 @@ from passgraph.backends.gl import functions
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.capabilities import NEVER_OURS, OFF
 from passgraph.backends.gl.functions import Functions
-from passgraph.backends.gl.isolation import Guard
 from passgraph.errors import BackendError
+from passgraph.hosts.gl_isolation import Guard
 from tests.host.application import BYTES, HEIGHT, KEPT, NO_ERROR, RGBA, WIDTH, Application, Kept
 from tests.host.es import EsApplication
 from tests.host.gl_state import Dump, differences, objects, texture_parameters

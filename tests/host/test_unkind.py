@@ -11,9 +11,9 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.host import check_asked
-from passgraph.backends.gl.host_pictures import EmptyPictureError
 from passgraph.errors import BackendError, InputError
+from passgraph.hosts.gl import check_asked
+from passgraph.hosts.gl_pictures import EmptyPictureError
 from tests.host.application import BYTES, DEPTH, FLOATS, HEIGHT, RED, RGBA, SIZE, WIDTH, Application
 from tests.host.test_life import compiled
 from tests.host.test_reading import ISOLATIONS

@@ -27,7 +27,7 @@ from passgraph.graph.draw_state import COMPARE, CULL, EQUATIONS, FACTORS, STENCI
 from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.plan.build import build
 from passgraph.plan.data import DrawStep, Options, Plan
-from passgraph.verify.conformance.meshes import Soup
+from passgraph.verify.conformance.case_inputs import Soup
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.backend import OracleBackend
 from tests.hostile.guard import guarded, guarded_copy

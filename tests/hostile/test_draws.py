@@ -16,8 +16,8 @@ from passgraph.backends.base import Backend
 from passgraph.backends.reference.rasterizer import Vertices, clip_triangles
 from passgraph.backends.registry import open_backend
 from passgraph.graph.draw_state import Blend
-from passgraph.verify.conformance.meshes import Soup
-from passgraph.verify.oracle.coverage import INTERPOLATION_ULP, ULP
+from passgraph.verify.conformance.case_inputs import Soup
+from passgraph.verify.oracle.covered import INTERPOLATION_ULP, ULP
 from tests.conftest import oclgrind, require
 from tests.hostile.draws import SIMULATED_SECONDS, Drawn, Setup, case_of, run
 

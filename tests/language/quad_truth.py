@@ -1,7 +1,7 @@
 """What derivatives mean, step by step: four pixels of a quad walk through a kernel beside each other.
 
-Written apart from ``passgraph/language/quad_derivatives.py``, which moves the same into kernels: here states are copied and every
-pixel walks, forward, whether anything needs it or not.
+Written apart from ``passgraph/language/quad_derivatives.py``, which moves the same into kernels: here states are
+copied and every pixel walks, forward, whether anything needs it or not.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from passgraph.backends.reference.interpreter import Interpreter, NumberDomain
 from passgraph.backends.reference.stage import BoundStage, Builtins, _Lanes, given
 from passgraph.language import ir
-from passgraph.language.frame import Builder
+from passgraph.language.function_body import Builder
 
 BIT = {"x": 1, "y": 2}
 Mask = NDArray[np.bool_]

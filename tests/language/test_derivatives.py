@@ -18,8 +18,8 @@ from passgraph.graph.calls import kernel
 from passgraph.language.lower import lower
 from passgraph.verify.compare import compare
 from passgraph.verify.fuzz.cases import inputs_of, output_of
-from passgraph.verify.fuzz.expressions import Features
-from passgraph.verify.fuzz.kernels import kernel_texts
+from passgraph.verify.fuzz.random_expressions import Features
+from passgraph.verify.fuzz.random_kernels import kernel_texts
 from tests.offscreen import offscreen
 
 Picture = NDArray[Any]

@@ -9,7 +9,7 @@ import pytest
 from evaluate import Evaluator
 
 from passgraph.language import ir
-from passgraph.language.frame import Builder
+from passgraph.language.function_body import Builder
 from passgraph.language.looping import Section, bounded_loop, count_trips, switch
 from passgraph.language.lower import lower
 from passgraph.language.source import NOWHERE

@@ -15,8 +15,8 @@ from passgraph.language.expand import EXPANSIONS
 from passgraph.language.library import prelude_function
 from passgraph.language.operation import ROWS, Domain, Operation
 from passgraph.language.operations import BUILTINS, FUNCTIONS, OPERATIONS, called, signed
-from passgraph.verify.conformance.operations import floats, into
-from passgraph.verify.fuzz.expressions import CALLS, WHOLE
+from passgraph.verify.conformance.operation_cases import floats, into
+from passgraph.verify.fuzz.random_expressions import CALLS, WHOLE
 
 NAMES = list(OPERATIONS)
 MODULES = (primitives, functions, whole_numbers, vectors)

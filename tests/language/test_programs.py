@@ -16,8 +16,8 @@ from running import lowered, parsed, run, run_program
 from passgraph.graph.calls import kernel
 from passgraph.language import scalar as s
 from passgraph.language.lower import Facts, Fused, ImageFacts, lower
-from passgraph.verify.fuzz.expressions import Features
-from passgraph.verify.fuzz.kernels import kernel_texts
+from passgraph.verify.fuzz.random_expressions import Features
+from passgraph.verify.fuzz.random_kernels import kernel_texts
 
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, 2.5, -3.75, 7.0, 31.0, 1e-40, 1e30, -3e38, math.inf, -math.inf, math.nan, 1e9]
 PICTURE = np.array(

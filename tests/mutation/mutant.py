@@ -23,14 +23,12 @@ SHARED_WITH_ORACLE = (
     "passgraph/graph/reduction",
     "passgraph/plan/",
     "passgraph/run/execution.py",
-    "passgraph/run/execution.py",
-    "passgraph/run/execution.py",
     "passgraph/language/long_arrays.py",
+    "passgraph/language/lower_arrays.py",
     "passgraph/language/composites.py",
     "passgraph/language/expand.py",
     "passgraph/language/quad_derivatives.py",
     "passgraph/language/uniform_layout.py",
-    "passgraph/language/quad_derivatives.py",
     "passgraph/language/assignments.py",
 )
 #: A mutant that runs longer hangs, which counts as caught.

@@ -14,7 +14,7 @@ import passgraph as pg
 from passgraph.errors import PassgraphError
 from passgraph.verify.compare import compare
 from passgraph.verify.oracle.allowed import Allowed
-from passgraph.verify.oracle.passes import Passes
+from passgraph.verify.oracle.pass_bounds import Passes
 
 #: Bodies over p, the texel; a third of the texels lies on steps of 1/8, where decisions straddle.
 FLOW = {

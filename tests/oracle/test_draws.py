@@ -20,8 +20,8 @@ from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.rasterizer import ScreenTriangles
 from passgraph.graph.draw_state import COMPARE, EQUATIONS, FACTORS, STENCIL_OPERATIONS, Blend, Stencil
 from passgraph.verify.compare import BackendReport, compare
-from passgraph.verify.conformance.meshes import Soup, soup
-from passgraph.verify.oracle.passes import Passes
+from passgraph.verify.conformance.case_inputs import Soup, soup
+from passgraph.verify.oracle.pass_bounds import Passes
 
 SIZE = (67, 49)
 #: Shares of ambiguous pixels that the soups below keep to: backends that snap corners as documented, and OpenGL,

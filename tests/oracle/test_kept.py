@@ -24,7 +24,7 @@ from passgraph.verify.oracle import kept
 from passgraph.verify.oracle.backend import _DrawPass, _PixelPass
 from passgraph.verify.oracle.kept import Kept
 from passgraph.verify.oracle.pace import Pace
-from passgraph.verify.oracle.passes import Passes
+from passgraph.verify.oracle.pass_bounds import Passes
 
 SIZE = (5, 3)
 GROUPS = ["operations", "language", "pictures", "draw states", "draws", "sequences", "plans"]

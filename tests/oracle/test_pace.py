@@ -22,7 +22,7 @@ from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.domain import IntervalDomain
 from passgraph.verify.oracle.interval import Bounded
 from passgraph.verify.oracle.pace import SAMPLE, Pace, batches
-from passgraph.verify.oracle.passes import Passes
+from passgraph.verify.oracle.pass_bounds import Passes
 from tests.corners import placed
 
 #: Of loops in tests that are no slow ones.

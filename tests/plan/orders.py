@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from passgraph.graph.targets import Pass
-from passgraph.plan.order import Copies, dependencies, producers_first
+from passgraph.plan.dependencies import topological_order
+from passgraph.plan.order import Copies, dependencies
 from passgraph.plan.work import Work
 
 
@@ -13,7 +14,7 @@ def shuffled(work: Work, seed: int) -> tuple[list[Pass], Copies]:
     """A random topological order of the passes, in place of the one that needs least memory."""
     waits, copies = dependencies(work)
     place = dict(zip(waits, np.random.default_rng(seed).permutation(len(waits)), strict=True))
-    return producers_first(waits, place), copies
+    return topological_order(waits, place), copies
 
 
 def apart(one: tuple[int, int], other: tuple[int, int]) -> bool:

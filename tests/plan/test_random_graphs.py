@@ -17,8 +17,8 @@ from passgraph.backends.null import NullBackend
 from passgraph.backends.registry import open_backend
 from passgraph.plan.data import Resource, Step, lifetimes
 from passgraph.verify.fuzz.cases import EXACT
-from passgraph.verify.fuzz.graphs import OPTIMISATIONS, different, frames, graphs, grown, plannable, run_frames
 from passgraph.verify.fuzz.naive import naive_difference
+from passgraph.verify.fuzz.random_graphs import OPTIMISATIONS, different, frames, graphs, grown, plannable, run_frames
 from tests.conftest import SLOW_ON_OPENCL, require
 from tests.plan.orders import apart, shuffled
 

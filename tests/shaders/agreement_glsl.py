@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from original import HEAD, Original
 
 import passgraph as pg
+from passgraph.glsl import Shader, parse
 from passgraph.graph.calls import PixelKernel
-from passgraph.shaders.glsl import Shader, parse
 
 Picture = NDArray[np.float32]
 

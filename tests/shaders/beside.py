@@ -13,7 +13,7 @@ import numpy as np
 from originals import Asked, Clock, File, IsfFile, Original, Picture, Size, TransitionFile
 
 import passgraph as pg
-from passgraph.shaders.load import load_shader
+from passgraph.shaders.shader_file import load_shader
 
 #: Collections of published shaders; checkouts of users have none.
 FOLDER = Path(__file__).resolve().parents[3] / "shared" / "shaders"

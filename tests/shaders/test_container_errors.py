@@ -12,7 +12,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.shaders.containers.isf import read_header, read_isf
-from passgraph.shaders.load import load_shader
+from passgraph.shaders.shader_file import load_shader
 
 BODY = "void main() { gl_FragColor = vec4(0.5); }"
 BROKEN = '{\n  "INPUTS": [\n    {"NAME" "a"}\n  ]\n}'

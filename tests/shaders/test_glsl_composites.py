@@ -11,9 +11,9 @@ import pytest
 from original import Original, original
 
 import passgraph as pg
+from passgraph.glsl.shader import parse
 from passgraph.graph.calls import PixelKernel
 from passgraph.language.types import Array, Matrix, Scalar, Struct, Type, Vector, shape_of
-from passgraph.shaders.glsl.shader import parse
 
 LIGHT = "struct Light { vec3 position; float gain; };\n"
 HEAD = "#version 430\n#define gl_FragColor shown_color\nout vec4 shown_color;\n"

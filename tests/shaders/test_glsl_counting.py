@@ -7,9 +7,9 @@ import pytest
 from agreement_glsl import run
 
 import passgraph as pg
+from passgraph.glsl import loops, parse
+from passgraph.glsl.loops import MOST_STEPS
 from passgraph.language import ir
-from passgraph.shaders.glsl import loops, parse
-from passgraph.shaders.glsl.loops import MOST_STEPS
 
 
 def trips(statement: str) -> list[int]:

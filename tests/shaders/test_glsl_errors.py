@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from passgraph.errors import InputError, KernelError
-from passgraph.shaders.glsl import parse
+from passgraph.glsl import parse
 
 MAIN = "void main() { gl_FragColor = vec4(1); }"
 

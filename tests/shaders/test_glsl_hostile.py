@@ -9,7 +9,7 @@ import pytest
 from test_glsl_meaning import CASES
 
 from passgraph.errors import KernelError, PassgraphError
-from passgraph.shaders.glsl import parse
+from passgraph.glsl import parse
 
 DOUBLING = "#define A0 1.0\n" + "".join(f"#define A{i} A{i - 1} + A{i - 1}\n" for i in range(1, 64))
 CHAIN = "".join(f"#define B{i} B{i + 1}\n" for i in range(5000))

@@ -10,10 +10,10 @@ import pytest
 from agreement_glsl import picture, run
 
 import passgraph as pg
+from passgraph.glsl import parse
 from passgraph.language import ir
 from passgraph.language.types import FLOAT
 from passgraph.language.typing_rules import apply
-from passgraph.shaders.glsl import parse
 
 TEXT = """#version 330
 uniform float amount = 0.25;

@@ -11,8 +11,8 @@ from agreement_glsl import Picture
 from original import HEAD, Original, original
 
 import passgraph as pg
+from passgraph.glsl import parse
 from passgraph.language import ir
-from passgraph.shaders.glsl import parse
 
 BACKENDS = ["reference", "numpy", "gl", "opencl"]
 SIZE = (23, 19)

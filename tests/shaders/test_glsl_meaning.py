@@ -12,7 +12,7 @@ from original import Original, original
 from random_glsl import random_shader
 
 import passgraph as pg
-from passgraph.shaders.glsl import parse
+from passgraph.glsl import parse
 
 
 @pytest.fixture(scope="module")

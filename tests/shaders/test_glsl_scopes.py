@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from passgraph.errors import KernelError
-from passgraph.shaders.glsl import parse
+from passgraph.glsl import parse
 
 if TYPE_CHECKING:
     import moderngl

@@ -11,7 +11,7 @@ from originals import IsfFile, TransitionFile
 import passgraph as pg
 from passgraph.errors import KernelError
 from passgraph.shaders.containers.isf import read_header
-from passgraph.shaders.load import load_shader
+from passgraph.shaders.shader_file import load_shader
 
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=MISSING)
 

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.effects.registry import EFFECTS
+from passgraph.effects.effect_table import EFFECTS
 from passgraph.language import ir
 from passgraph.language.lower import lower
-from passgraph.travel.kernel_rows import ROWS
-from passgraph.verify.conformance import scenes
-from passgraph.verify.conformance.effects import VARIANTS
+from passgraph.serialize.kernel_rows import ROWS
+from passgraph.verify.conformance import case_inputs
+from passgraph.verify.conformance.effect_cases import VARIANTS
 from tests.travel.documents import graph
 
 #: Every variant; on gl, where drivers take their time, the first of each effect.
@@ -49,7 +49,7 @@ def assert_same_runs(outputs: Any, backend: str, runs: int, **given: Any) -> Non
 def test_every_effect_on_pictures_travels_to_the_same_bits(name: str, variant: Mapping[str, Any], backend: str) -> None:
     effect = EFFECTS[name]
     names = ["frame", "depth"] if effect.takes == "picture+depth" else ["frame"]
-    pictures = {"frame": scenes.picture(), "depth": scenes.depth()}
+    pictures = {"frame": case_inputs.picture(), "depth": case_inputs.depth()}
     assert_same_runs(
         effect.made(*map(pg.Input, names), **variant), backend, 1, **{each: pictures[each] for each in names}
     )

@@ -1,5 +1,4 @@
 # mypy: disable-error-code="no-untyped-call,misc,unused-ignore,attr-defined"
-# mypy: disable-error-code="no-untyped-call"
 """Compile functions with numba and print them as LLVM text for any machine (development only)."""
 
 from __future__ import annotations
@@ -59,7 +58,7 @@ def compiled(function: Callable[..., Any]) -> Any:
 def llvm_text(function: Callable[..., Any], pieces: int, kinds: Sequence[str]) -> tuple[str, str]:
     """LLVM text of a function and of all that it calls as numba writes it down, and its name there.
 
-    ``pieces`` and ``kinds`` say what it takes, see :class:`~.numba_code.NumbaCode`.
+    ``pieces`` and ``kinds`` say what it takes, see :class:`~.shipped.NumbaCode`.
     """
     from numba import types
     from numba.core.compiler import Flags, compile_extra

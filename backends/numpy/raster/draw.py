@@ -16,9 +16,9 @@ from passgraph.backends.numpy.machine.llvm import IRBuilder
 from passgraph.backends.numpy.machine.native import function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.raster import entries
-from passgraph.backends.numpy.raster.entries import TILE
 from passgraph.backends.numpy.raster.fragments import found_in, image_names, image_sizes, is_deferred
-from passgraph.backends.numpy.raster.tiles import Deferred, Ordered, Triangles
+from passgraph.backends.numpy.raster.layout import TILE
+from passgraph.backends.numpy.raster.paint import Deferred, Ordered, Triangles
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import F32, F64, I64, Lanes, counting
 from passgraph.cached import cached_property

@@ -9,13 +9,13 @@ from typing import Any, TypeAlias
 
 from passgraph import arguments
 from passgraph.errors import InputError
+from passgraph.glsl import Shader
+from passgraph.glsl.unit import Note
 from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import Target, TargetSpec, target
 from passgraph.language.types import Type, component_count, element_of
 from passgraph.reading import read_bytes
-from passgraph.shaders.containers.pictures import read_behind, shown_beside
-from passgraph.shaders.glsl import Shader
-from passgraph.shaders.glsl.unit import Note
+from passgraph.shaders.containers.shader_images import read_behind, shown_beside
 
 #: Of one file; textures of mpv lie within.
 MAX_BYTES = 4 << 20

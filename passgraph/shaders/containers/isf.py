@@ -13,6 +13,7 @@ from typing import Any
 
 from passgraph.arguments import shown
 from passgraph.errors import InputError
+from passgraph.glsl import parse
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.run_values import MAX_DEPTH, Formula
 from passgraph.graph.targets import Computed, Relative, Target, TargetSpec, previous, target
@@ -21,8 +22,7 @@ from passgraph.language.types import BOOL, FLOAT, INT, VEC2, VEC4, Scalar, Type,
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
 from passgraph.shaders.containers.corners import MAX_VARYINGS, WITHIN, Varying, interpolated
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of, shader_text
-from passgraph.shaders.containers.pictures import handle_or_black, imported, shown_with_kept
-from passgraph.shaders.glsl import parse
+from passgraph.shaders.containers.shader_images import handle_or_black, imported, shown_with_kept
 
 #: Characters of a formula.
 MAX_LENGTH = 500

@@ -17,6 +17,11 @@ from typing import Any, TypeVar
 
 from passgraph.errors import InputError
 from passgraph.formats import format_named
+from passgraph.glsl import Shader, parse
+from passgraph.glsl import syntax as g
+from passgraph.glsl.glsl_parser import Parser
+from passgraph.glsl.preprocess import preprocessed
+from passgraph.glsl.tokens import Token
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.run_values import FRAME_INDEX, Formula
 from passgraph.graph.targets import MAX_SIDE, Computed, Target, TargetSpec, previous, target
@@ -31,12 +36,7 @@ from passgraph.shaders.containers.effect import (
     shader_text,
     zero_of_type,
 )
-from passgraph.shaders.containers.pictures import loaded, small_kernel
-from passgraph.shaders.glsl import Shader, parse
-from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.parse import Parser
-from passgraph.shaders.glsl.preprocess import preprocessed
-from passgraph.shaders.glsl.tokens import Token
+from passgraph.shaders.containers.shader_images import loaded, small_kernel
 
 MAX_PASSES, MAX_TEXTURES, MAX_REFERENCES = 64, 32, 16
 #: How far above the preset's own folder its files may lie: trees of presets share shaders and pictures.

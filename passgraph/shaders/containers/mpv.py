@@ -19,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import GraphError, InputError
+from passgraph.glsl import Shader, parse
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.run_values import Formula, evaluated
 from passgraph.graph.targets import Computed, Target, TargetSpec, target
 from passgraph.language.types import BOOL, FLOAT, INT, Type
 from passgraph.shaders.containers.clock import PRELUDE, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
-from passgraph.shaders.containers.pictures import brought, small_kernel
-from passgraph.shaders.glsl import Shader, parse
+from passgraph.shaders.containers.shader_images import brought, small_kernel
 
 MAX_BLOCKS = 256
 _DIRECTIVE = re.compile(r"^//!\s*([A-Z]+)\b[ \t]*(.*?)[ \t]*$")

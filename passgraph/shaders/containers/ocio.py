@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from passgraph.errors import InputError
+from passgraph.glsl import Unit, parse
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec
 from passgraph.language import ir
 from passgraph.language.source import Span
 from passgraph.language.types import INT, VEC4
 from passgraph.language.values import ImageValue, Part
-from passgraph.shaders.containers.pictures import brought
-from passgraph.shaders.glsl import Unit, parse
+from passgraph.shaders.containers.shader_images import brought
 
 if TYPE_CHECKING:
     import PyOpenColorIO as ocio

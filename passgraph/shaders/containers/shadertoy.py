@@ -15,13 +15,13 @@ from typing import Any
 
 from passgraph.arguments import shown
 from passgraph.errors import InputError
+from passgraph.glsl import Shader, parse
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec, previous, target
 from passgraph.language.types import VEC4
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
-from passgraph.shaders.containers.pictures import handle_or_black, shown_with_kept
-from passgraph.shaders.glsl import Shader, parse
+from passgraph.shaders.containers.shader_images import handle_or_black, shown_with_kept
 
 CHANNELS = tuple(f"iChannel{i}" for i in range(4))
 MAX_PASSES = 8

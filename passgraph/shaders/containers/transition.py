@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from passgraph.glsl import parse
+from passgraph.glsl.image_functions import aspect
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec
 from passgraph.language.types import FLOAT, ImageType, Struct
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, zero_of_type
-from passgraph.shaders.containers.pictures import handle_or_black
-from passgraph.shaders.glsl import parse
-from passgraph.shaders.glsl.image_functions import aspect
+from passgraph.shaders.containers.shader_images import handle_or_black
 
 _BEFORE = """
 uniform sampler2D pg_from;

@@ -24,7 +24,7 @@ from passgraph.verify.conformance.causes import Found, cause
 from passgraph.verify.kinds import given, reads_at
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.kept import Kept
-from passgraph.verify.oracle.passes import Key, Passes
+from passgraph.verify.oracle.pass_bounds import Key, Passes
 
 Outcome = Literal["passed", "diverged", "vacuous", "failed"]
 

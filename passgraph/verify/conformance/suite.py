@@ -16,17 +16,17 @@ from passgraph.verify.conformance.judging import Outcome, Verdict, judge
 
 #: Group → the module whose ``cases`` yields it.
 GROUPS = {
-    "operations": "passgraph.verify.conformance.operations",
-    "language": "passgraph.verify.conformance.language",
-    "composites": "passgraph.verify.conformance.composites",
-    "derivatives": "passgraph.verify.conformance.derivatives",
-    "pictures": "passgraph.verify.conformance.pictures",
-    "draw states": "passgraph.verify.conformance.draw_states",
-    "draws": "passgraph.verify.conformance.draws",
-    "coverage": "passgraph.verify.conformance.coverage",
-    "sequences": "passgraph.verify.conformance.sequences",
-    "plans": "passgraph.verify.conformance.plans",
-    "effects": "passgraph.verify.conformance.effects",
+    "operations": "passgraph.verify.conformance.operation_cases",
+    "language": "passgraph.verify.conformance.language_cases",
+    "composites": "passgraph.verify.conformance.composite_cases",
+    "derivatives": "passgraph.verify.conformance.derivative_cases",
+    "pictures": "passgraph.verify.conformance.picture_cases",
+    "draw states": "passgraph.verify.conformance.draw_state_cases",
+    "draws": "passgraph.verify.conformance.draw_cases",
+    "coverage": "passgraph.verify.conformance.coverage_cases",
+    "sequences": "passgraph.verify.conformance.sequence_cases",
+    "plans": "passgraph.verify.conformance.plan_cases",
+    "effects": "passgraph.verify.conformance.effect_cases",
 }
 
 

@@ -22,8 +22,7 @@ from passgraph.graph.targets import Input, Target, target
 from passgraph.reading import read_text
 from passgraph.run.compile import compile as compile_graph
 from passgraph.verify.compare import compare
-from passgraph.verify.fuzz.kernels import PARAMETERS
-from passgraph.verify.fuzz.pictures import SIDE, Picture, values
+from passgraph.verify.fuzz.random_kernels import PARAMETERS, SIDE, Picture, values
 from passgraph.writing import write_text
 
 #: A case as data.

@@ -6,16 +6,63 @@ import json
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from time import monotonic
+from typing import Any, Protocol
 
+import numpy as np
 from hypothesis import HealthCheck, Phase, Verbosity, given
 from hypothesis import seed as seeded
 from hypothesis import settings as hypothesis_settings
 from hypothesis.strategies import SearchStrategy
 
 from passgraph.backends.base import Backend
-from passgraph.verify.fuzz.cases import Case, Tally
-from passgraph.verify.fuzz.outcomes import outcome
-from passgraph.verify.fuzz.pictures import SIDE
+from passgraph.errors import GraphError, InputError, KernelError
+from passgraph.verify.fuzz import random_draws, random_graphs, variants
+from passgraph.verify.fuzz.cases import Case, Tally, kernel_outcome, output_of
+from passgraph.verify.fuzz.random_kernels import SIDE
+
+
+class Judge(Protocol):
+    """Runs a case on backends; why it fails, or empty."""
+
+    def __call__(self, case: Case, made: Any, backends: list[Backend], tally: Tally, /) -> str: ...
+
+
+#: Kind → what makes its graphs, what judges them.
+KINDS: dict[str, tuple[Callable[[Case], Any], Judge]] = {
+    "kernel": (lambda case: output_of(case, case["text"]), kernel_outcome),
+    "variant": (variants.pair_of, variants.variant_outcome),
+    "graph": (random_graphs.grown, random_graphs.graph_outcome),
+    "draw": (random_draws.drawn, random_draws.draw_outcome),
+}
+
+
+def outcome(case: Case, backends: Iterable[Backend], tally: Tally | None = None) -> str:
+    """Why a case fails, in a line; empty where every backend gives what it may.
+
+    Raises
+    ------
+    InputError
+        For data that is no case.
+    """
+    tally = tally if tally is not None else Tally()
+    if case.get("kind") not in KINDS:
+        raise InputError(f"a case is of kind {', '.join(KINDS)}, got {case.get('kind')!r}")
+    make, judge = KINDS[case["kind"]]
+    tally.cases[case["kind"]] += 1
+    try:
+        made = make(case)
+    except (KernelError, GraphError):
+        tally.refused += 1
+        return ""
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
+        raise InputError(f"the {case['kind']} case cannot be read: {type(error).__name__} {error}") from error
+    with np.errstate(all="ignore"):
+        try:
+            return judge(case, made, list(backends), tally)
+        except Exception as error:
+            # Whatever is raised after the language's own checks is a failure as any other.
+            return f"raised {type(error).__name__}: {' '.join(str(error).split())}"
+
 
 #: Cases between two looks at the clock and the counts; a graph compiles many kernels.
 BATCH = {"kernels": 40, "graphs": 8, "draws": 20, "variants": 40}
@@ -37,9 +84,9 @@ class _FoundError(Exception):
 
 def strategies(side: int = SIDE) -> dict[str, SearchStrategy[Case]]:
     """Kind of case → its generator, in the order in which they take turns; ``side`` is that of pictures of values."""
-    from passgraph.verify.fuzz.draws import draws
-    from passgraph.verify.fuzz.graphs import graphs
-    from passgraph.verify.fuzz.kernels import kernels
+    from passgraph.verify.fuzz.random_draws import draws
+    from passgraph.verify.fuzz.random_graphs import graphs
+    from passgraph.verify.fuzz.random_kernels import kernels
     from passgraph.verify.fuzz.variants import variants
 
     return {"kernels": kernels(side=side), "graphs": graphs(), "draws": draws(), "variants": variants(side)}

@@ -16,9 +16,8 @@ from hypothesis import strategies as st
 from passgraph.backends.base import Backend
 from passgraph.graph.targets import Target
 from passgraph.verify.fuzz.cases import EXACT, Case, Tally, inputs_of, judged, output_of, run, same_bits
-from passgraph.verify.fuzz.expressions import Features
-from passgraph.verify.fuzz.kernels import kernels
-from passgraph.verify.fuzz.pictures import SIDE
+from passgraph.verify.fuzz.random_expressions import Features
+from passgraph.verify.fuzz.random_kernels import SIDE, kernels
 
 #: Never true, which no compiler can know.
 OPAQUE = ("c[0, 0].x < 0.0 and c[0, 0].x > 1.0", "pixel().x < 0", "output_size().y == 0", "c[1, 0].w * 0.0 == 1.0")

@@ -20,14 +20,14 @@ from passgraph.backends.reference.stage import ReferencePixelPass, Storage, on_q
 from passgraph.graph.draw_state import Geometry
 from passgraph.plan.data import DrawStep, PixelStep, Step
 from passgraph.verify.oracle.allowed import Allowed
-from passgraph.verify.oracle.coverage import Corners, Fragments, Triangles, cover, depth_of, triangles, varying_of
+from passgraph.verify.oracle.covered import Corners, Fragments, Triangles, cover, depth_of, triangles, varying_of
 from passgraph.verify.oracle.decisions import Bounds, Ints
 from passgraph.verify.oracle.interval import Bounded, Interval
+from passgraph.verify.oracle.interval_stage import StageOracle
 from passgraph.verify.oracle.kept import Found, Kept, of_draw, of_pixels
 from passgraph.verify.oracle.merge import State
 from passgraph.verify.oracle.pace import Pace
-from passgraph.verify.oracle.stage import StageOracle
-from passgraph.verify.oracle.storage import stored
+from passgraph.verify.oracle.stored_bounds import stored
 from passgraph.verify.oracle.watch import Watch
 
 

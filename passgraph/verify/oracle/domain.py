@@ -19,10 +19,10 @@ from passgraph.language.operations import OPERATIONS
 from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import Array, Type, Value, element_of, shape_of
 from passgraph.verify.oracle import interval as iv
-from passgraph.verify.oracle import vectors
+from passgraph.verify.oracle import interval_functions
 from passgraph.verify.oracle.decisions import Track
-from passgraph.verify.oracle.functions import FUNCTIONS
 from passgraph.verify.oracle.interval import FLOAT_MAX, Bounded, Interval, Lanes, as_interval, mapped
+from passgraph.verify.oracle.interval_functions import FUNCTIONS
 
 _PLUS_OR_MINUS: dict[str, Callable[..., Interval]] = {"add": iv.add, "sub": iv.sub, "mul": iv.mul}
 _SIMPLE: dict[str, Callable[..., Interval]] = {
@@ -73,7 +73,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
     def apply(self, operation: str, arguments: Sequence[Bounded]) -> Bounded:
         row = OPERATIONS[operation]
         if row.kind == "expanded":
-            return vectors.expanded(self, operation, arguments)
+            return interval_functions.expanded(self, operation, arguments)
         numbers = [a for a in arguments if not isinstance(a, Interval)]
         if len(numbers) == len(arguments):
             exact = self.numbers.apply(operation, numbers)

@@ -19,7 +19,7 @@ from passgraph.verify.oracle import interval as iv
 from passgraph.verify.oracle.decisions import Track
 from passgraph.verify.oracle.domain import IntervalDomain
 from passgraph.verify.oracle.interval import Bounded, Interval, Lanes
-from passgraph.verify.oracle.storage import stored
+from passgraph.verify.oracle.stored_bounds import stored
 
 Ints = NDArray[np.int64]
 

@@ -1,7 +1,7 @@
 """Why the bounds of a pass say what they say: where its kernel decides, and where NaN or infinity may first arise.
 
 Looking costs time, so the oracle does it for one step at a time and only where someone asks
-(:meth:`passgraph.verify.oracle.passes.Passes.watched`).
+(:meth:`passgraph.verify.oracle.pass_bounds.Passes.watched`).
 """
 
 from __future__ import annotations

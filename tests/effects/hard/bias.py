@@ -10,7 +10,7 @@ import numpy as np
 import passgraph as pg
 from passgraph.effects.shadows.shadow_choice import Hard, Pcf
 from passgraph.scene.matrices import rotation_y, translation
-from passgraph.scene.shipped import ball, cylinder
+from passgraph.scene.shipped_scene import ball, cylinder
 from tests.effects.hard.case import SIZE, Case, Figure, Picture, mask, shown, traced
 from tests.effects.hard.naive import constant_bias, frame, naive, plane_by_differences, sure
 from tests.effects.scenes import cube, floor, floor_places, sun

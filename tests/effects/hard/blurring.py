@@ -15,7 +15,7 @@ import passgraph as pg
 from passgraph.effects import soft_shadow_passes
 from passgraph.effects.shadows.shadow_choice import Blur, Hard, Pcss
 from passgraph.scene.matrices import translation
-from passgraph.scene.shipped import ball, cylinder
+from passgraph.scene.shipped_scene import ball, cylinder
 from passgraph.truth import first_surfaces
 from tests.effects.hard.case import SIZE, Case, Figure, Picture, mask, rmse, shown, traced, width_of
 from tests.effects.hard.naive import sure

@@ -8,8 +8,8 @@ from functools import lru_cache
 import numpy as np
 
 import passgraph as pg
+from passgraph.bench.bench_scenes import scene_named
 from passgraph.bench.metrics import FALSE_SHARE
-from passgraph.bench.scenes import scene_named
 from passgraph.bench.truth import PENUMBRA, truth_of
 from passgraph.effects.shadows.shadow_choice import Blur, Disc, Hard, Pcf, Pcss, Penumbra
 from passgraph.scene.matrices import translation
@@ -94,7 +94,7 @@ def stacked(backend: str) -> Case:
     )
 
 
-#: Scenes of `passgraph.bench.scenes` in which casters lie one over the other.
+#: Scenes of `passgraph.bench.bench_scenes` in which casters lie one over the other.
 STACK_SIZE = (480, 270)
 STACKS = ("two-sheets", "three-sheets", "shelf", "cage", "leaves", "furniture")
 

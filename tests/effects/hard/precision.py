@@ -12,7 +12,7 @@ import passgraph as pg
 from passgraph import dot, mat4, normalize, vec3, vec4
 from passgraph.effects import soft_shadow_passes
 from passgraph.scene.matrices import rotation_y, translation
-from passgraph.scene.shipped import ball
+from passgraph.scene.shipped_scene import ball
 from passgraph.srgb import linear_to_srgb
 from tests.effects.hard.case import SIZE, Case, Figure, Picture
 from tests.effects.scenes import cube, floor, moved, render, sun

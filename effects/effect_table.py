@@ -1,0 +1,191 @@
+"""Every effect by its command-line name: those of this package, found by their decorator, and other packages'.
+
+Importing it loads no effect, and neither does listing: built-in ones are read as text, see `_marked`.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from passgraph.arguments import among, shown
+from passgraph.cached import cached_property
+from passgraph.errors import GraphError, UnknownNameError
+
+if TYPE_CHECKING:
+    from passgraph.effects.checked import Takes
+    from passgraph.effects.parameters import Parameter
+
+
+#: Entry points of other packages: ``name = "module:function"``, the function made with `passgraph.effects.effect`.
+GROUP = "passgraph.effects"
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect by its command-line name.
+
+    Attributes
+    ----------
+    name : such as "tone-map"
+    path : module and function, ``"passgraph.effects.pictures.tone_map:tone_map"``
+    takes : what its positional arguments are, see `passgraph.effects.checked.effect`
+    summary : the first line of its docstring
+    loaded : the function where it is here already, as of a file that was just run; else it is imported
+    """
+
+    name: str
+    path: str
+    takes: Takes
+    summary: str
+    loaded: Callable[..., Any] | None = None
+
+    @cached_property
+    def function(self) -> Callable[..., Any]:
+        """The function from targets (or a scene) to a target."""
+        return self.loaded or _loaded(self.path)
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What the function takes beside that, from its signature."""
+        from passgraph.effects.parameters import parameters_of
+
+        return parameters_of(self.function)
+
+    @property
+    def linear(self) -> bool:
+        """Whether pictures of 8 and 16 bits are decoded to linear light where nothing else is said."""
+        return bool(self.function.effect.linear)  # type: ignore[attr-defined]
+
+    @property
+    def frame_time(self) -> str | None:
+        """The parameter that says how many seconds a frame lasts, where there is one."""
+        return None
+
+    def parameter(self, name: str) -> Parameter:
+        """One parameter by name; KeyError names what there is."""
+        for parameter in self.parameters:
+            if among(name, (parameter.name,)):
+                return parameter
+        known = ", ".join(p.name for p in self.parameters) or "none"
+        raise UnknownNameError(f"effect {self.name!r} has no parameter {shown(name)}; it has {known}")
+
+    def made(self, *taken: Any, **given: Any) -> Any:
+        """Call the function with arguments by the names of `parameters`.
+
+        >>> import passgraph as pg
+        >>> EFFECTS["soft-shadow"].made(pg.Scene.shipped(), shadow_filter="pcss", taps=8).name
+        'picture'
+        """
+        from passgraph.effects.parameters import arguments_from
+
+        return self.function(*taken, **arguments_from(self.function, given))
+
+
+class _Effects(Mapping[str, Effect]):
+    """Built-in effects first, then those of other packages, which are asked for when a name is not built in."""
+
+    def __getitem__(self, name: str) -> Effect:
+        return _one_built_in(name) or _others()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter({**_built_in(), **_others()})
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
+
+EFFECTS: Mapping[str, Effect] = _Effects()
+
+
+@cache
+def _built_in() -> dict[str, Effect]:
+    """Effects of this package, by kind, then by name: functions under ``@effect("name")`` in any of its files."""
+    found = [effect for module, text in _texts() for effect in _marked(module, text)]
+    order = ("nothing", "picture", "picture+depth", "scene", "world2d")
+    return {effect.name: effect for effect in sorted(found, key=lambda one: (order.index(one.takes), one.name))}
+
+
+@cache
+def _one_built_in(name: str) -> Effect | None:
+    """One of them, for which the files of the others are not parsed."""
+    mark = f'@effect("{name}"'
+    found = (effect for module, text in _texts() if mark in text for effect in _marked(module, text))
+    return next((effect for effect in found if effect.name == name), None)
+
+
+@cache
+def _texts() -> list[tuple[str, str]]:
+    """Modules with effects, and their texts: kernels are read from their source too, so that it is always there."""
+    root, found = Path(__file__).parent, list[tuple[str, str]]()
+    for file in sorted(root.rglob("*.py")):
+        text = file.read_text(encoding="utf-8")
+        if "\n@effect(" in text:
+            found.append((".".join(("passgraph.effects", *file.relative_to(root).with_suffix("").parts)), text))
+    return found
+
+
+def _marked(module: str, text: str) -> Iterator[Effect]:
+    """Effects of one module, which is parsed and not imported: importing all takes a quarter of a second."""
+    for made in (node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)):
+        for mark in made.decorator_list:
+            if isinstance(mark, ast.Call) and isinstance(mark.func, ast.Name) and mark.func.id == "effect":
+                name, takes, *_ = (*map(ast.literal_eval, mark.args), "picture")
+                yield Effect(name, f"{module}:{made.name}", takes, summary_of(ast.get_docstring(made)))
+
+
+def function_named(name: str) -> Callable[..., Any] | None:
+    """The function of a built-in effect by its own name, such as ``tone_map``; None where there is none."""
+    found = (effect for effect in _built_in().values() if effect.path.endswith(f":{name}"))
+    return next((effect.function for effect in found), None)
+
+
+@cache
+def _others() -> dict[str, Effect]:
+    """Effects that other packages bring, by name; their packages are imported."""
+    from importlib.metadata import entry_points
+
+    found = {}
+    for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
+        mark = getattr(_loaded(entry.value, entry.name), "effect", None)
+        if mark is None:
+            raise GraphError(f'effect {entry.name!r} ({entry.value}) is not marked with @effect("{entry.name}")')
+        if mark.name != entry.name:
+            raise GraphError(f"effect {entry.name!r} ({entry.value}) calls itself {mark.name!r}; use one name")
+        found[mark.name] = Effect(mark.name, entry.value, mark.takes, summary_of(_loaded(entry.value).__doc__))
+    return found
+
+
+def _loaded(path: str, name: str | None = None) -> Callable[..., Any]:
+    module, _, function = path.partition(":")
+    try:
+        found: Callable[..., Any] = getattr(import_module(module), function)
+    except (ImportError, AttributeError) as error:
+        raise GraphError(f"effect {name or function!r} ({path}) cannot be loaded: {error}") from error
+    return found
+
+
+def summary_of(docstring: str | None) -> str:
+    """The first line."""
+    text = docstring or ""
+    return text.strip().partition("\n")[0]
+
+
+def effect_named(name: str) -> Effect:
+    """The effect of this name.
+
+    >>> effect_named("tone-map").takes
+    'picture'
+    """
+    if not among(name, EFFECTS):
+        import difflib
+
+        near = difflib.get_close_matches(shown(name), EFFECTS, n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise UnknownNameError(f"there is no effect {shown(name)}{hint} There are {', '.join(EFFECTS)}")
+    return EFFECTS[name]

@@ -1,0 +1,150 @@
+"""Files on the command line: what they mean, refused before the long work, written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from passgraph.arguments import shown
+from passgraph.errors import InputError
+from passgraph.files.animation_times import is_animated
+from passgraph.files.names import Pattern, has_wildcard, is_film, is_video, unread_files
+from passgraph.image_files import WRITABLE
+from passgraph.pictures import format_of_suffix, holds_several
+from passgraph.writing import NewFile
+
+if TYPE_CHECKING:
+    from passgraph.files.frame import Source
+    from passgraph.files.sequences import ToPictures
+
+
+#: Suffixes of float formats: they hold light as it is, beyond 1 too.
+FLOAT_SUFFIXES = tuple(suffix for suffix, kind in WRITABLE.items() if kind.is_float)
+#: Standard input or output.
+STREAM = "-"
+
+
+def is_one_picture(inputs: tuple[str, ...], output: str) -> bool:
+    """Whether one picture file goes to one."""
+    if len(inputs) != 1 or inputs[0] == STREAM or output == STREAM or is_folder(output):
+        return False
+    path = Path(inputs[0])
+    # One # may be meant as it stands, as in a#1.png.
+    numbered = Pattern.is_in(output) and ("##" in output or "%" in output)
+    if numbered or is_film(Path(output)) or is_video(path):
+        return False
+    if is_animated(path) and not Path(output).suffix:
+        return False  # a folder for its frames
+    if path.is_dir():
+        # Its pictures go into a folder or have numbers; else it is said that a picture is expected.
+        return bool(Path(output).suffix) and not Pattern.is_in(output)
+    return os.path.lexists(path) or not (Pattern.is_in(inputs[0]) or has_wildcard(inputs[0]))
+
+
+def is_several(path: Path) -> bool:
+    """Return True if a picture parameter names frames: a stream, a folder, a sequence, a video or an animation."""
+    text = os.fspath(path)
+    if os.path.lexists(path):
+        return path.is_dir() or is_video(path) or is_animated(path)
+    return text == STREAM or Pattern.is_in(text) or has_wildcard(text) or is_video(path)
+
+
+def is_folder(output: str) -> bool:
+    return output.endswith(("/", os.sep)) or (output != STREAM and Path(output).is_dir())
+
+
+def tell_of_several(paths: Iterable[Path]) -> None:
+    """Warn where files hold pictures behind the first, which alone is read."""
+    if found := [path for path in paths if path.is_file() and (is_animated(path) or holds_several(path))]:
+        more = len(found) - 1
+        others = f", and so {'does 1 other' if more == 1 else f'do {more} others'}" if more else ""
+        mend = "; for all of them: -o out.gif, out.mp4 or out/" if is_animated(found[0]) else ""
+        click.echo(f"passgraph: warning: {found[0]}: holds several pictures{others}; the first is read{mend}", err=True)
+
+
+def tell_of_unread(folder: Path) -> None:
+    """Warn where a folder has pictures in formats that are not read: whoever counts on all of them would miss some."""
+    if found := unread_files(folder):
+        more = len(found) - 1
+        others = f" and {more} other{'s' if more > 1 else ''} in that folder" if more else ""
+        click.echo(
+            f"passgraph: warning: {found[0]}{others}: left out, pictures of such a format are not read; convert them "
+            "to PNG or OpenEXR",
+            err=True,
+        )
+
+
+def tell_of_lost_bits(sink: ToPictures, source: Source) -> None:
+    """Warn where pictures of 16 bits a channel go into a format that holds 8."""
+    if loss := sink.lost_bits(source):
+        click.echo(f"passgraph: warning: {loss}", err=True)
+
+
+def check_picture_path(path: Path) -> None:
+    """Raise InputError where a picture cannot be written there."""
+    format_of_suffix(path)
+    check_path(path)
+
+
+def check_path(path: Path) -> None:
+    """Raise InputError where no file of this name can be made; a file is made and removed to find out."""
+    try:
+        with NewFile(path) as probe:
+            probe.temporary.touch(exist_ok=False)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise InputError(f"{path}: cannot be written ({reason}); check the folder's permissions") from error
+
+
+def check_no_video(*options: object) -> None:
+    """Refuse options of videos where none is written."""
+    if any(options):
+        raise InputError("--rate, --codec and --codec-option are for videos, and none is written; name one: -o out.mp4")
+
+
+def check_folder(path: Path) -> None:
+    """Make a folder for files, or raise InputError."""
+    try:
+        path.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be made a folder ({error.strerror}); make its parent first") from error
+    check_path(path / "probe")
+
+
+def check_apart(inputs: Iterable[Path], outputs: Iterable[tuple[Path, str]]) -> None:
+    """Refuse outputs that are inputs, through links too, and two of one name."""
+    read = {identity: path for path in inputs for identity in _identities(path)}
+    written: dict[object, str] = {}
+    for path, what in outputs:
+        for identity in _identities(path):
+            if identity in read:
+                raise InputError(f"{path}: would overwrite the input {read[identity]}; give the output another name")
+        name = os.path.realpath(path)
+        if name in written:
+            raise InputError(f"{path}: {written[name]} and {what} would both be written to it; run them apart")
+        written[name] = what
+
+
+def _identities(path: Path) -> list[object]:
+    """What tells that two names are one file: the path behind links, and the file itself where it is there."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return [os.path.realpath(path)]
+    return [os.path.realpath(path), (status.st_dev, status.st_ino)]
+
+
+def rate_of(text: str) -> Fraction:
+    """Frames a second: 25, 23.976, 30000/1001."""
+    try:
+        rate = Fraction(text) if len(text) < 32 else Fraction(0)
+    except (ValueError, ZeroDivisionError):
+        rate = Fraction(0)
+    if not 0 < rate <= 1000:
+        raise InputError(f"--rate {shown(text)}: expected frames a second from 0 to 1000, such as 25 or 30000/1001")
+    return rate

@@ -1,0 +1,40 @@
+"""Image files, numbered sequences, video, animations and pipes: where frames come from and go to.
+
+`passgraph.frames` (in :mod:`.run`) sends each frame of a source through a program and into a sink.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from passgraph.files.animation import Animation
+    from passgraph.files.animation_sink import ToAnimation
+    from passgraph.files.frame import Frame, Outcome, Sink, Source, Summary
+    from passgraph.files.names import Pattern
+    from passgraph.files.pipe import Pipe, Raw, ToPipe
+    from passgraph.files.sequences import Arrays, Numbers, Pictures, Still, ToArrays, ToPictures
+    from passgraph.files.video import Video
+    from passgraph.files.video_sink import ToVideo
+
+#: Module → its public names, imported when first used: one picture needs none of them.
+_MODULES = {
+    "animation": "Animation", "animation_sink": "ToAnimation",
+    "frame": "Frame Outcome Sink Source Summary", "names": "Pattern", "pipe": "Pipe Raw ToPipe",
+    "sequences": "Arrays Numbers Pictures Still ToArrays ToPictures", "video": "Video", "video_sink": "ToVideo",
+}  # fmt: skip
+_HOME = {name: module for module, names in _MODULES.items() for name in names.split()}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        from importlib import import_module
+
+        return getattr(import_module(f"passgraph.files.{_HOME[name]}"), name)
+    raise AttributeError(f"module 'passgraph.files' has no attribute {name!r}")
+
+
+__all__ = [
+    "Animation", "Arrays", "Frame", "Numbers", "Outcome", "Pattern", "Pictures", "Pipe", "Raw", "Sink", "Source",
+    "Still", "Summary", "ToAnimation", "ToArrays", "ToPictures", "ToPipe", "ToVideo", "Video",
+]  # fmt: skip

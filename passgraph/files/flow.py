@@ -1,0 +1,307 @@
+"""The way of frames through a run: loaded ahead, computed in order, stored behind, whatever fails on the way."""
+
+from __future__ import annotations
+
+import errno
+import itertools
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any, Generic, TypeAlias, TypeVar
+
+import numpy as np
+
+from passgraph import arguments
+from passgraph.errors import InputError, PassgraphError
+from passgraph.files.frame import Frame, Outcome, OutputError, Sink, Source, Stored, Summary
+from passgraph.files.stored import given, stored
+from passgraph.graph.run_values import FRAME_INDEX
+from passgraph.run.program import Program
+
+Item = TypeVar("Item")
+
+
+class Ahead(Generic[Item]):
+    """Iterates over ``(item, future of function(item))``; at most ``depth`` are begun ahead of the one given out.
+
+    So memory holds a few of them, however long the items take.  Without a pool each is done when its turn comes.
+    """
+
+    def __init__(
+        self, pool: Executor | None, function: Callable[[Item], Any], items: Iterable[Item], depth: int
+    ) -> None:
+        self._pool, self._function, self._items, self._depth = pool, function, items, depth
+        self._begun: deque[tuple[Item, Future[Any]]] = deque()
+
+    def __iter__(self) -> Iterator[tuple[Item, Future[Any]]]:
+        for item in self._items:
+            self._begun.append((item, self._begin(item)))
+            if self._pool is None or len(self._begun) > self._depth:
+                yield self._begun.popleft()
+        while self._begun:
+            yield self._begun.popleft()
+
+    def broken_off(self) -> Iterator[tuple[Item, Future[Any]]]:
+        """Cancel what has not begun; what has, in order, when it is done."""
+        begun = [(item, future) for item, future in self._begun if not future.cancel()]
+        self._begun.clear()
+        yield from begun
+
+    def _begin(self, item: Item) -> Future[Any]:
+        if self._pool is not None:
+            return self._pool.submit(self._function, item)
+        future: Future[Any] = Future()
+        try:
+            future.set_result(self._function(item))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+Values: TypeAlias = "Mapping[str, Any] | Callable[[int], Mapping[str, Any]]"
+Watch: TypeAlias = Callable[[Outcome], None]
+#: What ends a run: no further frame would fare better.
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
+
+
+@dataclass
+class Run:
+    """One run: its sources and sink, and what has become of the frames until now."""
+
+    program: Program
+    sources: dict[str, Source]
+    sink: Sink
+    values: Values | None
+    output: str | None
+    linear: bool
+    resume: bool
+    same_size: bool
+    watch: Watch | None
+    written: int = 0
+    kept: int = 0
+    failed: list[Outcome] = field(default_factory=list)
+    stopped: str = ""
+    size: tuple[int, int] | None = None
+    ran: int = 0
+    is_full: bool = False
+    sizes: dict[str, tuple[int, int]] = field(default_factory=dict)
+    first: int = 0  # number of the first frame
+
+    def all(self, jobs: int) -> Summary:
+        start = perf_counter()
+        self.sink.begin(next(iter(self.sources.values())))
+        with ExitStack() as stack:
+            pool = stack.enter_context(ThreadPoolExecutor(jobs, "passgraph_frames")) if jobs > 1 else None
+            loading = Ahead(pool, self._load, self._wanted(), jobs)
+            storing = Ahead(pool, self._prepare, self._computed(loading), jobs)
+            try:
+                self._take_all(storing)
+            except BaseException:
+                self._break_off(loading, storing)
+                self.sink.abandon()
+                raise
+            self._break_off(loading, storing)
+        self._end()
+        seconds = perf_counter() - start
+        return Summary(self.written, self.kept, tuple(self.failed), self.stopped, self.size, seconds)
+
+    # What follows is in the order in which a frame goes through it.
+
+    def _wanted(self) -> Iterator[_Loading]:
+        """Frames of all sources in step; those that are there already only where history needs them."""
+        began = False
+        try:
+            for frames in _in_step(self.sources):
+                first = next(iter(frames.values()))
+                self.first, began = self.first if began else first.number, True
+                held = self.resume and self.sink.holds(first)
+                yield _Loading(first, frames, held, skipped=held and not self.program.has_history)
+        except InputError as error:
+            if not began:
+                raise
+            self.stopped = str(error)
+
+    def _load(self, item: _Loading) -> dict[str, Stored]:
+        if item.skipped:
+            return {}
+        inputs = self.program.inputs
+        # frames of Numbers are of no input
+        return {n: given(frame.read(), inputs[n], self.linear) for n, frame in item.frames.items() if n in inputs}
+
+    def _computed(self, loading: Ahead[_Loading]) -> Iterator[_Storing]:
+        for item, future in loading:
+            made: Stored | Exception | None
+            dtype: np.dtype[Any] | None = None
+            try:
+                made = None if item.skipped else self._run(item, future.result())
+                dtype = self.sink.stores(item.frame, _size(made)) if made is not None else None
+            except (PassgraphError, MemoryError) as error:
+                if isinstance(error, OutputError) or not (self.ran or isinstance(error, (InputError, MemoryError))):
+                    raise  # a program that does not fit would fail for every frame
+                made = error
+            yield _Storing(item.frame, made, dtype)
+
+    def _run(self, item: _Loading, pictures: dict[str, Stored]) -> Stored | None:
+        self._check_sizes(item, {name: _size(picture) for name, picture in pictures.items()})
+        brought = self._values(item.frame.number) | pictures
+        if item.held:
+            self.program.run(**brought)
+            result = None
+        else:
+            results = self.program(**brought)
+            result = results[next(iter(results)) if self.output is None else self.output]
+        self.ran += 1
+        return result
+
+    def _values(self, number: int) -> dict[str, Any]:
+        """What a run is given beside its pictures."""
+        values: object = self.values(number) if callable(self.values) else self.values or {}
+        if not isinstance(values, Mapping) or not all(isinstance(name, str) for name in values):
+            raise InputError(f"frames: values must give a mapping by name, got {arguments.shown(values)}")
+        for name in self.sources:
+            if name in values:
+                raise InputError(f"frames: {name!r} is among the values and has a source too; leave out one of them")
+        if not self.program.has_frame_index:
+            return dict(values)
+        # Frames that are left out count too, and other machines begin anew with each.
+        return {FRAME_INDEX.name: number - self.first, **values}
+
+    def _check_sizes(self, item: _Loading, sizes: dict[str, tuple[int, int]]) -> None:
+        first = next(iter(sizes), "")
+        for name, size in sizes.items():
+            before = self.sizes.setdefault(name, size) if self.program.has_history else size
+            if before != size:
+                raise InputError(
+                    f"{item.frames[name].name}: is {_text(size)} pixels, and frames before it are {_text(before)}; an "
+                    "effect that reads last frame's picture needs one size; run the sizes apart"
+                )
+            if self.same_size and size != sizes[first]:
+                raise InputError(
+                    f"{item.frames[name].name}: is {_text(size)} pixels, and {item.frame.name} is {_text(sizes[first])}"
+                )
+
+    def _prepare(self, item: _Storing) -> Any:
+        if item.made is None:
+            return None
+        if isinstance(item.made, Exception):
+            raise item.made
+        assert item.dtype is not None
+        return self.sink.prepare(item.frame, stored(item.made, item.dtype, item.frame.name))
+
+    def _take_all(self, storing: Ahead[_Storing]) -> None:
+        for item, future in storing:
+            try:
+                prepared = future.result()
+                if item.made is not None:
+                    self.sink.take(item.frame, prepared)
+            except (PassgraphError, MemoryError, OSError) as error:
+                if _is_full(error):
+                    self.stopped, self.is_full = f"the disk is full: {error}", True
+                    return
+                if isinstance(error, (OSError, OutputError)):
+                    raise
+                self._failed(item.frame, error)
+            else:
+                self._done(item)
+
+    def _done(self, item: _Storing) -> None:
+        if item.made is None:
+            self.kept += 1
+            self._tell(Outcome(item.frame.number, item.frame.name, "kept"))
+        else:
+            assert not isinstance(item.made, Exception)
+            self.written, self.size = self.written + 1, _size(item.made)
+            self._tell(Outcome(item.frame.number, item.frame.name, "written"))
+
+    def _failed(self, frame: Frame, error: Exception) -> None:
+        reason = str(error) or type(error).__name__
+        self.failed.append(Outcome(frame.number, frame.name, "failed", reason))
+        self._tell(self.failed[-1])
+
+    def _tell(self, outcome: Outcome) -> None:
+        if self.watch is not None:
+            self.watch(outcome)
+
+    # Ends
+
+    def _break_off(self, loading: Ahead[_Loading], storing: Ahead[_Storing]) -> None:
+        """Wait for what has begun; frames that are whole by then count."""
+        for _, loaded in loading.broken_off():
+            loaded.exception()
+        for item, future in storing.broken_off():
+            if future.exception() is None and self.sink.whole_when_prepared:
+                self._done(item)
+
+    def _end(self) -> None:
+        """A source that broke off has an output as far as it goes; where the disk is full, only what is whole."""
+        if not self.is_full and (self.written or self.kept):
+            try:
+                self.sink.finish()
+                return
+            except (PassgraphError, OSError) as error:
+                if not _is_full(error):
+                    self.sink.abandon()
+                    raise
+                self.stopped = f"the disk is full: {error}"
+        self.sink.abandon()
+        if self.sink.is_one_file:
+            self.written = 0
+
+
+@dataclass(frozen=True, eq=False)
+class _Loading:
+    """A frame of each source; ``held``: its output is there; ``skipped``: and nobody needs it."""
+
+    frame: Frame
+    frames: dict[str, Frame]
+    held: bool
+    skipped: bool
+
+
+@dataclass(frozen=True, eq=False)
+class _Storing:
+    """A frame, its result (None where its output is there already), and the type that this is stored in."""
+
+    frame: Frame
+    made: Stored | Exception | None
+    dtype: np.dtype[Any] | None
+
+
+def _in_step(sources: dict[str, Source]) -> Iterator[dict[str, Frame]]:
+    """One frame of each source, until all end together; endless ones go with the others."""
+    iterators = {name: iter(source) for name, source in sources.items()}
+    ending = [name for name, source in sources.items() if not getattr(source, "endless", False)]
+    if not ending:
+        raise InputError("none of the sources ends; give one that is no still picture")
+    for count in itertools.count():
+        frames = {name: frame for name in ending if (frame := next(iterators[name], None)) is not None}
+        if not frames:
+            return
+        if len(frames) < len(ending):
+            short = next(name for name in ending if name not in frames)
+            longer = next(iter(frames))
+            raise InputError(
+                f"{sources[short].name}: ends after {count} frames, and {sources[longer].name} has more; "
+                f"give {short!r} one for each"
+            )
+        yield {name: frames[name] if name in frames else next(iterators[name]) for name in sources}
+
+
+def _size(picture: Stored) -> tuple[int, int]:
+    return picture.shape[1], picture.shape[0]
+
+
+def _text(size: tuple[int, int]) -> str:
+    return f"{size[0]}x{size[1]}"
+
+
+def _is_full(error: BaseException | None) -> bool:
+    """Whether an error comes from a disk without space."""
+    while error is not None:
+        if isinstance(error, OSError) and error.errno in _FULL:
+            return True
+        error = error.__cause__
+    return False

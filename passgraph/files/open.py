@@ -1,0 +1,65 @@
+"""Sources and sinks by their names."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from fractions import Fraction
+from pathlib import Path
+
+from passgraph import arguments
+from passgraph.errors import InputError
+from passgraph.files.animation import Animation
+from passgraph.files.animation_sink import ToAnimation
+from passgraph.files.animation_times import is_animated
+from passgraph.files.film import Film
+from passgraph.files.frame import Sink, Source
+from passgraph.files.names import Pattern, folder_files, glob_files, has_wildcard, is_film, is_picture, is_video
+from passgraph.files.sequences import Pictures, ToPictures
+from passgraph.files.video import Video
+from passgraph.files.video_sink import ToVideo
+
+
+def open_source(path: str | os.PathLike[str]) -> Source:
+    """A video, an animated picture, a numbered sequence, the pictures of a folder or a wildcard, or one picture."""
+    file = arguments.path(path, "a source of frames")
+    text = os.fspath(path)
+    if is_video(file):
+        return Video(file)
+    if is_animated(file):
+        return Animation(file)
+    if file.is_dir():
+        return Pictures(only_pictures(folder_files(file), text), text)
+    if os.path.lexists(file):
+        return Pictures([file])
+    if Pattern.is_in(text):
+        return Pictures(Pattern(text).files(), text)
+    if has_wildcard(text):
+        return Pictures(only_pictures(glob_files(text), text), text)
+    return Pictures([file])
+
+
+def only_pictures(paths: Iterable[Path], where: str) -> list[Path]:
+    """The pictures among files; videos are sources of their own."""
+    pictures = [path for path in paths if is_picture(path)]
+    if not pictures:
+        raise InputError(f"{where}: has no pictures; name its videos one by one")
+    return pictures
+
+
+def open_film(path: Path, rate: Fraction | None = None) -> Film:
+    """A video or an animated picture to write; ``rate``: frames a second of pictures."""
+    return ToVideo(path, rate=rate) if is_video(path) else ToAnimation(path, rate=rate)
+
+
+def open_sink(path: str | os.PathLike[str]) -> Sink:
+    """A video, an animated picture, or a numbered sequence of pictures."""
+    file = arguments.path(path, "where frames go")
+    if is_film(file):
+        return open_film(file)
+    if Pattern.is_in(os.fspath(path)):
+        return ToPictures(Pattern(os.fspath(path)))
+    raise InputError(
+        f"{file}: expected a numbered sequence such as shot.%04d.png, or a video such as shot.mp4, or shot.gif; for "
+        "other names give ToPictures({1: path, ...})"
+    )

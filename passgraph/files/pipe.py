@@ -1,0 +1,193 @@
+"""Frames from and to streams: PNG files one behind the other, or raw pixels."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from passgraph.errors import InputError
+from passgraph.files.frame import Frame, Sink, Source, Stored
+from passgraph.files.stored import with_channels
+from passgraph.graph.targets import MAX_SIDE
+from passgraph.pictures import MAX_BYTES, encode_png, load_stored
+
+_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Raw pixels: type of a number, and which channels a pixel has, in order."""
+
+    dtype: np.dtype[Any]
+    order: tuple[int, ...]
+
+    @property
+    def channels(self) -> int:
+        return len(self.order)
+
+    def ordered(self, pixels: Stored) -> Stored:
+        """Between this order and red, green, blue, alpha: to either from the other."""
+        return pixels if self.order == tuple(range(self.channels)) else pixels[..., self.order]
+
+
+_BYTE, _WORD = np.dtype(np.uint8), np.dtype("<u2")
+#: By ffmpeg's names.
+LAYOUTS = {
+    "gray": Layout(_BYTE, (0,)),
+    "rgb24": Layout(_BYTE, (0, 1, 2)),
+    "bgr24": Layout(_BYTE, (2, 1, 0)),
+    "rgba": Layout(_BYTE, (0, 1, 2, 3)),
+    "bgra": Layout(_BYTE, (2, 1, 0, 3)),
+    "gray16le": Layout(_WORD, (0,)),
+    "rgb48le": Layout(_WORD, (0, 1, 2)),
+    "rgba64le": Layout(_WORD, (0, 1, 2, 3)),
+}
+_RAW = re.compile(r"(?:(\d{1,6})x(\d{1,6}):)?(\w+)(?:@(\d{1,6}(?:/\d{1,6}|\.\d{1,6})?))?", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Raw:
+    """Pixels without any header, row after row: size, layout, and frames a second where a video is made of them.
+
+    >>> Raw.parsed("1920x1080:rgb24@30000/1001").rate
+    Fraction(30000, 1001)
+    """
+
+    layout: str
+    size: tuple[int, int] | None = None
+    rate: Fraction | None = None
+
+    @staticmethod
+    def parsed(text: str) -> Raw:
+        """From ``WxH:LAYOUT@RATE``; size and rate may be left out."""
+        found = _RAW.fullmatch(text)
+        if found is None or found[3] not in LAYOUTS:
+            raise InputError(
+                f"{text!r} is not a layout of raw pixels; write WxH:LAYOUT@RATE, such as 1920x1080:rgb24@25, with one "
+                f"of {', '.join(LAYOUTS)}"
+            )
+        size = None if found[1] is None else (int(found[1]), int(found[2]))
+        if size is not None and not all(1 <= side <= MAX_SIDE for side in size):
+            raise InputError(f"{text!r}: each side must be 1 to {MAX_SIDE} pixels")
+        rate = None if found[4] is None or found[4].endswith("/0") else Fraction(found[4])
+        if found[4] is not None and not rate:
+            raise InputError(f"{text!r}: the rate must be above 0")
+        return Raw(found[3], size, rate)
+
+
+class Pipe:
+    """Frames from a stream such as ``sys.stdin.buffer``, until it ends: PNG files, or raw pixels."""
+
+    count = None
+
+    def __init__(self, stream: BinaryIO, raw: Raw | None = None, name: str = "standard input") -> None:
+        if raw is not None and raw.size is None:
+            raise InputError(f"{name}: raw pixels have no size of their own; write it, such as 640x480:{raw.layout}")
+        self.stream, self.raw, self.name = stream, raw, name
+
+    def __iter__(self) -> Iterator[Frame]:
+        number = 0
+        while data := self._next(number):
+            number += 1
+            yield self._frame(number, data)
+        if number == 0:
+            raise InputError(f"{self.name}: is empty; expected {'raw pixels' if self.raw else 'PNG pictures'}")
+
+    def _frame(self, number: int, data: bytes) -> Frame:
+        name = f"{self.name}, picture {number}"
+        if self.raw is None:
+            return Frame(number, name, lambda: load_stored(Path(name), data))
+        assert self.raw.size is not None
+        (width, height), layout = self.raw.size, LAYOUTS[self.raw.layout]
+        pixels = np.frombuffer(data, layout.dtype).reshape(height, width, layout.channels)
+        return Frame.of(number, name, layout.ordered(pixels))
+
+    def _next(self, number: int) -> bytes:
+        """The bytes of one picture; none at the end."""
+        if self.raw is None:
+            return self._next_png(number)
+        assert self.raw.size is not None
+        (width, height), layout = self.raw.size, LAYOUTS[self.raw.layout]
+        wanted = width * height * layout.channels * layout.dtype.itemsize
+        data = self._read(wanted)
+        if 0 < len(data) < wanted:
+            raise InputError(
+                f"{self.name}: ends inside picture {number + 1}, {len(data)} of {wanted} bytes; check size and layout"
+            )
+        return data
+
+    def _next_png(self, number: int) -> bytes:
+        where = f"{self.name}, picture {number + 1}"
+        data = self._read(8)
+        if not data:
+            return b""
+        if data != _SIGNATURE:
+            raise InputError(
+                f"{where}: is no PNG; expected PNG files one behind the other, or raw pixels with --raw; got bytes "
+                f"that begin with {data!r}"
+            )
+        parts, size = [data], 8
+        while True:
+            head = self._read(8)
+            length = int.from_bytes(head[:4], "big") + 4  # and the check sum
+            size += length + 8
+            if size > MAX_BYTES:
+                raise InputError(f"{where}: is larger than {MAX_BYTES} bytes; make it smaller")
+            body = self._read(length) if len(head) == 8 else b""
+            if len(body) < length:
+                raise InputError(f"{where}: truncated; the stream ends inside it")
+            parts += head, body
+            if head[4:] == b"IEND":
+                return b"".join(parts)
+
+    def _read(self, wanted: int) -> bytes:
+        """As many bytes as there are until the end; streams may give less at a time."""
+        parts, got = list[bytes](), 0
+        while got < wanted and (part := self.stream.read(min(wanted - got, 1 << 24))):
+            parts.append(part)
+            got += len(part)
+        return parts[0] if len(parts) == 1 else b"".join(parts)
+
+
+class ToPipe(Sink):
+    """Frames to a stream such as ``sys.stdout.buffer``: PNG files, or raw pixels of one size."""
+
+    def __init__(self, stream: BinaryIO, raw: Raw | None = None, name: str = "standard output") -> None:
+        self.stream, self.raw, self._name = stream, raw, name
+        self._size = None if raw is None else raw.size
+
+    @property
+    def name(self) -> str:
+        return self._name
+
+    def in_bytes(self, source: Source) -> bool:
+        return self.raw is None or LAYOUTS[self.raw.layout].dtype == np.uint8
+
+    def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
+        if self.raw is None:
+            return np.dtype(np.uint8)
+        self._size = self._size or size
+        if self._size != size:
+            raise InputError(
+                f"{frame.name}: makes {size[0]}x{size[1]} pixels, and {self.name} holds {self._size[0]}x"
+                f"{self._size[1]}; raw pixels have one size"
+            )
+        return LAYOUTS[self.raw.layout].dtype
+
+    def prepare(self, frame: Frame, picture: Stored) -> bytes:
+        if self.raw is None:
+            return encode_png(Path(frame.name), picture)
+        layout = LAYOUTS[self.raw.layout]
+        return layout.ordered(with_channels(picture, layout.channels)).tobytes()
+
+    def take(self, frame: Frame, prepared: bytes) -> None:
+        self.stream.write(prepared)
+
+    def finish(self) -> None:
+        self.stream.flush()

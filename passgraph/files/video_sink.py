@@ -1,0 +1,354 @@
+"""Write frames to a video file: its color tags, and the sound and subtitles of the source."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from passgraph.errors import InputError
+from passgraph.files.film import Film
+from passgraph.files.frame import Frame, OutputError, Source, Stored
+from passgraph.files.stored import with_channels
+from passgraph.files.video import BT709, OPENING, RGB, UNSPECIFIED, Video, import_av, opened, reason, stated
+from passgraph.files.video_pixels import FULL, LIMITED, Conversion, is_matrix
+
+if TYPE_CHECKING:
+    from passgraph.files.video import Video
+
+
+def check_sound(path: Path, container: Any, into: Path) -> None:
+    """Refuse sound that a container cannot hold: libav would find out when frames are made already."""
+    with opened(path) as given:
+        for stream in given.streams:
+            if stream.type in ("audio", "subtitle") and stream.codec_context is not None:
+                codec = stream.codec_context.codec
+                if not {codec.name, codec.canonical_name} & container.supported_codecs:
+                    raise InputError(
+                        f"{into}: cannot hold the {stream.type} of {path} as it is ({codec.name}); choose another "
+                        "suffix, such as .mkv, or leave it out (--no-sound)"
+                    )
+
+
+class Sound:
+    """Packets of a file's sound, given out until a time; the file is read a second time for them.
+
+    So sound and pictures need not wait for each other, however they lie in the file.
+
+    Parameters
+    ----------
+    path : the file with the sound
+    container : the one that it goes to, to which streams are added
+    """
+
+    def __init__(self, path: Path, container: Any) -> None:
+        self._av = import_av(path)
+        self._container = self._av.open(os.fspath(path), metadata_errors="replace", options=OPENING)
+        self._streams: dict[int, Any] = {}
+        for stream in self._container.streams:
+            if stream.type in ("audio", "subtitle") and stream.codec_context is not None:
+                self._streams[stream.index] = container.add_stream_from_template(stream, opaque=True)
+        kept = [self._container.streams[index] for index in self._streams]
+        self._packets = iter(self._container.demux(kept)) if kept else iter(())
+        self._next: Any = None
+
+    def until(self, seconds: Fraction | None) -> Iterator[Any]:
+        """Packets until a time in order, or all that are left; a file that breaks off ends them."""
+        while True:
+            if self._next is None:
+                try:
+                    self._next = next(self._packets, None)
+                except self._av.error.FFmpegError:
+                    self._packets = iter(())
+                if self._next is None:
+                    return
+            packet = self._next
+            if packet.dts is None:  # the end of a stream
+                self._next = None
+                continue
+            if seconds is not None and packet.dts * packet.time_base > seconds:
+                return
+            self._next = None
+            packet.stream = self._streams[packet.stream.index]
+            yield packet
+
+    def close(self) -> None:
+        self._container.close()
+
+
+#: Encoders whose streams say matrix and range; in containers that say both, those of others are told too.
+_SAYING = ("libx26", "libvpx-vp9", "libsvtav1", "libaom", "librav1e", "h264_", "hevc_", "vp9_", "av1_")
+_SAYING_CONTAINERS = (".mkv", ".webm")
+#: Encoders whose streams say the matrix, and are of limited range whatever containers say (ISO/IEC 13818-2, 6.3.6;
+#: SMPTE RDD 36, 5.1.1).
+_OF_LIMITED_RANGE = ("mpeg2video", "prores")
+#: Those whose decoders know one matrix and range: BT.601 by another of its numbers (JFIF 1.02; RFC 6386, 9.2).
+_FIXED = {"mjpeg": (5, FULL), "libvpx": (5, LIMITED)}
+
+
+class Coding(NamedTuple):
+    """Matrix and range of a video's pixels, by their numbers in libavutil, and the matrix that the file says."""
+
+    matrix: int
+    colour_range: int
+    said: int
+
+
+def coding_of(encoder: str, suffix: str, form: Any, source: Video | None, height: int) -> Coding:
+    """What readers will take colours for that an encoder writes into a file with this suffix.
+
+    Parameters
+    ----------
+    encoder : by libavcodec's name
+    form : the pixel format that it is given, PyAV's
+    source : a video whose coding is kept where it can be said
+    height : lines of a picture
+    """
+    if form.is_rgb:
+        return Coding(BT709, FULL, RGB)
+    matrix, colour_range = UNSPECIFIED, FULL if form.name.startswith("yuvj") else 0
+    if source is not None and source.has_chroma:
+        matrix, colour_range = source.matrix, stated(source.matrix, source.colour_range, source.format, height)[1]
+    if sum(not part.is_alpha for part in form.components) == 1:
+        colour_range = FULL  # of grey alone libswscale makes and reads nothing else
+    if encoder in _FIXED:
+        matrix, colour_range = _FIXED[encoder]
+    elif encoder.startswith(_OF_LIMITED_RANGE):
+        colour_range = LIMITED
+    elif not encoder.startswith(_SAYING) and suffix not in _SAYING_CONTAINERS:
+        matrix, colour_range = UNSPECIFIED, colour_range if form.name.startswith(("gray", "ya", "yuvj")) else LIMITED
+    said = matrix if is_matrix(matrix) else UNSPECIFIED
+    return Coding(*stated(said, colour_range, form.name, height), said)
+
+
+#: libavcodec's flag that frames say how long they last.
+_FRAME_DURATION = 1 << 8
+#: Encoders whose time base has 16 bits (ISO/IEC 14496-2, vop_time_increment_resolution) or is the frame rate.
+_COARSE = ("mpeg4", "mpeg2video", "mpeg1video", "msmpeg4", "wmv2")
+#: Frames of so few are stored in the order of their times by every encoder.
+_IN_ORDER = 2
+#: What is asked of an encoder where nothing is said: nearly no visible loss, and of x265 no talk on stderr.
+_USUAL = {
+    "libx264": {"crf": "18"}, "libx265": {"crf": "20", "x265-params": "log-level=error"},
+    "libvpx-vp9": {"crf": "24", "b": "0"},
+}  # fmt: skip
+#: Where a container's own choice is older than what everybody plays.
+_CODECS = {".avi": "libx264", ".mkv": "libx264", ".mp4": "libx264", ".mov": "libx264", ".m4v": "libx264"}
+#: What a file says of itself, which is not true of another.
+_OWN_METADATA = ("encoder", "major_brand", "minor_version", "compatible_brands", "duration")
+#: What mends most refusals.
+_OTHERS = "use another --codec"
+
+
+class ToVideo(Film):
+    """Frames to one video file, which has its name when it is whole.
+
+    Parameters
+    ----------
+    path : the suffix chooses the container: .mp4 .mov .mkv .webm .avi ...
+    rate : frames a second of pictures; a video's frames keep their times
+    codec : an encoder by libavcodec's name; left out, that of the source, or what the container usually has
+    options : of the encoder, such as ``{"crf": "23"}``
+    sound : copy the sound and subtitles of a source that is a video, as they are
+
+    A source's matrix, range, primaries and transfer are kept, and its pixel format where the encoder has it, else
+    one that holds transparency where it has any and the encoder can.
+    """
+
+    kind = "a video"
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        rate: Fraction | None = None,
+        codec: str | None = None,
+        options: Mapping[str, str] | None = None,
+        sound: bool = True,
+    ) -> None:
+        super().__init__(path, rate)
+        self.codec, self.options, self.sound = codec, dict(options or {}), sound
+
+    def begin(self, source: Source) -> None:
+        self._av, self._converted = import_av(self.path), Conversion()
+        self._video = source if isinstance(source, Video) else None
+        self._base: Fraction | None = getattr(source, "time_base", None)
+        self._sound: Sound | None = None
+        self._stream: Any = None
+        self._format = ""
+        self._last: int | None = None  # pts of the last one
+        self._count = 0
+        super().begin(source)
+        assert self._made is not None
+        try:
+            self._container = self._av.open(os.fspath(self._made.temporary), "w")
+            self._encoder = self._chosen()
+            if self._video is not None and self.sound:
+                check_sound(self._video.path, self._container, self.path)
+        except (self._av.error.FFmpegError, OSError, ValueError) as error:
+            self.abandon()
+            raise InputError(f"{self.path}: cannot be written as a video ({reason(error)})") from error
+        except BaseException:
+            self.abandon()
+            raise
+
+    def _chosen(self) -> Any:
+        """The encoder: the one asked for, the source's where the container takes it, or the container's own."""
+        wanted = [self.codec] if self.codec else [self._video.codec] if self._video else []
+        usual = _CODECS.get(self.path.suffix.lower(), self._container.default_video_codec)
+        for name in wanted if self.codec else [*wanted, usual]:
+            with suppress(self._av.codec.codec.UnknownCodecError):
+                found = self._av.codec.Codec(name, "w")
+                if found.type == "video" and (found.name == usual or name in self._container.supported_codecs):
+                    return found
+        raise InputError(
+            f"{self.path}: no encoder {self.codec or usual!r} for such a file; others are libx264, libx265, "
+            "libvpx-vp9, libsvtav1, prores_ks, ffv1"
+        )
+
+    def in_bytes(self, source: Source) -> bool:
+        return not (isinstance(source, Video) and source.deep)
+
+    def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
+        if self._size is None:
+            self._format = self._pixel_format(*size)
+            self._coding = self._coding_of(*size)
+        self._check_size(frame, size)
+        deep = self._video is not None and self._video.deep
+        return np.dtype(np.uint16 if deep else np.uint8)
+
+    # Any thread
+
+    def prepare(self, frame: Frame, picture: Stored) -> Any:
+        pixels = np.ascontiguousarray(with_channels(picture, 4))
+        try:
+            return self._converted.frame(pixels, self._format, self._coding.matrix, self._coding.colour_range)
+        except self._av.error.FFmpegError as error:
+            raise OutputError(f"{self.path}: no pixels can be made in the format {self._format}; {_OTHERS}") from error
+
+    def _coding_of(self, width: int, height: int) -> Coding:
+        form = self._av.VideoFormat(self._format, width, height)
+        return coding_of(self._encoder.name, self.path.suffix.lower(), form, self._video, height)
+
+    def _pixel_format(self, width: int, height: int) -> str:
+        """The source's where the encoder has it, else the nearest; quarter colour needs even sides."""
+        known = [f.name for f in self._encoder.video_formats or ()]
+        video = self._video
+        deep = video is not None and video.deep
+        wanted = [] if video is None else [video.format.replace("yuvj", "yuv") if "mjpeg" not in known else ""]
+        if video is not None and video.has_alpha:
+            wanted += [] if deep else ["rgba", "argb", "yuva420p", "yuva444p"]
+            wanted += ["yuva444p10le"]
+        wanted += ["yuv420p10le", "yuv422p10le", "yuv444p10le"] if deep else []
+        wanted += ["yuv420p", "yuvj420p", "yuv422p", "yuv444p", "yuvj444p"]
+        name: str
+        for name in [*wanted, *known]:
+            form = self._av.VideoFormat(name, width, height) if name in known else None
+            if form is not None and self._fits(form):
+                return name
+        raise OutputError(f"{self.path}: the encoder {self._encoder.name} takes no {width}x{height} pixels; {_OTHERS}")
+
+    @staticmethod
+    def _fits(form: Any) -> bool:
+        """Whether pixels can be brought into it, and each chroma sample stands for whole ones."""
+        if form.has_palette:
+            return False  # nothing makes a choice of colours
+        width, height = form.width, form.height
+        across, down = form.chroma_width(64), form.chroma_height(64)
+        return bool(width % (64 // across) == 0 and height % (64 // down) == 0)
+
+    # One thread
+
+    def take(self, frame: Frame, prepared: Any) -> None:
+        self._guarded(lambda: self._encode(frame, prepared))
+
+    def _encode(self, frame: Frame, prepared: Any) -> None:
+        if self._stream is None:
+            self._start()
+        prepared.pts, prepared.time_base, prepared.pict_type = self._pts(frame), self._time_base, 0
+        prepared.duration = max(1, round(self._length_of(frame) / self._time_base))
+        if self._sound is not None:
+            for packet in self._sound.until(prepared.pts * self._time_base):
+                self._container.mux(packet)
+        self._count += 1
+        self._container.mux(self._stream.encode(prepared))
+
+    def _pts(self, frame: Frame) -> int:
+        made = round(self._start_of(frame) / self._time_base)
+        if self._last is not None:
+            made = max(made, self._last + 1)
+        self._last = made
+        return made
+
+    def _start(self) -> None:
+        """Streams, when the size is known."""
+        assert self._size is not None
+        video, rate = self._video, Fraction(self._rate).limit_denominator(1 << 16)
+        options = {**_USUAL.get(self._encoder.name, {}), **self.options}
+        stream = self._stream = self._container.add_stream(self._encoder.name, rate=rate, options=options)
+        (stream.width, stream.height), stream.pix_fmt = self._size, self._format
+        # AVI counts frames and nothing else: of a finer base it would be mostly frames that are not there, and of
+        # frames that are stored in another order it tells the times of others.
+        is_avi = self.path.suffix.lower() == ".avi"
+        coarse = self._encoder.name.startswith(_COARSE) or is_avi
+        self._time_base = 1 / rate if self._base is None or coarse else self._base
+        context = stream.codec_context
+        context.time_base, context.thread_count, context.thread_type = self._time_base, 0, "AUTO"
+        if is_avi:
+            context.max_b_frames = 0
+        if video is None and self._base is not None:
+            # Frames of other lengths each: the last one's is kept where frames are stored in the order of their times.
+            context.flags, context.max_b_frames = context.flags | _FRAME_DURATION, 0
+        context.colorspace, context.color_range = self._coding.said, self._coding.colour_range
+        if video is not None:
+            context.color_primaries, context.color_trc = video.primaries, video.transfer
+            if video.aspect:
+                context.sample_aspect_ratio = video.aspect
+            self._container.metadata.update(
+                {key: text for key, text in video.metadata.items() if key.lower() not in _OWN_METADATA}
+            )
+            if self.sound:
+                self._sound = Sound(video.path, self._container)
+        self._container.start_encoding()
+        for key in self.options:
+            if key in context.options:  # libav takes away those that it knows
+                raise OutputError(f"{self.path}: the encoder {self._encoder.name} has no option {key!r}")
+
+    def finish(self) -> None:
+        self._guarded(self._finish)
+
+    def _finish(self) -> None:
+        if self._sound is not None:
+            for packet in self._sound.until(None):
+                self._container.mux(packet)
+            self._sound.close()
+        packets = self._stream.encode()
+        if self._count <= _IN_ORDER:
+            # x265 tells when they are decoded by memory that it has not written yet.
+            for packet in packets:
+                packet.dts = packet.pts
+        self._container.mux(packets)
+        self._container.close()
+        self._renamed()
+
+    def abandon(self) -> None:
+        made, self._made = self._made, None
+        if made is None:
+            return
+        with suppress(Exception):  # what cannot be closed well is removed all the same
+            self._container.close()
+        if self._sound is not None:
+            self._sound.close()
+        made.discard()
+
+    def _guarded(self, work: Callable[[], None]) -> None:
+        """Errors of libav with the file's name: nothing can be added behind them."""
+        try:
+            work()
+        except self._av.error.FFmpegError as error:
+            raise OutputError(f"{self.path}: cannot be written ({reason(error)})") from error

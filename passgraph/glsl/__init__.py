@@ -1,0 +1,12 @@
+"""GLSL fragment shaders as kernels.
+
+In the order in which text goes through it: :mod:`.tokens` and :mod:`.preprocess`; :mod:`.glsl_parser` into the tree of
+:mod:`.syntax`; :mod:`.shader` and :mod:`.body` into the typed representation, with :mod:`.glsl_statements`,
+:mod:`.loops`, :mod:`.glsl_expressions`, :mod:`.operators`, :mod:`.function_calls`, :mod:`.places`, :mod:`.builtins` and
+:mod:`.image_functions`.
+"""
+
+from passgraph.glsl.shader import Shader, parse
+from passgraph.glsl.unit import Native, NativeValue, Note, Uniform, Unit
+
+__all__ = ["Native", "NativeValue", "Note", "Shader", "Uniform", "Unit", "parse"]

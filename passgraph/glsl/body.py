@@ -1,0 +1,243 @@
+"""One function body on its way: its names, its exit."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from functools import partial
+from itertools import chain
+
+from passgraph.glsl import syntax as g
+from passgraph.glsl.builtins import overloads
+from passgraph.glsl.elsewhere import elsewhere, mending
+from passgraph.glsl.glsl_expressions import Expressions
+from passgraph.glsl.glsl_statements import Statements
+from passgraph.glsl.operators import fitted
+from passgraph.glsl.places import Place, read_place, write_place
+from passgraph.glsl.unit import Binding, Known, Slot, Unit, holds_pictures
+from passgraph.glsl.walk import assigned_names, leaves_function
+from passgraph.language import ir
+from passgraph.language.assignments import new_variable, read_variable
+from passgraph.language.function_body import MAX_CALL_DEPTH
+from passgraph.language.long_arrays import check_local
+from passgraph.language.signature import checked_struct
+from passgraph.language.source import Span, fail
+from passgraph.language.statements import Exit
+from passgraph.language.types import INT, Struct, Type
+from passgraph.language.values import ImageValue, Part, constant, folded
+
+#: What ``gl_FragData`` has room for.
+_MAX_OUTPUTS = 8
+
+
+class Body:
+    """One function being read, or what stands outside of functions."""
+
+    def __init__(self, unit: Unit, name: str = "shader", result: Type | None = None) -> None:
+        self.unit, self.builder, self.name, self.result_type = unit, unit.builder, name, result
+        self.scopes: list[dict[str, Binding]] = []
+        #: How many scopes there are in the head of a function or loop whose block is one scope with it.
+        self.heads: set[int] = set()
+        self.expressions, self.statements = Expressions(self), Statements(self)
+        self.result = None if result is None else new_variable(result, self.builder.fresh(f"{name}.result"))
+        self.exit = Exit(self.builder, name)
+
+    # Names
+
+    def find(self, name: str) -> Binding | None:
+        for scope in reversed(self.scopes):
+            if name in scope:
+                return scope[name]
+        if name in self.unit.names:
+            self.unit.used.add(name)
+        return self.unit.names.get(name)
+
+    def lookup(self, name: str, span: Span) -> Binding:
+        found = self.find(name)
+        if found is None and name in self.unit.values:
+            found = Known(self.unit.values[name](self.unit, span), "a value of the stage")
+        if found is None and name in self.unit.missing:
+            fail(span, self.unit.missing[name])
+        if found is None:
+            if name in self.unit.functions:
+                fail(span, f"{name!r} is not defined here; it is a function; call it")
+            known = mending(name, (*chain(*self.scopes), *self.unit.names, *self.unit.values))
+            fail(span, elsewhere(name) or f"{name!r} is not defined here{known or '; declare it before'}")
+        return found
+
+    def bind(self, name: str, binding: Binding) -> None:
+        (self.scopes[-1] if self.scopes else self.unit.names)[name] = binding
+
+    def read(self, name: str, span: Span) -> Part:
+        binding = self.lookup(name, span)
+        if isinstance(binding, Known):
+            return binding.part
+        if not binding.written:
+            self.unit.note(span, f"{name} has no value here; it is 0, and drivers may give anything")
+        return read_variable(binding.variable, span)
+
+    def output_element(self, node: g.Subscript) -> Slot | None:
+        """The variable behind ``gl_FragData[0]``."""
+        if not isinstance(node.base, g.Name) or node.base.name != "gl_FragData" or self.find("gl_FragData"):
+            return None
+        at = self.known_int(node.index, "the index of gl_FragData")
+        if not 0 <= at < _MAX_OUTPUTS:
+            fail(node.span, f"gl_FragData has {_MAX_OUTPUTS} elements")
+        self.unit.used.add(f"gl_FragData[{at}]")
+        found = self.unit.names[f"gl_FragData[{at}]"]
+        assert isinstance(found, Slot)
+        return found
+
+    def _check_new(self, name: str, span: Span) -> None:
+        """Refuse a name that its scope has: that of a block, with the parameters or the counter in the head of it."""
+        head = self.scopes[-2] if len(self.scopes) - 1 in self.heads else {}
+        if self.scopes and (name in self.scopes[-1] or name in head):
+            fail(span, f"{name} is declared already in this scope; give it another name, or assign to it")
+
+    # Types
+
+    def type_of(self, written: g.TypeName, span: Span, value: g.Expr | None = None) -> Type:
+        """A type as written; a length that is left open comes from the value behind."""
+        type_ = self.unit.plain_type(written.name, span)
+        for length in reversed(written.lengths):
+            if length is not None:
+                count: int | None = self.known_int(length, "the length of an array")
+            else:
+                parts = getattr(value, "parts", None) or getattr(value, "arguments", None)
+                count = len(parts) if parts else None
+            type_ = self.unit.array_type(type_, count, span)
+        return type_
+
+    def known_int(self, node: g.Expr, what: str) -> int:
+        value = self.expressions.value(node)
+        numbers = folded(value)
+        if numbers is None or value.type != INT:
+            fail(node.span, f"{what} must be a whole number that is known here")
+        return int(numbers[0])
+
+    def declare_struct(self, node: g.Struct) -> None:
+        """A struct; its name holds from here on."""
+        fields = tuple((v.name, self.type_of(v.type, v.type.span)) for v in node.fields)
+        self.unit.structs[node.name] = checked_struct(Struct(node.name, fields), node.span)
+
+    # Variables
+
+    def declare(self, node: g.Declaration, written: Collection[str] | None = None) -> None:
+        """Variables of a function, or constants and variables outside; where all names that are ever ``written`` are
+        told, others are constants if their values are known."""
+        for variable in node.variables:
+            type_ = self.type_of(variable.type, variable.type.span, variable.value)
+            if holds_pictures(type_):
+                fail(variable.span, "a sampler is a uniform or a parameter")
+            span = variable.span
+            check_local(type_, variable.name, span)
+            self._check_new(variable.name, span)
+            part = None if variable.value is None else self.expressions.initial(variable.value, type_)
+            if part is not None:
+                part = fitted(part, type_, span, variable.name)
+            fixed = written is not None and variable.name not in written
+            known = fixed and isinstance(part, ir.Expr) and folded(part) is not None
+            if "const" in node.qualifiers or known:
+                if part is None:
+                    fail(span, f"const {variable.name} needs a value")
+                part = part if not isinstance(part, ir.Expr) else constant(part)
+                self.bind(variable.name, Known(self.builder.name_part(part, span, keep_locals=False), "const"))
+                continue
+            slot = self.new_slot(variable.name, type_, written=part is not None)
+            if part is None:
+                self.builder.clear(slot.variable)
+            else:
+                self.builder.store(slot.variable, part, span, variable.name)
+            self.bind(variable.name, slot)
+
+    def new_slot(self, name: str, type_: Type, *, written: bool) -> Slot:
+        return self.unit.slot(new_variable(type_, self.builder.fresh(name)), written=written)
+
+    # Calls
+
+    def inline(self, function: g.Function, arguments: list[Part | Place], span: Span) -> Part | None:
+        """The body of a function in place of its call; None for a void one."""
+        if function.body is None:
+            fail(span, f"{function.name} is declared but has no body")
+        calls = self.builder.calls
+        if function in calls:
+            fail(span, f"{function.name} calls itself; GLSL has no recursion")
+        if len(calls) >= MAX_CALL_DEPTH:
+            fail(span, f"calls nest deeper than {MAX_CALL_DEPTH}")
+        calls.append(function)
+        void = function.result.name == "void" and not function.result.lengths
+        result = None if void else self.type_of(function.result, function.result.span)
+        if result is not None:
+            check_local(result, f"the result of {function.name}", function.result.span)
+        inner = Body(self.unit, function.name, result)
+        inner.scopes, inner.heads = [{}], {1}
+        written = assigned_names(function.body, partial(overloads, self.unit))
+        for parameter, argument in zip(function.parameters, arguments, strict=True):
+            inner.take(parameter, argument, span, fixed=parameter.name not in written)
+        part = inner.run(function.body, span)
+        calls.pop()
+        for parameter, argument in zip(function.parameters, arguments, strict=True):
+            if isinstance(argument, Place):
+                given = inner.scopes[0][parameter.name]
+                assert isinstance(given, Slot)
+                write_place(self, argument, read_variable(given.variable, span), parameter.name)
+        return part
+
+    def take(self, parameter: g.Parameter, argument: Part | Place, span: Span, *, fixed: bool) -> None:
+        """A parameter: copied in, copied out at the end."""
+        type_ = self.type_of(parameter.type, parameter.type.span)
+        what = f"{self.name}({parameter.name})"
+        if holds_pictures(type_):
+            self.bind(parameter.name, Known(fitted(argument, type_, span, what), "a sampler"))  # type: ignore[arg-type]
+            return
+        if not fixed or parameter.passed != "in":
+            check_local(type_, what, span)
+        if parameter.passed == "out":
+            slot = self.new_slot(parameter.name, type_, written=False)
+            self.builder.clear(slot.variable)
+            self.bind(parameter.name, slot)
+            return
+        part = read_place(self, argument) if isinstance(argument, Place) else argument
+        part = fitted(part, type_, span, what)
+        if fixed and parameter.passed == "in":
+            known = constant(part) if not isinstance(part, ImageValue) and isinstance(part, ir.Expr) else part
+            self.bind(parameter.name, Known(self.builder.name_part(known, span, keep_locals=False), "a parameter"))
+            return
+        slot = self.new_slot(parameter.name, type_, written=True)
+        self.builder.store(slot.variable, part, span, what)
+        self.bind(parameter.name, slot)
+
+    def _value_at_end(self, block: g.Block) -> Part:
+        """The value of a function whose only return is its last statement."""
+        last = block.statements[-1]
+        assert isinstance(last, g.Return)
+        assert last.value is not None
+        assert self.result_type is not None
+        self.scopes.append({})
+        self.statements.run(block.statements[:-1])
+        part = fitted(self.expressions.part(last.value), self.result_type, last.span, f"the result of {self.name}")
+        # Named where it is computed: what it is made of may change before it is used.
+        return self.builder.name_part(part, last.span, keep_locals=False)
+
+    def run(self, block: g.Block, span: Span) -> Part | None:
+        """The statements of a function, and its value."""
+        if self.result is not None and self._ends_once(block):
+            return self._value_at_end(block)
+        self.exit.open(span)
+        if self.result is not None:
+            self.builder.clear(self.result)
+        done = self.statements.block(block.statements)
+        if self.result is None:
+            return None
+        if not done:
+            self.unit.note(
+                block.span, f"{self.name} may end without a value; it is 0 then, and drivers may give anything"
+            )
+        return read_variable(self.result, span)
+
+    def _ends_once(self, block: g.Block) -> bool:
+        """Whether a function's only exit is a value at its end."""
+        if not block.statements:
+            return False
+        *before, last = block.statements
+        leaves = any(leaves_function(node, self.unit.leaving) for node in before)
+        return isinstance(last, g.Return) and last.value is not None and not leaves

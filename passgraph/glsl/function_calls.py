@@ -1,0 +1,173 @@
+"""Calls: constructors, functions of the shader, functions of a container, built-in ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from passgraph.glsl import syntax as g
+from passgraph.glsl.builtins import BUILTINS, overloads
+from passgraph.glsl.elsewhere import elsewhere, mending
+from passgraph.glsl.glsl_parser import TYPES
+from passgraph.glsl.operators import cost_of, fitted, plain
+from passgraph.glsl.places import Place, place_of, read_place
+from passgraph.language import ir
+from passgraph.language.composites import array_of, each_image
+from passgraph.language.source import Span, fail
+from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, component_count
+from passgraph.language.values import ImageChoice, Part, StructValue, construct, part_type, settled, swizzle
+
+if TYPE_CHECKING:
+    from passgraph.glsl.body import Body
+
+
+#: From such factors on, what ``fract`` leaves of a sine is noise.
+_NOISE = 1000
+
+
+def _is_hash(arguments: tuple[g.Expr, ...]) -> bool:
+    """Whether they are ``sin(x) * 43758.5453``."""
+    if len(arguments) != 1 or not isinstance(arguments[0], g.Binary) or arguments[0].sign != "*":
+        return False
+    sides = (arguments[0].left, arguments[0].right)
+    waves = any(isinstance(side, g.Call) and side.name in ("sin", "cos") for side in sides)
+    return waves and any(isinstance(side, g.Number) and side.value >= _NOISE for side in sides)
+
+
+class Calls:
+    """Reads the calls of one function."""
+
+    def __init__(self, body: Body) -> None:
+        self.body = body
+
+    def call(self, node: g.Call) -> Part | None:
+        if node.type is not None:
+            return self._constructed(node.type, node)
+        unit, span = self.body.unit, node.span
+        functions = overloads(unit, node.name)
+        candidates = [f for f in functions if len(f.parameters) == len(node.arguments)]
+        arguments = self._arguments(node, candidates)
+        if candidates:
+            types = [part_type(self._held(a)) for a in arguments]
+            chosen = self._chosen(candidates, arguments)
+            if chosen is not None:
+                given = [
+                    self._held(a) if p.passed == "in" else a for a, p in zip(arguments, chosen.parameters, strict=True)
+                ]
+                for argument, parameter in zip(given, chosen.parameters, strict=True):
+                    if parameter.passed != "in" and not isinstance(argument, Place):
+                        fail(span, f"{node.name} writes to its parameter {parameter.name!r}, which takes a variable")
+                return self.body.inline(chosen, given, span)
+            if node.name not in unit.natives and node.name not in BUILTINS:
+                fail(span, f"{node.name} takes no ({', '.join(types)})")
+        if node.name == "fract" and _is_hash(node.arguments):
+            unit.note(span, "this noise amplifies the last bits of a sine: no two drivers make the same")
+        parts = [self._held(a) for a in arguments]
+        if node.name in unit.natives:
+            return unit.natives[node.name](unit, parts, span)
+        if node.name in BUILTINS:
+            native, first = BUILTINS[node.name], parts[0] if parts else None
+            if isinstance(first, ImageChoice):  # of an array of samplers
+                return each_image(unit.builder, first, lambda image: native(unit, [image, *parts[1:]], span), span)
+            return settled(native(unit, parts, span))
+        if functions:
+            counts = sorted({len(f.parameters) for f in functions})
+            fail(span, f"{node.name} takes {' or '.join(map(str, counts))} arguments, got {len(node.arguments)}")
+        fail(span, elsewhere(node.name) or f"there is no function {node.name!r}{self._near(node.name)}")
+
+    def _near(self, name: str) -> str:
+        unit = self.body.unit
+        return mending(name, (*unit.functions, *unit.natives, *unit.structs, *BUILTINS, *TYPES))
+
+    def _arguments(self, node: g.Call, candidates: list[g.Function]) -> list[Part | Place]:
+        """Values, and places where a function may write to."""
+        found: dict[int, Place] = {}
+        computations: list[Callable[[], Part]] = []
+        for i, argument in enumerate(node.arguments):
+            written = any(f.parameters[i].passed != "in" for f in candidates)
+            if written and isinstance(argument, (g.Name, g.Member, g.Subscript)) and self._is_variable(argument):
+                found[i] = place_of(self.body, argument)
+                only_out = all(f.parameters[i].passed == "out" for f in candidates)
+                found[i].slot.written = found[i].slot.written or only_out
+                computations.append(partial(read_place, self.body, found[i]))
+            else:
+                computations.append(partial(self.body.expressions.part, argument))
+        parts = self.body.unit.ordered(computations, node.span)
+        return [found.get(i, part) for i, part in enumerate(parts)]
+
+    def _is_variable(self, node: g.Expr) -> bool:
+        while isinstance(node, (g.Member, g.Subscript)):
+            node = node.base
+        return isinstance(node, g.Name) and not hasattr(self.body.find(node.name), "part")
+
+    def _held(self, argument: Part | Place) -> Part:
+        return read_place(self.body, argument) if isinstance(argument, Place) else argument
+
+    def _chosen(self, candidates: list[g.Function], arguments: list[Part | Place]) -> g.Function | None:
+        """The overload that needs the fewest conversions; of two that are alike the later definition."""
+        best: tuple[int, g.Function] | None = None
+        for function in candidates:
+            total = 0
+            for parameter, argument in zip(function.parameters, arguments, strict=True):
+                type_ = self.body.type_of(parameter.type, parameter.type.span)
+                cost = cost_of(self._held(argument), type_, parameter.passed)
+                if cost is None:
+                    break
+                total += cost
+            else:
+                if best is None or total < best[0] or (total == best[0] and function.body is not None):
+                    best = (total, function)
+        return None if best is None else best[1]
+
+    # Constructors
+
+    def _constructed(self, written: g.TypeName, node: g.Call) -> Part:
+        span = node.span
+        type_ = self.body.type_of(written, written.span, node)
+        computations = [partial(self.body.expressions.part, argument) for argument in node.arguments]
+        parts = self.body.unit.ordered(computations, span)
+        if isinstance(type_, (Struct, Array)):
+            return self.composed(type_, parts, span)
+        if not isinstance(type_, (Scalar, Vector, Matrix)):
+            fail(span, f"{type_} has no constructor")
+        values = [plain(part, span, f"what {type_}() takes") for part in parts]
+        return settled(construct(type_, self._trimmed(type_, values, span), span, self.body.builder.name_it))
+
+    def _trimmed(self, type_: Scalar | Vector | Matrix, values: list[ir.Expr], span: Span) -> list[ir.Expr]:
+        """The arguments of a constructor without what is too much: components of the last one, all but the first of the
+        only one.  Matrices that vectors are made of fall into columns."""
+        if len(values) == 1 and isinstance(type_, Matrix):
+            return values
+        flat = [part for value in values for part in self._columns(value, span)]
+        count = component_count(type_)
+        before = sum(component_count(value.type) for value in flat[:-1])
+        if len(values) == 1 and before >= count:
+            flat, before = flat[:1], 0
+        last = flat[-1] if flat else None
+        if last is not None and isinstance(last.type, Vector) and before < count < before + last.type.size:
+            flat[-1] = swizzle(last, "xyzw"[: count - before], span)
+        return flat
+
+    def _columns(self, value: ir.Expr, span: Span) -> list[ir.Expr]:
+        if not isinstance(value.type, Matrix):
+            return [value]
+        named, matrix = self.body.builder.name_it(value, span), value.type
+        return [ir.Index(matrix.column, named, ir.Literal(INT, i, span), span) for i in range(matrix.columns)]
+
+    def composed(self, type_: Type, parts: list[Part], span: Span) -> Part:
+        """A struct from its fields, an array or vector from its elements."""
+        if isinstance(type_, Struct):
+            if len(parts) != len(type_.fields):
+                fail(span, f"{type_.name} has {len(type_.fields)} fields, got {len(parts)} values")
+            pairs = zip(type_.fields, parts, strict=True)
+            return StructValue(type_, {n: fitted(p, t, span, f"{type_.name}.{n}") for (n, t), p in pairs})
+        assert isinstance(type_, (Array, Vector))
+        element = type_.element
+        count = type_.length if isinstance(type_, Array) else type_.size
+        if len(parts) != count:
+            fail(span, f"{type_} takes {count} values, got {len(parts)}")
+        typed = [fitted(p, element, span, f"an element of {type_}") for p in parts]
+        if isinstance(type_, Array):
+            return array_of(typed, span, self.body.builder.name_it)
+        return ir.Construct(type_, tuple(plain(p, span, "a component") for p in typed), span)

@@ -1,0 +1,219 @@
+"""Expressions: from the syntax tree to typed expressions; what they do on the way becomes statements, in order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from passgraph.glsl import syntax as g
+from passgraph.glsl.function_calls import Calls
+from passgraph.glsl.operators import arithmetic, as_int, negated, plain, whole_numbers_alike
+from passgraph.glsl.places import part_at, perhaps, place_of, read_place, write_place
+from passgraph.language import ir
+from passgraph.language.assignments import new_variable, read_variable
+from passgraph.language.source import fail
+from passgraph.language.types import (
+    BOOL,
+    FLOAT,
+    INT,
+    UINT,
+    Array,
+    Matrix,
+    Scalar,
+    Struct,
+    Type,
+    Vector,
+    element_of,
+    shape_of,
+)
+from passgraph.language.typing_rules import apply, unify, widen
+from passgraph.language.values import COMPOSITE, ImageValue, Part, TupleValue, choose, constant, part_type, type_of
+
+if TYPE_CHECKING:
+    from passgraph.glsl.body import Body
+
+
+class Expressions:
+    """Reads the expressions of one function."""
+
+    def __init__(self, body: Body) -> None:
+        self.body, self.calls = body, Calls(body)
+        self._by_kind: dict[type[g.Node], Callable[[Any], Part | None]] = {
+            g.Number: self._number, g.Name: self._name, g.Unary: self._unary, g.Step: self._step,
+            g.Binary: self._binary, g.Choice: self._choice, g.Assignment: self._assignment, g.Call: self.calls.call,
+            g.Member: self._member, g.Subscript: self._subscript, g.Sequence: self._sequence,
+        }  # fmt: skip
+
+    def part(self, node: g.Expr) -> Part:
+        """The value of an expression, which is not void."""
+        found = self.evaluate(node)
+        if found is None:
+            fail(node.span, "a void function gives no value")
+        return found
+
+    def evaluate(self, node: g.Expr) -> Part | None:
+        """The value of an expression; None of a void call."""
+        self.body.builder.count_expression(node.span)
+        if isinstance(node, g.Braces):
+            fail(node.span, "a list in braces stands behind a declaration only")
+        return self._by_kind[type(node)](node)
+
+    def effect(self, node: g.Expr) -> None:
+        """An expression for what it does."""
+        if isinstance(node, g.Sequence):
+            for part in node.parts:
+                self.effect(part)
+        elif isinstance(node, g.Step):
+            self._step(replace(node, before=True))
+        else:
+            self.evaluate(node)
+
+    def value(self, node: g.Expr) -> ir.Expr:
+        return plain(self.part(node), node.span, "a value here")
+
+    def condition(self, node: g.Expr) -> ir.Expr:
+        value = self.value(node)
+        if value.type != BOOL:
+            fail(node.span, f"a condition must be bool, got {value.type}; compare it with something")
+        return constant(value)
+
+    def index(self, node: g.Expr) -> ir.Expr:
+        return widen(as_int(self.value(node), node.span), INT, node.span, "an index")
+
+    def initial(self, node: g.Expr, type_: Type) -> Part:
+        """The value behind a declaration: an expression, or a list in braces."""
+        if not isinstance(node, g.Braces):
+            return self.part(node)
+        if isinstance(type_, Struct):
+            wanted = [t for _, t in type_.fields]
+        elif isinstance(type_, Array):
+            wanted = [type_.element] * type_.length
+        elif isinstance(type_, Vector):
+            wanted = [type_.element] * type_.size
+        else:
+            fail(node.span, f"{type_} has no list in braces")
+        if len(wanted) != len(node.parts):
+            fail(node.span, f"{type_} takes {len(wanted)} values, got {len(node.parts)}")
+        pairs = zip(node.parts, wanted, strict=True)
+        parts = self.body.unit.ordered([partial(self.initial, part, type_) for part, type_ in pairs], node.span)
+        return self.calls.composed(type_, parts, node.span)
+
+    # Names and numbers
+
+    def _number(self, node: g.Number) -> Part:
+        type_ = {"int": INT, "uint": UINT, "float": FLOAT, "bool": BOOL}[node.type]
+        return ir.Literal(type_, node.value, node.span, bits=node.type == "int" and node.value < 0)
+
+    def _name(self, node: g.Name) -> Part:
+        return self.body.read(node.name, node.span)
+
+    def _member(self, node: g.Member) -> Part:
+        if node.name == "length()":
+            part = self.part(node.base)
+            type_ = None if isinstance(part, TupleValue) else type_of(part)
+            if not isinstance(type_, (Array, Vector, Matrix)):
+                fail(node.span, f"{part_type(part)} has no length()")
+            count = type_.length if isinstance(type_, Array) else shape_of(type_)[0]
+            return ir.Literal(INT, count, node.span)
+        return part_at(self.part(node.base), node.name, node.span, self.body.builder.name_it)
+
+    def _subscript(self, node: g.Subscript) -> Part:
+        output = self.body.output_element(node)
+        if output is not None:
+            return read_variable(output.variable, node.span)
+        base, index = self.body.unit.ordered([lambda: self.part(node.base), lambda: self.index(node.index)], node.span)
+        index = perhaps(self.body, plain(index, node.span, "an index"), node.index, type_of(base))
+        return part_at(base, index, node.span, self.body.builder.name_it)
+
+    # Operators
+
+    def _unary(self, node: g.Unary) -> Part:
+        return negated(node.sign, self.value(node.operand), node.span, self.body.builder.name_it)
+
+    def _binary(self, node: g.Binary) -> Part:
+        if node.sign in ("&&", "||"):
+            return self._link(node)
+        left, right = self.body.unit.ordered([lambda: self.part(node.left), lambda: self.part(node.right)], node.span)
+        return arithmetic(node.sign, left, right, node.span, self.body.builder.name_it)
+
+    def _link(self, node: g.Binary) -> Part:
+        """The right side is computed where the left one does not decide; without statements it may be anyway."""
+        span, unit, builder = node.span, self.body.unit, self.body.builder
+        left = self.condition(node.left)
+        block, right = unit.captured(lambda: self.condition(node.right), span)
+        if not block:
+            return arithmetic(node.sign, left, right, span, builder.name_it)
+        name = builder.fresh("t")
+        builder.emit(ir.Assign(name, left, span))
+        result = ir.Local(BOOL, name, span)
+        needed = result if node.sign == "&&" else apply("logical_not", [result], span)
+        builder.emit(ir.If(needed, (*block, ir.Assign(name, right, span)), (), span))
+        return result
+
+    def _choice(self, node: g.Choice) -> Part:
+        span, unit, builder = node.span, self.body.unit, self.body.builder
+        condition = self.condition(node.condition)
+        if isinstance(condition, ir.Literal):
+            return self._chosen(node.then, node.orelse) if condition.value else self._chosen(node.orelse, node.then)
+        condition = builder.name_it(condition, span, keep_locals=False)
+        then_block, then = unit.captured(lambda: self.part(node.then), span)
+        else_block, orelse = unit.captured(lambda: self.part(node.orelse), span)
+        if not isinstance(then, COMPOSITE) and not isinstance(orelse, COMPOSITE):
+            then, orelse = unify(*whole_numbers_alike(then, orelse, span), span, "both sides of ? :")
+        arrays = not isinstance(then, COMPOSITE) and isinstance(then.type, Array)
+        if not (then_block or else_block or arrays):
+            return choose(condition, then, orelse, span)
+        if isinstance(then, (ImageValue, TupleValue)) or part_type(then) != part_type(orelse):
+            fail(span, f"both sides of ? : must have one type, got {part_type(then)} and {part_type(orelse)}")
+        type_ = type_of(then)
+        result = new_variable(type_, builder.fresh("t"))
+        stores = [
+            builder.captured(partial(builder.store, result, part, span, "a side of ? :"), span)
+            for part in (then, orelse)
+        ]
+        builder.emit(ir.If(condition, then_block + stores[0], else_block + stores[1], span))
+        return read_variable(result, span)
+
+    def _chosen(self, node: g.Expr, other: g.Expr) -> Part:
+        """The side of ``? :`` that a constant chooses.  The other is not read, but for the type that both have: shaders
+        switch between large variants so."""
+        taken = self.part(node)
+        if isinstance(taken, COMPOSITE) or not isinstance(taken.type, (Scalar, Vector)):
+            return taken
+        if element_of(taken.type) not in (INT, UINT):
+            return taken  # nothing that the other may be would change it
+        _, unused = self.body.unit.captured(lambda: self.value(other), node.span)
+        return unify(*whole_numbers_alike(taken, unused, node.span), node.span, "both sides of ? :")[0]
+
+    def _sequence(self, node: g.Sequence) -> Part | None:
+        found: Part | None = None
+        for part in node.parts:
+            found = self.evaluate(part)
+        return found
+
+    # Assignments
+
+    def _assignment(self, node: g.Assignment) -> Part:
+        body, span = self.body, node.span
+        place = place_of(body, node.target)
+        if node.sign:
+            before, value = body.unit.ordered([lambda: read_place(body, place), lambda: self.part(node.value)], span)
+            part: Part = arithmetic(node.sign, before, value, span, body.builder.name_it)
+        else:
+            part = self.part(node.value)
+        write_place(body, place, part, "what is assigned")
+        return read_place(body, place)
+
+    def _step(self, node: g.Step) -> Part:
+        body, span = self.body, node.span
+        place = place_of(body, node.target)
+        before = plain(read_place(body, place), span, "what ++ counts")
+        if not node.before:
+            before = body.builder.name_it(before, span, keep_locals=False)
+        if isinstance(before.type, Array) or element_of(before.type) is BOOL:
+            fail(span, f"{node.sign}{node.sign} counts numbers, got {before.type}")
+        one = ir.Literal(FLOAT, 1.0, span) if element_of(before.type) is FLOAT else ir.Literal(INT, 1, span)
+        write_place(body, place, arithmetic(node.sign, before, one, span, body.builder.name_it), "it")
+        return read_place(body, place) if node.before else before

@@ -1,0 +1,570 @@
+"""From tokens to the syntax tree: expressions, declarations, functions and statements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, Literal, NoReturn, TypeVar
+
+import numpy as np
+
+from passgraph.glsl import syntax as g
+from passgraph.glsl.elsewhere import elsewhere, mending
+from passgraph.glsl.tokens import Token
+from passgraph.language.meanings import int_of_bits
+from passgraph.language.source import MAX_NESTING, Span, fail
+
+E = TypeVar("E", bound=g.Node)
+
+#: Types that every shader knows.  Samplers are pictures; those that are refused are named where they are used.
+TYPES = frozenset(
+    ["void", "bool", "int", "uint", "float", "double", "sampler2D", "sampler2DRect", "sampler1D", "sampler3D",
+     "samplerCube", "sampler2DShadow", "sampler2DArray", "isampler2D", "usampler2D", "samplerExternalOES"]
+    + [f"{p}vec{n}" for p in ("", "b", "i", "u", "d") for n in (2, 3, 4)]
+    + [f"{p}mat{n}" for p in ("", "d") for n in (2, 3, 4)]
+    + [f"{p}mat{n}x{m}" for p in ("", "d") for n in (2, 3, 4) for m in (2, 3, 4)]
+)  # fmt: skip
+
+_ASSIGNMENTS = frozenset(["=", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^=", "<<=", ">>="])
+#: Operators from the loosest to the tightest.
+_LEVELS = (("||",), ("^^",), ("&&",), ("|",), ("^",), ("&",), ("==", "!="), ("<", ">", "<=", ">="), ("<<", ">>"),
+           ("+", "-"), ("*", "/", "%"))  # fmt: skip
+_TIGHTNESS = {sign: level for level, signs in enumerate(_LEVELS) for sign in signs}
+
+
+class ExpressionParser:
+    """Reads expressions; :class:`~.parse.Parser` adds declarations and statements."""
+
+    def __init__(self, tokens: Sequence[Token], file: str) -> None:
+        last = tokens[-1].span if tokens else Span(file, 1, 0, 1)
+        end = Span(last.file, last.line, last.end_column, last.end_column + 1, last.text)
+        self.tokens = [*tokens, Token("end", "the end of the text", end)]
+        self.position, self.nested = 0, 0
+        self.types = set(TYPES)  # structs come to them
+
+    # Tokens
+
+    @property
+    def here(self) -> Token:
+        return self.tokens[self.position]
+
+    def ahead(self, count: int = 1) -> Token:
+        return self.tokens[min(self.position + count, len(self.tokens) - 1)]
+
+    def take(self) -> Token:
+        token = self.here
+        if token.kind != "end":
+            self.position += 1
+        return token
+
+    def at(self, *texts: str) -> bool:
+        return self.here.text in texts
+
+    def skip(self, text: str) -> bool:
+        if self.here.text == text:
+            self.position += 1
+            return True
+        return False
+
+    def expect(self, text: str, what: str = "") -> Token:
+        if self.here.text != text:
+            if text == ";":
+                self._check_statement()
+            self.unexpected(what or repr(text))
+        return self.take()
+
+    def _check_statement(self) -> None:
+        """Of two names that begin a statement, the first is meant as a type."""
+        before = [token.text for token in self.tokens[max(self.position - 2, 0) : self.position]]
+        first = self.tokens[self.position - 1]
+        if self.here.kind == first.kind == "name" and (len(before) < 2 or before[0] in (";", "{", "}", "(", ")")):
+            self.no_type(first)
+
+    def no_type(self, word: Token) -> NoReturn:
+        fail(word.span, f"there is no type {word.text!r}{mending(word.text, self.types) or '; declare it before'}")
+
+    def unexpected(self, wanted: str) -> NoReturn:
+        got = self.here.text if self.here.kind == "end" else repr(self.here.text)
+        fail(self.here.span, f"{wanted} is expected here, got {got}")
+
+    def name(self, what: str) -> Token:
+        if self.here.kind != "name":
+            self.unexpected(what)
+        return self.take()
+
+    def made(self, kind: type[E], span: Span, *parts: Any) -> E:
+        """A node, one deeper than the deepest expression in it."""
+        depth = 0
+        for part in parts:
+            for node in part if isinstance(part, tuple) else (part,):
+                depth = max(depth, getattr(node, "depth", 0))
+        if depth >= MAX_NESTING:
+            fail(span, f"expressions nest deeper than {MAX_NESTING}; give parts of this one names")
+        return kind(span, depth + 1, *parts)
+
+    def enter(self) -> None:
+        self.nested += 1
+        if self.nested > MAX_NESTING:
+            fail(self.here.span, f"this nests deeper than {MAX_NESTING}")
+
+    def leave(self) -> None:
+        self.nested -= 1
+
+    # Expressions
+
+    def expression(self) -> g.Expr:
+        """With commas."""
+        first = self.assignment()
+        if not self.at(","):
+            return first
+        parts = [first]
+        while self.skip(","):
+            parts.append(self.assignment())
+        return self.made(g.Sequence, _around(parts[0], parts[-1]), tuple(parts))
+
+    def assignment(self) -> g.Expr:
+        self.enter()
+        target = self._choice()
+        if self.here.text in _ASSIGNMENTS:
+            sign = self.take().text[:-1]
+            value = self.assignment()
+            target = self.made(g.Assignment, _around(target, value), sign, target, value)
+        self.leave()
+        return target
+
+    def _choice(self) -> g.Expr:
+        condition = self._binary(0)
+        if not self.skip("?"):
+            return condition
+        self.enter()
+        then = self.expression()
+        self.expect(":")
+        orelse = self.assignment()
+        self.leave()
+        return self.made(g.Choice, _around(condition, orelse), condition, then, orelse)
+
+    def _binary(self, level: int) -> g.Expr:
+        """Operators from a level on, by precedence climbing."""
+        left = self._unary()
+        while (tightness := _TIGHTNESS.get(self.here.text, -1)) >= level:
+            sign = self.take().text
+            right = self._binary(tightness + 1)
+            left = self.made(g.Binary, _around(left, right), sign, left, right)
+        return left
+
+    def _unary(self) -> g.Expr:
+        token = self.here
+        if token.text not in ("-", "+", "!", "~", "++", "--"):
+            return self._postfix(self._primary())
+        self.enter()
+        self.take()
+        operand = self._unary()
+        self.leave()
+        span = _between(token.span, operand.span)
+        if token.text in ("++", "--"):
+            return self.made(g.Step, span, token.text[0], True, operand)
+        return self.made(g.Unary, span, token.text, operand)
+
+    def _postfix(self, base: g.Expr) -> g.Expr:
+        while self.at(".", "[", "++", "--"):
+            token = self.take()
+            if token.text == ".":
+                name = self.name("a field or a swizzle")
+                called = name.text == "length" and self.at("(") and self.ahead().text == ")"
+                if called:
+                    self.take()
+                    self.take()
+                span = _between(base.span, name.span)
+                base = self.made(g.Member, span, base, "length()" if called else name.text)
+            elif token.text == "[":
+                index = self.expression()
+                span = _between(base.span, self.expect("]").span)
+                base = self.made(g.Subscript, span, base, index)
+            else:
+                base = self.made(g.Step, _between(base.span, token.span), token.text[0], False, base)
+        return base
+
+    def _primary(self) -> g.Expr:
+        token = self.take()
+        if token.kind == "number":
+            return self._number(token)
+        if token.text in ("true", "false"):
+            return self.made(g.Number, token.span, "bool", token.text == "true")
+        if token.text == "(":
+            self.enter()
+            inside = self.expression()
+            self.leave()
+            self.expect(")")
+            return inside
+        if token.kind != "name":
+            self.position -= token.kind != "end"
+            self.unexpected("an expression")
+        if token.text in self.types:
+            lengths = self.lengths()
+            arguments, span = self.arguments(token)
+            return self.made(g.Call, span, token.text, arguments, g.TypeName(token.span, token.text, lengths))
+        if self.at("("):
+            arguments, span = self.arguments(token)
+            return self.made(g.Call, span, token.text, arguments, None)
+        return self.made(g.Name, token.span, token.text)
+
+    def arguments(self, name: Token) -> tuple[tuple[g.Expr, ...], Span]:
+        """What stands in the parentheses of a call, and where the whole stands."""
+        self.expect("(")
+        found: list[g.Expr] = []
+        if self.at("void") and self.ahead().text == ")":
+            self.take()
+        if not self.at(")"):
+            found.append(self.assignment())
+            while self.skip(","):
+                found.append(self.assignment())
+        return tuple(found), _between(name.span, self.expect(")").span)
+
+    def lengths(self) -> tuple[g.Expr | None, ...]:
+        """``[3][]`` behind a type or a name."""
+        found: list[g.Expr | None] = []
+        while self.skip("["):
+            found.append(None if self.at("]") else self.expression())
+            self.expect("]")
+        return tuple(found)
+
+    def _number(self, token: Token) -> g.Number:
+        text = token.text.lower()
+        if text.startswith("0x") or text.rstrip("u").isdigit():
+            digits = text.rstrip("u")
+            octal = digits.startswith("0") and digits.isdigit() and len(digits) > 1
+            if octal and any(d in "89" for d in digits):
+                fail(token.span, f"{token.text} begins with 0 and so is octal, which has no 8 and 9")
+            base = 16 if digits.startswith("0x") else 8 if octal else 10
+            value = int(digits, base) if len(digits) < 40 else 1 << 40
+            if value >= 1 << 32:
+                fail(token.span, f"{token.text} does not fit 32 bits")
+            if text.endswith("u"):
+                return self.made(g.Number, token.span, "uint", value)
+            return self.made(g.Number, token.span, "int", int_of_bits(value))
+        with np.errstate(over="ignore"):
+            single = float(np.float32(text.rstrip("lf")))
+        if math.isinf(single):
+            fail(token.span, f"{token.text} does not fit float32 (largest is 3.4e38)")
+        return self.made(g.Number, token.span, "float", single)
+
+
+def _between(start: Span, end: Span) -> Span:
+    """From one stretch to another, or to the end of the first line."""
+    if (start.file, start.line) != (end.file, end.line):
+        return Span(start.file, start.line, start.column, max(len(start.text.rstrip()), start.end_column), start.text)
+    return Span(start.file, start.line, start.column, max(end.end_column, start.end_column), start.text)
+
+
+def _around(left: g.Expr, right: g.Expr) -> Span:
+    return _between(left.span, right.span)
+
+
+_QUALIFIERS = frozenset(
+    ["const", "in", "out", "inout", "uniform", "varying", "attribute", "invariant", "highp", "mediump", "lowp"]
+)  # fmt: skip
+#: Words that came later and are names in older shaders; as qualifiers they stand before a name.
+_NEWER = frozenset(
+    ["centroid", "flat", "smooth", "noperspective", "precise", "buffer", "shared", "coherent", "volatile", "restrict",
+     "readonly", "writeonly", "patch", "sample"]
+)  # fmt: skip
+
+
+class Parser(ExpressionParser):
+    """Reads a whole shader."""
+
+    def shader(self) -> list[g.Outer]:
+        """Everything outside of functions, in order."""
+        found: list[g.Outer] = []
+        while self.here.kind != "end":
+            if self.skip(";"):
+                continue
+            if self.at("precision"):
+                self._precision()
+            else:
+                found += self._outer()
+        return found
+
+    def _precision(self) -> None:
+        """``precision mediump float;`` says nothing here: floats have 32 bits."""
+        while not self.at(";") and self.here.kind == "name":
+            self.take()
+        self.expect(";")
+
+    def _outer(self) -> list[g.Outer]:
+        start = self.here.span
+        qualifiers, layout = self._qualifiers()
+        if self.skip(";"):  # layout(…) in;
+            return []
+        if self.here.kind == "name" and self.ahead().text == "{" and self.here.text != "struct":
+            return [self._interface(start, qualifiers)]
+        if "invariant" in qualifiers and self.here.text not in self.types and self.ahead().text == ";":
+            self.take()
+            self.take()
+            return []
+        made: list[g.Outer] = []
+        type_ = self._type(made)
+        if self.skip(";"):
+            return made
+        if self.here.kind == "name" and self.ahead().text == "(":
+            return [*made, self._function(start, type_)]
+        return [*made, self._declaration(start, qualifiers, layout, type_)]
+
+    def _qualifiers(self) -> tuple[frozenset[str], dict[str, int]]:
+        found: set[str] = set()
+        layout: dict[str, int] = {}
+        while self._at_qualifier():
+            if self.at("layout"):
+                layout |= self._layout()
+            else:
+                self._check_stage()
+                found.add(self.take().text)
+        return frozenset(found), layout
+
+    def _at_qualifier(self) -> bool:
+        text, following = self.here.text, self.ahead()
+        if text == "layout":
+            return following.text == "("
+        return text in _QUALIFIERS or (text in _NEWER and following.kind == "name")
+
+    def _layout(self) -> dict[str, int]:
+        self.take()
+        self.expect("(")
+        found: dict[str, int] = {}
+        while not self.skip(")"):
+            self._check_stage()
+            name = self.name("the name of a layout").text
+            found[name] = 0
+            if self.skip("="):
+                value = self.take()
+                if not value.text.isdigit() or len(value.text) > 6:
+                    fail(value.span, "a layout takes a whole number here")
+                found[name] = int(value.text)
+            if not self.at(")"):
+                self.expect(",")
+        return found
+
+    def _check_stage(self) -> None:
+        """Refuse a word of another stage."""
+        reason = elsewhere(self.here.text)
+        if reason is not None:
+            fail(self.here.span, reason)
+
+    def _type(self, structs: list[g.Outer]) -> g.TypeName:
+        """A type; a struct that is declared on the way goes to ``structs``."""
+        if self.at("struct"):
+            struct = self._struct()
+            structs.append(struct)
+            return g.TypeName(struct.span, struct.name, self.lengths())
+        if self.here.text not in self.types:
+            self._check_stage()
+            if mending(self.here.text, self.types):
+                self.no_type(self.here)
+            self.unexpected("a type")
+        token = self.take()
+        return g.TypeName(token.span, token.text, self.lengths())
+
+    def _struct(self) -> g.Struct:
+        span = self.take().span
+        if self.here.kind == "name":
+            span, name = self.here.span, self.take().text
+        else:
+            name = f"struct {self.position}"
+        fields = self._fields()
+        self.types.add(name)
+        return g.Struct(span, name, fields)
+
+    def _fields(self) -> tuple[g.Variable, ...]:
+        self.expect("{")
+        found: list[g.Variable] = []
+        while not self.skip("}"):
+            start = self.here.span
+            qualifiers, layout = self._qualifiers()
+            inner: list[g.Outer] = []
+            type_ = self._type(inner)
+            if inner:
+                fail(inner[0].span, "a struct within a struct is declared before it")
+            found += self._declaration(start, qualifiers, layout, type_).variables
+        return tuple(found)
+
+    def _interface(self, start: Span, qualifiers: frozenset[str]) -> g.Interface:
+        name = self.take().text
+        fields = self._fields()
+        instance = self.take().text if self.here.kind == "name" else ""
+        self.lengths()
+        self.expect(";")
+        return g.Interface(start, qualifiers, name, fields, instance)
+
+    # Functions
+
+    def _function(self, start: Span, result: g.TypeName) -> g.Function:
+        name = self.take()
+        self.expect("(")
+        parameters: list[g.Parameter] = []
+        if self.at("void") and self.ahead().text == ")":
+            self.take()
+        while not self.skip(")"):
+            parameters.append(self._parameter())
+            if not self.at(")"):
+                self.expect(",")
+        body = None if self.skip(";") else self.block()
+        return g.Function(name.span, name.text, result, tuple(parameters), body)
+
+    def _parameter(self) -> g.Parameter:
+        qualifiers, _ = self._qualifiers()
+        if self.here.text not in self.types:
+            self.unexpected("the type of a parameter")
+        token = self.take()
+        lengths = self.lengths()
+        name = self.take() if self.here.kind == "name" else Token("name", "", token.span)
+        type_ = g.TypeName(token.span, token.text, (*self.lengths(), *lengths))
+        passed: Literal["in", "out", "inout"] = "in"
+        if "inout" in qualifiers or {"in", "out"} <= qualifiers:
+            passed = "inout"
+        elif "out" in qualifiers:
+            passed = "out"
+        return g.Parameter(name.span, name.text, type_, passed)
+
+    # Statements
+
+    def block(self) -> g.Block:
+        span = self.expect("{", "a block in braces").span
+        self.enter()
+        found: list[g.Statement] = []
+        while not self.skip("}"):
+            if self.here.kind == "end":
+                fail(span, "this brace is not closed")
+            found += self._statements()
+        self.leave()
+        return g.Block(span, tuple(found))
+
+    def _statements(self) -> list[g.Statement]:
+        """One statement; none for an empty one, two where a struct is declared on the way."""
+        if self.skip(";"):
+            return []
+        if self.at("precision"):
+            self._precision()
+            return []
+        if self._declares():
+            start = self.here.span
+            qualifiers, layout = self._qualifiers()
+            structs: list[g.Outer] = []
+            type_ = self._type(structs)
+            made = [struct for struct in structs if isinstance(struct, g.Struct)]
+            if made and self.skip(";"):
+                return list(made)
+            return [*made, self._declaration(start, qualifiers, layout, type_)]
+        return [self._statement()]
+
+    def _declares(self) -> bool:
+        """Whether a declaration begins here, not a constructor's call."""
+        if self._at_qualifier() or self.at("struct"):
+            return True
+        return self.here.text in self.types and (self.ahead().kind == "name" or self.ahead().text == "[")
+
+    def _declaration(
+        self, start: Span, qualifiers: frozenset[str], layout: dict[str, int], type_: g.TypeName
+    ) -> g.Declaration:
+        variables: list[g.Variable] = []
+        while True:
+            name = self.name("the name of a variable")
+            own = g.TypeName(type_.span, type_.name, (*self.lengths(), *type_.lengths))
+            value = self._initial() if self.skip("=") else None
+            variables.append(g.Variable(name.span, name.text, own, value))
+            if not self.skip(","):
+                break
+        self.expect(";")
+        return g.Declaration(start, qualifiers, tuple(variables), layout)
+
+    def _initial(self) -> g.Expr:
+        if not self.at("{"):
+            return self.assignment()
+        self.enter()
+        span = self.take().span
+        parts: list[g.Expr] = []
+        while not self.skip("}"):
+            parts.append(self._initial())
+            if not self.at("}"):
+                self.expect(",")
+        self.leave()
+        return self.made(g.Braces, span, tuple(parts))
+
+    def _inner(self) -> g.Statement:
+        """The statement behind an if or a loop."""
+        self.enter()
+        span = self.here.span
+        found = self._statements()
+        self.leave()
+        return found[0] if len(found) == 1 and isinstance(found[0], g.Block) else g.Block(span, tuple(found))
+
+    def _statement(self) -> g.Statement:
+        span = self.here.span
+        if self.at("{"):
+            return self.block()
+        if self.skip("if"):
+            self.expect("(")
+            condition = self.expression()
+            self.expect(")")
+            then = self._inner()
+            return g.If(span, condition, then, self._inner() if self.skip("else") else None)
+        if self.skip("for"):
+            return self._for(span)
+        if self.skip("while"):
+            self.expect("(")
+            condition = self.expression()
+            self.expect(")")
+            return g.Loop(span, None, condition, None, self._inner())
+        if self.skip("do"):
+            body = self._inner()
+            self.expect("while")
+            self.expect("(")
+            condition = self.expression()
+            self.expect(")")
+            self.expect(";")
+            return g.Loop(span, None, condition, None, body, late=True)
+        if self.skip("switch"):
+            return self._switch(span)
+        if self.skip("return"):
+            value = None if self.at(";") else self.expression()
+            self.expect(";")
+            return g.Return(span, value)
+        for kind in ("break", "continue", "discard"):
+            if self.skip(kind):
+                self.expect(";")
+                return g.Jump(span, kind)
+        value = self.expression()
+        self.expect(";")
+        return g.Evaluate(span, value)
+
+    def _for(self, span: Span) -> g.Loop:
+        self.expect("(")
+        start = self._statements()
+        condition = None if self.at(";") else self.expression()
+        self.expect(";")
+        update = None if self.at(")") else self.expression()
+        self.expect(")")
+        return g.Loop(span, start[0] if start else None, condition, update, self._inner())
+
+    def _switch(self, span: Span) -> g.Switch:
+        self.expect("(")
+        value = self.expression()
+        self.expect(")")
+        self.expect("{")
+        self.enter()
+        cases: list[g.Case] = []
+        while not self.skip("}"):
+            label = self.here.span
+            wanted = None
+            if self.skip("case"):
+                wanted = self.expression()
+            else:
+                self.expect("default", "case or default")
+            self.expect(":")
+            found: list[g.Statement] = []
+            while not self.at("case", "default", "}"):
+                if self.here.kind == "end":
+                    fail(span, "the brace of this switch is not closed")
+                found += self._statements()
+            cases.append(g.Case(label, wanted, tuple(found)))
+        self.leave()
+        return g.Switch(span, value, tuple(cases))

@@ -1,0 +1,166 @@
+"""Statements of one function: branches, exits, switches.
+
+``return`` and ``discard`` set a flag; what follows a branch that may leave is put under the flag, or into the other
+branch where it belongs there alone.  Loops are :mod:`.loops`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from passgraph.glsl import syntax as g
+from passgraph.glsl.loops import emit_loop
+from passgraph.glsl.operators import as_int, fitted
+from passgraph.glsl.walk import leaves_function
+from passgraph.language import ir
+from passgraph.language.looping import Section, switch
+from passgraph.language.source import Span, fail
+from passgraph.language.types import INT, UINT
+from passgraph.language.values import constant
+
+if TYPE_CHECKING:
+    from passgraph.glsl.body import Body
+
+
+class Statements:
+    """Reads the statements of one function into the builder's current block."""
+
+    def __init__(self, body: Body) -> None:
+        self.body = body
+        self.around: list[g.Loop | g.Switch] = []  # what a break may leave, innermost last
+
+    def block(self, nodes: Sequence[g.Statement]) -> bool:
+        """Statements with names of their own; true when every path through them leaves the function."""
+        self.body.scopes.append({})
+        done = self.run(nodes)
+        self.body.scopes.pop()
+        return done
+
+    def run(self, nodes: Sequence[g.Statement]) -> bool:
+        """Statements among the names that are there; true when every path through them leaves the function."""
+        for position, node in enumerate(nodes, 1):
+            if isinstance(node, g.If):
+                done, went_on = self._if(node, nodes[position:])
+                if done or went_on:
+                    return done
+            elif isinstance(node, g.Return):
+                self._return(node)
+                return True
+            elif isinstance(node, g.Jump):
+                return self._jump(node)
+            elif self._other(node):
+                return True
+            if isinstance(node, (g.If, g.Loop, g.Switch, g.Block)) and leaves_function(node, self.body.unit.leaving):
+                if not self.around:
+                    return self._guarded(nodes[position:], node.span)
+                if isinstance(node, (g.Loop, g.Switch)):
+                    # A return has left the inner loop; this one is left as well.
+                    self.body.exit.leave_loop_around(node.span)
+        return False
+
+    def _other(self, node: g.Statement) -> bool:
+        """A statement that is neither a branch nor a jump; true when every path through it leaves the function."""
+        if isinstance(node, g.Block):
+            return self.block(node.statements)
+        if isinstance(node, g.Declaration):
+            self.body.declare(node)
+        elif isinstance(node, g.Struct):
+            self.body.declare_struct(node)
+        elif isinstance(node, g.Evaluate):
+            self.body.expressions.effect(node.value)
+        elif isinstance(node, g.Loop):
+            emit_loop(self.body, node)
+        elif isinstance(node, g.Switch):
+            self._switch(node)
+        return False
+
+    # Branches
+
+    def _if(self, node: g.If, rest: Sequence[g.Statement]) -> tuple[bool, bool]:
+        """A branch: whether every path leaves the function, and whether ``rest`` has become part of it."""
+        unit, span = self.body.unit, node.condition.span
+        condition = self.body.expressions.condition(node.condition)
+        if isinstance(condition, ir.Literal):
+            # What never runs is not read: shaders switch between large variants by constants.
+            taken = node.then if condition.value else node.orelse
+            done = taken is not None and self.block([taken])
+            return done, done
+        then, then_done = unit.captured(lambda: self.block([node.then]), span)
+        takes_rest = then_done and node.orelse is None
+        otherwise = [] if node.orelse is None else [node.orelse]
+
+        def other() -> bool:
+            # The rest goes on with the names of this block.
+            return self.run(rest) if takes_rest else self.block(otherwise)
+
+        orelse, else_done = unit.captured(other, span)
+        self.body.builder.emit(ir.If(condition, then, orelse, span))
+        return then_done and else_done, takes_rest
+
+    def _guarded(self, rest: Sequence[g.Statement], span: Span) -> bool:
+        """What follows, under the condition that nothing has left the function yet."""
+        if not rest:
+            return False
+        done: list[bool] = []
+        self.body.exit.unless_left(lambda: done.append(self.run(rest)), span)
+        return done[0]
+
+    # Exits
+
+    def _return(self, node: g.Return) -> None:
+        body, span = self.body, node.span
+        if body.result is None:
+            if node.value is not None and body.expressions.evaluate(node.value) is not None:
+                fail(span, f"{body.name} is void and returns no value")
+        elif node.value is None:
+            fail(span, f"{body.name} must return {body.result_type}")
+        else:
+            part = body.expressions.part(node.value)
+            what = f"the result of {body.name}"
+            part = fitted(part, body.result.type, node.value.span, what)
+            body.builder.store(body.result, part, node.value.span, what)
+        body.exit.leave(span, in_loop=bool(self.around))
+
+    def _jump(self, node: g.Jump) -> bool:
+        span, builder = node.span, self.body.builder
+        if node.kind == "discard":
+            builder.discard(span)
+            self.body.exit.leave(span, in_loop=bool(self.around))
+            return True
+        if not any(isinstance(one, g.Loop) or node.kind == "break" for one in self.around):
+            fail(span, f"{node.kind} belongs inside a loop")
+        builder.emit(ir.Break(span) if node.kind == "break" else ir.Continue(span))
+        return False
+
+    # Loops and switches
+
+    def inside(self, node: g.Loop | g.Switch, statements: Sequence[g.Statement]) -> tuple[ir.Stmt, ...]:
+        """Statements of a loop or switch, which they may leave."""
+        self.around.append(node)
+        block, _ = self.body.unit.captured(lambda: self.run(statements), node.span)
+        self.around.pop()
+        return block
+
+    def start(self, node: g.Statement) -> None:
+        """What stands first in the parentheses of a ``for``."""
+        self._other(node)
+
+    def _switch(self, node: g.Switch) -> None:
+        span = node.span
+        value = self.body.expressions.value(node.value)
+        if value.type not in (INT, UINT):
+            fail(node.value.span, f"a switch takes an int or a uint, got {value.type}")
+        self.body.scopes.append({})
+        sections = []
+        for case in node.cases:
+            labels = () if case.value is None else (self._label(case.value),)
+            sections.append(Section(labels, self.inside(node, case.statements), case.value is None))
+        self.body.scopes.pop()
+        switch(self.body.builder, as_int(value, span), sections, span)
+
+    def _label(self, label: g.Expr) -> int:
+        number = constant(as_int(self.body.expressions.value(label), label.span))
+        if not isinstance(number, ir.Literal) or number.type != INT:
+            fail(label.span, "a label must be a whole number that is known here")
+        return int(number.value)

@@ -1,0 +1,170 @@
+"""What can be assigned to: a variable, and a way to a part of it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+from passgraph.glsl import syntax as g
+from passgraph.glsl.operators import plain
+from passgraph.glsl.unit import Slot
+from passgraph.glsl.walk import walked
+from passgraph.language import assignments, ir
+from passgraph.language.assignments import read_variable
+from passgraph.language.composites import entry
+from passgraph.language.source import Span, fail
+from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, is_plain
+from passgraph.language.typing_rules import widen
+from passgraph.language.values import (
+    COMPOSITE,
+    ArrayValue,
+    Namer,
+    Part,
+    StructValue,
+    check_index,
+    index_into,
+    part_type,
+    swizzle,
+    with_components,
+)
+
+if TYPE_CHECKING:
+    from passgraph.glsl.body import Body
+
+#: A field or swizzle by its name, an element by its index.
+Way: TypeAlias = tuple[str | ir.Expr, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    slot: Slot
+    way: Way
+    span: Span
+
+
+def place_of(body: Body, node: g.Expr) -> Place:
+    """Where an expression that is assigned to lies; indices in it are computed here, once."""
+    if isinstance(node, g.Name):
+        binding = body.lookup(node.name, node.span)
+        if isinstance(binding, Slot):
+            return Place(binding, (), node.span)
+        fail(node.span, f"{node.name} is {binding.what} and cannot be assigned to")
+    if isinstance(node, g.Member) and node.name != "length()":
+        base = place_of(body, node.base)
+        return Place(base.slot, (*base.way, node.name), node.span)
+    if isinstance(node, g.Subscript):
+        output = body.output_element(node)
+        if output is not None:
+            return Place(output, (), node.span)
+        base = place_of(body, node.base)
+        index = perhaps(body, body.expressions.index(node.index), node.index, _type_at(base))
+        return Place(base.slot, (*base.way, body.builder.name_it(index, node.span, keep_locals=False)), node.span)
+    fail(node.span, "this cannot be assigned to")
+
+
+def _type_at(place: Place) -> Type | None:
+    """The type of what lies there; None where the way leads nowhere."""
+    type_: Type | None = place.slot.variable.type
+    for step in place.way:
+        if isinstance(step, str):
+            if isinstance(type_, Vector):
+                type_ = Vector(type_.element, len(step)) if len(step) > 1 else None
+            else:
+                type_ = dict(type_.fields).get(step) if isinstance(type_, Struct) else None
+        else:
+            type_ = _elements(type_)[1]
+    return type_
+
+
+def _elements(type_: Type | None) -> tuple[int, Type | None]:
+    """How many elements [] chooses from, and their type."""
+    if isinstance(type_, Array):
+        return type_.length, type_.element
+    if isinstance(type_, Matrix):
+        return type_.columns, type_.column
+    return (type_.size, type_.element) if isinstance(type_, Vector) else (0, None)
+
+
+def perhaps(body: Body, index: ir.Expr, node: g.Expr, type_: Type | None) -> ir.Expr:
+    """An index of a value of this type that is outside of it, as one that is known when it runs: not refused.
+
+    Only where names stand for it, as parameters do for a call's constants, and a condition may rule it out: such code
+    is right, and no driver refuses it.
+    """
+    builder, (count, _) = body.builder, _elements(type_)
+    if not isinstance(index, ir.Literal) or 0 <= index.value < count or len(builder.blocks) == 1:
+        return index
+    if not any(isinstance(part, g.Name) for part in walked(node)):
+        return index
+    name = builder.fresh("i")
+    builder.emit(ir.Assign(name, index, node.span))
+    return ir.Local(INT, name, node.span)
+
+
+def read_place(body: Body, place: Place) -> Part:
+    """What a place holds."""
+    part = read_variable(place.slot.variable, place.span)
+    for step in place.way:
+        part = part_at(part, step, place.span, body.builder.name_it)
+    return part
+
+
+def part_at(part: Part, step: str | ir.Expr, span: Span, named: Namer) -> Part:
+    """A field, swizzle or element of a value."""
+    if isinstance(step, str):
+        if isinstance(part, StructValue):
+            if step not in part.fields:
+                fail(span, f"{part.struct.name} has no field {step!r}; it has {', '.join(part.fields)}")
+            return part.fields[step]
+        base = plain(part, span, f"what .{step} is read from")
+        if isinstance(base.type, Vector):
+            return swizzle(base, step, span)
+        if isinstance(base.type, Scalar) and re.fullmatch("x{1,4}|r{1,4}|s{1,4}", step):
+            same = (named(base, span),) * len(step)
+            return same[0] if len(step) == 1 else ir.Construct(Vector(base.type, len(step)), same, span)
+        fail(span, f"{part_type(part)} has no field {step!r}")
+    if isinstance(part, ArrayValue):
+        return entry(part, step, span, named)
+    return index_into(plain(part, span, "what [] is read from"), step, span)
+
+
+def write_place(body: Body, place: Place, value: Part, what: str) -> None:
+    """Assign to a place; a part of a value is replaced in the whole."""
+    here, way, span = assignments.Place(place.slot.variable, place.slot.variable.type), place.way, place.span
+    whole = read_variable(here.variable, span)
+    while way and (following := _entered(here, way[0], span)) is not None:
+        whole = part_at(whole, way[0], span, body.builder.name_it)
+        here, way = following, way[1:]
+    if way and isinstance(whole, COMPOSITE):
+        part_at(whole, way[0], span, body.builder.name_it)  # which says what is wrong
+    if way:
+        value = _replaced(
+            body, plain(whole, span, "what is assigned to"), way, plain(value, span, "what is assigned"), span
+        )
+    body.unit.store_at(place.slot, here, value, span, what)
+
+
+def _entered(place: assignments.Place, step: str | ir.Expr, span: Span) -> assignments.Place | None:
+    """A field or entry that is a variable of its own, or lies in one; None for parts of plain values."""
+    if isinstance(step, str):
+        return place.field(step)
+    if not isinstance(place.type, Array) or (place.indices == () and is_plain(place.type)):
+        return None
+    check_index(step, place.type.length, place.type, span)
+    return place.entry(step)
+
+
+def _replaced(body: Body, whole: ir.Expr, way: Way, value: ir.Expr, span: Span) -> ir.Expr:
+    """``whole`` with the part at the end of ``way`` replaced."""
+    step, named = way[0], body.builder.name_it
+    whole = named(whole, span)
+    if len(way) > 1:
+        inner = plain(part_at(whole, step, span, named), span, "what is assigned to")
+        value = _replaced(body, inner, way[1:], value, span)
+    if isinstance(step, str):
+        return with_components(step, whole, value, span, named)
+    element = index_into(whole, step, span)
+    return ir.Insert(
+        whole.type, whole, widen(step, INT, span, "an index"), widen(value, element.type, span, "it"), span
+    )

@@ -1,0 +1,391 @@
+"""A whole shader: from its text to a kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from passgraph.errors import KernelError
+from passgraph.glsl import syntax as g
+from passgraph.glsl.body import Body
+from passgraph.glsl.builtins import overloads
+from passgraph.glsl.glsl_parser import Parser
+from passgraph.glsl.image_functions import STAGE, position
+from passgraph.glsl.operators import fitted, type_of_part
+from passgraph.glsl.preprocess import preprocessed
+from passgraph.glsl.unit import SQUARE, Known, Native, NativeValue, Note, Slot, Uniform, Unit, holds_pictures
+from passgraph.glsl.walk import assigned_names
+from passgraph.language import ir
+from passgraph.language.assignments import Place, Variable
+from passgraph.language.function_body import KEPT
+from passgraph.language.long_arrays import check_local, check_reads, check_sizes
+from passgraph.language.parse import parameter_value
+from passgraph.language.signature import check_images, host_value
+from passgraph.language.source import Span, fail
+from passgraph.language.types import (
+    BOOL,
+    FLOAT,
+    VEC2,
+    VEC4,
+    Scalar,
+    Struct,
+    Vector,
+    element_of,
+)
+from passgraph.language.values import COMPOSITE, Part, StructValue, constant
+
+if TYPE_CHECKING:
+    from passgraph.glsl.body import Body
+
+
+#: The types of a function's parameters as they are compared: by name, with the lengths of arrays.
+_Signature: TypeAlias = tuple[tuple[str, tuple[object, ...]], ...]
+
+
+def check_declared_once(tree: Iterable[g.Outer], around: Collection[str]) -> None:
+    """Refuse a name that stands for two things, and a function that is defined twice for the same parameters.
+
+    ``around``: what is called the container's text, whose names the shader may declare anew.
+    """
+    own = [node for node in tree if node.span.file not in around]
+    names: dict[str, tuple[str, Span]] = {}
+    functions: dict[tuple[str, _Signature], g.Function] = {}
+    for node in own:
+        if isinstance(node, g.Function):
+            _check_function(node, functions)
+        elif not isinstance(node, g.Declaration):
+            _check_apart(node.fields)
+        for name, span, what in _named(node):
+            found = what, span  # what a macro brings may have one place
+            first = names.setdefault(name, found)
+            known, before = first
+            if first is not found and not (known == what == "a function"):
+                fail(span, f"{name} is {known} already{_place(before, span)}; give one of the two another name")
+
+
+def _named(node: g.Outer) -> Iterator[tuple[str, Span, str]]:
+    """The names that something outside of functions declares there, and what they are; not those of GLSL's own."""
+    if isinstance(node, g.Function):
+        yield node.name, node.span, "a function"
+    elif isinstance(node, g.Struct):
+        yield node.name, node.span, "a struct"
+    elif isinstance(node, g.Interface) and node.instance:
+        yield node.instance, node.span, "a block"
+    else:
+        variables = node.fields if isinstance(node, g.Interface) else node.variables
+        is_uniform = bool(node.qualifiers & {"uniform", "buffer"})
+        for variable in variables:
+            if not variable.name.startswith("gl_"):
+                yield variable.name, variable.span, "a uniform" if is_uniform else "a variable"
+
+
+def _check_function(function: g.Function, known: dict[tuple[str, _Signature], g.Function]) -> None:
+    """Refuse a second body, another type of result, and a parameter of a name that another one has."""
+    if function.body is not None:
+        _check_apart(one for one in function.parameters if one.name)
+    key = function.name, tuple(_compared(one.type) for one in function.parameters)
+    before = known.setdefault(key, function)
+    if _compared(before.result) != _compared(function.result):
+        place = _place(before.span, function.span)
+        fail(function.span, f"{function.name} gives {before.result.name} for these parameters already{place}")
+    if before is function or function.body is None:
+        return
+    if before.body is not None:
+        place = _place(before.span, function.span)
+        fail(function.span, f"{function.name} is defined for these parameters already{place}; leave out one of the two")
+    known[key] = function
+
+
+def _compared(type_: g.TypeName) -> tuple[str, tuple[object, ...]]:
+    """A type by its one name; of lengths, those that are numbers or names are alike where they are written alike."""
+    lengths = tuple(
+        n.value if isinstance(n, g.Number) else n.name if isinstance(n, g.Name) else n for n in type_.lengths
+    )
+    return SQUARE.get(type_.name, type_.name), lengths
+
+
+def _check_apart(names: Iterable[g.Variable | g.Parameter]) -> None:
+    """Refuse a name that parameters or fields have twice."""
+    known: dict[str, Span] = {}
+    for one in names:
+        if one.name in known:
+            place = _place(known[one.name], one.span)
+            fail(one.span, f"{one.name} stands here already{place}; give one of the two another name")
+        known[one.name] = one.span
+
+
+def _place(before: Span, span: Span) -> str:
+    """Where the first of two stands."""
+    if before.file != span.file:
+        return f" ({before.file}:{before.line})"
+    return "" if before.line == span.line else f" (line {before.line})"
+
+
+def declare_uniforms(body: Body, node: g.Declaration) -> None:
+    """Uniforms of one statement."""
+    for variable in node.variables:
+        type_ = body.type_of(variable.type, variable.type.span, variable.value)
+        uniform = Uniform(variable.name, type_, variable.span)
+        if variable.value is not None:
+            check_local(type_, f"what {variable.name} is set to", variable.span)
+            part = fitted(body.expressions.initial(variable.value, type_), type_, variable.span, variable.name)
+            uniform = Uniform(variable.name, type_, variable.span, _host(part, variable.span), True)
+        _declare(body, uniform)
+
+
+def declare_interface(body: Body, node: g.Interface) -> None:
+    """A block of uniforms: each member is a parameter, by its own name."""
+    if not node.qualifiers & {"uniform", "buffer"}:
+        fail(node.span, "blocks hold uniforms here")
+    uniforms = [Uniform(v.name, body.type_of(v.type, v.type.span), v.span) for v in node.fields]
+    if not node.instance:
+        for uniform in uniforms:
+            _declare(body, uniform)
+        return
+    struct = Struct(node.name, tuple((u.name, u.type) for u in uniforms))
+    body.unit.used.update(u.name for u in uniforms)
+    for uniform in uniforms:
+        body.unit.uniforms.setdefault(uniform.name, uniform)
+    parts = {u.name: parameter_value(u.type, u.name, False, u.span) for u in uniforms}
+    body.bind(node.instance, Known(StructValue(struct, parts), "a block of uniforms"))
+
+
+def _declare(body: Body, uniform: Uniform) -> None:
+    known = body.unit.uniforms.setdefault(uniform.name, uniform)
+    if known is not uniform:
+        if known.type != uniform.type:
+            fail(uniform.span, f"uniform {uniform.name} is {known.type} already")
+        return  # declared again, as by a container
+    part = parameter_value(uniform.type, uniform.name, False, uniform.span)
+    body.bind(uniform.name, Known(part, "a uniform"))
+
+
+def _host(part: Part, span: Span) -> object:
+    """A known value as the host writes it."""
+    value = part if isinstance(part, COMPOSITE) else constant(part)
+    if isinstance(value, ir.Literal):
+        return value.value
+    if isinstance(value, (ir.Construct, ir.Table)):
+        return host_value(value)
+    fail(span, "what a uniform is set to must be known here")
+
+
+def declare_inputs(body: Body, node: g.Declaration) -> None:
+    """Inputs from the vertex stage: a container's by name, else a vec2 is where the pixel lies in the picture."""
+    for variable in node.variables:
+        name, span, unit = variable.name, variable.span, body.unit
+        type_ = body.type_of(variable.type, variable.type.span)
+        if isinstance(unit.names.get(name), Slot):
+            continue  # a variable of a container's prelude, which writes it
+        if name in unit.values:
+            part = fitted(unit.values[name](unit, span), type_, span, name)
+            body.bind(name, Known(part, "an input"))
+        elif type_ == VEC2:
+            unit.note(
+                span, f"input {name} is the position in the picture here, from (0, 0) at the bottom left to (1, 1)"
+            )
+            body.bind(name, Known(position(unit, span), "an input"))
+        else:
+            unit.missing[name] = (
+                f"input {name} has no value in a pass over a picture; only vec2 ones have, the position"
+            )
+
+
+#: Files that errors in the texts of a container name.
+PRELUDE, POSTLUDE = "<prelude>", "<postlude>"
+
+
+@dataclass(frozen=True)
+class Shader:
+    """A shader that was read.
+
+    Attributes
+    ----------
+    program : its typed representation, which any kernel is
+    uniforms : its parameters with what the text says of them
+    notes : reliances on what drivers do differently, each with its line
+    version : what ``#version`` said; 0 without one
+    extensions : names of ``#extension``
+    leveled : its representation where these of its pictures have smaller levels, which derivatives then choose from
+    """
+
+    program: ir.TypedKernel
+    uniforms: tuple[Uniform, ...]
+    notes: tuple[Note, ...]
+    version: int = 0
+    extensions: tuple[str, ...] = ()
+    leveled: Callable[[frozenset[str]], ir.TypedKernel] = field(kw_only=True, repr=False, compare=False)
+
+
+def parse(
+    text: str,
+    *,
+    name: str = "shader",
+    file: str = "<shader>",
+    entry: str = "main",
+    prelude: str = "",
+    prelude_file: str = PRELUDE,
+    postlude: str = "",
+    defines: Mapping[str, str] | None = None,
+    folder: str | Path | None = None,
+    defaults: Mapping[str, object] | None = None,
+    natives: Mapping[str, Native] | None = None,
+    values: Mapping[str, NativeValue] | None = None,
+    rows_up: bool = True,
+    levels: Collection[str] = (),
+) -> Shader:
+    """The kernel that a fragment shader is.
+
+    Parameters
+    ----------
+    text : GLSL ES 1.00 or 3.00, or desktop GLSL from 1.20 on, at most 500,000 characters
+    name : of the kernel
+    file : what errors call the text
+    entry : the function to run; it is void and writes outputs, or gives the one output
+    prelude, postlude : GLSL before and after the text, such as what a container declares; uniforms there become
+        parameters where they are used
+    prelude_file : what errors call the prelude
+    defines : macros, by name
+    folder : where ``#include`` may read
+    defaults : values of uniforms that the text gives none
+    natives, values : functions and values of a container, as typed expressions
+    rows_up : whether the shader counts rows of pictures from the bottom, as OpenGL does; else from the top
+    levels : pictures whose smaller levels ``texture`` chooses from by derivatives; those of handles with ``mipmaps()``
+
+    Raises
+    ------
+    KernelError
+        For what is not GLSL or not read here, with file, line, the line and a caret.
+
+    Examples
+    --------
+    >>> shader = parse("uniform sampler2D t; void main() { gl_FragColor = 1.0 - texture2D(t, pg_position); }")
+    >>> [f"{p.name}: {p.type}" for p in shader.program.parameters]
+    ['t: Image']
+    """
+    around = frozenset([prelude_file, POSTLUDE])
+    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})}, rows_up, frozenset(levels), around)
+    pieces = [(prelude, prelude_file), (text, file), (postlude, POSTLUDE)]
+    try:
+        tokens, reader = preprocessed(pieces, defines or {}, None if folder is None else Path(folder))
+        for token in [t for t in tokens if t.text in ("lowp", "mediump")][:1]:
+            unit.note(token.span, f"{token.text} has 32 bits here, and fewer on some devices")
+        program, uniforms = _program(Parser(tokens, file).shader(), unit, name, entry, file, defaults or {})
+    except RecursionError:
+        raise KernelError(f"{file}: the shader nests too deeply") from None
+    notes = tuple(sorted(unit.notes.values(), key=lambda note: (note.span.file, note.span.line)))
+
+    @cache
+    def leveled(names: frozenset[str]) -> ir.TypedKernel:
+        return parse(
+            text, name=name, file=file, entry=entry, prelude=prelude, prelude_file=prelude_file, postlude=postlude,
+            defines=defines, folder=folder, defaults=defaults, natives=natives, values=values, rows_up=rows_up,
+            levels=names,
+        ).program  # fmt: skip
+
+    return Shader(program, uniforms, notes, reader.version, tuple(reader.extensions), leveled=leveled)
+
+
+def _program(
+    tree: list[g.Outer], unit: Unit, name: str, entry: str, file: str, defaults: Mapping[str, object]
+) -> tuple[ir.TypedKernel, tuple[Uniform, ...]]:
+    """The typed kernel, and what is known of its parameters."""
+    check_declared_once(tree, unit.around)
+    body = Body(unit, name)
+    unit.builder.calls.append(tree)  # what stands outside of functions is the outermost of them
+    unit.builder.emit(ir.Assign(KEPT, ir.Literal(BOOL, True)))
+    for node in tree:
+        if isinstance(node, g.Function):
+            unit.functions.setdefault(node.name, []).append(node)
+    outputs = _declared(tree, body)
+    main = next((f for f in unit.functions.get(entry, []) if f.body is not None and not f.parameters), None)
+    if main is None:
+        raise KernelError(f"{file}: there is no function {entry}() without parameters, where a shader begins")
+    value = body.inline(main, [], main.span)
+    found = _outputs(body, value, outputs, main.span)
+    unit.builder.keep_or_clear(Variable(FLOAT, "", dict(found)), main.span)
+    results = _results(found, main.span)
+    uniforms = _parameters(unit, defaults)
+    parameters = tuple(ir.Parameter(u.name, u.type, False, u.default, u.has_default, u.span) for u in uniforms)
+    check_images(name, parameters, main.span)
+    check_sizes(parameters)
+    made = unit.builder.body()
+    check_reads(parameters, *made)
+    return ir.TypedKernel(name, "pixel", parameters, made, results, None, main.span), uniforms
+
+
+def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
+    """Obey everything outside of functions; the outputs that are declared, in the order of their locations."""
+    outputs: list[tuple[int, str, Slot]] = []
+    for name in ("gl_FragColor", *(f"gl_FragData[{i}]" for i in range(8))):
+        slot = body.new_slot(name, VEC4, written=True)
+        body.builder.clear(slot.variable)
+        body.bind(name, slot)
+    depth = body.new_slot("gl_FragDepth", FLOAT, written=True)
+    body.builder.clear(depth.variable)
+    body.bind("gl_FragDepth", depth)  # written to nobody: a pass over a picture has no depth
+    written = assigned_names(tuple(tree), partial(overloads, body.unit))
+    for node in tree:
+        if isinstance(node, g.Struct):
+            body.declare_struct(node)
+        elif isinstance(node, g.Interface):
+            declare_interface(body, node)
+        elif isinstance(node, g.Declaration):
+            if "uniform" in node.qualifiers:
+                declare_uniforms(body, node)
+            elif node.qualifiers & {"in", "varying", "attribute"}:
+                declare_inputs(body, node)
+            else:
+                body.declare(node, None if "out" in node.qualifiers else written)
+                if "out" in node.qualifiers:
+                    for variable in node.variables:
+                        output = body.unit.names[variable.name]
+                        assert isinstance(output, Slot)
+                        output.written = True
+                        outputs.append((node.layout.get("location", 0), variable.name, output))
+    return [(name, slot) for _, name, slot in sorted(outputs, key=lambda output: output[0])]
+
+
+def _outputs(
+    body: Body, value: Part | None, declared: list[tuple[str, Slot]], span: Span
+) -> list[tuple[str, Variable]]:
+    """What holds the results: the value of the entry, declared outputs, or the built-in ones that are used."""
+    unit = body.unit
+    if value is not None:
+        type_ = type_of_part(value)
+        assert type_ is not None
+        slot = body.new_slot("value", type_, written=True)
+        unit.store_at(slot, Place(slot.variable, type_), value, span, "the value")
+        return [("", slot.variable)]
+    given = declared or [
+        (name, slot)
+        for name, slot in unit.names.items()
+        if name.startswith(("gl_FragColor", "gl_FragData")) and name in unit.used and isinstance(slot, Slot)
+    ]
+    if not given:
+        fail(span, "the shader writes nothing: gl_FragColor, or a variable declared out vec4 name")
+    return [(name if len(given) > 1 else "", slot.variable) for name, slot in given]
+
+
+def _results(outputs: list[tuple[str, Variable]], span: Span) -> tuple[ir.Result, ...]:
+    made = []
+    for name, variable in outputs:
+        type_ = variable.type
+        if not isinstance(type_, (Scalar, Vector)) or element_of(type_) is not FLOAT:
+            fail(span, f"an output is a float or a vector of floats, as targets hold; {name or 'it'} is {type_}")
+        plain = name.replace("[", "").replace("]", "")
+        made.append(ir.Result(plain, type_, ir.Local(type_, variable.name, span)))
+    return tuple(made)
+
+
+def _parameters(unit: Unit, defaults: Mapping[str, object]) -> tuple[Uniform, ...]:
+    """Samplers first, then the others as they stand in the text; those of a prelude where they are used."""
+    found = [u for u in unit.uniforms.values() if u.span.file not in unit.around or u.name in unit.used]
+    found = [
+        replace(u, default=defaults[u.name], has_default=True) if u.name in defaults and not u.has_default else u
+        for u in found
+    ]
+    return tuple(sorted(found, key=lambda u: not holds_pictures(u.type)))

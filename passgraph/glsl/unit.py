@@ -1,0 +1,166 @@
+"""One shader on its way to the typed representation: what its functions share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias, TypeVar
+
+from passgraph.glsl import syntax as g
+from passgraph.glsl.operators import fitted
+from passgraph.language import ir
+from passgraph.language.assignments import Place, Variable
+from passgraph.language.function_body import Builder
+from passgraph.language.signature import MAX_BUFFER_LENGTH, checked_array
+from passgraph.language.source import Span, fail
+from passgraph.language.types import IMAGE, NAMED, Array, ImageType, Struct, TupleType, Type, image_names
+from passgraph.language.value_ranges import Range
+from passgraph.language.values import Part
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """A uniform of the text; ``default`` is what it is set to there."""
+
+    name: str
+    type: Type
+    span: Span
+    default: object = None
+    has_default: bool = False
+
+
+#: Samplers that are pictures; what they hold arrives as floats.  A volume is a picture of its slices.
+_PICTURES = frozenset(["sampler2D", "sampler2DRect", "samplerExternalOES", "sampler3D"])
+SQUARE = {f"mat{n}x{n}": f"mat{n}" for n in (2, 3, 4)}
+_NEVER = 1 << 62
+T = TypeVar("T")
+
+
+@dataclass(eq=False)
+class Slot:
+    """A variable of the shader; ``born`` is the count of names when it was made."""
+
+    variable: Variable
+    born: int
+    written: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """A name that only stands for a value: a constant, a uniform, an input."""
+
+    part: Part
+    what: str
+
+
+Binding: TypeAlias = Slot | Known
+
+
+@dataclass(frozen=True)
+class Note:
+    """Something that the shader relies on and that drivers do differently."""
+
+    span: Span
+    text: str
+
+    def __str__(self) -> str:
+        return self.span.point_at(self.text)
+
+
+#: A function of a container, on typed values.
+Native: TypeAlias = Callable[["Unit", list[Part], Span], Part]
+#: A value of a container.
+NativeValue: TypeAlias = Callable[["Unit", Span], Part]
+
+
+@dataclass(eq=False)
+class Unit:
+    """What all functions of one shader share."""
+
+    natives: Mapping[str, Native]
+    values: Mapping[str, NativeValue]
+    rows_up: bool = True  # whether the shader counts rows from the bottom
+    leveled: frozenset[str] = frozenset()  # pictures with smaller levels, which derivatives choose from
+    around: frozenset[str] = frozenset()  # what is called the container's text: its uniforms count where they are used
+    builder: Builder = field(default_factory=lambda: Builder("pixel"))
+    functions: dict[str, list[g.Function]] = field(default_factory=dict)
+    structs: dict[str, Struct] = field(default_factory=dict)
+    names: dict[str, Binding] = field(default_factory=dict)
+    uniforms: dict[str, Uniform] = field(default_factory=dict)
+    missing: dict[str, str] = field(default_factory=dict)  # names that have no value here, and why
+    used: set[str] = field(default_factory=set)  # global names that functions ask for
+    notes: dict[tuple[str, int, str], Note] = field(default_factory=dict)
+    leaving: dict[g.Statement, bool] = field(default_factory=dict)  # statements that may leave their function
+    work: int = 0  # instructions that open loops may take
+    trips: int = 1  # of the loops around together, as many as open ones may make at most
+    told: int = 1  # of those around whose trips are told
+    undecided: int = 0  # how many around are open
+    #: Between what the counters of the loops around lie, by their names in the representation and their components.
+    counters: dict[tuple[str, int], Range] = field(default_factory=dict)
+    #: The oldest variable written since the last look, by the count of names when it was made.
+    oldest_write: int = _NEVER
+
+    def turned(self, read: str) -> str:
+        """The function of the library that reads with the shader's rows."""
+        return f"{read}_upward" if self.rows_up else read
+
+    def note(self, span: Span, text: str) -> None:
+        """Remember a reliance, once for each line and kind."""
+        self.notes.setdefault((span.file, span.line, text), Note(span, text))
+
+    def captured(self, compute: Callable[[], T], span: Span) -> tuple[tuple[ir.Stmt, ...], T]:
+        """What a computation emits, as a block of its own, and what it gives."""
+        found: list[T] = []
+        return self.builder.captured(lambda: found.append(compute()), span), found[0]
+
+    def ordered(self, computations: Sequence[Callable[[], Part]], span: Span) -> list[Part]:
+        """Values computed one after another; where a later one changes variables, the earlier ones keep what they
+        had read."""
+        parts: list[Part] = []
+        for compute in computations:
+            before, born, start = self.oldest_write, self.builder.count, len(self.builder.blocks[-1])
+            self.oldest_write = _NEVER
+            part = compute()
+            if parts and self.oldest_write <= born:
+                block = self.builder.blocks[-1]
+                emitted = block[start:]
+                del block[start:]
+                parts = [self.builder.name_part(earlier, span, keep_locals=False) for earlier in parts]
+                block += emitted
+            self.oldest_write = min(before, self.oldest_write)
+            parts.append(part)
+        return parts
+
+    def slot(self, variable: Variable, *, written: bool = True) -> Slot:
+        return Slot(variable, self.builder.count, written)
+
+    def store_at(self, slot: Slot, place: Place, part: Part, span: Span, what: str) -> None:
+        """Assign to a variable, to a field of it, or to an entry of its arrays."""
+        slot.written = True
+        self.oldest_write = min(self.oldest_write, slot.born)
+        self.builder.store_at(place, fitted(part, place.type, span, what), span, what)
+
+    # Types
+
+    def plain_type(self, name: str, span: Span) -> Type:
+        """The type of a name alone."""
+        if name in self.structs:
+            return self.structs[name]
+        if name in _PICTURES:
+            return IMAGE
+        found = NAMED.get(SQUARE.get(name, name))
+        if found is None or isinstance(found, ImageType):
+            fail(span, f"{name} is not a type that shaders have here")
+        return found
+
+    def array_type(self, element: Type, length: ir.Number | None, span: Span) -> Type:
+        """An array of so many elements."""
+        assert not isinstance(element, TupleType)
+        if not isinstance(length, int) or isinstance(length, bool) or not 1 <= length <= MAX_BUFFER_LENGTH:
+            fail(span, f"the length of an array is a known whole number from 1 to {MAX_BUFFER_LENGTH}")
+        return checked_array(Array(element, length), span)
+
+
+def holds_pictures(type_: Type) -> bool:
+    """Whether a value of a type is, or has within it, a picture."""
+    return bool(image_names(type_, ""))

@@ -1,0 +1,75 @@
+"""What lies below a part of the syntax tree."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import TypeAlias
+
+from passgraph.glsl import syntax as g
+
+
+def walked(node: object) -> Iterator[object]:
+    """A part of the tree and everything below it."""
+    pending: list[object] = [node]
+    while pending:
+        one = pending.pop()
+        if isinstance(one, tuple):
+            pending += one
+        elif hasattr(one, "__dataclass_fields__") and hasattr(one, "span"):
+            yield one
+            pending += [getattr(one, name) for name in one.__dataclass_fields__ if name != "span"]
+
+
+def leaves_function(node: g.Statement, known: dict[g.Statement, bool]) -> bool:
+    """Whether a return or discard is inside; ``known`` keeps answers, as statements ask again for those around them."""
+    if node not in known:
+        leaves = isinstance(node, g.Return) or (isinstance(node, g.Jump) and node.kind == "discard")
+        known[node] = leaves or any(leaves_function(inner, known) for inner in _inner(node))
+    return known[node]
+
+
+def _inner(node: g.Statement) -> tuple[g.Statement, ...]:
+    if isinstance(node, g.Block):
+        return node.statements
+    if isinstance(node, g.If):
+        return (node.then,) if node.orelse is None else (node.then, node.orelse)
+    if isinstance(node, g.Loop):
+        return (node.body,)
+    return sum((case.statements for case in node.cases), ()) if isinstance(node, g.Switch) else ()
+
+
+#: A name, and the component of it that is meant: None for all.
+NamePart: TypeAlias = tuple[str, int | None]
+_LETTERS = {letter: i for letters in ("xyzw", "rgba", "stpq") for i, letter in enumerate(letters)}
+
+
+def assigned_names(node: object, overloads: Callable[[str], Sequence[g.Function]]) -> frozenset[str]:
+    """Names that a part of the tree may assign to, whatever they stand for; calls may where parameters are out."""
+    return frozenset(name for name, _ in assigned_parts(node, overloads))
+
+
+def assigned_parts(node: object, overloads: Callable[[str], Sequence[g.Function]]) -> frozenset[NamePart]:
+    """Names that a part of the tree may assign to, with the component where one of a vector is written."""
+    found: set[NamePart] = set()
+    for one in walked(node):
+        targets: list[g.Expr] = []
+        if isinstance(one, (g.Assignment, g.Step)):
+            targets = [one.target]
+        elif isinstance(one, g.Call):
+            for function in overloads(one.name):
+                pairs = zip(one.arguments, function.parameters, strict=False)
+                targets += [argument for argument, parameter in pairs if parameter.passed != "in"]
+        for target in targets:
+            components: set[int | None] = {None}
+            while isinstance(target, (g.Member, g.Subscript)):
+                # A field that is called as components are counts as those of its struct.
+                components = {_LETTERS.get(c) for c in target.name} if isinstance(target, g.Member) else {None}
+                target = target.base
+            if isinstance(target, g.Name):
+                found |= {(target.name, one) for one in components}
+    return frozenset(found)
+
+
+def overlap(these: frozenset[NamePart], those: frozenset[NamePart]) -> bool:
+    """Whether two sets of parts have something in common."""
+    return any(a == b and (i is None or j is None or i == j) for a, i in these for b, j in those)

@@ -1,0 +1,439 @@
+"""OpenGL in a host program's context: an engine's pictures are read and written where they are.
+
+The engine never notices: a context of ours beside its own has a state of its own, or, where none can be made, the
+engine's state is read before and set again behind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph import arguments
+from passgraph.backends.base import READ, DevicePicture, Use
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl.backend import GLBackend
+from passgraph.backends.gl.context import Current
+from passgraph.backends.gl.textures import PLAIN, Placement, Surface, Texture, in_words
+from passgraph.errors import BackendError, InputError
+from passgraph.formats import Format, as_many_channels, colour_format, curved, float_format
+from passgraph.graph.targets import checked_size
+from passgraph.hosts.gl_isolation import GuardedContext, HostContext, SiblingContext, current_state
+from passgraph.hosts.gl_pictures import Copies, Facts, RegionError, attached, facts_of
+
+Isolation = Literal["auto", "sibling", "guard"]
+Origin = Literal["bottom", "top"]
+#: (x, y, width, height) in pixels; x and y of the lowest left one, as OpenGL counts.
+Region = tuple[int, int, int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class HostPicture(DevicePicture):
+    """A picture of a host's, to be given for an input or in ``into=``.
+
+    Attributes
+    ----------
+    region : (x, y, width, height) of it in what it is a part of, from the lowest left pixel
+    origin : whether its first row in memory is the lowest ("bottom", as OpenGL has it) or the highest ("top")
+    facts : what OpenGL says of the whole
+    sample_gamma : of several samples a pixel, the mean is taken of colors to this power, as the engine does it
+    """
+
+    region: Region
+    origin: Origin
+    facts: Facts
+    host: Host = field(repr=False)
+    sample_gamma: float = 1.0
+
+    @property
+    def samples(self) -> int:
+        """So many a pixel; 0 where there is no multisampling."""
+        return self.facts.samples
+
+    @property
+    def is_part(self) -> bool:
+        return self.region != (0, 0, *self.facts.size)
+
+    @property
+    def placement(self) -> Placement:
+        made = Placement(self.origin == "bottom", self.is_part)
+        return PLAIN if made == PLAIN else made
+
+    def overlaps(self, other: DevicePicture) -> bool:
+        if not isinstance(other, HostPicture):
+            return False
+        one, another = self.facts.surface, other.facts.surface
+        if (one.kind, one.name, self.facts.is_depth) != (another.kind, another.name, other.facts.is_depth):
+            return False
+        (x, y, width, height), (u, v, across, up) = self.region, other.region
+        return x < u + across and u < x + width and y < v + up and v < y + height
+
+    def is_in(self, storage: Any) -> bool:
+        surface = self.facts.surface
+        return surface.kind == "texture" and isinstance(storage, Texture) and storage.name == surface.name
+
+    def __str__(self) -> str:
+        x, y, width, height = self.region
+        part = f" from ({x}, {y})" if self.is_part else ""
+        samples = f", {self.samples} samples a pixel" if self.samples else ""
+        return f"{in_words(self.facts.surface)}: {width}x{height} pixels{part}, {self.facts.stored}{samples}"
+
+
+@dataclass(frozen=True, eq=False)
+class HostFramebuffer:
+    """A framebuffer of a host's.  Given for an input or in ``into=`` it stands for its ``color``.
+
+    Attributes
+    ----------
+    color : what its first draw buffer draws into; None where it draws no colour
+    depth : its depth, from 0 to 1 as the engine keeps it (`passgraph.HardwareDepth`), one channel; or None
+    """
+
+    color: HostPicture | None
+    depth: HostPicture | None
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height), pixels."""
+        return self._any().size
+
+    @property
+    def samples(self) -> int:
+        return self._any().samples
+
+    def _any(self) -> HostPicture:
+        found = self.color or self.depth
+        assert found is not None
+        return found
+
+
+class Host(GLBackend):
+    """A backend in a host program's context of OpenGL (3.3 or newer) or OpenGL ES (3.0 or newer).
+
+    It is used in the thread and with the context that it was made in; each run says so where that does not hold.
+    Between runs nothing of ours is current, bound or set.  `close` deletes what is ours, wherever it is called in
+    contexts of EGL and GLX; a guarded host is closed where its context is current, else its objects go with that.
+
+    >>> host = pg.gl.Host.current()                                          # doctest: +SKIP
+    >>> program = pg.compile(black_and_white(pg.Input("frame")), backend=host)    # doctest: +SKIP
+    >>> program.run(frame=host.framebuffer(), into={"black_and_white": host.framebuffer()})   # doctest: +SKIP
+    """
+
+    @classmethod
+    def current(cls, isolation: Isolation = "auto") -> Host:
+        """The one whose context is current in this thread.
+
+        Parameters
+        ----------
+        isolation
+            ``"sibling"``: in a context of ours that shares its objects; ``"guard"``: in its own, whose state is put
+            back; ``"auto"``: the first where the system makes one.
+
+        Raises
+        ------
+        BackendError
+            Where no context is current, none can be made beside it, or it is older than OpenGL 3.3 and OpenGL ES 3.0.
+        """
+        return cls(isolation)
+
+    def __init__(self, isolation: Isolation = "auto") -> None:
+        arguments.one_of(isolation, "isolation", get_args(Isolation))
+        self.isolation: str = "guard"
+        context: HostContext | None = None
+        if isolation != "guard":
+            try:
+                context = SiblingContext(self.turn)
+                self.isolation = "sibling"
+            except BackendError:
+                current_state(Current())  # nothing current: neither can be made
+                if isolation == "sibling":
+                    raise
+        self._open(context or GuardedContext(self.turn))
+        self._of_host.at_release(self.objects.delete_all)
+        self.about = self.context.about
+
+    def _open(self, context: Any) -> None:
+        super()._open(context)
+        with self.context as gl:
+            self._scratch = self.objects.new("Framebuffer")
+            self.copies = Copies(self)
+            gl.BindFramebuffer(g.FRAMEBUFFER, 0)
+
+    # What the host has
+
+    def framebuffer(
+        self,
+        name: int | None = None,
+        *,
+        region: Region | None = None,
+        size: tuple[int, int] | None = None,
+        origin: Origin = "bottom",
+        srgb: bool | None = None,
+        sample_gamma: float = 1.0,
+    ) -> HostFramebuffer:
+        """A framebuffer of the host's, as it is now.
+
+        Parameters
+        ----------
+        name
+            OpenGL's; None takes the one that is bound for drawing.
+        region
+            (x, y, width, height) from the lowest left pixel, such as the viewport of one of several views.
+        size
+            (width, height) of it, where the system does not tell: framebuffer 0, and textures in OpenGL ES 3.0.
+        origin
+            ``"bottom"`` where the picture's lowest row is the first in memory, as nearly everywhere.
+        srgb
+            Whether colours are encoded by the sRGB curve; None takes OpenGL's word.  Many engines keep encoded
+            colours in formats that do not say so.
+        sample_gamma
+            Of several samples a pixel, the mean of colors to this power is taken; give the engine's own, so that the
+            effect sees edges as the engine shows them.
+
+        Raises
+        ------
+        BackendError
+            For what is not there, has nothing attached, or has no pixels.
+        """
+        check_asked(name, region, size, origin, srgb)
+        sample_gamma = arguments.real(sample_gamma, "sample_gamma", 0.1, 10.0, InputError)
+        self.context.check_current()
+        gl = self.context.gl
+        if name and not gl.IsFramebuffer(name):
+            raise BackendError(f"gl: there is no framebuffer {name} in the host's context, or it was never bound")
+        if name is None:
+            colour, depth = attached(gl, depth=False), attached(gl, depth=True)
+        else:
+            bound = gl.integer(0x8CA6)
+            gl.BindFramebuffer(g.DRAW_FRAMEBUFFER, name)
+            try:
+                colour, depth = attached(gl, depth=False), attached(gl, depth=True)
+            finally:
+                gl.BindFramebuffer(g.DRAW_FRAMEBUFFER, bound)
+        if colour is None and depth is None:
+            raise BackendError("gl: the framebuffer has nothing attached that a pass could read or write")
+        if size is None and (colour or depth).kind == "window":  # type: ignore[union-attr]
+            size = self._window_size()
+        with self.context.looking():
+            return HostFramebuffer(
+                None
+                if colour is None
+                else replace(self._picture(colour, size, region, origin, srgb), sample_gamma=sample_gamma),
+                None if depth is None else self._picture(depth, size, region, origin, None),
+            )
+
+    def texture(
+        self,
+        name: int,
+        *,
+        region: Region | None = None,
+        size: tuple[int, int] | None = None,
+        origin: Origin = "bottom",
+        srgb: bool | None = None,
+    ) -> HostPicture:
+        """A texture of the host's by OpenGL's name, as it is now; parameters as in :meth:`framebuffer`.
+
+        ``region`` is for textures larger than their picture, such as those padded to powers of two.
+        """
+        check_asked(name, region, size, origin, srgb)
+        if name is None:
+            raise InputError("texture: give the name that OpenGL has for it, a whole number")
+        return self._picture(Surface("texture", int(name), target=0), size, region, origin, srgb)
+
+    @property
+    def zero_to_one(self) -> bool | None:
+        """Whether ``glClipControl`` makes clip space reach from 0 to 1 in depth now; None where it does not."""
+        return (
+            self.context.gl.ClipControl is not None and self.context.gl.integer(g.CLIP_DEPTH_MODE) == g.ZERO_TO_ONE
+        ) or None
+
+    def _window_size(self) -> tuple[int, int] | None:
+        current = self._of_host.current
+        state = current_state(current)
+        return current.system(state).surface_size(state)
+
+    @property
+    def _of_host(self) -> HostContext:
+        assert isinstance(self.context, HostContext)
+        return self.context
+
+    def _picture(
+        self, surface: Surface, size: tuple[int, int] | None, region: Region | None, origin: Origin,
+        srgb: bool | None,
+    ) -> HostPicture:  # fmt: skip
+        with self.context.looking() as gl:
+            facts = facts_of(gl, surface, self._scratch, size)
+            gl.drain()
+        x, y, width, height = region = region or (0, 0, *facts.size)
+        if min(x, y) < 0 or min(width, height) < 1 or x + width > facts.size[0] or y + height > facts.size[1]:
+            raise RegionError(
+                f"region {region} is not inside of {in_words(facts.surface)}, which has {facts.size[0]}x"
+                f"{facts.size[1]} pixels; give (x, y, width, height) from its lowest left pixel"
+            )
+        format_ = facts.format if srgb is None or facts.is_depth else _encoded(facts.format, srgb)
+        return HostPicture(format_, (width, height), region, origin, facts, self)
+
+    # The contract
+
+    def picture_of(self, given: object) -> DevicePicture | None:
+        if isinstance(given, HostFramebuffer):
+            if given.color is None:
+                raise InputError("the framebuffer draws no colour; give its .depth, or another one")
+            given = given.color
+        if not isinstance(given, HostPicture):
+            return None
+        if given.host is not self:
+            raise InputError(f"{given} is of another host; ask this program's backend for it")
+        return given
+
+    def adopt(self, external: Any, format: Format, use: Use = READ) -> Texture | None:
+        if not isinstance(external, HostPicture):
+            return super().adopt(external, format, use)
+        return self._room(external, format, use) if use.is_written else self._read(external, format, use)
+
+    def _read(self, picture: HostPicture, format_: Format, use: Use) -> Texture | None:
+        """To be sampled: the texture itself, or a copy made on the device of what cannot be or is written over."""
+        readable = picture.format == format_ or (
+            (format_.number, format_.channels) == ("f4", picture.format.channels) and not picture.format.srgb
+        )
+        return self.copies.sampled(picture, format_, use.is_overwritten) if readable else None
+
+    def _room(self, picture: HostPicture, format_: Format, use: Use) -> Texture | None:
+        check_room(picture, format_)
+        self.copies.check_same(picture)
+        if use.is_drawn or use.beside_others or picture.samples or self._is_encoded(picture):
+            return None
+        if use.is_read and (picture.format != format_ or not self.copies.can_sample(picture)):
+            return None
+        return self.copies.itself(picture, format_)
+
+    def _is_encoded(self, picture: HostPicture) -> bool:
+        """Whether the device encodes what passes write there, encoded or not."""
+        return picture.facts.stores_srgb and self.context.gl.has.always_encodes
+
+    def upload_stored(self, storage: Texture, numbers: NDArray[Any] | HostPicture, format: Format) -> None:
+        if not isinstance(numbers, HostPicture):
+            super().upload_stored(storage, numbers, format)
+            return
+        source = self.copies.sampled(numbers, numbers.format)
+        self.copies.move(source, storage)
+
+    def download_into(self, storage: Texture, into: NDArray[Any] | HostPicture, format: Format) -> None:
+        if isinstance(into, HostPicture):
+            check_room(into, format)
+            written = _as_wide(format, into.format)
+            if into.samples and not self._is_encoded(into):
+                self.copies.write_changes(storage, into)
+                return
+            if self._is_encoded(into):  # the device gets values that it makes the same numbers of
+                storage = replace(storage, format=_encoded(storage.format, True))
+                written = float_format(into.format.channels)
+            self.copies.move(storage, self.copies.itself(into, written))
+        else:
+            with self.copies.plain(storage) as own:
+                super().download_into(own, into, format)
+
+    def copy(self, source: Texture, destination: Texture) -> None:
+        if source.surface is None and destination.surface is None:
+            super().copy(source, destination)
+        else:
+            self.copies.move(source, destination)
+
+    def release(self, storage: Any) -> None:
+        self._give_back(lambda: super(Host, self).release(storage))
+
+    def release_geometry(self, geometry: Any) -> None:
+        self._give_back(lambda: super(Host, self).release_geometry(geometry))
+
+    def _give_back(self, give_back: Callable[[], None]) -> None:
+        """Where the host's context is not current, when it next is; what nobody enters for goes when this closes."""
+        try:
+            give_back()
+        except BackendError:
+            self.turn.later(give_back)
+
+    def pixel_pass(self, step: Any) -> Any:
+        self._need_units(step.images)
+        return super().pixel_pass(step)
+
+    def draw_pass(self, step: Any) -> Any:
+        self._need_units(step.images)
+        return super().draw_pass(step)
+
+    def _need_units(self, images: Sequence[Any]) -> None:
+        if isinstance(self.context, GuardedContext):
+            self.context.need_units(len(images))
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        try:
+            with super().running():
+                yield
+        finally:
+            self.copies.end_run()
+
+    def unbind(self) -> None:
+        super().unbind()
+        gl = self.context.gl
+        if self.objects.attached:
+            gl.BindFramebuffer(g.FRAMEBUFFER, self.objects.for_foreign)
+            self.objects.detach()
+            gl.BindFramebuffer(g.FRAMEBUFFER, 0)
+
+
+def check_asked(name: object, region: object, size: object, origin: object, srgb: object) -> None:
+    """What a host is asked for a picture with, before OpenGL sees any of it."""
+    if name is not None:
+        if isinstance(getattr(name, "glo", None), int):
+            raise InputError("the name of OpenGL's object is a whole number; moderngl's objects have it as .glo")
+        arguments.whole(name, "the name of OpenGL's object", 0, (1 << 32) - 1, InputError)
+    if size is not None:
+        checked_size(size, "a picture of the host's")
+    if region is not None:
+        for number in arguments.several(region, (int, np.integer), "region", "(x, y, width, height)", InputError):
+            arguments.whole(number, "a number of region", 0, (1 << 31) - 1, InputError)
+        if len(tuple(region)) != 4:  # type: ignore[arg-type]
+            raise InputError(f"region must be (x, y, width, height), got {arguments.shown(region)}")
+    arguments.one_of(origin, "origin", get_args(Origin), InputError)
+    if srgb is not None:
+        arguments.flag(srgb, "srgb", InputError)
+
+
+def check_room(picture: HostPicture, format_: Format) -> None:
+    """Whether a target of a format can be written there."""
+    if picture.facts.is_depth:
+        raise InputError(f"{picture} is depth, which no pass writes; give a colour picture in into=")
+    if picture.format.srgb != format_.srgb:
+        holds, written = ("sRGB-encoded", "linear") if picture.format.srgb else ("plain", "sRGB-encoded")
+        raise InputError(
+            f"{picture} holds {holds} numbers, and target format {format_.name} {written} ones; give the target "
+            f"format rgba8{'_srgb' if picture.format.srgb else ''}, or ask for the picture with srgb={format_.srgb}"
+        )
+    if not as_many_channels(format_, picture.format):
+        raise InputError(
+            f"{picture} has {picture.format.channels} channel(s), and target format {format_.name} has "
+            f"{format_.channels}; they must be as many"
+        )
+
+
+def _encoded(format_: Format, srgb: bool) -> Format:
+    """The same numbers, read as encoded by the sRGB curve or not."""
+    made = curved(format_, srgb)
+    if made is None:
+        raise InputError(
+            f"srgb={srgb}: there is no format {format_.name}_srgb; colours of {format_.name} are not encoded"
+        )
+    return made
+
+
+def _as_wide(format_: Format, picture: Format) -> Format:
+    """A target's format, with the channels of the picture that it goes to."""
+    wide = colour_format(format_.number, picture.channels)
+    made = None if wide is None else curved(wide, format_.srgb)
+    assert made is not None  # every number is held in three channels and in four
+    return made

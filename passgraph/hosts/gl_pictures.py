@@ -1,0 +1,622 @@
+"""An engine's textures, renderbuffers and framebuffers as pictures that passes read and write."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl.capabilities import FRAMEBUFFER_SRGB, Capabilities
+from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.textures import (
+    DEPTH_OF_WINDOW,
+    PLAIN,
+    WINDOW_BUFFERS,
+    Placement,
+    Surface,
+    Texture,
+    attachment_points,
+    bind_surface,
+    gl_format_of,
+    in_words,
+    unbind_surface,
+)
+from passgraph.backends.gl.transfers import store
+from passgraph.errors import BackendError, InputError
+from passgraph.formats import Format, colour_format, curved, float_format
+from passgraph.hosts.gl_samples import FEWEST_FITTED, Samples
+
+if TYPE_CHECKING:
+    from passgraph.hosts.gl import Host, HostPicture, Region
+
+
+_TYPE, _NAME, _LEVEL, _FACE, _LAYER = 0x8CD0, 0x8CD1, 0x8CD2, 0x8CD3, 0x8CD4
+_TEXTURE, _RENDERBUFFER = 0x1702, 0x8D41
+_COMPONENTS, _DEPTH_SIZE = (0x8212, 0x8213, 0x8214, 0x8215), 0x8216
+_COMPONENT_TYPE, _ENCODING, _SRGB = 0x8211, 0x8210, 0x8C40
+_UNORM, _FLOAT, _INTEGERS = 0x8C17, 0x1406, (0x1404, 0x1405)
+_DRAW_BUFFER, _DRAW_BINDING, _HAS_ALL_LAYERS = 0x8825, 0x8CA6, 0x8DA7
+_WITH_LAYERS = {0x8C1A: "an array", 0x806F: "a volume", 0x8513: "a cube map"}
+_TEXTURE_TARGET, _RECTANGLE, _STENCIL_MODE = 0x1006, 0x84F5, 0x90EA
+#: What a sampler makes of a texel: parameter → where it gets the numbers that are held.
+_UNCHANGED = {0x8E42: 0x1903, 0x8E43: 0x1904, 0x8E44: 0x1905, 0x8E45: 0x1906, _STENCIL_MODE: 0x1902}
+_RENDERBUFFER_FACTS = {"width": 0x8D42, "height": 0x8D43, "internal": 0x8D44, "samples": 0x8CAB}
+_TEXTURE_FACTS = {"width": 0x1000, "height": 0x1001, "internal": 0x1003, "samples": 0x9106}
+#: What does not say how many bits a channel has: a window's buffers, and what applications ask for by kind alone.
+_UNSIZED = {0, 1, 2, 3, 4, *range(0x1901, 0x190B), 0x8C40, 0x8C42, 0x84F9, 0x80E1, 0x93A1}
+_RGBA8, _SRGB_ALPHA8 = 0x8058, 0x8C43
+#: What a copy of such is stored as, by bits a channel.
+_SIZED: dict[tuple[int, ...], int] = {
+    (5, 6, 5, 0): 0x8D62,
+    (10, 10, 10, 2): 0x8059,
+    (5, 5, 5, 1): 0x8057,
+    (4, 4, 4, 4): 0x8056,
+}
+_SIZED_DEPTHS = {(16, 0): 0x81A5, (24, 0): 0x81A6, (24, 8): 0x88F0, (32, 0): 0x81A7, (32, 8): 0x8CAD}
+
+
+class EmptyPictureError(BackendError):
+    """A picture of a host's has no pixels at the moment."""
+
+
+class RegionError(InputError):
+    """A region lies outside of the host's picture as it is at the moment."""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """One surface of a host.
+
+    Attributes
+    ----------
+    told : its width, height, internal format and samples, as OpenGL says them
+    format : what a kernel reads it as
+    internal : what a texture of the same numbers is made as
+    stored : in words
+    stores_srgb : whether OpenGL itself knows the numbers to be encoded by the sRGB curve
+    bound_as, level_target, base : of a texture: as what it is bound, what its levels are asked by, and its base level
+    is_changed : whether what samples it gets other numbers than it holds: other channels, or stencil for depth
+    """
+
+    surface: Surface
+    told: tuple[int, int, int, int]
+    format: Format
+    internal: int
+    stored: str
+    is_depth: bool
+    stores_srgb: bool = False
+    bound_as: int = g.TEXTURE_2D
+    level_target: int = g.TEXTURE_2D
+    base: int = 0
+    is_changed: bool = False
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) of all of it, pixels."""
+        return self.told[:2]
+
+    @property
+    def samples(self) -> int:
+        """A pixel; 0 where there is no multisampling."""
+        return self.told[3]
+
+
+def texture_surface(gl: Functions, name: int) -> Surface:
+    """A texture by its name; unit 0 is used.
+
+    Raises
+    ------
+    BackendError
+        Where there is none of this name, or none that passes could use.
+    """
+    if not gl.IsTexture(name):
+        raise BackendError(
+            f"gl: there is no texture {name} in the host's context; give the name that OpenGL has for it, of a texture "
+            "that has been bound once and was not deleted"
+        )
+    gl.ActiveTexture(g.TEXTURE0)
+    for target in _targets_of(gl, name):
+        gl.drain()
+        gl.BindTexture(target, name)
+        if gl.GetError() == g.NO_ERROR:
+            base = gl.texture_parameter(target, 0x813C, 0)
+            gl.BindTexture(target, 0)
+            gl.drain()
+            return Surface("texture", name, target, base)
+    raise BackendError(
+        f"gl: texture {name} is of a kind that no pass reads or writes; give one of two dimensions, with one "
+        "sample or several, a rectangle, or a framebuffer with one picture of an array, a volume or a cube map"
+    )
+
+
+def texture_targets(has: Capabilities) -> list[int]:
+    """The kinds of textures that a context has and passes can read, the commonest first."""
+    kinds = {_RECTANGLE: not has.is_es, g.TEXTURE_2D_MULTISAMPLE: has.has_sampled_textures}
+    return [g.TEXTURE_2D, *(target for target in g.OTHER_TEXTURES if kinds.get(target, True))]
+
+
+def _targets_of(gl: Functions, name: int) -> list[int]:
+    """The kinds that a texture may be of: one, where OpenGL says it (4.5) or where an error would not be reported."""
+    known = texture_targets(gl.has)
+    if gl.GetTextureParameteriv is None or gl.has.is_compatible:  # Mesa says it in core contexts only
+        return known if gl.has.has_errors else known[:1]
+    target = ctypes.c_int(0)
+    gl.GetTextureParameteriv(name, _TEXTURE_TARGET, ctypes.byref(target))
+    return [target.value] if target.value in known else []
+
+
+def attached(gl: Functions, depth: bool) -> Surface | None:
+    """What the bound draw framebuffer has for its first draw buffer, or for depth; None for nothing.
+
+    It only asks, so it may be called in the host's own context.
+    """
+    buffer = gl.integer(_DRAW_BUFFER)
+    if gl.integer(_DRAW_BINDING) == 0:
+        if depth:
+            found = gl.attachment(DEPTH_OF_WINDOW, _TYPE)
+            return Surface("window", buffer=DEPTH_OF_WINDOW) if found else None
+        return Surface("window", buffer=buffer) if buffer in WINDOW_BUFFERS else None
+    point = g.DEPTH_ATTACHMENT if depth else buffer
+    if not point:
+        return None
+    kind = gl.attachment(point, _TYPE)
+    if kind == _RENDERBUFFER:
+        return Surface("renderbuffer", gl.attachment(point, _NAME))
+    if kind != _TEXTURE:
+        return None
+    name, level = gl.attachment(point, _NAME), gl.attachment(point, _LEVEL)
+    if gl.has.has_layers and gl.attachment(point, _HAS_ALL_LAYERS):
+        raise BackendError(
+            f"gl: the framebuffer draws into all layers of texture {name} at once; give one that a single layer is "
+            "attached to"
+        )
+    face, layer = gl.attachment(point, _FACE), gl.attachment(point, _LAYER)
+    return Surface("texture", name, face or g.TEXTURE_2D, level, layer)
+
+
+def facts_of(gl: Functions, surface: Surface, scratch: int, size: tuple[int, int] | None) -> Facts:
+    """What a surface is.  ``scratch`` is a framebuffer of ours to attach it to, ``size`` what the caller knows of it.
+
+    Raises
+    ------
+    EmptyPictureError
+        For what has no pixels.
+    BackendError
+        For what is gone, for what no kernel can read (integers, stencil), and where neither OpenGL nor the caller tells
+        its size.
+    """
+    whole, level_target, is_changed = surface, g.TEXTURE_2D, False
+    if surface.kind == "texture":
+        whole = texture_surface(gl, surface.name)
+        if not surface.target:  # asked for by name alone
+            if whole.target in _WITH_LAYERS:
+                raise BackendError(
+                    f"gl: texture {surface.name} is {_WITH_LAYERS[whole.target]}; give a framebuffer that one of its "
+                    "pictures is attached to"
+                )
+            surface = whole
+        is_face = surface.target in range(0x8515, 0x851B)
+        surface = replace(surface, target=surface.target if is_face else whole.target)
+        level_target = surface.target
+        found = _of_level(gl, surface, whole.target, level_target) or _told(surface, size)
+        is_changed = _is_changed(gl, surface, whole.target)
+    elif surface.kind == "renderbuffer":
+        if not gl.IsRenderbuffer(surface.name):
+            raise BackendError(f"gl: there is no renderbuffer {surface.name} in the host's context")
+        found = _of_renderbuffer(gl, surface)
+    else:
+        found = _told(surface, size)
+    if not all(_size(found)):
+        raise EmptyPictureError(
+            f"gl: {in_words(surface)} has no pixels, as of a window that is minimised, or of a texture that was not "
+            "filled; leave such a frame out"
+        )
+    made = _with_components(gl, surface, scratch, found)
+    return replace(made, bound_as=whole.target, level_target=level_target, base=whole.level, is_changed=is_changed)
+
+
+def told_now(gl: Functions, facts: Facts) -> tuple[int, int, int, int] | None:
+    """See `Facts.told`: of a texture or renderbuffer as it is now, where OpenGL tells it; None where it is gone."""
+    surface = facts.surface
+    is_texture = surface.kind == "texture"
+    if not (gl.IsTexture if is_texture else gl.IsRenderbuffer)(surface.name):
+        return None
+    if not is_texture:
+        return _all_told(_of_renderbuffer(gl, surface))
+    gl.ActiveTexture(g.TEXTURE0)
+    found = _of_level(gl, surface, facts.bound_as, facts.level_target)
+    return _all_told(found) if found else facts.told
+
+
+def _of_level(gl: Functions, surface: Surface, bound_as: int, level_target: int) -> dict[str, int]:
+    """What OpenGL says of a texture's level, on the unit that is active; nothing in OpenGL ES 3.0."""
+    if gl.GetTexLevelParameteriv is None:
+        return {}
+    gl.BindTexture(bound_as, surface.name)
+    found = {k: gl.level(level_target, surface.level, what) for k, what in _TEXTURE_FACTS.items()}
+    gl.BindTexture(bound_as, 0)
+    return found
+
+
+def _is_changed(gl: Functions, surface: Surface, bound_as: int) -> bool:
+    gl.ActiveTexture(g.TEXTURE0)
+    gl.BindTexture(bound_as, surface.name)
+    asked = {k: v for k, v in _UNCHANGED.items() if k != _STENCIL_MODE or gl.has.has_stencil_textures}
+    changed = any(gl.texture_parameter(bound_as, what, same) != same for what, same in asked.items())
+    gl.BindTexture(bound_as, 0)
+    return changed
+
+
+def _of_renderbuffer(gl: Functions, surface: Surface) -> dict[str, int]:
+    gl.BindRenderbuffer(g.RENDERBUFFER, surface.name)
+    found = {k: gl.renderbuffer(what) for k, what in _RENDERBUFFER_FACTS.items()}
+    gl.BindRenderbuffer(g.RENDERBUFFER, 0)
+    return found
+
+
+def _told(surface: Surface, size: tuple[int, int] | None) -> dict[str, int]:
+    """Where OpenGL does not say it: of framebuffer 0, and of textures in OpenGL ES 3.0."""
+    if size is None:
+        raise BackendError(f"gl: the size of {in_words(surface)} is not known; give it as size=(width, height)")
+    return {"width": size[0], "height": size[1], "internal": 0, "samples": 0}
+
+
+def _with_components(gl: Functions, surface: Surface, scratch: int, found: dict[str, int]) -> Facts:
+    depth_point, colour_point = points = attachment_points(gl, surface)
+    bind_surface(gl, g.FRAMEBUFFER, scratch, surface, points)
+    gl.drain()  # at one of both it does not fit
+    components: tuple[int, ...] = tuple([gl.attachment(colour_point, what) for what in _COMPONENTS])
+    depth = 0 if any(components) else gl.attachment(depth_point, _DEPTH_SIZE)
+    if surface.kind == "window":
+        found["samples"] = gl.integer(0x80A9)
+    if depth:
+        internal = found["internal"]
+        if internal in _UNSIZED:
+            stencil = gl.attachment(0x1802, 0x8217) if surface.kind == "window" else 8 * (internal == 0x84F9)
+            internal = _SIZED_DEPTHS.get((depth, stencil), 0x81A6)
+        made = Facts(surface, _all_told(found), float_format(1), internal, f"depth of {depth} bits", True)
+        unbind_surface(gl, g.FRAMEBUFFER, surface, points)
+        return made
+    kind = gl.attachment(colour_point, _COMPONENT_TYPE)
+    srgb = gl.attachment(colour_point, _ENCODING) == _SRGB and components[0] == 8
+    unbind_surface(gl, g.FRAMEBUFFER, surface, points)
+    stored = f"{'/'.join(map(str, components))} bits{' float' if kind == _FLOAT else ''}{' sRGB' if srgb else ''}"
+    if not any(components):
+        raise BackendError(f"gl: {in_words(surface)} holds no colours and no depth, so that no kernel reads it")
+    if kind in _INTEGERS:
+        raise BackendError(f"gl: {in_words(surface)} holds whole numbers ({stored}), which no kernel reads")
+    format_ = _format(components, kind, srgb)
+    internal = found["internal"]
+    if internal in _UNSIZED:
+        internal = _sized(components, format_, gl.has.is_es and srgb)
+    return Facts(surface, _all_told(found), format_, internal, stored, False, srgb)
+
+
+def _sized(components: tuple[int, ...], format_: Format, encoded: bool) -> int:
+    """What a copy of a surface is stored as whose format OpenGL does not say.  ``encoded``: as sRGB too, between which
+    and other formats OpenGL ES converts what it copies."""
+    if encoded:
+        return _SRGB_ALPHA8
+    if format_.number != "f4" or components[0] == 32:
+        return gl_format_of(format_, padded=False).internal
+    return _SIZED.get(components, _RGBA8)
+
+
+def _size(found: dict[str, int]) -> tuple[int, int]:
+    return found["width"], found["height"]
+
+
+def _all_told(found: dict[str, int]) -> tuple[int, int, int, int]:
+    return *_size(found), found["internal"], found["samples"]
+
+
+def _format(components: tuple[int, ...], kind: int, srgb: bool) -> Format:
+    """The format that holds the same numbers, else float32: 5 bits, 10 bits and the like are read as values."""
+    channels = sum(1 for bits in components if bits) if components[0] else 4
+    alike = len({bits for bits in components if bits}) == 1
+    number = {(_UNORM, 8): "u1", (_UNORM, 16): "u2", (_FLOAT, 16): "f2"}.get((kind, components[0])) if alike else None
+    exact = colour_format(number, channels) if number else None
+    return (exact and srgb and curved(exact, True)) or exact or float_format(channels)
+
+
+#: Sampler parameters: nearest, clamped to the edge, no comparison of depth.
+_NEAREST = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
+#: Internal format → format and type that an empty texture of it is made with, where those of colour do not do.
+_DEPTHS = {
+    **dict.fromkeys((0x81A5, 0x81A6, 0x81A7, 0x8CAC, 0x1902), (0x1902, 0x1406)),
+    0x88F0: (0x84F9, 0x84FA), 0x84F9: (0x84F9, 0x84FA), 0x8CAD: (0x84F9, 0x8DAD),
+}  # fmt: skip
+_STENCILS = (0x88F0, 0x84F9, 0x8CAD)
+_READ_BUFFER = 0xC02
+
+
+#: A texture for copies goes when so many others were taken since it was.
+KEPT_FOR = 64
+
+
+@dataclass
+class _Room:
+    """A texture of ours for copies."""
+
+    name: int
+    kind: object
+    size: tuple[int, int]
+    free: bool = True
+    taken: int = 0
+
+
+class Copies:
+    """Of one host; textures for copies are kept from run to run."""
+
+    def __init__(self, host: Host) -> None:
+        self.host = host
+        self.objects = host.objects
+        gl = self.objects.gl
+        #: In the place of the parameters of the host's textures, which are theirs.
+        self.sampler = self.objects.new("Sampler")
+        for parameter, value in _NEAREST.items():
+            gl.SamplerParameteri(self.sampler, parameter, value)
+        if gl.has.skips_decoding:
+            gl.SamplerParameteri(self.sampler, g.SRGB_DECODE, g.SKIP_DECODE)
+        self.samples = Samples(host)
+        self._rooms: list[_Room] = []
+        self._of_run: dict[tuple[Surface, Region, float], Texture] = {}
+        self._takes = 0
+        self._framebuffers = [self.objects.new("Framebuffer"), self.objects.new("Framebuffer")]
+
+    def can_sample(self, picture: HostPicture) -> bool:
+        """Whether a pass can read it where it is."""
+        return self._is_plain(picture) and not self._is_decoded(picture)
+
+    @staticmethod
+    def _is_plain(picture: HostPicture) -> bool:
+        facts = picture.facts
+        surface = facts.surface
+        plain = surface.kind == "texture" and surface.target == g.TEXTURE_2D and surface.layer <= 0
+        return plain and not facts.samples and surface.level == facts.base and not facts.is_changed
+
+    def _is_decoded(self, picture: HostPicture) -> bool:
+        """Whether passes would read linear values of what is sRGB-encoded, whatever they ask for."""
+        return picture.facts.stores_srgb and not self.objects.gl.has.skips_decoding
+
+    def sampled(self, picture: HostPicture, format_: Format, copied: bool = False) -> Texture:
+        """A texture that holds the picture now; ``copied``: and that is not the host's.
+
+        Raises
+        ------
+        BackendError, InputError
+            Where it is gone, or has another size or format than when it was asked for.
+        """
+        with self.host.context:
+            self.check_same(picture)
+            decoded = self._is_decoded(picture)
+            in_place = self._is_plain(picture) and (decoded or not copied)
+            held = self.itself(picture, format_) if in_place else self._copied(picture, format_)
+            return self._encoded(picture, held) if decoded else held
+
+    def itself(self, picture: HostPicture, format_: Format) -> Texture:
+        """The host's picture, to be read where it can be sampled, or written, with numbers of a format."""
+        surface = picture.facts.surface
+        return Texture(
+            surface.name if surface.kind == "texture" else 0, format_, picture.size,
+            gl_format_of(picture.format, padded=False), picture.placement, picture.region[:2], surface, self.sampler,
+        )  # fmt: skip
+
+    def _encoded(self, picture: HostPicture, decoded: Texture) -> Texture:
+        """The numbers of an sRGB picture, from its values: 8 bits come back from their float32 values."""
+        size, format_ = picture.size, picture.format
+        encoded = curved(format_, True)
+        assert encoded is not None  # as OpenGL has such
+        name = self._taken(format_, size, lambda: self.host.new_texture(format_, size).name)
+        own = Texture(name, encoded, size, gl_format_of(format_, padded=False))
+        self.move(replace(decoded, format=float_format(format_.channels)), own)
+        return replace(own, format=decoded.format)
+
+    def check_same(self, picture: HostPicture) -> None:
+        """Raise InputError where it is gone, or has another size or format than when it was asked for."""
+        facts = picture.facts
+        surface = facts.surface
+        if surface.kind == "window":
+            return
+        with self.host.context as gl:
+            now = told_now(gl, facts)
+            gl.drain()
+        if now == facts.told:
+            return
+        had = f"{facts.size[0]}x{facts.size[1]}"
+        if now is None:
+            what = f"is gone, and had {had}"
+        elif now[:2] != facts.size:
+            what = f"has {now[0]}x{now[1]} pixels now, and had {had}"
+        else:
+            what = "has another format or number of samples now than"
+        raise InputError(
+            f"{in_words(surface)} {what} when it was asked for; ask the host anew in each frame: it is cheap"
+        )
+
+    def write_changes(self, result: Texture, picture: HostPicture) -> None:
+        """Write a result of ours to a picture of several samples a pixel, where it is not what the picture holds."""
+        with self.host.context as gl:
+            gl.drain()
+            self.check_same(picture)
+            before = self._copied(picture, picture.format)
+            self.samples.write_changes(result, before, picture, self.itself(picture, picture.format))
+            self._of_run.clear()
+
+    def _copied(self, picture: HostPicture, format_: Format) -> Texture:
+        """A copy on the device, with its rows as they are; several samples a pixel become one."""
+        facts = picture.facts
+        key = (facts.surface, picture.region, picture.sample_gamma)
+        if facts.samples and key in self._of_run:  # read before, and written at the end of a run only
+            return replace(self._of_run[key], format=format_)
+        by_us = facts.samples >= FEWEST_FITTED if facts.is_depth else picture.sample_gamma != 1.0
+        # OpenGL ES copies no samples, and what is sRGB to OpenGL has the mean of its light already.
+        if facts.samples and by_us and not facts.stores_srgb and self.objects.gl.TexImage2DMultisample is not None:
+            made = self._resolved(picture, format_)
+        else:
+            made = self._blitted(picture, format_)
+        self._of_run[key] = made
+        return made
+
+    def _resolved(self, picture: HostPicture, format_: Format) -> Texture:
+        """By a pass of ours over all samples."""
+        gl, facts = self.host.context.gl, picture.facts
+        copied, room = self._samples_of(picture), self._room_for(picture, format_, False, not facts.is_depth)
+        places = None
+        if facts.is_depth:
+            bind_surface(gl, g.DRAW_FRAMEBUFFER, self._framebuffers[0], facts.surface, points := (_point(facts),))
+            places = self.samples.places(facts.samples)
+            unbind_surface(gl, g.DRAW_FRAMEBUFFER, facts.surface, points)
+        surface, points = Surface("texture", room.name), (g.COLOR_ATTACHMENT0,)
+        bind_surface(gl, g.FRAMEBUFFER, self._framebuffers[0], surface, points)
+        self.host.context.bound.forget()
+        self.samples.resolve(picture, copied, self._framebuffers[0], places)
+        gl.BindFramebuffer(g.FRAMEBUFFER, self._framebuffers[0])
+        unbind_surface(gl, g.FRAMEBUFFER, surface, points)
+        return room
+
+    def _samples_of(self, picture: HostPicture) -> int:
+        """A texture with the samples of all that the picture is a part of: the host's, or a copy."""
+        facts, gl = picture.facts, self.host.context.gl
+        plain = facts.surface.kind == "texture" and facts.surface.target == g.TEXTURE_2D_MULTISAMPLE
+        if plain and facts.surface.layer <= 0 and not facts.is_changed:
+            return facts.surface.name
+        kind = (facts.internal, facts.samples)
+        name = self._taken(kind, facts.size, lambda: self._new_samples(facts))
+        surface = Surface("texture", name, g.TEXTURE_2D_MULTISAMPLE)
+        self._blit(facts, surface, picture.region, picture.region[:2])
+        gl.check(f"copying the samples of {picture}")
+        return name
+
+    def _new_samples(self, facts: Facts) -> int:
+        gl, name = self.host.context.gl, self.objects.new("Texture")
+        gl.ActiveTexture(g.TEXTURE0)
+        gl.BindTexture(g.TEXTURE_2D_MULTISAMPLE, name)
+        gl.TexImage2DMultisample(g.TEXTURE_2D_MULTISAMPLE, facts.samples, facts.internal, *facts.size, 1)
+        gl.BindTexture(g.TEXTURE_2D_MULTISAMPLE, 0)
+        gl.check(f"making room for a copy of {facts.samples} samples")
+        return name
+
+    def _blitted(self, picture: HostPicture, format_: Format) -> Texture:
+        """By one blit of OpenGL's."""
+        gl, facts = self.host.context.gl, picture.facts
+        # Of several samples OpenGL ES copies to the same place only.
+        in_place = gl.has.is_es and facts.samples > 0
+        held = self._room_for(picture, format_, in_place)
+        self._blit(facts, Surface("texture", held.name), picture.region, held.origin)
+        gl.check(f"copying {picture}")
+        return held
+
+    def _blit(self, facts: Facts, into: Surface, region: Region, place: tuple[int, int]) -> None:
+        """Copy a part of the host's to a place in a texture of ours."""
+        host, gl = self.host, self.host.context.gl
+        x, y, width, height = region
+        fixed.set_common(gl, host.context.bound, 0)
+        host.context.bound.forget()
+        point = (_point(facts),)
+        ends = ((g.DRAW_FRAMEBUFFER, into), (g.READ_FRAMEBUFFER, facts.surface))
+        for (target, surface), framebuffer in zip(ends, self._framebuffers, strict=True):
+            bind_surface(gl, target, framebuffer, surface, point)
+        before = gl.integer(_READ_BUFFER)
+        if facts.surface.kind == "window" and not facts.is_depth:
+            gl.ReadBuffer(facts.surface.buffer)
+        bits = g.DEPTH_BUFFER_BIT if facts.is_depth else g.COLOR_BUFFER_BIT
+        left, low = place
+        with self._numbers_kept(gl, facts):
+            gl.BlitFramebuffer(x, y, x + width, y + height, left, low, left + width, low + height, bits, g.NEAREST)
+        if facts.surface.kind == "window" and not facts.is_depth:
+            gl.ReadBuffer(before)
+        for target, surface in ends:
+            unbind_surface(gl, target, surface, point)
+
+    @staticmethod
+    @contextmanager
+    def _numbers_kept(gl: Functions, facts: Facts) -> Iterator[None]:
+        """Around a blit: OpenGL ES decodes what it reads of sRGB pictures, and encodes what it writes if it is told."""
+        told = gl.has.is_es and facts.stores_srgb and not gl.has.always_encodes
+        if told:
+            gl.Enable(FRAMEBUFFER_SRGB)
+        try:
+            yield
+        finally:
+            if told:
+                gl.Disable(FRAMEBUFFER_SRGB)
+
+    def _room_for(self, picture: HostPicture, format_: Format, in_place: bool, alike: bool = True) -> Texture:
+        """A texture of ours for the picture's numbers, until the run ends.  ``in_place``: in a part of it, at the place
+        where the picture is in the whole.  ``alike``: stored as the picture is, else as its format is."""
+        facts = picture.facts
+        size, origin = (facts.size, picture.region[:2]) if in_place else (picture.size, (0, 0))
+        placement = Placement(picture.origin == "bottom", size != picture.size)
+        internal = facts.internal if alike else gl_format_of(picture.format, padded=False).internal
+        name = self._taken(internal, size, lambda: self._new_texture(internal, size))
+        return Texture(
+            name, format_, picture.size, gl_format_of(picture.format, padded=False),
+            PLAIN if placement == PLAIN else placement, origin, Surface("texture", name), self.sampler,
+        )  # fmt: skip
+
+    def _new_texture(self, internal: int, size: tuple[int, int]) -> int:
+        gl, name = self.host.context.gl, self.objects.new("Texture")
+        external, type_ = _DEPTHS.get(internal, (0x1908, 0x1406))
+        with fixed.transfer(gl, fixed.Rows()):
+            gl.BindTexture(g.TEXTURE_2D, name)
+            gl.TexParameteri(g.TEXTURE_2D, 0x813D, 0)
+            if gl.TexStorage2D is not None:
+                gl.TexStorage2D(g.TEXTURE_2D, 1, internal, *size)
+            else:
+                gl.TexImage2D(g.TEXTURE_2D, 0, internal, *size, 0, external, type_, None)
+        gl.check(f"making room for a copy of {size[0]} x {size[1]} pixels")
+        return name
+
+    def _taken(self, kind: object, size: tuple[int, int], make: Callable[[], int]) -> int:
+        """A texture of a kind that nobody needs in this run; those that were not needed for long go."""
+        self._takes += 1
+        room = next((r for r in self._rooms if r.free and (r.kind, r.size) == (kind, size)), None)
+        if room is None:
+            room = _Room(make(), kind, size)
+            self._rooms.append(room)
+        room.free, room.taken = False, self._takes
+        for old in [r for r in self._rooms if r.free and self._takes - r.taken > KEPT_FOR]:
+            self._rooms.remove(old)
+            self.objects.delete("Texture", old.name)
+        return room.name
+
+    def end_run(self) -> None:
+        """What was copied is not needed any more."""
+        for room in self._rooms:
+            room.free = True
+        self._of_run.clear()
+
+    def move(self, source: Texture, destination: Texture) -> None:
+        """The values of one as those of the other, by a pass of ours."""
+        host = self.host
+        if source.size != destination.size:
+            raise BackendError(f"gl: cannot move {source.size} pixels into {destination.size}")
+        with host.context as gl:
+            gl.drain()
+            store(host, source, destination, source.format)
+            gl.check(f"moving a {source.format.name} picture")
+
+    @contextmanager
+    def plain(self, texture: Texture) -> Iterator[Texture]:
+        """The same picture in a texture of ours, for as long as this is entered."""
+        if texture.surface is None:
+            yield texture
+            return
+        own = self.host.make(texture.format, texture.size)
+        try:
+            self.move(texture, own)
+            yield own
+        finally:
+            self.host.release(own)
+
+
+def _point(facts: Facts) -> int:
+    """Where both ends of a copy are attached."""
+    if not facts.is_depth:
+        return g.COLOR_ATTACHMENT0
+    return g.DEPTH_STENCIL_ATTACHMENT if facts.internal in _STENCILS else g.DEPTH_ATTACHMENT

@@ -1,0 +1,197 @@
+"""What a host has borrowed of its caller: pictures as passes take them, and what is owed when a run ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+from weakref import ReferenceType, WeakKeyDictionary, finalize, ref
+
+from passgraph.backends.base import Use
+from passgraph.backends.opencl.pictures import BufferPicture, ImagePicture, OpenCLPicture, array_picture, parent_of
+from passgraph.backends.opencl.storage import Placement, Storage, tight
+from passgraph.errors import InputError
+from passgraph.formats import Format, as_many_channels
+
+if TYPE_CHECKING:
+    from passgraph.hosts.opencl import Host
+
+
+#: What a result is moved into.
+WRITTEN = Use(is_read=False, is_written=True)
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """What became of a picture when it was last adopted, and what it may be used for."""
+
+    format: Format
+    uses: list[Use]
+    storage: Storage
+
+
+class Borrowed:
+    """Of one host.  A picture in a buffer is known for as long as the caller keeps it, that of an image for one run."""
+
+    def __init__(self, host: Host) -> None:
+        self.host = host
+        self._known: WeakKeyDictionary[OpenCLPicture, _Known] = WeakKeyDictionary()
+        #: Arrays of pyopencl by their id, where they lie and what they are; they go with the array.
+        self._arrays: dict[int, tuple[Any, BufferPicture]] = {}
+        #: Copies of images that this run has made, and whether they go back.
+        self._copies: list[tuple[ImagePicture, Storage, bool]] = []
+        #: Arrays of other queues that this run writes.
+        self._written: list[Any] = []
+
+    @property
+    def counts(self) -> tuple[int, int, int, int]:
+        """How many pictures, arrays, copies of images and results for other queues are known."""
+        return len(self._known), len(self._arrays), len(self._copies), len(self._written)
+
+    def array(self, array: Any) -> BufferPicture:
+        """An array as a picture, described once."""
+        place = array.base_data, array.offset, array.shape, array.strides, array.dtype
+        known = self._arrays.get(id(array))
+        if known is not None and known[0] == place:
+            return known[1]
+        made = array_picture(self.host.context, array, None)
+        if id(array) not in self._arrays:
+            finalize(array, _forget_array, ref(self), id(array)).atexit = False
+        self._arrays[id(array)] = place, made
+        return made
+
+    def adopted(self, picture: OpenCLPicture, format_: Format, use: Use) -> Storage | None:
+        """A picture for passes to use; None where it must be moved."""
+        known = self._known.get(picture)
+        if known is not None and known.format is format_ and use in known.uses:
+            if picture.has_array:
+                self._order(picture, use)
+            return known.storage
+        if use.is_written:
+            check_room(picture, format_)
+        if (use.is_read and not picture.is_readable) or not picture.holds(format_):
+            return None
+        if (format_.is_depth and use.is_drawn) or (use.is_overwritten and isinstance(picture, BufferPicture)):
+            return None
+        if known is not None and known.format is format_:
+            known.uses.append(use)
+            self._order(picture, use)
+            return known.storage
+        with self.host.reported("taking a picture of the caller's"):
+            made = self.storage(picture, format_, use)
+        if isinstance(picture, BufferPicture):
+            self._known[picture] = _Known(format_, [use], made)
+        return made
+
+    def storage(self, picture: OpenCLPicture, format_: Format, use: Use) -> Storage:
+        """A picture as passes take it: what it is in, or a copy of an image until the run ends."""
+        if isinstance(picture, BufferPicture):
+            self._order(picture, use)
+            return _placed(picture, format_, *self._region(picture))
+        assert isinstance(picture, ImagePicture)
+        size = picture.size[0] * picture.size[1] * len(picture.channels) * picture.format.bits // 8
+        made = _placed(picture, format_, self.host.allocate(size, f"a copy of {picture}"), picture.placement)
+        self._copies.append((picture, made, use.is_written))
+        if use.is_read:
+            self.host.cl.enqueue_copy(
+                self.host.queue, made.buffer, picture.memory, offset=0, origin=(0, 0), region=picture.size
+            )
+        return made
+
+    def _order(self, picture: OpenCLPicture, use: Use) -> None:
+        """A pyopencl array knows what must have happened before it is used, and is told what must afterwards."""
+        array = picture.array
+        if array is None:
+            return
+        if array.events:
+            self.wait_for(array.events)
+        if use.is_written and array.queue not in (None, self.host.given, self.host.queue):
+            self._written.append(array)
+
+    def wait_for(self, events: Iterable[Any]) -> None:
+        """Commands of other queues, such as those that a pyopencl array is still waiting for."""
+        foreign = [event for event in events if event.command_queue != self.host.queue]
+        if foreign:
+            self.host.cl.enqueue_barrier(self.host.queue, wait_for=foreign)
+
+    def _region(self, picture: BufferPicture) -> tuple[Any, Placement]:
+        """The part of a buffer from a picture on, as aligned as OpenCL wants it, so that kernels are the same wherever
+        it begins; of a part, which has none, that of its whole, where the driver still knows that."""
+        buffer, start, begin = picture.memory, picture.offset, 0
+        is_part, whole = parent_of(buffer)
+        if whole is not None:
+            start += buffer.offset
+        if whole is not None or not is_part:
+            begin = start // self.host.alignment * self.host.alignment
+        if whole is not None or begin:
+            buffer = (whole or buffer).get_sub_region(begin, start + picture.bytes - begin)
+        before, placement = (start - begin) * 8 // picture.format.bits, picture.placement
+        return buffer, Placement(placement.first + before, placement.row, placement.pixel, placement.channels)
+
+    @property
+    def is_used(self) -> bool:
+        """Whether something is owed when the run ends."""
+        return bool(self._copies or self._written)
+
+    def copy_images(self) -> None:
+        """Results for images go there."""
+        copies, self._copies = self._copies, []
+        for picture, storage, is_written in copies:
+            storage.released = True
+            if is_written:
+                self.host.cl.enqueue_copy(
+                    self.host.queue, picture.memory, storage.buffer, offset=0, origin=(0, 0), region=picture.size
+                )
+            self.host.free(storage.buffer)
+
+    def tell_arrays(self, after: Any) -> None:
+        """Arrays of other queues learn of an event behind the run, which is made where there is none."""
+        written, self._written = self._written, []
+        for array in written:
+            after = after or self.host.cl.enqueue_marker(self.host.queue)
+            array.add_event(after)
+
+    def clear(self) -> None:
+        """Let go of everything."""
+        self._known.clear()
+        self._arrays.clear()
+
+
+def _forget_array(borrowed: ReferenceType[Borrowed], array: int) -> None:
+    there = borrowed()
+    if there is not None:
+        there._arrays.pop(array, None)
+
+
+def _placed(picture: OpenCLPicture, format_: Format, buffer: Any, placement: Placement) -> Storage:
+    plain = placement == tight(format_.channels, picture.size[0])
+    return Storage(format_, picture.size, buffer, None, None, None if plain else placement, is_callers=True)
+
+
+def check_source(picture: OpenCLPicture, format_: Format) -> None:
+    """Whether it can be read as a format; InputError else."""
+    if not picture.is_readable:
+        raise InputError(f"{picture} may not be read (WRITE_ONLY); make its memory READ_WRITE")
+    if not picture.is_stored and picture.format.srgb != format_.srgb:
+        raise InputError(f"{picture} cannot be read as {format_.name}: one is sRGB-encoded; declare the same format")
+
+
+def check_room(picture: OpenCLPicture, format_: Format) -> None:
+    """Whether a target of a format can be written there; InputError else."""
+    if not picture.is_writable:
+        raise InputError(f"into= gives a {picture}, which may not be written (READ_ONLY); make its memory READ_WRITE")
+    if not picture.is_stored and picture.format.srgb != format_.srgb:
+        raise InputError(f"into= gives a {picture} for target format {format_.name}: only one is sRGB-encoded")
+    own = picture.format
+    if not as_many_channels(own, format_):
+        raise InputError(
+            f"into= gives a {picture} for target format {format_.name}, which has {format_.channels} channel(s); they "
+            "must be as many"
+        )
+    if own.number != format_.number and own.number != "f4":
+        raise InputError(f"into= gives a {picture} for target format {format_.name}; give the same numbers, or float32")
+
+
+def as_held(picture: OpenCLPicture, format_: Format) -> Format:
+    """What a picture's numbers are, where they are to be moved."""
+    return format_ if picture.holds(format_) else picture.format

@@ -1,0 +1,200 @@
+"""Load a model file as a `Scene`: glTF by ourselves, which trimesh reads in part, and the others through trimesh."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from io import BytesIO
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from passgraph.arguments import among, flag, shown
+from passgraph.errors import InputError
+from passgraph.scene import gltf
+from passgraph.scene.camera import Camera
+from passgraph.scene.gltf import GltfData
+from passgraph.scene.gltf_parts import nodes_of
+from passgraph.scene.ground import lacks_ground
+from passgraph.scene.lights import Light
+from passgraph.scene.materials import Material, Node
+from passgraph.scene.matrices import LEAST_RADIUS, MOST_RADIUS, Float64, sphere_of
+from passgraph.scene.model_data import MtlReader, PlacedMeshes, arrays_of
+from passgraph.scene.model_files import MAX_FILE_BYTES, FolderReader, as_utf8, checked_path, read_model
+from passgraph.scene.notes import Notes
+from passgraph.scene.sides import with_outside
+
+if TYPE_CHECKING:
+    from passgraph.scene.scene import Scene
+
+
+# A file whose y axis is up stays; one with z up is turned so that z becomes y.
+_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+
+
+def load_scene(
+    make: type[Scene],
+    path: str | PathLike[str],
+    *,
+    ground: bool | None = None,
+    up: Literal["y", "z"] | None = None,
+    max_bytes: int = MAX_FILE_BYTES,
+) -> Scene:
+    """Read a .glb, .gltf, .obj, .off, .ply or .stl file.
+
+    Parameters
+    ----------
+    make : the class of scenes, which comes before this file
+    path : the file; textures and material files are looked for in its folder and below, nowhere else
+    ground : True adds a floor below the model, False does not, None adds one to a model that has nothing under it
+        to receive its shadow (`passgraph.scene.ground.has_floor`)
+    up : the axis of the file that points up; None is what its kind usually has: z in STL, which CAD and printers
+        write, y in the others
+    max_bytes : a larger file is refused
+
+    Returns
+    -------
+    A scene with the file's camera and lights (glTF), or else a camera that sees the whole model and one key
+    light with an extent. Transforms, copies (EXT_mesh_gpu_instancing), base colours, textures, vertex colours,
+    normal maps and alpha modes are kept. Positions far from the origin are recentred in float64. What could not be
+    had is in ``warnings``.
+
+    Raises
+    ------
+    InputError
+        No such file, an unknown kind, corrupt or truncated data, NaN or infinite positions, indices out of
+        range, no triangles, or a picture beyond the limit.
+
+    Notes
+    -----
+    Colours of vertices are taken as linear in glTF, as its specification says, and as sRGB elsewhere. Surfaces are
+    matt: of metal, roughness and gloss nothing is read, nor are animations, of which the pose at rest is shown. Both
+    sides of a surface are seen where glTF says so; the others do not say it, and there they are of what is not closed.
+    There, too, triangles have their outer side where the file's normals point, and what is inside out is turned.
+    """
+    if up is not None and not among(up, ("y", "z")):
+        raise InputError(f"{shown(path)}: up: expected 'y' or 'z', got {shown(up)}")
+    if ground is not None:
+        flag(ground, f"{shown(path)}: ground", InputError)
+    file = checked_path(path, max_bytes)
+    try:
+        with np.errstate(all="ignore"):  # values too large become infinite and are refused as such
+            return _load(make, file, ground, up or usual_up(file))
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        # a stranger's JSON may hold any type anywhere; what no check below names ends here
+        raise InputError(f"{file}: a value in it has the wrong type or range ({error})") from error
+
+
+def _load(make: type[Scene], file: Path, ground: bool | None, up: Literal["y", "z"]) -> Scene:
+    folder, notes = FolderReader(file), Notes()
+    turn = _Z_UP if up == "z" else np.eye(4)
+    is_gltf = file.suffix.lower() in (".glb", ".gltf")
+    header: dict[str, Any] = {}
+    if is_gltf:
+        header, binary = gltf.read_header(file, read_model(file))
+        gltf.check_header(header, file)
+        nodes, lines = nodes_of(GltfData(file, header, binary, folder, notes), turn)
+    else:
+        nodes, lines = _nodes(_read(file, folder), file, MtlReader(str(file), folder, notes), turn)
+    lines += [f"{name}: not found beside {file.name}; left out" for name in folder.missing]
+    lines += [f"{sentence}; left out" for sentence in folder.refused]
+    scene = _framed(make, nodes, file, notes.lines() + lines)
+    scene = _with_own_view(scene, header, file, turn) if is_gltf else scene
+    if lacks_ground(scene, ground):
+        scene = scene.with_ground()
+    return scene
+
+
+def usual_up(file: Path) -> Literal["y", "z"]:
+    """The axis that points up in files of this kind.
+
+    >>> usual_up(Path("part.STL"))
+    'z'
+    """
+    return "z" if file.suffix.lower() == ".stl" else "y"
+
+
+def default_light() -> Light:
+    """A key light from the upper left of the default camera, with a penumbra that can be seen.
+
+    A point light would need its distance chosen; a directional one of 0.04 (2.3 degrees, nine suns wide)
+    serves every size and offset.
+    """
+    return Light.directional((0.6, -1.0, -0.5), (1.0, 0.96, 0.9), 0.9, 0.04, "key light")
+
+
+def _read(file: Path, folder: FolderReader) -> Any:
+    import trimesh
+
+    kind = file.suffix.lower()[1:]
+    data = read_model(file)
+    # FolderReader has the methods that trimesh calls, without its base class, which can write too
+    resolver: Any = folder
+    try:
+        with np.errstate(all="ignore"):  # NaN in a file comes back as an error or warning of ours
+            return trimesh.load_scene(
+                BytesIO(as_utf8(data) if kind == "obj" else data),
+                file_type=kind,
+                resolver=resolver,
+                process=False,
+            )
+    except InputError:
+        raise
+    except MemoryError:
+        raise InputError(f"{file}: too large for the memory of this machine; simplify the model") from None
+    except Exception as error:  # trimesh raises nearly anything on broken data: assertions, lookups, numpy's
+        detail = (str(error).strip().splitlines() or [type(error).__name__])[0][:120]
+        raise InputError(f"{file}: cannot be read as {kind.upper()}, it is corrupt or truncated ({detail})") from None
+
+
+def _nodes(loaded: Any, file: Path, reader: MtlReader, turn: Float64) -> tuple[list[Node], list[str]]:
+    """The nodes of a trimesh scene, and warnings about meshes."""
+    import trimesh
+
+    placed = PlacedMeshes(file, turn, flat=file.suffix.lower() == ".stl")
+    bodies: dict[Any, bool] = {}
+    both_sides: dict[Material, Material] = {}
+    names = list(loaded.graph.nodes_geometry)
+    placed.check_count(len(names))
+    for name in names:
+        matrix, key = loaded.graph[name]
+        geometry = loaded.geometry[key]
+        if not isinstance(geometry, trimesh.Trimesh) or len(geometry.faces) == 0:
+            placed.others += 1
+            continue
+        if key not in placed.meshes:
+            placed.make(key, arrays_of(geometry, f"{file.name}:{key}"), f"{file.name}:{key}")
+            mesh, offset = placed.meshes[key]
+            mesh, bodies[key] = with_outside(mesh)
+            placed.meshes[key] = mesh, offset
+        material = reader.read(getattr(geometry.visual, "material", None))
+        if not bodies[key]:
+            material = both_sides.setdefault(material, replace(material, double_sided=True))
+        placed.put(key, np.asarray(matrix, dtype=np.float64), material, str(name))
+    return placed.done(len(loaded.geometry) > 0)
+
+
+def _framed(make: type[Scene], nodes: list[Node], file: Path, notes: list[str]) -> Scene:
+    boxes = np.stack([node.bounds for node in nodes])
+    bounds = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+    if not np.isfinite(bounds).all() or sphere_of(bounds)[1] > MOST_RADIUS:
+        raise InputError(f"{file}: its extent {bounds.tolist()} is beyond what float32 can draw; scale it down")
+    extent = float(np.ptp(bounds, axis=0).max())
+    if extent < LEAST_RADIUS:
+        what = f"its extent, {extent:g}, is below what float32 can draw; scale it up"
+        raise InputError(f"{file}: {what if extent else 'all its vertices are at one place; nothing could be seen'}")
+    made = make(tuple(nodes), Camera.framing(bounds), (default_light(),), file.name, tuple(notes))
+    return made.seen_from()
+
+
+def _with_own_view(scene: Scene, header: dict[str, Any], file: Path, turn: Float64) -> Scene:
+    try:
+        cameras = gltf.cameras_of(header, file, scene.bounds(), turn)
+        lights = gltf.lights_of(header, file, scene.bounds(), turn)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(f"{file}: its cameras or lights are broken ({error})") from None
+    seen = scene.with_(camera=cameras[0].camera if cameras else None, lights=lights or None)
+    return replace(seen, cameras=tuple(cameras))

@@ -1,0 +1,420 @@
+"""From plain data of strangers to targets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.arguments import among
+from passgraph.errors import InputError
+from passgraph.formats import Format, format_named
+from passgraph.graph.calls import PixelKernel
+from passgraph.graph.draw_state import Blend, DrawState, FrozenGeometry, Stencil
+from passgraph.graph.drawing import draw
+from passgraph.graph.run_values import FILLED_IN, MAX_DEPTH, Value
+from passgraph.graph.targets import (
+    MAX_SIDE,
+    MOST_SLOTS,
+    OPEN_SRGB,
+    READING,
+    Absolute,
+    Blocks,
+    Computed,
+    InputSpec,
+    Like,
+    Relative,
+    SizeClass,
+    Target,
+    TargetSpec,
+    checked_initial,
+    checked_scale,
+    checked_size,
+    previous,
+)
+from passgraph.language import ir
+from passgraph.language.kernel import Kernel
+from passgraph.language.long_arrays import is_buffer
+from passgraph.language.types import (
+    Array,
+    ImageType,
+    Scalar,
+    Struct,
+    Type,
+    component_count,
+    element_of,
+    flat_type,
+    image_names,
+    innermost,
+    is_plain,
+    plain_parts,
+    sides_of,
+)
+from passgraph.serialize.decode_kernel import kernel_from_data
+from passgraph.serialize.document import VALUE_TYPES, Arrays, Document, described
+from passgraph.serialize.encode import VERSION
+from passgraph.serialize.kernel_check import Unfit, handed_in, held
+
+
+def from_data(data: object) -> dict[str, Target]:
+    """The targets that :func:`passgraph.to_data` was given, by name, for :func:`passgraph.compile`.
+
+    The data may come from strangers: they are parsed and checked, never executed, and a kernel in them may do what a
+    kernel of text may do and nothing else.
+
+    Parameters
+    ----------
+    data : what `to_data` returned, perhaps by way of JSON
+
+    Returns
+    -------
+    dict
+        Result name → target.
+
+    Raises
+    ------
+    InputError
+        For what `to_data` would not write, or another version of it would, with the place in the data.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import passgraph as pg
+    >>> invert = pg.kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
+    >>> data = pg.to_data(invert(pg.Input("frame")))
+    >>> with pg.compile(pg.from_data(data), backend="reference") as program:
+    ...     program(frame=np.full((1, 1, 4), 0.25, np.float32))["invert"][0, 0, 0].item()
+    0.75
+    >>> data["passes"][0]["images"]["color"] = {"input": 7, "border": "clamp"}
+    >>> pg.from_data(data)
+    Traceback (most recent call last):
+    passgraph.errors.InputError: graph data, passes[0].images.color.input: must be the number of one of the 1 inputs ...
+    """
+    return _Graph(Document()).outputs(data)
+
+
+class _Graph:
+    """What has been read so far, section by section; each refers to what stands before it."""
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.inputs: list[InputSpec] = []
+        self.targets: list[TargetSpec] = []
+        self.values: list[Value] = []
+        self.kernels: list[ir.TypedKernel] = []
+        self.meshes: list[FrozenGeometry] = []
+        self.passes: list[dict[int, Target]] = []  # by slot
+        self.arrays = Arrays(document)
+
+    def outputs(self, data: object) -> dict[str, Target]:
+        document = self.document
+        if not isinstance(data, Mapping) or data.get("passgraph") != "graph":
+            raise InputError(f"graph data, the document: must be what pg.to_data made, got {described(data)}")
+        if data.get("version") != VERSION or isinstance(data.get("version"), bool):
+            version = described(data.get("version"))
+            raise InputError(
+                f"graph data, version: this passgraph reads version {VERSION}, got {version}; write the data anew "
+                "with the passgraph that reads them, or install the one that wrote them"
+            )
+        readers = {"inputs": self._input, "targets": self._target, "values": self._value, "kernels": self._kernel,
+                   "meshes": self.arrays.mesh, "passes": self._pass}  # fmt: skip
+        record = document.record(data, "the document", "passgraph", "version", *readers, "outputs")
+        for section, read in readers.items():
+            made: list[Any] = getattr(self, section)
+            for i, one in enumerate(document.items(record[section], section)):
+                made.append(read(one, f"{section}[{i}]"))
+        found: dict[str, Target] = {}
+        for i, one in enumerate(document.items(record["outputs"], "outputs")):
+            name, handle = document.items(one, f"outputs[{i}]", exactly=2)
+            name = document.text(name, f"outputs[{i}]")
+            if not name or not name.isprintable() or name in found:
+                document.wrong(f"outputs[{i}]", "a printable name that no output has yet", name)
+            found[name] = self._handle(handle, f"outputs[{i}]")
+        return found
+
+    # Inputs, targets and values
+
+    def _input(self, given: object, where: str) -> InputSpec:
+        document = self.document
+        record = document.record(given, where, "name", "format", "size", "static", "default")
+        with document.at(where):
+            srgb = among(record["format"], (OPEN_SRGB,))
+            is_open = srgb or record["format"] is None
+            format_ = None if is_open else self._format(record["format"], f"{where}.format")
+            size = None if record["size"] is None else self._pixels(record["size"], f"{where}.size")
+            default = None if record["default"] is None else self.arrays.picture(record["default"], f"{where}.default")
+            static = document.flag(record["static"], f"{where}.static")
+            return InputSpec(document.text(record["name"], f"{where}.name"), format_, size, static, default, srgb)
+
+    def _target(self, given: object, where: str) -> TargetSpec:
+        document = self.document
+        record = document.record(given, where, "name", "format", "size", "clear", "notes", "initial")
+        clear = record["clear"]
+        if clear is not None:
+            clear = tuple(document.number(one, f"{where}.clear") for one in document.items(clear, f"{where}.clear", 4))
+        notes = document.items(record["notes"], f"{where}.notes")
+        texts = tuple(document.text(note, f"{where}.notes[{i}]") for i, note in enumerate(notes))
+        with document.at(where):
+            format_, size = (
+                self._format(record["format"], f"{where}.format"),
+                self._size(record["size"], f"{where}.size"),
+            )
+            made = TargetSpec(document.text(record["name"], f"{where}.name"), format_, size, clear, texts)
+            return replace(made, initial=self._initial(record["initial"], made, f"{where}.initial"))
+
+    def _initial(self, given: object, spec: TargetSpec, where: str) -> tuple[float, ...] | NDArray[np.float32]:
+        document = self.document
+        if isinstance(given, Mapping):
+            return checked_initial(self.arrays.picture(given, where), spec.format, f"target {spec.name!r}")
+        return tuple(document.number(one, where) for one in document.items(given, where, 4))
+
+    def _format(self, given: object, where: str) -> Format:
+        return format_named(self.document.text(given, where))
+
+    def _pixels(self, given: object, where: str) -> tuple[int, int]:
+        return checked_size(tuple(self.document.items(given, where, exactly=2)), where)
+
+    def _size(self, given: object, where: str) -> SizeClass | None:
+        document = self.document
+        if given is None:
+            return None
+        known = ("pixels", "like", "scale", "blocks", "formulas")
+        names = [name for name in known if isinstance(given, Mapping) and name in given]
+        record = document.record(given, where, *(names or ["pixels"]))
+        if names == ["pixels"]:
+            return Absolute(*self._pixels(record["pixels"], where))
+        if names == ["formulas"]:
+            width, height = document.items(record["formulas"], f"{where}.formulas", exactly=2)
+            return Computed(_formula(width), _formula(height))
+        if names == ["like", "blocks"]:
+            counts = document.items(record["blocks"], f"{where}.blocks", exactly=3)
+            across, down, each = (document.whole(count, f"{where}.blocks", 1, MAX_SIDE) for count in counts)
+            return Blocks(self._lender(record["like"], f"{where}.like"), across, down, each)
+        if names not in (["scale"], ["like", "scale"]):
+            expected = "an object with pixels, with scale, with like and scale or blocks, or with formulas"
+            document.wrong(where, expected, given)
+        scale = checked_scale(document.number(record["scale"], f"{where}.scale"), where)
+        return Relative(scale) if names == ["scale"] else Like(self._lender(record["like"], f"{where}.like"), scale)
+
+    def _lender(self, given: object, where: str) -> Target:
+        """What a size is taken from; only its size is asked for, so that no pass stands behind it."""
+        kind = "input" if isinstance(given, Mapping) and "input" in given else "target"
+        number = self.document.record(given, where, kind)[kind]
+        known: list[Any] = self.inputs if kind == "input" else self.targets
+        return Target(self.document.index(number, f"{where}.{kind}", known, f"{kind}s"))
+
+    def _value(self, given: object, where: str) -> Value:
+        document = self.document
+        record = document.record(given, where, "name", "type", "static", "default")
+        type_ = record["type"]
+        if not isinstance(type_, str) or type_ not in VALUE_TYPES:
+            document.wrong(f"{where}.type", f"one of {', '.join(VALUE_TYPES)}", type_)
+        default = None if record["default"] is None else document.numbers(record["default"], f"{where}.default")
+        static = document.flag(record["static"], f"{where}.static")
+        with document.at(where):
+            return Value(document.text(record["name"], f"{where}.name"), VALUE_TYPES[type_], static, default)
+
+    # Passes
+
+    def _kernel(self, given: object, where: str) -> ir.TypedKernel:
+        return kernel_from_data(given, where, self.document)
+
+    def _pass(self, given: object, where: str) -> dict[int, Target]:
+        if isinstance(given, Mapping) and "mesh" in given:
+            return self._draw(given, where)
+        document = self.document
+        names = ("name", "into", "kernel", "known_sizes", "images", "values", "constants")
+        record = document.record(given, where, *names)
+        program = self._program(record["kernel"], f"{where}.kernel", "pixel")
+        given = self._arguments([program], record, where)
+        known_sizes = document.flag(record["known_sizes"], f"{where}.known_sizes")
+        kernel: PixelKernel[Any] = PixelKernel.of_program(program, known_sizes)
+        name, specs = document.text(record["name"], f"{where}.name"), self._specs(record["into"], f"{where}.into")
+        with document.at(where):
+            made = kernel(*(given[p.name] for p in program.parameters), into=specs, name=name)
+        return _by_slot(made)
+
+    def _draw(self, given: object, where: str) -> dict[int, Target]:
+        document = self.document
+        names = ("name", "into", "mesh", "vertex", "fragment", "loads", "depth", "depth_load", "state")
+        record = document.record(given, where, *names, "images", "values", "constants")
+        programs = [self._program(record["vertex"], f"{where}.vertex", "vertex")]
+        if record["fragment"] is not None:
+            programs.append(self._program(record["fragment"], f"{where}.fragment", "fragment"))
+        values = self._arguments(programs, record, where)
+        kernels = [Kernel.of_program(program) for program in programs]
+        specs = self._specs(record["into"], f"{where}.into")
+        loads = document.items(record["loads"], f"{where}.loads", exactly=len(specs))
+        into = tuple(self._drawn(spec, load, f"{where}.loads") for spec, load in zip(specs, loads, strict=True))
+        depth = None
+        if record["depth"] is not None:
+            spec = document.index(record["depth"], f"{where}.depth", self.targets, "targets")
+            depth = self._drawn(spec, record["depth_load"], f"{where}.depth_load")
+        mesh = document.index(record["mesh"], f"{where}.mesh", self.meshes, "meshes")
+        name = document.text(record["name"], f"{where}.name")
+        with document.at(where):
+            made = draw(
+                mesh, vertex=kernels[0], fragment=kernels[1] if kernels[1:] else None, into=into or None, depth=depth,
+                name=name, values=values,
+                **self._state(record["state"], f"{where}.state"),
+            )  # fmt: skip
+        return _by_slot(made)
+
+    def _drawn(self, spec: TargetSpec, load: object, where: str) -> TargetSpec | Target:
+        """What a draw goes into: a target to clear, or the content that it goes over."""
+        if load is None:
+            return spec
+        content = self._handle(load, where)
+        if content.spec is not spec:
+            self.document.wrong(where, f"null, or a handle of target {spec.name!r}", load)
+        return content
+
+    def _state(self, given: object, where: str) -> dict[str, Any]:
+        document = self.document
+        record = dict(document.record(given, where, *(field.name for field in fields(DrawState))))
+        if record["stencil"] is not None:
+            names = [field.name for field in fields(Stencil)]
+            record["stencil"] = Stencil(**document.record(record["stencil"], f"{where}.stencil", *names))
+        names = [field.name for field in fields(Blend)]
+        blends = [
+            None if one is None else Blend(**document.record(one, f"{where}.blend[{i}]", *names))
+            for i, one in enumerate(document.items(record["blend"], f"{where}.blend"))
+        ]
+        masks = [
+            tuple(document.flag(one, f"{where}.color_mask") for one in document.items(mask, where, exactly=4))
+            for mask in document.items(record["color_mask"], f"{where}.color_mask")
+        ]
+        offset = document.items(record["polygon_offset"], f"{where}.polygon_offset", exactly=2)
+        record["polygon_offset"] = tuple(document.number(one, f"{where}.polygon_offset") for one in offset)
+        return {**record, "blend": tuple(blends) or None, "color_mask": tuple(masks) or None}
+
+    def _program(self, given: object, where: str, stage: str) -> ir.TypedKernel:
+        program: ir.TypedKernel = self.document.index(given, where, self.kernels, "kernels")
+        if program.stage != stage:
+            self.document.wrong(where, f"the number of a {stage} kernel", given)
+        return program
+
+    def _specs(self, given: object, where: str) -> tuple[TargetSpec, ...]:
+        numbers = self.document.items(given, where, MOST_SLOTS)
+        return tuple(self.document.index(number, where, self.targets, "targets") for number in numbers)
+
+    def _arguments(self, programs: list[ir.TypedKernel], record: Mapping[str, Any], where: str) -> dict[str, Any]:
+        """What kernels are called with, by parameter."""
+        document = self.document
+        parameters: dict[str, tuple[Type, bool]] = {}
+        for program in programs:
+            for parameter in program.parameters:
+                if not handed_in(program.stage, parameter.type):
+                    parameters.setdefault(parameter.name, (parameter.type, parameter.const))
+        wanted: dict[str, list[str]] = {"images": [], "values": [], "constants": []}
+        for name, (type_, const) in parameters.items():
+            wanted["images"] += image_names(type_, name)
+            if any(is_plain(part) for _, part in plain_parts(type_)):
+                wanted["constants" if const else "values"].append(name)
+        given = {kind: document.record(record[kind], f"{where}.{kind}", *names) for kind, names in wanted.items()}
+        made: dict[str, Any] = {}
+        for name, (type_, const) in parameters.items():
+            images = {
+                path: self._handle(given["images"][path], f"{where}.images.{path}") for path in image_names(type_, name)
+            }
+            kind = "constants" if const else "values"
+            made[name] = self._argument(name, type_, given[kind].get(name), images, f"{where}.{kind}", kind)
+        return made
+
+    def _argument(
+        self, name: str, type_: Type, given: object, images: Mapping[str, Target], where: str, kind: str
+    ) -> object:
+        """A parameter's value from its handles and its numbers."""
+        document, place = self.document, f"{where}.{name}"
+        if kind == "values" and not images and isinstance(given, Mapping) and "value" in given:
+            number = document.record(given, place, "value")["value"]
+            if isinstance(number, str) and number in FILLED_IN:
+                return FILLED_IN[number]
+            return document.index(number, f"{place}.value", self.values, "values")
+        parts = [(path, part) for path, part in plain_parts(type_, name) if is_plain(part)]
+        data: Sequence[object] = (given,) if parts else ()
+        if parts and isinstance(innermost(type_), Struct):
+            data = document.items(document.record(given, place, "fields")["fields"], place, exactly=len(parts))
+        numbers = {
+            path: self._numbers(one, part, f"{where}.{path}") for (path, part), one in zip(parts, data, strict=True)
+        }
+        return _built(type_, name, 0, numbers, images)
+
+    def _numbers(self, given: object, type_: Type, where: str) -> Sequence[ir.Number] | NDArray[Any]:
+        """Components in their order; a scalar stands alone."""
+        if isinstance(type_, Array) and is_buffer(type_):
+            return self.arrays.long(given, type_, where)
+        document, element = self.document, element_of(type_)
+        try:
+            if isinstance(type_, Scalar):
+                return (held(document.number(given, where), element),)
+            flat = document.items(given, where, exactly=component_count(type_))
+            return tuple(held(document.number(part, where), element) for part in flat)
+        except Unfit as unfit:
+            document.wrong(where, f"{type_}, {unfit}", given)
+
+    def _handle(self, given: object, where: str) -> Target:
+        document = self.document
+        kinds = [kind for kind in ("input", "previous", "pass") if isinstance(given, Mapping) and kind in given]
+        kind = kinds[0] if kinds else "input"
+        more = [name for name in READING if isinstance(given, Mapping) and name in given and name != "border"]
+        names = {"pass": ("pass", "slot"), "previous": ("previous", "frames_ago")}.get(kind, (kind,))
+        record = document.record(given, where, *names, "border", *more)
+        document.text(record["border"], f"{where}.border")
+        reading = {field: record[name] for name, field in READING.items() if name in record}
+        with document.at(where):
+            if kind == "pass":
+                made = document.index(record["pass"], f"{where}.pass", self.passes, "passes")
+                if isinstance(record["slot"], bool) or record["slot"] not in list(made):
+                    document.wrong(f"{where}.slot", f"one of {', '.join(map(str, made))}", record["slot"])
+                found: Target = made[record["slot"]]
+                return replace(found, **reading)
+            if kind == "previous":
+                spec = document.index(record["previous"], f"{where}.previous", self.targets, "targets")
+                return replace(previous(spec, record["frames_ago"]), **reading)
+            spec = document.index(record["input"], f"{where}.input", self.inputs, "inputs")
+            return Target(spec, **reading)
+
+
+def _formula(given: object, depth: int = 0) -> Any:
+    """Rows as tuples; what is wrong in them is found by whoever checks formulas."""
+    if isinstance(given, list) and depth <= MAX_DEPTH:
+        return tuple(_formula(part, depth + 1) for part in given[:4])
+    return given
+
+
+def _by_slot(made: Target | tuple[Target, ...]) -> dict[int, Target]:
+    """What a pass returned, and the depth of a draw that has one."""
+    targets = made if isinstance(made, tuple) else (made,)
+    found = {target.slot: target for target in targets}
+    if getattr(targets[0].made_by, "depth", None) is not None:
+        found.setdefault(-1, targets[0].depth)
+    return found
+
+
+def _built(
+    type_: Type,
+    path: str,
+    entry: int,
+    numbers: Mapping[str, Sequence[ir.Number] | NDArray[Any]],
+    images: Mapping[str, Target],
+) -> object:
+    """A value as callers hand it in, from the flat arrays that hold it and its like; it is this entry of them."""
+    if isinstance(type_, Struct):
+        fields = {n: _built(inner, f"{path}.{n}", entry, numbers, images) for n, inner in type_.fields}
+        return SimpleNamespace(**fields)
+    if isinstance(numbers.get(path), np.ndarray) and isinstance(type_, Array) and is_buffer(flat_type(type_)):
+        count = component_count(innermost(type_))
+        return np.asarray(numbers[path]).reshape(*sides_of(type_), *([count] if count > 1 else []))
+    if isinstance(type_, Array) and not isinstance(type_.element, Scalar):
+        first, inner = entry * type_.length, type_.element
+        return [_built(inner, path, first + k, numbers, images) for k in range(type_.length)]
+    if isinstance(type_, ImageType):
+        return images.get(path) or images[f"{path}.{entry}"]
+    count = component_count(type_)
+    found = numbers[path][entry * count : (entry + 1) * count]
+    return found[0] if isinstance(type_, Scalar) else found

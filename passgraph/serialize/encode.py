@@ -1,0 +1,368 @@
+"""From targets to plain data."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, astuple
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.arguments import numbers, shown
+from passgraph.errors import GraphError
+from passgraph.formats import FORMATS
+from passgraph.graph.calls import leaves
+from passgraph.graph.draw_state import ATTRIBUTE_TYPES, DrawState
+from passgraph.graph.run_values import FILLED_IN, Derived, Value
+from passgraph.graph.targets import (
+    OPEN_SRGB,
+    READING,
+    Absolute,
+    Blocks,
+    Computed,
+    DrawPass,
+    InputSpec,
+    Like,
+    Outputs,
+    Pass,
+    Relative,
+    Target,
+    TargetSpec,
+    named_outputs,
+)
+from passgraph.language import ir
+from passgraph.language.kernel import Kernel
+from passgraph.language.long_arrays import as_held, checked_numbers, is_buffer
+from passgraph.language.meanings import uint_of_bits
+from passgraph.language.source import NOWHERE, Span
+from passgraph.language.types import Array, Scalar, Struct, Type, element_of, innermost, is_plain
+from passgraph.language.uniform_layout import components
+from passgraph.plan.dependencies import passes_behind
+from passgraph.serialize.document import VALUE_TYPES, array_data, number_data
+from passgraph.serialize.kernel_rows import ROWS, excess, grown, type_data
+
+
+def kernel_data(program: ir.TypedKernel, where: str) -> dict[str, Any]:
+    """A kernel: lines of its text, stretches of them, rows that refer to rows before them, and what it gives."""
+    rows = _Rows(where)
+    body = rows.numbered(program.body)
+    results = [[one.name, type_data(one.type), *rows.numbered([one.value])] for one in program.results]
+    parameters = [
+        [p.name, type_data(p.type), p.const, rows.span(p.span), *([] if p.range is None else [list(astuple(p.range))])]
+        for p in program.parameters
+    ]
+    keep = None if program.keep is None else rows.numbered([program.keep])[0]
+    source = rows.span(program.source)
+    return {"name": program.name, "stage": program.stage, "parameters": parameters, "results": results, "keep": keep,
+            "body": body, "source": source, "rows": rows.rows, "spans": rows.spans, "lines": rows.lines}  # fmt: skip
+
+
+class _Rows:
+    def __init__(self, where: str) -> None:
+        self.where = where
+        self.rows: list[Any] = []
+        self.spans: list[Any] = []
+        self.lines: list[Any] = []
+        self._known: dict[Any, int] = {}
+        self._sizes: dict[int, tuple[int, int]] = {}
+
+    def numbered(self, roots: Iterable[Any]) -> list[int]:
+        return [self._row(root) for root in roots]
+
+    def _row(self, root: Any) -> int:
+        """The number of a row, what it refers to first; a stack of our own, since expressions nest deeply."""
+        pending = [root]
+        while pending:
+            node = pending[-1]
+            missing = [part for part in ir.parts_of(node) if id(part) not in self._known]
+            if id(node) in self._known or not missing:
+                pending.pop()
+                self._write(node)
+            else:
+                pending += reversed(missing)
+        return self._known[id(root)]
+
+    def _write(self, node: Any) -> None:
+        if id(node) in self._known:
+            return
+        size = grown(self._sizes[id(part)] for part in ir.parts_of(node))
+        if problem := excess(size):
+            raise GraphError(f"{self.where}: its kernel is too large to travel: {problem}; make it shorter")
+        fields = [self._field(getattr(node, name), kind) for name, kind in ROWS[type(node)].items()]
+        self._known[id(node)], self._sizes[id(node)] = len(self.rows), size
+        self.rows.append([type(node).__name__.lower(), *fields, self.span(node.span)])
+
+    def _field(self, given: Any, kind: str) -> Any:
+        if kind == "row":
+            return self._known[id(given)]
+        if kind == "rows":
+            return [self._known[id(part)] for part in given]
+        if kind == "type":
+            return type_data(given)
+        if kind == "numbers":
+            return [number_data(number) for number in given]
+        return number_data(given) if kind == "number" else list(given) if kind == "places" else given
+
+    def span(self, span: Span) -> int | None:
+        """The number of a stretch of a line; null for what has no text."""
+        if span is NOWHERE:
+            return None
+        if span not in self._known:
+            line = (span.file, span.line, span.text)
+            if line not in self._known:
+                self._known[line] = len(self.lines)
+                self.lines.append(list(line))
+            self._known[span] = len(self.spans)
+            self.spans.append([self._known[line], span.column, span.end_column])
+        return self._known[span]
+
+
+#: Of the form of documents; a reader refuses others.
+VERSION = 2
+_TYPE_NAMES = {type_: name for name, type_ in VALUE_TYPES.items()}
+_PLAIN: dict[str, Callable[[float], bool | int | float]] = {
+    "bool": bool,
+    "int": int,
+    "uint": lambda number: uint_of_bits(int(number)),
+    "float": float,
+}
+
+
+def to_data(outputs: Outputs) -> dict[str, Any]:
+    """What :func:`passgraph.compile` takes, as plain data that JSON can hold: no Python function, no pickle.
+
+    Inputs, targets, passes with their typed kernels, numbers and run values, draws with their meshes.  Kernels keep
+    their file, line and text, so that errors where the data arrive show them; numbers are exact, NaN and infinity too.
+
+    Parameters
+    ----------
+    outputs : one target, several, or ``{name: target}``, as `passgraph.compile` takes them
+
+    Returns
+    -------
+    dict
+        Objects, lists, texts, numbers, true, false and null; :func:`passgraph.from_data` reads it.
+
+    Raises
+    ------
+    GraphError
+        For what cannot travel, with the pass and the parameter: values that Python functions compute (`Value.map`,
+        `combine`), values of classes such as `Camera`, formats of one's own.
+
+    Examples
+    --------
+    >>> import json
+    >>> import passgraph as pg
+    >>> invert = pg.kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
+    >>> data = pg.to_data(invert(pg.Input("frame")))
+    >>> data["version"], [one["name"] for one in data["passes"]], data["inputs"][0]["name"]
+    (2, ['invert'], 'frame')
+    >>> pg.to_data(pg.from_data(json.loads(json.dumps(data)))) == data
+    True
+    """
+    named = named_outputs(outputs)
+    writer = _Writer()
+    for node in passes_behind(list(named.values())):
+        writer.add_pass(node)
+    made = [[name, writer.handle(target)] for name, target in named.items()]
+    return {"passgraph": "graph", "version": VERSION, **writer.sections, "outputs": made}
+
+
+class _Writer:
+    """The sections of a document, growing; what is there once is written once and named by its number."""
+
+    def __init__(self) -> None:
+        self.sections: dict[str, list[Any]] = {
+            "inputs": [], "targets": [], "values": [], "kernels": [], "meshes": [], "passes": [],
+        }  # fmt: skip
+        self._numbers: dict[int, int] = {}
+        self._kernels: dict[str, int] = {}
+
+    def _add(self, section: str, one: object, data: Any) -> int:
+        self._numbers[id(one)] = len(self.sections[section])
+        self.sections[section].append(data)
+        return self._numbers[id(one)]
+
+    # Inputs and targets
+
+    def _input(self, spec: InputSpec) -> int:
+        if id(spec) in self._numbers:
+            return self._numbers[id(spec)]
+        where = f"input {spec.name!r}"
+        format_ = OPEN_SRGB if spec.srgb else None if spec.format is None else _format_name(spec.format, where)
+        size = None if spec.size is None else list(spec.size)
+        default = None if spec.default is None else _picture_data(spec.default, where)
+        data = {"name": spec.name, "format": format_, "size": size, "static": spec.static, "default": default}
+        return self._add("inputs", spec, data)
+
+    def _target(self, spec: TargetSpec) -> int:
+        # Targets whose sizes hang on each other form a chain that may be long.
+        chain = [spec]
+        while id(chain[-1]) not in self._numbers and isinstance(chain[-1].size, Like | Blocks):
+            lender = chain[-1].size.other.spec
+            if not isinstance(lender, TargetSpec) or lender in chain:
+                break
+            chain.append(lender)
+        for one in reversed(chain):
+            if id(one) not in self._numbers:
+                where = f"target {one.name!r}"
+                data = {"name": one.name, "format": _format_name(one.format, where), "size": self._size(one, where),
+                        "clear": None if one.clear is None else list(one.clear), "notes": list(one.notes),
+                        "initial": _initial_data(one.initial, where)}  # fmt: skip
+                self._add("targets", one, data)
+        return self._numbers[id(spec)]
+
+    def _size(self, spec: TargetSpec, where: str) -> Any:
+        size = spec.size
+        if isinstance(size, Absolute):
+            return {"pixels": [size.width, size.height]}
+        if isinstance(size, Relative):
+            return {"scale": size.scale}
+        if size is None:
+            return None
+        if isinstance(size, Computed):
+            return {"formulas": [size.width, size.height]}
+        part = {"scale": size.scale} if isinstance(size, Like) else {"blocks": [size.width, size.height, size.each]}
+        lender = size.other.spec
+        if isinstance(lender, InputSpec):
+            return {"like": {"input": self._input(lender)}, **part}
+        if id(lender) not in self._numbers:
+            raise GraphError(f"{where} takes its size from itself, by way of {lender.name!r}; give one of them a size")
+        return {"like": {"target": self._numbers[id(lender)]}, **part}
+
+    def handle(self, target: Target) -> dict[str, Any]:
+        spec = target.spec
+        if isinstance(spec, InputSpec):
+            return {"input": self._input(spec), **_reading(target)}
+        if target.is_previous:
+            return {"previous": self._target(spec), "frames_ago": target.frames_ago, **_reading(target)}
+        assert target.made_by is not None  # a handle of a target is a pass's, or last frame's
+        return {"pass": self._numbers[id(target.made_by)], "slot": target.slot, **_reading(target)}
+
+    # Passes
+
+    def add_pass(self, node: Pass) -> None:
+        into = [self._target(spec) for spec in node.into]
+        if isinstance(node, DrawPass):
+            of_kind: dict[str, Any] = {"into": into, **self._draw(node)}
+            kernels = [node.vertex] if node.fragment is None else [node.vertex, node.fragment]
+        else:
+            of_kind = {"into": into, "kernel": self._kernel(node, node.kernel), "known_sizes": node.known_sizes}
+            kernels = [node.kernel]
+        # A draw's kernels share parameters; the first one's type says how a number is written.
+        types = {parameter.name: parameter.type for kernel in reversed(kernels) for parameter in kernel.parameters}
+        images = {name: self.handle(target) for name, target in node.images.items()}
+        found: dict[str, Any] = {"values": {}, "constants": {}}
+        for kind, given in (("values", node.values), ("constants", node.constants)):
+            for name, value in given.items():
+                where = f"pass {node.name!r}, parameter {name!r}"
+                found[kind][name] = self._parameter(value, types[name], where)
+        self._add("passes", node, {"name": node.name, **of_kind, "images": images, **found})
+
+    def _draw(self, node: DrawPass) -> dict[str, Any]:
+        loads = [None if load is None else self.handle(load) for load in node.loads]
+        depth = None if node.depth is None else self._target(node.depth)
+        depth_load = None if node.depth_load is None else self.handle(node.depth_load)
+        fragment = None if node.fragment is None else self._kernel(node, node.fragment)
+        return {"mesh": self._mesh(node), "vertex": self._kernel(node, node.vertex), "fragment": fragment,
+                "loads": loads, "depth": depth, "depth_load": depth_load, "state": _state_data(node.state)}  # fmt: skip
+
+    def _mesh(self, node: DrawPass) -> int:
+        mesh = node.geometry
+        if id(mesh) not in self._numbers:
+            arrays = {name: getattr(mesh, name, None) for name in ATTRIBUTE_TYPES}
+            where = f"pass {node.name!r}, mesh"
+            self._add(
+                "meshes", mesh, {name: None if one is None else array_data(one, where) for name, one in arrays.items()}
+            )
+        return self._numbers[id(mesh)]
+
+    def _parameter(self, given: object, type_: Type, where: str) -> Any:
+        if isinstance(given, Derived):
+            raise GraphError(
+                f"{where}: its value is computed from {given.name!r} by a Python function, which does not travel; "
+                "compute the number where the graph runs and give it as a pg.Value"
+            )
+        if isinstance(given, Value):
+            filled_in = FILLED_IN.get(given.name) is given
+            return {"value": given.name if filled_in else self._value(given, where)}
+        plain = [leaf for leaf in leaves(given, type_, where) if is_plain(leaf[1])]
+        parts = [_numbers_data(part, leaf, name) for name, leaf, part in plain]
+        return {"fields": parts} if isinstance(innermost(type_), Struct) else parts[0]
+
+    def _value(self, value: Value, where: str) -> int:
+        if id(value) in self._numbers:
+            return self._numbers[id(value)]
+        if value.type not in _TYPE_NAMES:
+            name = getattr(value.type, "__name__", value.type)
+            raise GraphError(
+                f"{where}: value {value.name!r} is of class {name}, which does not travel; give each of its numbers as "
+                f"a pg.Value of its own, of type {', '.join(VALUE_TYPES)}"
+            )
+        default = None if value.default is None else _default_data(value.default, f"value {value.name!r}: default")
+        data = {"name": value.name, "type": _TYPE_NAMES[value.type], "static": value.static, "default": default}
+        return self._add("values", value, data)
+
+    def _kernel(self, node: Pass, kernel: Kernel) -> int:
+        program = kernel.program
+        if id(program) not in self._numbers:
+            data = kernel_data(program, f"pass {node.name!r}")
+            # Kernels that are alike are one, whichever passes they were made for.
+            text = json.dumps(data)
+            if text not in self._kernels:
+                self._kernels[text] = self._add("kernels", program, data)
+            self._numbers[id(program)] = self._kernels[text]
+        return self._numbers[id(program)]
+
+
+def _reading(target: Target) -> dict[str, Any]:
+    """How a handle is read: its border, and what differs from other handles."""
+    found = {name: getattr(target, field) for name, field in READING.items()}
+    unread = {name: getattr(target.content, field) for name, field in READING.items()}
+    return {name: value for name, value in found.items() if name == "border" or value != unread[name]}
+
+
+def _state_data(state: DrawState) -> dict[str, Any]:
+    lists = {"color_mask": [list(mask) for mask in state.color_mask], "polygon_offset": list(state.polygon_offset)}
+    return {**asdict(state), "blend": [blend and asdict(blend) for blend in state.blend], **lists}
+
+
+def _format_name(format_: Any, where: str) -> str:
+    if FORMATS.get(format_.name) != format_:
+        raise GraphError(f"{where}: format {format_.name!r} is not one of passgraph.formats.FORMATS; use one of those")
+    return str(format_.name)
+
+
+def _numbers_data(value: object, type_: Type, where: str) -> Any:
+    """A number, or components in their order, each as its type has it; of long arrays their bytes."""
+    if isinstance(type_, Array) and is_buffer(type_):
+        return array_data(as_held(checked_numbers(value, type_, where), type_), where)
+    plain = _PLAIN[element_of(type_).name]
+    flat = [number_data(plain(number)) for number in components(value, type_, where).tolist()]
+    return flat[0] if isinstance(type_, Scalar) else flat
+
+
+def _default_data(value: object, where: str) -> Any:
+    """Numbers in rows, as they are."""
+    found = numbers(value, where, error=GraphError).tolist() if not isinstance(value, (bool, int, float)) else value
+
+    def told(part: Any) -> Any:
+        return [told(one) for one in part] if isinstance(part, list) else number_data(part)
+
+    return told(found)
+
+
+def _initial_data(initial: tuple[float, ...] | NDArray[np.float32], where: str) -> Any:
+    """A picture, or numbers."""
+    if isinstance(initial, np.ndarray):
+        return array_data(initial, f"{where}: initial")
+    return [number_data(one) for one in initial]
+
+
+def _picture_data(given: object, where: str) -> dict[str, Any]:
+    array = numbers(given, f"{where}: its default", error=GraphError)
+    if array.ndim not in (2, 3):
+        raise GraphError(f"{where}: its default must be a picture (height, width, channels), got {shown(given)}")
+    return array_data(array, where)

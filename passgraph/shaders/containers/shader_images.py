@@ -1,0 +1,129 @@
+"""Pictures that a container names or keeps: files, what stands in where there is none, and small passes over them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+from weakref import WeakValueDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.errors import InputError
+from passgraph.glsl import parse
+from passgraph.graph.calls import PixelKernel
+from passgraph.graph.targets import Input, InputSpec, Target, TargetSpec
+from passgraph.language.kernel import kernel_from_text
+from passgraph.plan.dependencies import inputs_of, passes_behind
+from passgraph.reading import check_regular
+
+#: Most bytes of a picture that a shader brings.
+MAX_BYTES = 64 << 20
+
+
+#: The second picture is not read: its pass is behind the result all the same.
+_SHOWN = PixelKernel[Target](kernel_from_text("def shown(shown: Image, kept: Image) -> vec4: return shown[0, 0]"))
+
+
+@cache
+def small_kernel(name: str, text: str) -> PixelKernel[Target]:
+    """A kernel that a container needs beside its shaders, in GLSL that counts rows from the top; parsed once."""
+    return PixelKernel[Target].of_program(parse(text, name=name, rows_up=False).program)
+
+
+def shown_with_kept(draw: Callable[[TargetSpec], list[Target]], inner: str, into: TargetSpec) -> Target:
+    """The last of what is drawn, in ``into``, from a graph that draws the buffers too whose earlier frames it reads.
+
+    ``draw`` draws all passes, the last into a given target: into ``into``, or where that has to show more than its
+    own pass reads, into one of the name ``inner``.
+    """
+    *made, shown = draw(into)
+    if not _unread(shown, made):
+        return shown
+    *made, shown = draw(replace(into, name=inner))
+    return shown_beside(shown, _unread(shown, made), into)
+
+
+def _unread(shown: Target, made: Iterable[Target]) -> list[Target]:
+    """Those of some buffers whose passes do not lie behind what is shown, although it reads their earlier frames, or
+    buffers that do."""
+    made, found = list(made), list[Target]()
+    while True:
+        behind = passes_behind([shown, *found])
+        needed = {handle.spec for one in behind for handle in one.reads if handle.is_previous}
+        needed -= {spec for one in behind for spec in one.writes}
+        more = [one for one in made if one.spec in needed]
+        if not more:
+            return found
+        found += more
+
+
+def read_behind(shown: Target) -> set[object]:
+    """What the passes behind a target read, and what lends them its size."""
+    passes = passes_behind([shown])
+    return {*inputs_of(passes).values(), *(handle.spec for one in passes for handle in one.reads)}
+
+
+def shown_beside(shown: Target, kept: list[Target], into: TargetSpec) -> Target:
+    """What is shown, in a target whose graph draws some buffers too, or takes some pictures."""
+    *before, last = kept
+    for number, one in enumerate(before):
+        shown = _SHOWN(shown=shown, kept=one, into=replace(into, name=f"{into.name}.with.{number}"))
+    return _SHOWN(shown=shown, kept=last, into=into)
+
+
+def handle_or_black(picture: Target | None) -> Target:
+    """What is given, or one pixel of transparent black."""
+    return picture if picture is not None else _BLACK
+
+
+_BLACK = Input("no picture", "rgba8", (1, 1), static=True, default=np.zeros((1, 1, 4), np.float32))
+
+
+def imported(name: str, path: object, folder: Path, where: str) -> Target:
+    """A picture from the shader's own folder, as an input that is there already.
+
+    Raises
+    ------
+    InputError
+        For a path that leads out of the folder, and a file that is missing, too large or no picture.
+    """
+    if not isinstance(path, str) or not path:
+        raise InputError(f"{where}: imported picture {name!r} has no PATH")
+    root = folder.resolve()
+    full = (root / path).resolve()
+    if root not in full.parents:
+        raise InputError(f"{where}: imported picture {name!r} lies outside of the shader's folder ({path!r})")
+    if not full.exists():
+        raise InputError(f"{where}: imported picture {name!r}: there is no {full}")
+    return loaded(f"{where}:{name}", full, f"imported picture {name!r} of {where}")
+
+
+def loaded(name: str, path: Path, what: str) -> Target:
+    """A picture file as an input that is there already."""
+    from passgraph.pictures import load
+
+    if check_regular(path, what) > MAX_BYTES:
+        raise InputError(f"{what}: {path} is larger than {MAX_BYTES >> 20} MiB")
+    return brought(name, "rgba32f", load(path))
+
+
+#: Pictures that shaders bring, as long as somebody has them, by name, format and content.
+_BROUGHT: WeakValueDictionary[tuple[str, str, tuple[int, ...], bytes], InputSpec] = WeakValueDictionary()
+
+
+def brought(name: str, format: str, picture: NDArray[Any]) -> Target:
+    """A picture as an input that is there already.
+
+    The same one again is the same input: a graph may hold a shader that was loaded twice, and names of inputs are one
+    picture's alone.
+    """
+    size = picture.shape[1], picture.shape[0]
+    spec = Input(name, format, size, static=True, default=picture).spec
+    assert isinstance(spec, InputSpec)
+    content = hashlib.sha256(picture.tobytes()).digest()
+    return Target(_BROUGHT.setdefault((name, format, picture.shape, content), spec))

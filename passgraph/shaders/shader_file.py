@@ -1,0 +1,105 @@
+"""A shader file, whatever its format, as an effect."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from passgraph import arguments
+from passgraph.errors import InputError
+from passgraph.glsl import parse
+from passgraph.graph.calls import PixelKernel
+from passgraph.graph.targets import Target, TargetSpec
+from passgraph.language.types import ImageType, Struct
+from passgraph.shaders import NOT_READ, SUFFIXES
+from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, shader_text, zero_of_type
+from passgraph.shaders.containers.isf import is_isf, read_isf
+from passgraph.shaders.containers.libretro import is_libretro, is_preset, read_libretro_preset, read_libretro_shader
+from passgraph.shaders.containers.mpv import is_mpv, read_mpv
+from passgraph.shaders.containers.shader_images import handle_or_black
+from passgraph.shaders.containers.shadertoy import is_shadertoy, is_shadertoy_export, read_export, read_shadertoy
+from passgraph.shaders.containers.transition import is_transition, read_transition
+
+#: Which text is of which format, and who reads it; the first that fits.
+FORMATS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], ShaderEffect]], ...] = (
+    (is_shadertoy_export, read_export),
+    (is_libretro, read_libretro_shader),
+    (is_preset, read_libretro_preset),
+    (is_isf, read_isf),
+    (is_mpv, read_mpv),
+    (is_transition, read_transition),
+    (is_shadertoy, read_shadertoy),
+)
+
+
+def load_shader(path: str | os.PathLike[str]) -> ShaderEffect:
+    """The effect that a shader file is: ISF, a gl-transition, a Shadertoy shader or its export, an mpv user shader, a
+    libretro preset or shader, or a plain fragment shader in GLSL.
+
+    Text is parsed and never executed.
+
+    Parameters
+    ----------
+    path : of the file; what it includes or imports lies in its folder
+
+    Returns
+    -------
+    ShaderEffect
+        Call it with pictures and parameters; it says what it takes.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, and a header that is wrong.
+    KernelError
+        For a shader that is refused, with file, line and caret.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> import passgraph as pg
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "fade.glsl"
+    >>> _ = file.write_text("vec4 transition(vec2 uv) { return mix(getFromColor(uv), getToColor(uv), progress); }")
+    >>> fade = pg.load_shader(file)
+    >>> fade.kind, fade.images, list(fade.parameters)
+    ('gl-transition', ('from', 'to'), ['progress'])
+    >>> import numpy as np
+    >>> black, white = (np.full((2, 2, 4), v, np.float32) for v in (0.0, 1.0))
+    >>> made = fade(pg.Input("a"), pg.Input("b"), progress=0.25)
+    >>> float(pg.compile(made)(a=black, b=white)["fade"][0, 0, 0])
+    0.25
+    """
+    file = arguments.path(path, "the path of a shader")
+    if file.suffix.lower() in NOT_READ:
+        what, instead = NOT_READ[file.suffix.lower()]
+        raise InputError(f"{file}: is {what}; expected a fragment shader in GLSL ({' '.join(SUFFIXES)}); {instead}")
+    text = shader_text(file, "a shader")
+    if "\0" in text:
+        raise InputError(f"{file}: is no text")
+    return next((read for fits, read in FORMATS if fits(text)), read_plain)(text, file)
+
+
+def read_plain(text: str, path: Path) -> ShaderEffect:
+    """A fragment shader by itself: its samplers are pictures, its other uniforms parameters."""
+    shader = parse(text, name=name_of(path), file=str(path), folder=path.parent)
+    kernel = PixelKernel[Target].of_shader(shader)
+    if len(shader.program.results) > 1:
+        raise InputError(
+            f"{path}: has {len(shader.program.results)} outputs, and an effect makes one picture; leave one output, or "
+            "write all of them with pg.kernel(glsl=...), which takes as many targets: into=(pg.target(...), ...)"
+        )
+    images = tuple(u.name for u in shader.uniforms if isinstance(u.type, ImageType))
+    parameters = {
+        u.name: ShaderParameter(u.name, u.type, u.default if u.has_default else zero_of_type(u.type))
+        for u in shader.uniforms
+        if not isinstance(u.type, (ImageType, Struct))
+    }
+
+    def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
+        given: dict[str, Any] = {name: handle_or_black(pictures.get(name)) for name in images}
+        return kernel.called({**given, **values}, into)
+
+    summary = f"{path.stem}: a fragment shader"
+    return ShaderEffect(name_of(path), "GLSL", summary, "", images, parameters, shader.notes, str(path), build)

@@ -1,0 +1,1 @@
+"""Pictures larger than memory and arrays of chunks, tile by tile: files, Zarr, dask, and workers elsewhere."""

@@ -1,0 +1,266 @@
+"""A program over the chunks of a dask array: each is read with what lies around it, and nothing else is moved.
+
+What a chunk of the result needs of its neighbours are strips as wide as the program reads.  Only these are cut out and
+go to the worker that computes it; pictures with borders of their own, as `dask.array.overlap` makes, there are none.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Any
+
+import numpy as np
+
+from passgraph import arguments
+from passgraph.errors import InputError
+from passgraph.files.remote import check_unchanged, told, travelling_values
+from passgraph.plan.window import footprint
+from passgraph.run.caller_arrays import GREY_CHANNELS
+from passgraph.run.program import Program
+from passgraph.tiles.grid import Part, Tile, checked_dtype, checked_shape
+from passgraph.tiles.tile_run import bound, result_size, whole_plan
+
+#: (first, one behind the last) of a chunk along an axis, and of the window that it is computed from.
+Spans = tuple[tuple[int, int], tuple[int, int]]
+
+
+def map_blocks(program: Program, array: Any = None, /, **given: Any) -> Any:
+    """Run a program over a dask array: return a dask array of the same chunks, bit for bit that of the whole picture.
+
+    Nothing is computed here.  Each chunk is one task, which reads its own chunks and strips of their neighbors as wide
+    as the passes reach.  The graph is serialized; a worker of dask.distributed compiles it once for each shape of
+    chunks and keeps it.
+
+    Parameters
+    ----------
+    program
+        What :func:`passgraph.compile` returned, with one result.
+    array
+        The picture, ``(h, w)`` or ``(h, w, 1 to 4)``, where one input has none yet; its chunks may be any.
+    given
+        Inputs (dask arrays of any chunks, or plain ones) and values (numbers and arrays) by name.
+
+    Returns
+    -------
+    dask.array.Array
+        (height, width, channels) in float32, or in the target's own type where compiled with ``results="stored"``;
+        chunked as the first input of which a chunk needs a part.
+
+    Raises
+    ------
+    GraphError
+        For what cannot be computed in parts (see docs/large-pictures.md), or cannot be serialized (docs/serialization.md).
+    InputError
+        For a picture or value that does not fit, chunks of unknown sizes, and several results.
+
+    Examples
+    --------
+    >>> import dask.array
+    >>> import passgraph as pg
+    >>> from passgraph.effects.pictures.blur import gaussian_blur
+    >>> picture = dask.array.ones((64, 96, 4), chunks=(40, 50, 4), dtype="float32")
+    >>> with pg.compile(gaussian_blur(pg.Input("frame"), sigma_px=2.0, radius_px=7)) as program:
+    ...     soft = pg.map_blocks(program, picture)
+    >>> soft.chunks, bool(abs(soft - 1.0).max().compute() < 1e-6)
+    (((40, 24), (50, 46), (4,)), True)
+    """
+    arguments.instance(program, Program, "map_blocks: program", "what passgraph.compile() returns")
+    program._check_open()
+    dask_array = _dask()
+    pictures, values = _sorted(program, array, given)
+    arrays = {
+        name: _Chunked.of(picture, f"input {name!r}", dask_array, program.inputs[name].format is None)
+        for name, picture in pictures.items()
+    }
+    with ExitStack() as stack:
+        check_unchanged(program._overrides)
+        made = bound(program, None, None, program._non_finite, stack)
+        shapes = {name: (one.shape, one.dtype) for name, one in arrays.items()}
+        plan = whole_plan(made, shapes)
+    needs = footprint(plan)
+    if len(plan.outputs) != 1:
+        raise InputError(f"the program has the results {', '.join(plan.outputs)}; compile it for one of them")
+    target = plan.resources[next(iter(plan.outputs.values()))].format
+    stored = program._results == "stored"
+    dtype = np.dtype(target.number if stored else np.float32)
+    whole = tuple(name for name, resource in plan.inputs.items() if resource in needs.whole)
+    cut = [name for name in plan.inputs if name not in whole]
+    if not cut:
+        raise InputError("map_blocks cuts along the chunks of an input, and each of this program's is needed whole")
+    leading, halo = arrays[cut[0]], needs.halo
+    width, height = result_size(plan)
+    rows = list(_spans(leading.rows, height, halo.up, halo.down, whole=bool(needs.high)))
+    columns = list(_spans(leading.columns, width, halo.left, halo.right, whole=bool(needs.wide)))
+    shared = _Shared(
+        *told(program.to_data(), program.settings()), values, stored, {name: arrays[name] for name in cut},
+        {name: arrays[name] for name in whole},
+    )  # fmt: skip
+    name, layer = shared.layer(rows, columns)
+    from dask.highlevelgraph import HighLevelGraph
+
+    graph = HighLevelGraph.from_collections(name, layer, dependencies=[one.array for one in arrays.values()])
+    chunks = tuple(end - start for (start, end), _ in rows), tuple(end - start for (start, end), _ in columns)
+    return dask_array.Array(graph, name, (*chunks, (target.channels,)), dtype=dtype)
+
+
+def _dask() -> Any:
+    try:
+        import dask.array as made
+        import distributed  # noqa: F401 (what runs in workers is written for it)
+    except ImportError:
+        raise InputError("map_blocks needs dask: pip install 'passgraph[dask]'") from None
+    return made
+
+
+def _sorted(program: Program, array: Any, given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Pictures by input, and values that may travel."""
+    pictures = {name: spec.default for name, spec in program.inputs.items() if spec.default is not None}
+    pictures |= {name: value for name, value in given.items() if name in program.inputs}
+    missing = [name for name in program.inputs if name not in pictures]
+    if array is not None:
+        if len(missing) != 1:
+            known = ", ".join(program.inputs) or "none"
+            raise InputError(f"map_blocks: the program has the inputs {known}; give each by its name")
+        pictures[missing.pop()] = array
+    if missing:
+        raise InputError(f"input {missing[0]!r} is missing; call map_blocks(program, {missing[0]}=array)")
+    values = {name: value for name, value in given.items() if name not in program.inputs}
+    return pictures, travelling_values(values, "map_blocks")
+
+
+def _spans(lengths: Sequence[int], length: int, before: int, behind: int, *, whole: bool) -> Iterator[Spans]:
+    """Each chunk along an axis and its window, which lies inside of the picture.
+
+    Windows have few lengths, since each is compiled: a chunk counts as long as the longest one, its
+    half, its quarter …
+
+    >>> list(_spans((4, 4, 1), 9, 1, 1, whole=False))
+    [((0, 4), (0, 6)), ((4, 8), (3, 9)), ((8, 9), (6, 9))]
+    """
+    start = 0
+    for count in lengths:
+        counted = max(lengths)
+        while (counted + 1) // 2 >= count and counted > 1:
+            counted = (counted + 1) // 2
+        window = length if whole else min(length, counted + before + behind)
+        begin = min(max(0, start - before), length - window)
+        yield (start, start + count), (begin, begin + window)
+        start += count
+
+
+@dataclass(frozen=True, eq=False)
+class _Chunked:
+    """A dask array as a picture: one chunk along its channels."""
+
+    array: Any
+    shape: tuple[int, int, int]
+    dtype: np.dtype[Any]
+
+    @staticmethod
+    def of(given: Any, what: str, dask_array: Any, grey: bool) -> _Chunked:
+        """``grey``: what has no channels is, as for a program that is called with it."""
+        if not isinstance(given, dask_array.Array):
+            given = dask_array.from_array(arguments.numbers(given, what))
+        if any(math.isnan(side) for side in given.shape):
+            raise InputError(f"{what} has chunks of unknown sizes; call its compute_chunk_sizes() first")
+        shape, dtype = checked_shape(given.shape, what), checked_dtype(given.dtype, what)
+        if grey and given.ndim == 2:
+            shape = (*shape[:2], GREY_CHANNELS)
+        if 0 in {count for axis in given.chunks for count in axis}:
+            given = given.rechunk(tuple(tuple(count for count in axis if count) for axis in given.chunks))
+        return _Chunked(given.rechunk({2: -1}) if given.ndim == 3 else given, shape, dtype)
+
+    @property
+    def rows(self) -> tuple[int, ...]:
+        made: tuple[int, ...] = self.array.chunks[0]
+        return made
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        made: tuple[int, ...] = self.array.chunks[1]
+        return made
+
+    def touched(self, part: Part) -> Iterator[tuple[Any, Part, tuple[int, int]]]:
+        """Chunks that a part lies in: the key, the part of the chunk, and where it goes in the part asked for."""
+        top, bottom, left, right = part
+        for i, y in _cut(self.rows, top, bottom):
+            for j, x in _cut(self.columns, left, right):
+                y0, y1 = max(top, y), min(bottom, y + self.rows[i])
+                x0, x1 = max(left, x), min(right, x + self.columns[j])
+                key = (self.array.name, i, j, 0)[: 1 + self.array.ndim]
+                yield key, (y0 - y, y1 - y, x0 - x, x1 - x), (y0 - top, x0 - left)
+
+    def chunk_shape(self, key: Any) -> Part:
+        """All of a chunk, as a part of it."""
+        return 0, self.rows[key[1]], 0, self.columns[key[2]]
+
+
+def _cut(lengths: Sequence[int], start: int, stop: int) -> Iterator[tuple[int, int]]:
+    """Chunks along an axis that lie in a span: number and first place."""
+    ends = list(accumulate(lengths))
+    for number in range(bisect_right(ends, start), len(ends)):
+        first = ends[number] - lengths[number]
+        if first >= stop:
+            return
+        yield number, first
+
+
+@dataclass(frozen=True, eq=False)
+class _Shared:
+    """What all chunks of a result share."""
+
+    digest: str
+    text: str
+    values: Mapping[str, Any]
+    stored: bool
+    cut: Mapping[str, _Chunked]  # inputs of which each chunk needs a window
+    whole: Mapping[str, _Chunked]  # those that each needs whole
+
+    def layer(self, rows: Sequence[Spans], columns: Sequence[Spans]) -> tuple[str, dict[Any, Any]]:
+        """The tasks of a result, and the name that its chunks have."""
+        from dask.base import tokenize
+
+        from passgraph.tiles import remote_windows as worker
+
+        arrays = {**self.cut, **self.whole}
+        shapes = {name: (one.shape, one.dtype.str) for name, one in arrays.items()}
+        token = tokenize(self.digest, self.values, [(name, one.array.name) for name, one in arrays.items()])
+        name, graph_key = f"passgraph-{token}", f"passgraph-graph-{token}"
+        layer: dict[Any, Any] = {graph_key: worker.Told(self.digest, self.text, shapes, self.values, self.stored)}
+        wholes = []
+        for number, one in enumerate(self.whole.values()):
+            wholes.append(f"passgraph-whole-{number}-{token}")
+            keys, pieces = self._pieces(one, (0, one.shape[0], 0, one.shape[1]), layer, token)
+            layer[wholes[-1]] = (worker.joined, pieces, keys)
+        for i, ((top, bottom), (y0, y1)) in enumerate(rows):
+            for j, ((left, right), (x0, x1)) in enumerate(columns):
+                tile = Tile((y0, y1, x0, x1), (top, bottom, left, right))
+                found = {each: self._pieces(one, tile.window, layer, token) for each, one in self.cut.items()}
+                asked = worker.Chunk(tile, {each: pieces for each, (_, pieces) in found.items()}, tuple(self.whole))
+                layer[name, i, j, 0] = (
+                    worker.chunk, graph_key, asked, [keys for keys, _ in found.values()], wholes,
+                )  # fmt: skip
+        return name, layer
+
+    def _pieces(self, one: _Chunked, part: Part, layer: dict[Any, Any], token: str) -> tuple[list[Any], Any]:
+        """Keys of what a part is made of, and where each goes; what is less than a chunk is cut out by its own task."""
+        from dask.array.chunk import getitem
+
+        from passgraph.tiles.remote_windows import Pieces
+
+        keys, places = [], []
+        for key, inside, place in one.touched(part):
+            places.append(place)
+            if inside == one.chunk_shape(key):
+                keys.append(key)
+                continue
+            top, bottom, left, right = inside
+            cut = (f"passgraph-strip-{one.array.name}-{token}", *key[1:3], *inside)
+            layer[cut] = (getitem, key, (slice(top, bottom), slice(left, right)))
+            keys.append(cut)
+        return keys, Pieces((part[1] - part[0], part[3] - part[2], one.shape[2]), tuple(places))

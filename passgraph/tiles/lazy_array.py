@@ -1,0 +1,164 @@
+"""A result as an array whose parts are computed when they are asked for: what dask, Zarr and viewers take."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import ExitStack, closing
+from types import EllipsisType
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from passgraph import arguments
+from passgraph.errors import InputError
+from passgraph.plan.data import Options, Plan
+from passgraph.run.finite_checks import NonFinite
+from passgraph.tiles.grid import Convert, Grid, Numbers, Part, Tile
+from passgraph.tiles.job import Wanted, prepared
+from passgraph.tiles.sources import Source
+from passgraph.tiles.tile_run import Graph, Job, Windows
+
+if TYPE_CHECKING:
+    from passgraph.backends.base import Backend
+
+
+Key: TypeAlias = "int | slice | EllipsisType | tuple[int | slice | EllipsisType, ...]"
+
+
+def lazily_tiled(
+    graph: Graph,
+    source: object = None,
+    memory: int | str = "1 GB",
+    *,
+    values: Mapping[str, object] | None = None,
+    tile: tuple[int, int] | None = None,
+    size: tuple[int, int] | None = None,
+    backend: str | Backend | None = None,
+    options: Options | None = None,
+    non_finite: NonFinite = "error",
+) -> LazyPicture:
+    """The result of a graph as an array whose parts are computed when they are asked for.
+
+    Arguments and errors are those of `passgraph.tiled`.  Nothing is kept: a part that is asked for twice is computed
+    twice.  One part is computed at a time, with all cores; threads wait for each other.
+
+    Examples
+    --------
+    >>> import passgraph as pg
+    >>> from passgraph.effects.pictures.blur import gaussian_blur
+    >>> soft = gaussian_blur(pg.Input("frame"), sigma_px=2.0, radius_px=7)
+    >>> with lazily_tiled(soft, np.ones((64, 96, 4), np.float32), tile=(32, 32)) as picture:
+    ...     picture.shape, picture.chunks, bool(abs(picture[10:20, 40, 0] - 1.0).max() < 1e-6)
+    ((64, 96, 4), (32, 32, 4), True)
+    """
+    with ExitStack() as stack:
+        wanted = Wanted(graph, source, memory, values, tile, size, backend, options, non_finite)
+        job = prepared(wanted, _nowhere, stack)
+        windows = stack.enter_context(closing(job.windows()))
+        name, resource = next(iter(job.plan.outputs.items()))
+        shape = job.grid.size[1], job.grid.size[0], job.plan.resources[resource].format.channels
+        return LazyPicture(job, windows, name, shape, stack.pop_all())
+
+
+class _Nowhere:
+    """Stands for a sink where results are handed over."""
+
+    dtype: np.dtype[Any] = np.dtype(np.float32)
+    block = (1, 1)
+
+    def open(self) -> None: ...
+    def write(self, part: Part, picture: Convert) -> None: ...
+    def finish(self) -> None: ...
+    def abandon(self) -> None: ...
+
+
+def _nowhere(plan: Plan, _: Mapping[str, Source]) -> dict[str, Any]:
+    if len(plan.outputs) != 1:
+        raise InputError(f"the graph has the results {', '.join(plan.outputs)}; ask for one of them")
+    return {name: _Nowhere() for name in plan.outputs}
+
+
+class LazyPicture:
+    """What :func:`lazily_tiled` returns: (height, width, channels) float32 by ``picture[rows, columns, channels]``.
+
+    It holds its sources, pictures and compiled passes until :meth:`close` (it is a context manager too).
+    """
+
+    ndim = 3
+    dtype: np.dtype[Any] = np.dtype(np.float32)
+
+    def __init__(self, job: Job, windows: Windows, name: str, shape: tuple[int, int, int], held: ExitStack) -> None:
+        self._job, self._windows, self._name, self._held = job, windows, name, held
+        self.shape = shape
+        self._closed = False
+
+    @property
+    def grid(self) -> Grid:
+        """How the picture is cut."""
+        return self._job.grid
+
+    @property
+    def chunks(self) -> tuple[int, int, int]:
+        """(height, width, channels) of the parts that are computed with least of it twice."""
+        across, down = self.grid.core
+        return down, across, self.shape[2]
+
+    def __getitem__(self, key: Key) -> Numbers:
+        rows, columns, channels = self._places(key)
+        spans = [range(place, place + 1) if isinstance(place, int) else place for place in (rows, columns)]
+        made = self._part((spans[0].start, spans[0].stop, spans[1].start, spans[1].stop))
+        picked = tuple(0 if isinstance(place, int) else slice(None, None, place.step) for place in (rows, columns))
+        last = channels if isinstance(channels, int) else slice(channels.start, channels.stop, channels.step)
+        return made[(*picked, last)]
+
+    def _places(self, key: Key) -> list[int | range]:
+        """Along each axis one place, or those of a slice."""
+        given = list(key) if isinstance(key, tuple) else [key]
+        if ... in given:
+            at = given.index(...)
+            given[at : at + 1] = [slice(None)] * (4 - len(given))
+        given += [slice(None)] * (3 - len(given))
+        if len(given) != 3:
+            raise InputError(f"a picture takes [rows, columns, channels], got {arguments.shown(key)}")
+        return [self._place(part, length) for part, length in zip(given, self.shape, strict=True)]
+
+    def _place(self, part: object, length: int) -> int | range:
+        if isinstance(part, slice) and part.step in (None, *range(1, length + 1)):
+            return range(*part.indices(length))
+        if isinstance(part, (int, np.integer)) and -length <= part < length:
+            return int(part) % length
+        expected = f"places from 0 to {length - 1}, and slices of them with steps from 1"
+        raise IndexError(f"a picture takes {expected}, got {arguments.shown(part)}")
+
+    def _part(self, part: Part) -> Numbers:
+        top, bottom, left, right = part
+        made = np.empty((max(0, bottom - top), max(0, right - left), self.shape[2]), np.float32)
+        if not made.size:
+            return made
+        with self._job.bound.backend.turn:
+            if self._closed:
+                raise InputError("this picture is closed; call lazily_tiled again")
+            for tile in self.grid.touching(part):
+                result = self._computed(tile)
+                y0, y1 = max(top, tile.core[0]), min(bottom, tile.core[1])
+                x0, x1 = max(left, tile.core[2]), min(right, tile.core[3])
+                y, x = tile.window[0], tile.window[2]
+                made[y0 - top : y1 - top, x0 - left : x1 - left] = result[y0 - y : y1 - y, x0 - x : x1 - x]
+        return made
+
+    def _computed(self, tile: Tile) -> Numbers:
+        pictures = self._job.admitted(self._windows, tile)
+        result: Numbers = self._job.compute(self._windows, tile, pictures)[self._name]
+        return result
+
+    def close(self) -> None:
+        """Give back what it holds; idempotent."""
+        with self._job.bound.backend.turn:
+            self._closed = True
+            self._held.close()
+
+    def __enter__(self) -> LazyPicture:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

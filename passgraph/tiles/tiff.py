@@ -1,0 +1,224 @@
+"""TIFF files part by part, by tifffile: striped and tiled, BigTIFF, 8 and 16 bits and floats."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.errors import InputError
+from passgraph.image_files import Metadata
+from passgraph.tiles.grid import Convert, Numbers, Part, checked_dtype, checked_shape, imported, pieces
+
+#: Sides of the tiles that are written, in pixels: what readers of large pictures expect; a multiple of 16 by the
+#: format (TIFF 6.0, section 15).
+TILE = 256
+
+
+def opaque(dtype: np.dtype[Any]) -> Any:
+    """What alpha 1 is in a type."""
+    return np.iinfo(dtype).max if dtype.kind == "u" else 1
+
+
+class TiffSource:
+    """The first picture of a TIFF file; read by one thread at a time."""
+
+    cost = 0
+
+    def __init__(self, path: Path, what: str) -> None:
+        tifffile = imported("tifffile", what)
+        self.name = f"{what} ({path})"
+        with ExitStack() as opened:
+            try:
+                self._tiff = opened.enter_context(tifffile.TiffFile(path))
+                self._page = page = self._tiff.pages[0]
+            except Exception as error:  # broken bytes raise errors of every kind
+                raise InputError(f"{self.name}: is no TIFF file that can be read ({error}); make it again") from error
+            self._check(page)
+            self._planar = page.planarconfig == 2 and page.samplesperpixel > 1
+            height, width, channels = page.imagelength, page.imagewidth, page.samplesperpixel
+            self.shape = checked_shape((height, width, channels), self.name)
+            self.dtype = checked_dtype(page.dtype, self.name)
+            self.is_grey = channels == 1
+            self._plain = self._begin(page)
+            tiled = (page.tilelength, page.tilewidth) if page.is_tiled else (min(page.rowsperstrip, height), width)
+            # Rows of plain numbers can be read from anywhere to anywhere.
+            self.block = (1, 1) if self._plain is not None else tiled
+            opened.pop_all()  # read from until it is closed
+
+    def _check(self, page: Any) -> None:
+        bits = page.bitspersample
+        if page.dtype is None or bits not in (8, 16, 32, 64):
+            raise InputError(f"{self.name}: {bits} bits a channel; expected 8, 16, or floats of 16, 32 or 64")
+        rows, columns = (page.tilelength, page.tilewidth) if page.is_tiled else (page.rowsperstrip, 1)
+        if not (rows and rows > 0 and columns and columns > 0):
+            kind = f"tiles of {columns}x{rows} pixels" if page.is_tiled else f"strips of {rows} rows"
+            raise InputError(f"{self.name}: says that it has {kind}; it is corrupt, make or copy it again")
+        if page.imagedepth != 1 or page.photometric not in (1, 2, 6):
+            kind = getattr(page.photometric, "name", page.photometric)
+            raise InputError(f"{self.name}: is {kind}; expected gray (MINISBLACK) or RGB; convert it first")
+        if page.tags.valueof(274, 1) != 1:
+            raise InputError(f"{self.name}: is stored turned (tag Orientation); turn it upright first")
+
+    def _begin(self, page: Any) -> int | None:
+        """Where the picture begins in the file, if it lies there row by row as plain numbers."""
+        if page.is_tiled or self._planar or not page.is_contiguous or page.compression != 1:
+            return None
+        return int(page.dataoffsets[0])
+
+    def read(self, part: Part) -> Numbers:
+        try:
+            return self._rows(part) if self._plain is not None else self._segments(part)
+        except InputError:
+            raise
+        except Exception as error:
+            if "imagecodecs" in str(error):
+                raise InputError(
+                    f"{self.name}: {error}, which decodes it; install it with: pip install imagecodecs"
+                ) from error
+            raise InputError(
+                f"{self.name}: truncated or corrupt at rows {part[0]} to {part[1]} ({error}); make or copy it again"
+            ) from error
+
+    def _rows(self, part: Part) -> Numbers:
+        top, bottom, left, right = part
+        width, channels = self.shape[1:]
+        made = np.empty((bottom - top, right - left, channels), self.dtype.newbyteorder(self._tiff.byteorder))
+        bytes_, pixel = made.view(np.uint8).reshape(bottom - top, -1), channels * self.dtype.itemsize
+        assert self._plain is not None
+        if right - left == width:
+            self._fill(self._plain + top * width * pixel, bytes_.reshape(-1))
+        else:
+            for row in range(top, bottom):
+                self._fill(self._plain + (row * width + left) * pixel, bytes_[row - top])
+        return made
+
+    def _fill(self, place: int, into: NDArray[np.uint8]) -> None:
+        file = self._tiff.filehandle
+        file.seek(place)
+        if file.readinto(memoryview(into)) != into.size:  # type: ignore[arg-type]
+            raise InputError(f"{self.name}: ends before its picture does; make or copy it again")
+
+    def _segments(self, part: Part) -> Numbers:
+        """The blocks that a part touches; the part is cut at the picture's edges, blocks may be larger."""
+        top, bottom, left, right = part
+        page, (rows, columns) = self._page, self.block
+        made = np.zeros((bottom - top, right - left, self.shape[2]), self.dtype)
+        across, down = ceil(self.shape[1] / columns), ceil(self.shape[0] / rows)
+        for plane in range(self.shape[2] if self._planar else 1):
+            for row in range(top // rows, ceil(bottom / rows)):
+                for column in range(left // columns, ceil(right / columns)):
+                    self._decode(page, plane * across * down + row * across + column, part, made)
+        return made
+
+    def _decode(self, page: Any, index: int, part: Part, made: Numbers) -> None:
+        top, bottom, left, right = part
+        file, size = self._tiff.filehandle, page.databytecounts[index]
+        data = None
+        if size:
+            file.seek(page.dataoffsets[index])
+            data = file.read(size)
+            if len(data) != size:
+                raise InputError(f"{self.name}: ends before its picture does; make or copy it again")
+        segment, (plane, _, y, x, _), _ = page.decode(data, index, jpegtables=page.jpegtables)
+        if segment is None:  # left out by the writer: all zero
+            return
+        block = segment[0]
+        y0, y1, x0, x1 = max(top, y), min(bottom, y + len(block)), max(left, x), min(right, x + block.shape[1])
+        channels = slice(plane, plane + 1) if self._planar else slice(None)
+        made[y0 - top : y1 - top, x0 - left : x1 - left, channels] = block[y0 - y : y1 - y, x0 - x : x1 - x]
+
+    def close(self) -> None:
+        self._tiff.close()
+
+
+class AlphaUsedError(Exception):
+    """Pixels for a file without alpha are not opaque."""
+
+
+class TiffSink:
+    """A tiled TIFF file without compression: where each tile lies is known at once, so they come in any order.
+
+    Pixels may have one channel more than ``shape``: alpha, which is not stored; where it is not 1, AlphaUsedError is
+    raised.  ``notes`` are those of the picture that the file is made of.
+    """
+
+    block = (TILE, TILE)
+
+    def __init__(
+        self, path: Path, shape: tuple[int, int, int], dtype: np.dtype[Any], notes: Metadata | None = None
+    ) -> None:
+        import tifffile
+
+        notes = notes or Metadata()
+        self.shape, self.dtype = shape, dtype.newbyteorder("=")
+        channels = shape[2]
+        # tifffile makes room for the picture without writing it, so the file takes its bytes as they come.
+        tifffile.imwrite(
+            path, None, shape=shape[:2] if channels == 1 else shape, dtype=self.dtype, tile=self.block,
+            photometric="rgb" if channels > 2 else "minisblack", planarconfig=None if channels == 1 else "contig",
+            extrasamples=["unassalpha"] if channels in (2, 4) else None, metadata=None,
+            iccprofile=notes.profile or None, resolution=notes.resolution,
+            resolutionunit="INCH" if notes.resolution else None,
+        )  # fmt: skip
+        with tifffile.TiffFile(path) as made:
+            self._offsets = made.pages[0].dataoffsets
+            self.dtype = self.dtype.newbyteorder(made.byteorder)
+        self._file = path.open("r+b")
+
+    def write(self, part: Part, picture: Convert) -> None:
+        """A part, piece by piece."""
+        for piece in pieces(part, self.block):
+            numbers = np.ascontiguousarray(self._without_alpha(picture(piece)), self.dtype)
+            top, bottom, left, right = piece
+            for y in range(top // TILE * TILE, bottom, TILE):
+                y0, y1 = max(top, y), min(bottom, y + TILE)
+                for x in range(left // TILE * TILE, right, TILE):
+                    x0, x1 = max(left, x), min(right, x + TILE)
+                    here = numbers[y0 - top : y1 - top, x0 - left : x1 - left]
+                    self._put(y, x, y0 - y, x0 - x, np.ascontiguousarray(here))
+
+    def _without_alpha(self, numbers: Numbers) -> Numbers:
+        if numbers.shape[2] == self.shape[2]:
+            return numbers
+        if (numbers[..., -1] != opaque(self.dtype)).any():
+            raise AlphaUsedError
+        return numbers[..., :-1]
+
+    def copy_with_alpha(self, into: TiffSink) -> None:
+        """All tiles, opaque, into a file with a channel more; those that are not written yet are zeros there too."""
+        pixels, channels = TILE * TILE, self.shape[2]
+        self._file.flush()
+        for begin, there in zip(self._offsets, into._offsets, strict=True):
+            self._file.seek(begin)
+            data = self._file.read(pixels * channels * self.dtype.itemsize)
+            numbers = np.zeros(pixels * channels, self.dtype)
+            found = np.frombuffer(data, self.dtype)
+            numbers[: len(found)] = found
+            alpha = np.full((pixels, 1), opaque(self.dtype), self.dtype)
+            into._at(there, np.concatenate([numbers.reshape(pixels, channels), alpha], axis=1))
+
+    def _put(self, y: int, x: int, down: int, along: int, piece: Numbers) -> None:
+        """A piece into the tile at (y, x), so many rows down and columns along."""
+        begin = self._offsets[y // TILE * ceil(self.shape[1] / TILE) + x // TILE]
+        pixel = self.shape[2] * self.dtype.itemsize
+        if piece.shape[1] == TILE:
+            self._at(begin + down * TILE * pixel, piece)
+            return
+        for number, row in enumerate(piece):
+            self._at(begin + ((down + number) * TILE + along) * pixel, row)
+
+    def _at(self, place: int, numbers: Numbers) -> None:
+        self._file.seek(place)
+        self._file.write(numbers.data.cast("B"))
+
+    def finish(self) -> None:
+        self._file.flush()
+        self.close()
+
+    def close(self) -> None:
+        self._file.close()

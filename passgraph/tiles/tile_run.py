@@ -1,0 +1,274 @@
+"""Tiles on their way: the next one is read and the last one written while one is computed."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
+
+import numpy as np
+
+from passgraph import arguments
+from passgraph.errors import BackendError, GraphError, InputError
+from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE
+from passgraph.graph.targets import InputSpec, Target, named_outputs
+from passgraph.plan.build import build
+from passgraph.plan.data import Options, Plan
+from passgraph.plan.dependencies import inputs_behind
+from passgraph.plan.limits import check
+from passgraph.plan.window import WINDOW, Footprint, window_plan
+from passgraph.run.caller_arrays import admitted_picture, format_of
+from passgraph.run.execution import Execution
+from passgraph.run.finite_checks import NonFinite, checked_choice, readers_of
+from passgraph.run.program import Program
+from passgraph.run.result import Results
+from passgraph.tiles.grid import Grid, Numbers, Part, Tile
+from passgraph.tiles.sinks import Sink, converted
+from passgraph.tiles.sources import Source
+
+if TYPE_CHECKING:
+    from passgraph.backends.base import Backend
+
+
+Graph: TypeAlias = "Program | Target | Iterable[Target] | Mapping[str, Target]"
+#: (height, width, channels) and type of a picture.
+Shape: TypeAlias = tuple[tuple[int, int, int], np.dtype[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """A graph and what it runs on."""
+
+    outputs: dict[str, Target]
+    backend: Backend
+    options: Options
+    non_finite: NonFinite
+    overrides: Mapping[tuple[str, str], object]
+    size: tuple[int, int] | None
+
+    @property
+    def inputs(self) -> dict[str, InputSpec]:
+        return inputs_behind(list(self.outputs.values()))
+
+    def settings(self) -> dict[str, Any]:
+        """What `passgraph.compile` takes beside the outputs, as plain data; of the backend its name."""
+        return {
+            "backend": self.backend.name, "size": self.size, "options": asdict(self.options),
+            "non_finite": self.non_finite,
+        }  # fmt: skip
+
+
+def bound(
+    graph: Graph, backend: str | Backend | None, options: Options | None, non_finite: NonFinite, stack: ExitStack
+) -> Bound:
+    """A graph, or a program, whose backend and options then hold; a backend that is opened here ``stack`` closes.
+
+    Raises
+    ------
+    GraphError, BackendError
+        Where windows of it cannot be computed, whatever its passes read.
+    """
+    from passgraph.backends.base import Backend as Class
+    from passgraph.backends.registry import open_backend
+
+    if isinstance(graph, Program):
+        if backend is not None or options is not None:
+            raise GraphError("a program has its backend and options already; give them where it is compiled")
+        graph._check_open()
+        if graph._check_finite:
+            raise GraphError("check_finite looks at what passes of a whole run write; compile without it for tiles")
+        overrides = dict(graph._overrides)
+        made = Bound(graph._outputs, graph.backend, graph._options, graph._non_finite, overrides, graph._size)
+    else:
+        expected = "a name such as 'gl' or an open backend"
+        if backend is None or isinstance(backend, str):
+            opened = stack.enter_context(open_backend(backend))
+        else:
+            opened = arguments.instance(backend, Class, "backend", expected, BackendError)
+        chosen = arguments.instance(Options() if options is None else options, Options, "options", "pg.Options(...)")
+        made = Bound(named_outputs(graph), opened, chosen, checked_choice(non_finite), {}, None)
+    if not (made.backend.optimises and made.backend.computes):
+        raise BackendError(
+            f"backend {made.backend.name} cannot compute tiles: it runs kernels as they were written, and tiles need "
+            "them rewritten; use numpy, or another one"
+        )
+    return made
+
+
+def whole_plan(bound: Bound, pictures: Mapping[str, Shape]) -> Plan:
+    """The plan of the whole picture, which is never run."""
+    inputs = {}
+    for name, spec in bound.inputs.items():
+        (height, width, channels), dtype = pictures[name]
+        inputs[name] = (spec.format or format_of(dtype, channels, spec.srgb), (width, height))
+    # What runs once would hold one tile's pixels in all others.
+    options = replace(bound.options, static=False)
+    return build(bound.outputs, bound.size, inputs, options, bound.backend.limits, in_windows=True)
+
+
+def result_size(plan: Plan) -> tuple[int, int]:
+    """(width, height) of the results."""
+    return plan.resources[next(iter(plan.outputs.values()))].size
+
+
+class Windows:
+    """A graph on a device, for windows of one shape, wherever they lie in a picture of one size."""
+
+    def __init__(self, bound: Bound, plan: Plan, needs: Footprint, window: tuple[int, int]) -> None:
+        self.bound, self.size = bound, result_size(plan)
+        made = window_plan(plan, needs, window)
+        check(made, bound.backend.limits)
+        with bound.backend.turn:
+            self.execution = Execution(made, bound.backend)
+            for (step, name), value in bound.overrides.items():
+                self.execution.override(step, name, value)
+
+    @property
+    def plan(self) -> Plan:
+        return self.execution.plan
+
+    def admitted(self, name: str, numbers: Numbers, window: Part) -> Any:
+        """A window of an input, ready to be computed with."""
+        try:
+            return admitted_part(self.bound, name, numbers)
+        except InputError as error:
+            raise InputError(
+                f"{error} (counted in a tile that begins at column {window[2]}, row {window[0]})"
+            ) from None
+
+    def compute(
+        self, window: Part, pictures: Mapping[str, Any], values: Mapping[str, object], *, stored: bool = False
+    ) -> dict[str, Numbers]:
+        """The results in a window: values, or what their targets hold."""
+        top, _, left, _ = window
+        # Tiles of one picture are one frame, however many runs they take.
+        told = {FRAME_INDEX.name: 0, **values, WINDOW.name: (left, top, *self.size), OUTPUT_SIZE.name: self.size}
+        given = {name: value for name, value in told.items() if name in values or name in self.plan.values}
+        results: Results = "stored" if stored else "float32"
+        backend = self.bound.backend
+        # Between two windows others may use the backend, the one that computes a source among them.
+        with backend.turn:
+            self.execution.run(pictures, given, None, results=results)
+            with backend.running():
+                made = {name: self.execution.result(resource, results) for name, resource in self.plan.outputs.items()}
+        # Nothing was given to write into, so that results are arrays.
+        return cast("dict[str, Numbers]", made)
+
+    def close(self) -> None:
+        """Give back pictures and compiled passes."""
+        with self.bound.backend.turn:
+            self.execution.release()
+
+
+def admitted_part(bound: Bound, name: str, numbers: Numbers) -> Any:
+    """A part of an input as a run takes it: the one place where what tiles read goes into a program."""
+    readers = readers_of(name, bound.outputs.values())
+    return admitted_picture(numbers, InputSpec(name, bound.inputs[name].format), bound.non_finite, readers)
+
+
+Pictures: TypeAlias = dict[str, Any]
+Progress: TypeAlias = "Callable[[int, int], None] | bool | None"
+#: Called after each tile.
+Advance: TypeAlias = Callable[[], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """Everything that the tiles of one picture share."""
+
+    bound: Bound
+    plan: Plan  # of the whole picture
+    needs: Footprint
+    grid: Grid
+    sources: Mapping[str, Source]  # of inputs that each tile reads a window of
+    whole: Mapping[str, Any]  # those that each tile needs whole
+    sinks: Mapping[str, Sink]
+    values: Mapping[str, object]
+    paths: Mapping[str, Path]  # of sources that are files
+
+    def windows(self) -> Windows:
+        """What computes its tiles; the caller closes it."""
+        return Windows(self.bound, self.plan, self.needs, self.grid.window)
+
+    def read(self, tile: Tile) -> Pictures:
+        """The inputs of a tile, as they are stored."""
+        return {name: source.read(tile.window) for name, source in self.sources.items()}
+
+    def admitted(self, windows: Windows, tile: Tile) -> Pictures:
+        """The inputs of a tile, ready to be computed with."""
+        read = self.read(tile).items()
+        return {name: windows.admitted(name, numbers, tile.window) for name, numbers in read}
+
+    def compute(self, windows: Windows, tile: Tile, pictures: Pictures) -> Pictures:
+        """The results of a tile, as large as its window."""
+        return windows.compute(tile.window, {**self.whole, **pictures}, self.values)
+
+    def write(self, tile: Tile, results: Pictures) -> None:
+        """What is right of a tile's results, to where it belongs."""
+        for name, sink in self.sinks.items():
+            sink.write(tile.core, _Cut(results[name], tile, sink))
+
+
+@dataclass(frozen=True, eq=False)
+class _Cut:
+    """Parts of a result, by their place in the picture, as the sink's numbers."""
+
+    result: Numbers
+    tile: Tile
+    sink: Sink
+
+    def __call__(self, part: Part) -> Numbers:
+        (y, _, x, _), (top, bottom, left, right) = self.tile.window, part
+        return converted(self.result[top - y : bottom - y, left - x : right - x], self.sink.dtype)
+
+
+def run_tiles(job: Job, windows: Windows, advance: Advance) -> None:
+    """Read, compute and write every tile; one of each is under way at a time."""
+    tiles = iter(job.grid)
+    written: Future[None] | None = None
+    with ThreadPoolExecutor(1, "passgraph-read") as reader, ThreadPoolExecutor(1, "passgraph-write") as writer:
+        tile = next(tiles, None)
+        ahead = None if tile is None else reader.submit(job.admitted, windows, tile)
+        while tile is not None and ahead is not None:
+            pictures = ahead.result()
+            following = next(tiles, None)
+            ahead = None if following is None else reader.submit(job.admitted, windows, following)
+            results = job.compute(windows, tile, pictures)
+            del pictures
+            if written is not None:
+                written.result()
+                advance()
+            written = writer.submit(job.write, tile, results)
+            del results
+            tile = following
+        if written is not None:
+            written.result()
+            advance()
+
+
+@contextmanager
+def shown(progress: Progress, total: int) -> Iterator[Advance]:
+    """A function to call after each tile: a bar on a terminal where nothing else is asked for."""
+    if progress is not None and not isinstance(progress, bool):
+        call = arguments.function(progress, "progress")
+        done = 0
+
+        def told() -> None:
+            nonlocal done
+            done += 1
+            call(done, total)
+
+        yield told
+    elif progress is False or (progress is None and not sys.stderr.isatty()):
+        yield lambda: None
+    else:
+        from rich.console import Console
+        from rich.progress import Progress as Bar
+
+        with Bar(console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task("tiles", total=total)
+            yield lambda: bar.advance(task)

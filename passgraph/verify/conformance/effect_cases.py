@@ -1,0 +1,113 @@
+"""Every effect of the table on a small scene, picture or flat world, and with parameters that lead other ways."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from importlib.util import find_spec
+from typing import Any
+
+import passgraph as pg
+from passgraph.effects.effect_table import EFFECTS, Effect
+from passgraph.graph.targets import named_outputs
+from passgraph.verify.compare import MOST_AMBIGUOUS
+from passgraph.verify.conformance import case_inputs
+from passgraph.verify.conformance.case import Case
+
+GROUP = "effects"
+MAPS = {"map_size": 32}
+
+#: Of OpenColorIO 2.2 and newer.
+COLOR_CONFIG = "ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1"
+#: Effects that need a package of an extra: left out where it is not installed.
+NEEDS = {"color-transform": "PyOpenColorIO"}
+
+#: Effect → variants; each its parameters, and ``light``, which chooses the scene's.
+VARIANTS: dict[str, list[dict[str, Any]]] = {
+    "tone-map": [{"curve": curve} for curve in ("linear", "reinhard", "hable", "aces", "agx", "pbr-neutral")],
+    "color-transform": [{"display": "sRGB - Display", "view": "Un-tone-mapped", "config": COLOR_CONFIG}],
+    "gaussian-blur": [{}, {"sigma_px": 1.0, "radius_px": 2}],
+    "bloom": [{"levels": 2}, {"levels": 4, "threshold": 0.5}],
+    "fxaa": [{}, {"quality": "39", "contrast": 0.05, "least_contrast": 0.02}],
+    "film-grain": [{}, {"size_px": 1.5, "colored": True, "seed": 3}],
+    "depth-of-field": [{"focus_distance": 3.0, "f_number": 1.0, "focal_length_mm": 200.0, "taps": 8, "widest_px": 8}],
+    "outlines": [{}, {"width_px": 2, "crease_rad": 0.2}],
+    "soft-shadow": [
+        *({**MAPS, "shadow_filter": name, "taps": 8, "radius_px": 3}
+          for name in ("blur", "hard", "pcf", "disc", "pcss", "vsm", "evsm4", "msm")),
+        {**MAPS, "radius_px": 3, "light": "spot"},
+        {**MAPS, "radius_px": 3, "light": "point"},
+        {**MAPS, "radius_px": 3, "light": "two", "blur": "constant", "hdr_format": "rgb32f"},
+        {**MAPS, "shadow_filter": "msm", "moment_format": "rgba16", "light": "spot"},
+    ],
+    "five-pass": [
+        {**MAPS, "light": "spot"},
+        {**MAPS, "light": "spot", "kernel": "faithful", "weights": "kernel", "mask_format": "r8"},
+    ],
+    "planar": [{"fog": fog} for fog in ("none", "linear", "exp2")],
+    "contact": [MAPS],
+    "ambient-occlusion": [
+        {"method": "gtao", "slices": 1, "steps": 2, "radius": 0.6},
+        {"method": "gtao", "slices": 1, "steps": 2, "radius": 0.6, "half_resolution": True, "bounces": True},
+        {"method": "ssao", "taps": 4, "radius": 0.6},
+    ],
+    "occluded": [{"slices": 1, "steps": 2}, {"slices": 1, "steps": 2, "half_resolution": True}],
+    "contact-shadow": [{"steps": 4}, {"steps": 2, "denoised": False}],
+    "fog": [{}, {"falloff": 0.3, "start": 1.0, "sky": True}],
+    "light2d": [{"penumbra": name, "draws": 2} for name in ("mixed", "none", "rotate", "move", "exact")],
+}  # fmt: skip
+
+
+#: Effects of which a short run takes the first variant only: the oracle tries every way that their taps may fall.
+SLOW = ("ambient-occlusion", "occluded", "light2d", "five-pass")
+#: A sweep for the exact penumbra compares tangents with one that it took from among them; bounds do not know the two
+#: for one number, so that all is open where an edge hides any of the lamp: in so many of the picture's pixels.
+IN_SHADOW = 0.223
+#: Shares of values of which something is known, where they are below 0.9.
+LEAST_TOLD = {
+    # Where one surface fills the filter, the lit floor here, the moments' variance is a difference of equal numbers,
+    # and what is divided by it may be anything: half of the picture.
+    "msm": 0.5,
+    # A mask of smears as fine as its texels, which corners that a driver may move by 1/256 pixel shift by as much.
+    "dirty-lens": 0.8,
+    "exact": 1.0 - IN_SHADOW,
+}
+#: The same of targets. How a triangle rises from pixel to pixel is a difference of nearly equal distances; its bounds
+#: are as wide as theirs, and most so where a driver may move corners.
+TOLD_LESS = {"rises": 0.2}
+#: Shares of ambiguous pixels, where they are above the usual ceiling.
+AMBIGUOUS = {"exact": IN_SHADOW}
+
+
+def cases() -> Iterator[Case]:
+    """Each variant of each effect; those without a list in :data:`VARIANTS` as they are by default."""
+    for effect in EFFECTS.values():
+        if effect.name in NEEDS and find_spec(NEEDS[effect.name]) is None:
+            continue
+        for number, parameters in enumerate(VARIANTS.get(effect.name, [{}])):
+            quick = number == 0 or effect.name not in SLOW
+            given = " ".join(f"{name}={value}" for name, value in parameters.items())
+            frame = {}
+            if effect.takes.startswith("picture"):
+                frame["frame"] = case_inputs.picture()
+            if effect.takes == "picture+depth":
+                frame["depth"] = case_inputs.depth()
+            name = f"{effect.name} {given}".strip()
+            kind = parameters.get("shadow_filter", parameters.get("penumbra", effect.name))
+            yield Case(
+                GROUP, name, partial(_graph, effect, parameters), case_inputs.SIZE, (frame,),
+                most_ambiguous=AMBIGUOUS.get(kind, MOST_AMBIGUOUS), least_told=LEAST_TOLD.get(kind, 0.9),
+                told_less=TOLD_LESS, quick=quick,
+            )  # fmt: skip
+
+
+def _graph(effect: Effect, parameters: Mapping[str, Any]) -> Mapping[str, pg.Target]:
+    given = {name: value for name, value in parameters.items() if name != "light"}
+    arguments: list[Any] = [pg.Input("frame")]
+    if effect.takes == "picture+depth":
+        arguments.append(pg.Input("depth"))
+    elif effect.takes == "scene":
+        arguments = [case_inputs.scene(parameters.get("light", "sun"))]
+    elif effect.takes == "world2d":
+        arguments = [case_inputs.world(), case_inputs.SIZE]
+    return named_outputs(effect.made(*arguments, **given))

@@ -1,0 +1,366 @@
+"""What kernels are made of beside operations: loops, branches, tables, arrays, parameters, neighbourhoods.
+
+Pictures and parameters hold small whole numbers, so that every sum is exact and what comes out is known to the bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph.verify.conformance import control_cases, integer_chain_cases, whole_number_cases
+from passgraph.verify.conformance.case import Case, Picture
+
+GROUP = "language"
+SIZE = (23, 17)
+#: Wider than a work-group of 128, and more than the 16,384 pixels that one thread takes at once.
+WIDE = (301, 61)
+#: More than 64 trips, which is what is unrolled; loops with jumps never are.
+TRIPS = 70
+
+#: Name → kernel, and what it computes, from the picture (h, w, 4) and its columns and rows.
+KERNELS: dict[str, tuple[str, Callable[[Picture, NDArray[Any], NDArray[Any]], NDArray[Any]]]] = {
+    "a long loop": (
+        f"""
+def run(color: Image) -> vec4:
+    total = vec4(0.0)
+    for i in range({TRIPS}):
+        total += color.texel(ivec2(i % 23, i // 23)) * float(i)
+    return total
+""",
+        lambda a, x, y: 0 * a + sum(a[i // 23, i % 23] * i for i in range(TRIPS)),
+    ),
+    "a loop down": (
+        """
+def run(color: Image) -> vec4:
+    total = color[0, 0]
+    for i in range(9, -4, -3):
+        if (pixel().x + i) % 2 == 0:
+            continue
+        total = total * 2.0 + float(i)
+    return total
+""",
+        lambda a, x, y: _each(a, x, y, _loop_down),
+    ),
+    "break": (
+        """
+def run(color: Image) -> vec4:
+    total = color[0, 0]
+    for i in range(40):
+        if i * 2 > pixel().x + pixel().y:
+            break
+        total += float(i)
+    return total
+""",
+        lambda a, x, y: a + sum(np.where(i * 2 <= x + y, i, 0)[..., None] for i in range(40)),
+    ),
+    "continue": (
+        """
+def run(color: Image) -> vec4:
+    total = color[0, 0]
+    for i in range(12):
+        if (i + pixel().x) % 3 == 0:
+            continue
+        total += float(i)
+    return total
+""",
+        lambda a, x, y: a + sum(np.where((i + x) % 3 != 0, i, 0)[..., None] for i in range(12)),
+    ),
+    "loops in loops": (
+        """
+def run(color: Image) -> vec4:
+    total = color[0, 0]
+    for i in range(5):
+        for j in range(7):
+            if j > i + pixel().x % 3:
+                break
+            if (i + j) % 2 == 1:
+                continue
+            total += float(10 * i + j)
+        if i >= pixel().y % 4 + 1:
+            break
+        total += 100.0
+    return total
+""",
+        lambda a, x, y: _each(a, x, y, _loops_in_loops),
+    ),
+    "return in a loop": (
+        """
+def run(color: Image) -> vec4:
+    for i in range(20):
+        if i * i >= pixel().x:
+            return color[0, 0] + float(i)
+    return vec4(-1.0)
+""",
+        lambda a, x, y: a + np.ceil(np.sqrt(x))[..., None],
+    ),
+    "branches that read": (
+        """
+def run(color: Image) -> vec4:
+    result = vec4(0.0)
+    if pixel().x % 2 == 0:
+        result = color[1, 0] * 2.0
+    elif pixel().y % 2 == 0:
+        result = color[0, 1] + color[0, -1]
+        if result.x > 6.0:
+            result += color[-1, -1]
+    else:
+        result = -color[0, 0]
+    return result
+""",
+        lambda a, x, y: _branches(a, x, y),
+    ),
+    "a table": (
+        """
+TABLE = (3.0, 1.0, 4.0, 1.0, 5.0, 9.0, 2.0)
+STEPS = ((1, 0), (0, 1), (2, 3))
+
+def run(color: Image) -> vec4:
+    step = STEPS[pixel().y % 3]
+    return color[0, 0] * TABLE[pixel().x % 7] + vec4(vec2(step), TABLE[pixel().x], TABLE[-1 - pixel().x])
+""",
+        lambda a, x, y: _table(a, x, y),
+    ),
+    "bools chosen": (
+        """
+def run(color: Image, wanted: Const[bool] = True, other: Const[bool] = False) -> vec4:
+    c = color[0, 0]
+    low = c.x > 3.0 if c.y > 2.0 else c.z < 4.0
+    high = (c.w > 1.0 if wanted else c.w > 100.0) if low else c.x == c.y
+    return vec4(float(low), float(high), c.x if wanted else -1.0, -1.0 if other else c.y)
+""",
+        lambda a, x, y: _bools(a),
+    ),
+    "channels apart": (
+        """
+def run(color: Image) -> vec4:
+    return vec4(color[1, 0].g, color[1, 0].g, color[1, 0].b, color[1, 0].a) - color[-1, 0]
+""",
+        lambda a, x, y: _at(a, 1, 0)[..., [1, 1, 2, 3]] - _at(a, -1, 0),
+    ),
+    "columns beside channels": (
+        """
+def run(color: Image) -> vec4:
+    return color[-1, 1] + vec4(float(pixel().x))
+""",
+        lambda a, x, y: _at(a, -1, 1) + x[..., None],
+    ),
+}  # fmt: skip
+
+#: Every kind of parameter at once, so that each lies somewhere else in its block.
+PARAMETERS = """
+def run(color: Image, one: float, few: Array[float, 5], flag: bool, whole: int, turn: mat3, many: Array[float, 300],
+        steps: Array[int, 6], by: vec3, pairs: Array[vec2, 3]) -> tuple[vec4, vec4, vec4]:
+    x = pixel().x
+    first = vec4(one, few[x % 5], many[x * 13], float(steps[x % 6]))
+    second = vec4(turn * by, pairs[x % 3].y)
+    third = vec4(many[257], many[299], float(whole) if flag else -1.0, few[3])
+    return first + color[0, 0], second, third
+"""
+
+#: What rewriting must leave as it is: differences both ways, zeros with a sign, what is not finite.
+IDENTITIES = """
+def run(a: Image, b: Image) -> tuple[vec4, vec4, vec4]:
+    p = a[0, 0]
+    q = b[0, 0]
+    first = vec4(p.x - q.x, q.x - p.x, 0.0 - p.y, p.y - 0.0)
+    second = vec4(p.z * 0.0, p.z * 1.0, p.z / 1.0, 1.0 if p.z != p.z else 0.0)
+    return first, second, vec4(p.w == p.w) * vec4(1.0 / (0.0 - abs(q.y) * 0.0 - 1.0), 3.0, 5.0, 7.0)
+"""
+
+#: Zeros in the text, which compilers of shaders like to fold, and zeros that appear when a loop is unrolled.
+ZEROS = """
+def run(a: Image, b: Image) -> tuple[vec4, vec4]:
+    x = a[0, 0].x
+    first = vec4(0.0 / x, 1.0 - 0.0 / x, 0.0 // x, 0.0 * x)
+    return first, vec4(2.0, pow(x, 0.0), min(0.0 / x, 1.0), 1.0 if 0.0 / x == 0.0 else 2.0)
+"""
+UNROLLED_ZEROS = """
+TABLE = (0.0, 1.0, 2.0)
+
+def run(a: Image, b: Image) -> tuple[vec4, vec4]:
+    x, total, product, quotient = a[0, 0].x, vec4(0), 0.0, 0.0
+    for i in range(3):
+        if b[0, 0].x > 1e38:
+            break
+        total += vec4(float(i) / x, float(i) * x, TABLE[i] / x, TABLE[i] * x)
+        product, quotient = product * x, quotient / x
+    return total, vec4(product, quotient, 0.0, 1.0)
+"""
+
+
+def whole(size: tuple[int, int] = SIZE) -> Picture:
+    """Whole numbers from 0 to 7."""
+    return np.random.default_rng(9).integers(0, 8, (size[1], size[0], 4)).astype(np.float32)
+
+
+def _at(a: Picture, dx: int, dy: int) -> Picture:
+    """``image[dx, dy]`` under the rule "clamp"."""
+    rows = np.clip(np.arange(a.shape[0]) + dy, 0, a.shape[0] - 1)
+    columns = np.clip(np.arange(a.shape[1]) + dx, 0, a.shape[1] - 1)
+    moved: Picture = a[rows][:, columns]
+    return moved
+
+
+def _each(a: Picture, x: NDArray[Any], y: NDArray[Any], one: Callable[[Any, int, int], Any]) -> NDArray[Any]:
+    made = [one(a[j, i].astype(np.float64), int(i), int(j)) for j in range(a.shape[0]) for i in range(a.shape[1])]
+    return np.array(made).reshape(a.shape)
+
+
+def _loop_down(total: Any, x: int, y: int) -> Any:
+    for i in range(9, -4, -3):
+        if (x + i) % 2 == 0:
+            continue
+        total = total * 2.0 + i
+    return total
+
+
+def _loops_in_loops(total: Any, x: int, y: int) -> Any:
+    for i in range(5):
+        for j in range(7):
+            if j > i + x % 3:
+                break
+            if (i + j) % 2 == 1:
+                continue
+            total = total + 10 * i + j
+        if i >= y % 4 + 1:
+            break
+        total = total + 100
+    return total
+
+
+def _branches(a: Picture, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
+    middle = _at(a, 0, 1) + _at(a, 0, -1)
+    middle = np.where(middle[..., :1] > 6.0, middle + _at(a, -1, -1), middle)
+    odd = np.where((y % 2 == 0)[..., None], middle, -a)
+    return np.asarray(np.where((x % 2 == 0)[..., None], _at(a, 1, 0) * 2.0, odd))
+
+
+def _bools(a: Picture) -> NDArray[Any]:
+    low = np.where(a[..., 1] > 2, a[..., 0] > 3, a[..., 2] < 4)
+    high = np.where(low, a[..., 3] > 1, a[..., 0] == a[..., 1])
+    return np.stack([low, high, a[..., 0], a[..., 1]], axis=-1)
+
+
+def _table(a: Picture, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
+    table, steps = np.array([3, 1, 4, 1, 5, 9, 2]), np.array([(1, 0), (0, 1), (2, 3)])
+    # An index out of range reads the nearest end.
+    rest = [steps[y % 3], table[np.minimum(x, 6)][..., None], np.broadcast_to(table[0], (*x.shape, 1))]
+    return np.asarray(a * table[x % 7][..., None] + np.concatenate(rest, axis=-1))
+
+
+def cases() -> Iterator[Case]:
+    """Each kernel with what it must give."""
+    y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
+    for name, (text, expected) in KERNELS.items():
+        made = np.asarray(expected(whole(), x, y), np.float32)
+        yield Case(GROUP, name, partial(_graph, text), SIZE, ({"color": whole()},), exact={"result0": made})
+    yield from control_cases.cases()
+    yield _parameters(x)
+    yield from whole_number_cases.cases(_graph)
+    yield from integer_chain_cases.cases(_graph)
+    yield from _stores()
+    yield Case(GROUP, "identities", partial(_graph, IDENTITIES), (64, 8), (_specials(),))
+    yield Case(GROUP, "written zeros", partial(_graph, ZEROS), (64, 8), (_specials(),), most_ambiguous=0.3)
+    yield Case(GROUP, "unrolled zeros", partial(_graph, UNROLLED_ZEROS), (64, 8), (_specials(),), most_ambiguous=0.3)
+    for border in PADS:
+        frames = ({"color": whole(WIDE)},)
+        exact = {"result0": _blur(whole(WIDE), border)}
+        yield Case(GROUP, f"a wide neighbourhood, {border}", partial(_wide, border), WIDE, frames, exact=exact)
+
+
+def _graph(text: str, **values: Any) -> Mapping[str, pg.Target]:
+    kernel = pg.kernel(source=text)
+    into = tuple(pg.target(f"result{k}", "rgba32f") for k in range(len(kernel.program.results)))
+    inputs = [pg.Input(name) for name in kernel.program.images]
+    made = kernel(*inputs, into=into if len(into) > 1 else into[0], **values)
+    return {target.name: target for target in (made if isinstance(made, tuple) else (made,))}
+
+
+def _parameters(x: NDArray[Any]) -> Case:
+    few, many, steps = 10.0 + np.arange(5), 100.0 + np.arange(300), (7, -8, 9, -10, 11, -12)
+    turn, by, pairs = np.arange(9.0).reshape(3, 3), np.array([1.0, 2.0, 4.0]), np.arange(6.0).reshape(3, 2)
+    graph = partial(
+        _graph, PARAMETERS, one=5.0, few=few, flag=True, whole=41, turn=turn, many=many, steps=steps, by=by, pairs=pairs
+    )
+    one = np.full(x.shape, 5.0)
+    first = np.stack([one, few[x % 5], many[np.minimum(x * 13, 299)], np.array(steps)[x % 6]], -1) + whole()
+    turned = np.broadcast_to(turn @ by, (*x.shape, 3))
+    second = np.concatenate([turned, pairs[x % 3][..., 1:]], -1)
+    third = np.broadcast_to([many[257], many[299], 41.0, few[3]], (*x.shape, 4))
+    exact = {f"result{k}": np.asarray(v, np.float32) for k, v in enumerate((first, second, third))}
+    return Case(GROUP, "parameters of every kind", graph, SIZE, ({"color": whole()},), exact=exact)
+
+
+#: What formats round: halves of steps, the ends of ranges, what is beyond them and what is not finite.
+STORED = (
+    0.0, 1.0, 0.5, 0.25, 0.1, 0.999, 2.0, 2049.0, 2051.0, 2.0**-14, 1.0 + 2.0**-11, 1.0 + 3 * 2.0**-11, 2.0**-25,
+    3 * 2.0**-25, 5 * 2.0**-25, 2.0**-14 - 2.0**-25, 2.0**-26, 65504.0, 65519.0, 65520.0, 65536.0, 1e30, np.inf, np.nan,
+)  # fmt: skip
+
+
+def _stores() -> Iterator[Case]:
+    """Kernels round what they store; NaN becomes 0 where a format has none."""
+    values = np.array([*STORED, *(-v for v in STORED)], np.float32)
+    picture = np.broadcast_to(values[None, :, None], (3, len(values), 1)).copy()
+    # Inputs are finite: the numbers come as their bits, in two halves.
+    bits = picture.view(np.int32)
+    frame = {"bits": np.concatenate([bits >> 16, bits & 0xFFFF], axis=-1).astype(np.float32)}
+    with np.errstate(over="ignore"):
+        known = {"r16f": picture.astype(np.float16).astype(np.float32)}
+    for form, steps in (("r8", 255), ("r16", 65535)):
+        inside = np.clip(np.nan_to_num(picture, nan=0.0, posinf=1.0), 0, 1)
+        known[form] = (np.rint(inside * np.float32(steps)) / np.float32(steps)).astype(np.float32)
+    for form, expected in known.items():
+        graph = partial(_stored, form)
+        yield Case(GROUP, f"stored in {form}", graph, (len(values), 3), (frame,), exact={"stored": expected})
+
+
+def _stored(form: str) -> Mapping[str, pg.Target]:
+    text = "def run(bits: Image) -> float: return float_from_bits(int(bits[0, 0].r) * 65536 + int(bits[0, 0].g))"
+    kernel = pg.kernel(source=text)
+    return {"stored": kernel(pg.Input("bits"), into=pg.target("stored", form))}
+
+
+def _specials() -> Mapping[str, Picture]:
+    values = np.array([0.0, -0.0, 1.0, -2.5, np.inf, -np.inf, np.nan, 3e38], np.float32)
+    a = np.broadcast_to(np.tile(values, 8)[None, :, None], (8, 64, 4))
+    b = np.broadcast_to(values[:, None, None], (8, 64, 4))
+    return {"a": a.copy(), "b": b.copy()}
+
+
+WIDE_TEXT = """
+def run(color: Image) -> vec4:
+    total = color[0, 0] * 3.0
+    for i in range(-2, 3):
+        total += color[i, 1] * float(i + 4) + color[1, i] * float(2 - i) + color[i, i - 1]
+    return total
+"""
+
+
+#: Border rule → the same as padding.
+PADS = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric"}
+
+
+def _wide(border: str) -> Mapping[str, pg.Target]:
+    kernel = pg.kernel(source=WIDE_TEXT)
+    return {"result0": kernel(pg.Input("color").border(border), into=pg.target("result0", "rgba32f"))}
+
+
+def _blur(a: Picture, border: str) -> Picture:
+    """WIDE_TEXT with a border as padding."""
+    padded = np.pad(a, ((3, 3), (3, 3), (0, 0)), PADS[border])  # type: ignore[call-overload]
+
+    def at(dx: int, dy: int) -> NDArray[Any]:
+        moved: NDArray[Any] = padded[3 + dy : 3 + dy + a.shape[0], 3 + dx : 3 + dx + a.shape[1]]
+        return moved
+
+    total = a * 3.0
+    for i in range(-2, 3):
+        total = total + at(i, 1) * (i + 4) + at(1, i) * (2 - i) + at(i, i - 1)
+    return np.asarray(total, np.float32)

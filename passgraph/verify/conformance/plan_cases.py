@@ -1,0 +1,140 @@
+"""What a plan may rearrange: results on the way, memories handed on, what runs once, draws over what others need.
+
+Numbers are small whole ones: what comes out is known to the bit, with every optimisation on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+import passgraph as pg
+from passgraph.verify.conformance import reduction_cases
+from passgraph.verify.conformance.case import Case
+from passgraph.verify.conformance.case_inputs import quad
+from passgraph.verify.conformance.draw_state_cases import painted
+from passgraph.verify.conformance.sequence_cases import KERNELS, SIZE, shift, whole
+
+GROUP = "plans"
+#: Passes alike, more than backends make code of their own for.
+ROW = 12
+
+
+def _pass(name: str, *arguments: object, into: object, **values: object) -> pg.Target:
+    spec = pg.target(into, "rgba32f") if isinstance(into, str) else into
+    title = into if isinstance(into, str) else spec.name  # type: ignore[attr-defined]
+    made: pg.Target = pg.kernel(source=KERNELS[name])(*arguments, into=spec, name=title, **values)
+    return made
+
+
+def _beside(picture: Any, into: str) -> pg.Target:
+    """A pass that reads beside its pixel, so that it is never fused with what it reads."""
+    return _pass("shift", picture.border("zero"), into=into)
+
+
+def row() -> dict[str, pg.Target]:
+    """Passes of one kernel with other numbers in each, and with one that follows from two."""
+    frame = pg.Input("frame", "rgba32f", SIZE)
+    made = {}
+    for k in range(ROW):
+        one, other = f"{67 + 2 * k}.0", f"{301 + 2 * k}.0"
+        text = f"def scaled(c: Image) -> vec4: return c[0, 0] * {one} + (max({one}, {other}) + 2.0)"
+        made[f"row {k}"] = pg.kernel(source=text)(frame, into=pg.target(f"row {k}", "rgba32f"), name=f"row {k}")
+    return made
+
+
+def cases() -> Iterator[Case]:
+    """Each with what must come out behind the last frame."""
+    frames = tuple({"frame": whole(seed)} for seed in range(3))
+    total = np.sum([frame["frame"] for frame in frames], axis=0)
+    yield Case(GROUP, "history that is no result", hidden_history, SIZE, frames, exact={"out": shift(shift(total))})
+    lone = whole(0)
+    wanted = {"half way": lone * 2.0, "out": lone * 2.0 + lone}
+    yield Case(GROUP, "a result on the way", on_the_way, SIZE, frames[:1], exact=wanted)
+    tables = {"one": whole(5), "two": whole(6)}
+    changing: tuple[Mapping[str, Any], ...] = tuple(
+        {**tables, "frame": whole(seed), "factor": float(seed + 1)} for seed in range(3)
+    )
+    last = frames[-1]["frame"]
+    apart = shift(shift(tables["one"]) + last) + shift(shift(tables["two"]))
+    yield Case(
+        GROUP, "static pictures kept apart", kept_apart, SIZE, _without(changing, "factor"), exact={"out": apart}
+    )
+    scaled = shift(tables["one"] * 3.0) + last
+    yield Case(GROUP, "a value that is not static", not_static, SIZE, _without(changing, "two"), exact={"out": scaled})
+    still = _without(_without(changing, "factor"), "two")
+    late = tables["one"] * 2.0 + last
+    yield Case(GROUP, "history of what never changes", static_history, SIZE, still, exact={"late": late})
+    one, two = tables["one"], tables["two"]
+    new_picture = ({"table": one, "factor": 2.0}, {"table": two, "factor": 2.0})
+    yield Case(GROUP, "only a static picture changes", baked, SIZE, new_picture, exact={"out": shift(two * 2.0)})
+    new_value = ({"table": one, "factor": 2.0}, {"table": one, "factor": 3.0})
+    yield Case(GROUP, "only a static value changes", baked, SIZE, new_value, exact={"out": shift(one * 3.0)})
+    wanted = {f"row {k}": lone * (67.0 + 2 * k) + (303.0 + 2 * k) for k in range(ROW)}
+    yield Case(GROUP, "passes that differ in numbers", row, SIZE, frames[:1], exact=wanted)
+    yield Case(GROUP, "drawn over while still needed", needed_later, SIZE, exact={"sum": 3.0, "again": 2.0})
+    yield Case(GROUP, "drawn over twice", branching, SIZE, exact={"first": 1.0, "left": 2.0, "right": 4.0})
+    yield from reduction_cases.cases()
+
+
+def _without(frames: tuple[Mapping[str, Any], ...], name: str) -> tuple[Mapping[str, Any], ...]:
+    return tuple({key: value for key, value in frame.items() if key != name} for frame in frames)
+
+
+def hidden_history() -> Mapping[str, pg.Target]:
+    """Passes behind it could take the memory of what the next frame reads."""
+    spec = pg.target("sum", "rgba32f")
+    added = _pass("add", pg.previous(spec), pg.Input("frame"), into=spec)
+    return {"out": _beside(_beside(added, "between"), "out")}
+
+
+def on_the_way() -> Mapping[str, pg.Target]:
+    """What a result is computed from is a result too, though it could be fused."""
+    frame = pg.Input("frame")
+    half_way = _pass("scale", frame, into="half way", factor=2.0)
+    return {"half way": half_way, "out": _pass("add", half_way, frame, into="out")}
+
+
+def kept_apart() -> Mapping[str, pg.Target]:
+    """Two pictures that are made once, and needed at different times of every frame."""
+    frame = pg.Input("frame")
+    one = _beside(pg.Input("one", static=True), "baked one")
+    added = _beside(_pass("add", one, frame, into="added"), "beside")
+    two = _beside(_beside(pg.Input("two", static=True), "baked two"), "baked three")
+    return {"out": _pass("add", added, two, into="out")}
+
+
+def not_static() -> Mapping[str, pg.Target]:
+    """A static picture times a number of every frame."""
+    scaled = _pass("scale", pg.Input("one", static=True), into="scaled", factor=pg.Value("factor", float))
+    return {"out": _pass("add", _beside(scaled, "beside"), pg.Input("frame"), into="out")}
+
+
+def static_history() -> Mapping[str, pg.Target]:
+    """A pass of static inputs whose last picture is read, so that it changes memories with this one."""
+    now = _pass("scale", pg.Input("one", static=True), into="now", factor=2.0)
+    late = _pass("add", pg.previous(now), pg.Input("frame"), into="late")
+    return {"late": late, "now": now}
+
+
+def baked() -> Mapping[str, pg.Target]:
+    """Nothing but what runs once."""
+    factor = pg.Value("factor", float, static=True)
+    return {"out": _beside(_pass("scale", pg.Input("table", static=True), into="scaled", factor=factor), "out")}
+
+
+def needed_later() -> Mapping[str, pg.Target]:
+    """The earlier content is read by a pass that needs the later one too."""
+    first = painted(quad(), pg.target("hits", "rgba32f"), blend="add", name="first")
+    again = painted(quad(), first, blend="add", name="again")
+    return {"sum": _pass("add", first, again, into="sum"), "again": again}
+
+
+def branching() -> Mapping[str, pg.Target]:
+    """Two draws start from one picture, which is a result itself."""
+    first = painted(quad(), pg.target("hits", "rgba32f"), blend="add", name="first")
+    left = painted(quad(), first, blend="add", name="left")
+    right = painted(quad(color=(3, 3, 3, 3)), first, blend="add", name="right")
+    return {"first": first, "left": left, "right": right}

@@ -1,0 +1,130 @@
+"""Trees of passes whose sizes hang on the picture's: many texels become one, and what reads it.
+
+Numbers are small whole ones, so that sums are exact in any order, and places are decided by which texel comes first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph.verify.conformance.case import Case
+from passgraph.verify.conformance.sequence_cases import whole
+
+GROUP = "plans"
+#: Two levels of blocks across, and blocks at the edges that are not full.
+SIZE = (67, 11)
+#: As many texels as a power of two.
+EVEN = (64, 8)
+#: Three pixels of four bins in each quarter, none to spare; whole numbers fall into bins of each.
+BINS = 48
+#: Of what is counted row by row: those pixels, and two rows that no row of the picture stands behind.
+ROWS = (3, SIZE[1] + 2)
+#: Of rows that are counted 64 together, the last ones fewer.
+HIGH = (7, 150)
+
+
+def cases() -> Iterator[Case]:
+    """Each with what NumPy gives."""
+    picture = whole(7, SIZE)
+    frames = ({"frame": picture},)
+    sums = {"all": picture.sum((0, 1), keepdims=True), "rows": picture.sum(1, keepdims=True)}
+    yield Case(GROUP, "sums", summed, SIZE, frames, exact=sums)
+    ends = {"least": picture.min(0, keepdims=True), "largest": picture.max((0, 1), keepdims=True)}
+    yield Case(GROUP, "the least and the largest", ends_of, SIZE, frames, exact=ends, quick=False)
+    green = picture[..., 1]
+    place = divmod(int(green.argmax()), SIZE[0])[::-1]
+    yield Case(GROUP, "the first place of many", placed, SIZE, frames, exact={"place": np.array([[place]], np.float64)})
+    counts = np.histogram(picture[..., 2], BINS, (0.05, 6))[0]
+    yield Case(GROUP, "a histogram", counted, SIZE, frames, exact={"counts": counts[None, :, None]})
+    numbers = wild_numbers()
+    exact = {f"quarter {k}": quarter for k, quarter in enumerate(quarters_of(numbers))}
+    yield Case(GROUP, "counts of wild numbers", counted_rows, ROWS, ({"numbers": numbers},), exact=exact, quick=False)
+    high = np.random.default_rng(12).integers(1, BINS + 1, (HIGH[1], HIGH[0], 1))
+    blocks = np.array([np.bincount(high[y : y + 64].ravel() - 1, minlength=BINS) for y in range(0, HIGH[1], 64)])
+    exact = {f"quarter {k}": quarter for k, quarter in enumerate(_in_quarters(blocks))}
+    together = ({"numbers": high.astype(np.float32)},)
+    yield Case(
+        GROUP, "counts of 64 rows each", counted_together, (ROWS[0], len(blocks)), together, exact=exact, quick=False
+    )
+    last, now = whole(8, EVEN), whole(9, EVEN)
+    above = now - last.mean((0, 1), np.float64)
+    yield Case(GROUP, "less last frame's mean", levelled, EVEN, ({"frame": last}, {"frame": now}), exact={"out": above})
+
+
+def summed() -> Mapping[str, pg.Target]:
+    frame = pg.Input("frame", "rgba32f")
+    return {"all": pg.reduce(frame, "sum"), "rows": pg.reduce(frame, "sum", axis="x", name="rows")}
+
+
+def ends_of() -> Mapping[str, pg.Target]:
+    frame = pg.Input("frame", "rgba32f")
+    return {"least": pg.reduce(frame, "min", axis="y"), "largest": pg.reduce(frame, "max")}
+
+
+def placed() -> Mapping[str, pg.Target]:
+    frame = pg.Input("frame", "rgba32f")
+    return {"place": pg.reduce(frame, "arg_max", channel=1)}
+
+
+def counted() -> Mapping[str, pg.Target]:
+    """Numbers below and above the ends are in no bin."""
+    return {"counts": pg.histogram(pg.Input("frame", "rgba32f"), BINS, channel=2, low=0.05, high=6.0)}
+
+
+def wild_numbers() -> NDArray[np.float32]:
+    """Numbers of bins, some often in a row, and others: below and above them, fractions."""
+    random = np.random.default_rng(11)
+    numbers = random.integers(-2, BINS + 3, (SIZE[1], SIZE[0], 1)).astype(np.float32)
+    numbers[::3, ::2] = BINS
+    numbers[1::3, 5:] = 1
+    numbers[:, 3::7] += np.float32(0.5)
+    return numbers
+
+
+def quarters_of(numbers: NDArray[np.float32]) -> NDArray[np.float64]:
+    """How often each bin's number stands in each row, as four pictures; rows below the picture count nothing."""
+    counts = np.zeros((ROWS[1], BINS))
+    counts[: SIZE[1]] = (numbers == np.arange(1, BINS + 1)).sum(1)
+    return _in_quarters(counts)
+
+
+def _in_quarters(counts: NDArray[Any]) -> NDArray[Any]:
+    """Rows of counts as four pictures."""
+    return counts.reshape(-1, 4, ROWS[0], 4).swapaxes(0, 1)
+
+
+def counted_rows() -> Mapping[str, pg.Target]:
+    """The counting by itself, of a picture that is not a histogram's own."""
+    from passgraph.graph.reductions import count_bins
+
+    into = tuple(pg.target(f"quarter {k}", "rgba32f", ROWS) for k in range(4))
+    made: tuple[pg.Target, ...] = count_bins(pg.Input("numbers", "r32f", SIZE).border("zero"), into=into)
+    return {target.name: target for target in made}
+
+
+def counted_together() -> Mapping[str, pg.Target]:
+    """Counts of rows added up once, which nobody else reads."""
+    from passgraph.graph.reductions import count_bins, sum_counts
+
+    same = pg.kernel(source="def same(a: Image) -> float: return a[0, 0].r")
+    numbered: pg.Target = same(pg.Input("numbers", "r32f", HIGH), into=pg.target("same", "r32f"))
+    rows = tuple(pg.target(f"rows {k}", "rgba32f", (ROWS[0], HIGH[1])) for k in range(4))
+    counts: tuple[pg.Target, ...] = count_bins(numbered.border("zero"), into=rows)
+    into = tuple(pg.target(f"quarter {k}", "rgba32f", (ROWS[0], -(-HIGH[1] // 64))) for k in range(4))
+    made: tuple[pg.Target, ...] = sum_counts(*(part.border("clamp") for part in counts), into=into)
+    return {target.name: target for target in made}
+
+
+def levelled() -> Mapping[str, pg.Target]:
+    """A mean of so many numbers as a power of two, of last frame's picture."""
+    keep = pg.kernel(source="def keep(a: Image) -> vec4: return a[0, 0]")
+    less = pg.kernel(source="def less(a: Image, mean: Image) -> vec4: return a[0, 0] - mean.texel(ivec2(0, 0))")
+    frame = pg.Input("frame", "rgba32f")
+    kept = keep(frame, into=pg.target("kept", "rgba32f"))
+    mean = pg.reduce(pg.previous(kept), "mean", name="mean")
+    return {"out": less(frame, mean, into=pg.target("out", "rgba32f")), "kept": kept}

@@ -1,0 +1,342 @@
+"""Operations over intervals: each row's exact meaning widened by its bound; vectors and matrices taken apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.reference.interpreter import KINDS
+from passgraph.language import expand
+from passgraph.language import scalar as s
+from passgraph.language.operation import ANGLE
+from passgraph.language.operations import OPERATIONS, Operation
+from passgraph.language.types import Matrix, Scalar, Type, Vector
+from passgraph.verify.oracle import interval as iv
+from passgraph.verify.oracle.interval import (
+    FLOAT_MAX,
+    LARGEST_DIVISOR,
+    ULP,
+    Bounded,
+    Float64,
+    Interval,
+    Lanes,
+    as_interval,
+    flushed,
+    hull,
+    mapped,
+    rounded,
+    where,
+)
+
+if TYPE_CHECKING:
+    from passgraph.verify.oracle.domain import IntervalDomain
+
+
+Function = Callable[..., Interval]
+
+#: Where the documented domain of an angle ends.
+LARGEST_ANGLE = ANGLE.high
+
+
+def _widened(name: str, lo: Float64, hi: Float64, nan: Lanes) -> Interval:
+    row = OPERATIONS[name]
+    # What overflows may stop at the largest number.
+    lo, hi = np.minimum(lo, FLOAT_MAX), np.maximum(hi, -FLOAT_MAX)
+    return rounded(lo, hi, nan, max(row.ulp, 1.0), row.absolute)
+
+
+def monotone(row: Operation) -> Function:
+    """A function that only rises (or only falls) on its documented domain; beyond it nothing is promised."""
+    low, high = row.domain_of(0).promised
+
+    def apply(a: Interval) -> Interval:
+        first, last = (np.clip(x, low, high) for x in ((a.hi, a.lo) if row.course == "falls" else (a.lo, a.hi)))
+        made = _widened(row.name, row.reference(first), row.reference(last), a.nan)
+        return where((a.lo < low) | (a.hi > high), Interval.anything(a.shape), made)
+
+    return apply
+
+
+def corners(name: str, *arguments: Interval) -> tuple[Float64, Float64, Lanes]:
+    """Smallest and largest result at all combinations of bounds: the range, where each argument alone is monotone."""
+    reference = OPERATIONS[name].reference
+    lo: NDArray[Any] = np.array(np.nan)
+    hi: NDArray[Any] = np.array(np.nan)
+    nan = np.zeros((), np.bool_)
+    for number in range(2 ** len(arguments)):
+        bounds = [a.hi if number >> i & 1 else a.lo for i, a in enumerate(arguments)]
+        value = reference(*np.broadcast_arrays(*bounds))
+        lo, hi, nan = np.fmin(lo, value), np.fmax(hi, value), nan | np.isnan(value)
+    for a in arguments:
+        nan = nan | a.nan
+    return lo, hi, nan
+
+
+def _sine_like(name: str) -> Function:
+    """|derivative| <= 1, so the middle of the interval and its half width bound the result."""
+    reference = OPERATIONS[name].reference
+
+    def apply(a: Interval) -> Interval:
+        middle, half = 0.5 * (a.lo + a.hi), 0.5 * a.width
+        value = reference(middle)
+        made = _widened(name, np.maximum(value - half, -1.0), np.minimum(value + half, 1.0), a.nan | np.isnan(value))
+        return where(a.magnitude <= LARGEST_ANGLE, made, _beyond(a, 1.0))
+
+    return apply
+
+
+def _tan(a: Interval) -> Interval:
+    branch = np.floor(a.lo / np.pi + 0.5)
+    one_branch = (branch == np.floor(a.hi / np.pi + 0.5)) & (a.magnitude <= LARGEST_ANGLE)
+    made = _widened("tan", np.tan(a.lo), np.tan(a.hi), a.nan)
+    return where(one_branch, made, _beyond(a, np.inf))
+
+
+def _beyond(a: Interval, largest: float) -> Interval:
+    """Of angles too large to tell a number of some size, which is NaN of infinite ones only."""
+    lo = np.full(a.shape, -largest)
+    return where(np.isfinite(a.magnitude), Interval(lo, -lo, a.nan), Interval.anything(a.shape))
+
+
+def even(row: Operation) -> Function:
+    """Falls to 0, rises from there."""
+
+    def apply(a: Interval) -> Interval:
+        nearest = np.where(a.has(0.0), 0.0, np.minimum(np.abs(a.lo), np.abs(a.hi)))
+        return _widened(row.name, row.reference(nearest), row.reference(a.magnitude), a.nan)
+
+    return apply
+
+
+def _pow(x: Interval, y: Interval) -> Interval:
+    """Of a negative x, the power of its size with the sign that a sure exponent's parity gives."""
+    positive, negative = _power_of_size(x, y), _power_of_size(iv.neg(x), y)
+    whole, half = np.floor(y.lo) == y.lo, 0.5 * y.lo
+    negative = where(whole & (np.floor(half) != half), iv.neg(negative), negative)
+    one = Interval.point(np.ones_like(positive.lo))
+    no_number = Interval.point(np.full_like(one.lo, np.nan))
+    # Of an exponent that is not surely whole nothing is known, but that between -1 and 1 only 0 is whole.
+    small = where(y.has(0.0), hull(one, no_number), no_number)
+    unsure = where((y.lo > -1) & (y.hi < 1), small, Interval.anything(one.shape))
+    negative = where(y.exact, where(whole, negative, no_number), unsure)
+    made = where(x.lo >= 0, positive, where(x.hi < 0, negative, hull(positive, negative)))
+    # The sign of a zero is not kept, so that its odd negative powers are infinite either way.
+    either = Interval(np.full_like(one.lo, -np.inf), np.full_like(one.lo, np.inf), made.nan)
+    made = where(x.has(0.0) & (y.lo < 0) & ~np.isnan(y.lo), either, made)
+    return where(y.exact & (y.lo == 0), one, made)
+
+
+def _power_of_size(x: Interval, y: Interval) -> Interval:
+    """Monotone in x and in y for x >= 0."""
+    base = Interval(np.maximum(x.lo, 0.0), np.maximum(x.hi, 0.0), x.nan)
+    made = _widened("pow", *corners("pow", base, y))
+    one = Interval.point(np.ones_like(made.lo))
+    return where(y.has(0.0) & x.nan, hull(made, one), made)  # 1 even where x is NaN
+
+
+def _atan2(y: Interval, x: Interval) -> Interval:
+    """Monotone in each argument but for the cut, where π (of y = 0, -0 too) jumps to -π (of any y below)."""
+    lo, hi, nan = corners("atan2", y, x)
+    around = (y.lo < 0) & (y.hi >= 0) & (x.lo <= 0)
+    lo, hi = np.where(around, -np.pi, lo), np.where(around, np.pi, hi)
+    # A denormal x that is not 0 when it is compared may be 0 when it divides.
+    made = _widened("atan2", lo, hi, nan | (y.has(0.0) & x.has(0.0) & (x.lo != x.hi)))
+    # The quotient y / x is undefined on OpenGL from there on.
+    return where(x.magnitude > LARGEST_DIVISOR, Interval.anything(made.shape), made)
+
+
+def _ldexp(x: Interval, n: Interval) -> Interval:
+    """Monotone in x; an int is one number."""
+    made = x.both(lambda end: OPERATIONS["ldexp"].reference(end, n.lo))
+    return rounded(made.lo, made.hi, made.nan, 0.5)
+
+
+def _mix(x: Interval, y: Interval, a: Interval) -> Interval:
+    """x * (1 - a) + y * a, where the two products do not move apart as a moves.
+
+    For one a it is smallest with each of x and y at one of its ends, and that is concave in a: smallest at an
+    end of a.  Of that the float32 result is off by three roundings of the first term and two of the second.
+    Step by step it is bounded too, loosely where a is wide, exactly where a is 0 or 1.
+    """
+    rest = iv.sub(Interval.point(np.ones_like(a.lo)), a)
+    steps = iv.add(iv.mul(x, rest), iv.mul(y, a))
+    lows, highs = [], []
+    for end in (a.lo, a.hi):
+        other = 1.0 - end
+        x_rises, y_rises = other >= 0, end >= 0
+        lows.append(np.where(x_rises, x.lo, x.hi) * other + np.where(y_rises, y.lo, y.hi) * end)
+        highs.append(np.where(x_rises, x.hi, x.lo) * other + np.where(y_rises, y.hi, y.lo) * end)
+    terms = x.magnitude * rest.magnitude, y.magnitude * a.magnitude
+    off = ULP * (3.0 * terms[0] + 2.0 * terms[1])
+    linear = rounded(np.minimum(*lows) - off, np.maximum(*highs) + off, steps.nan, 0.5)
+    largest = np.maximum(np.maximum(*terms), np.maximum(x.magnitude, y.magnitude))
+    # Beyond, terms overflow or vanish.
+    tame = (np.minimum(*terms) > 1e-30) & (largest < 1e30)
+    return where(tame, iv.overlap(linear, steps), steps)
+
+
+#: Rows of one and more numbers that have no jump: those whose course says all, and others.
+FUNCTIONS: dict[str, Function] = {
+    **{row.name: even(row) if row.course == "even" else monotone(row) for row in OPERATIONS.values() if row.course},
+    "inversesqrt": lambda a: iv.div(Interval.point(np.ones_like(a.lo)), iv.sqrt(a)),
+    "sin": _sine_like("sin"),
+    "cos": _sine_like("cos"),
+    "tan": _tan,
+    "pow": _pow,
+    "atan2": _atan2,
+    "mix": _mix,
+    "fma": lambda a, b, c: iv.add(iv.mul(a, b), c),
+    "ldexp": _ldexp,
+}
+
+
+def increasing(function: Callable[[NDArray[Any]], NDArray[Any]], a: Interval, ulp: float, scale: float) -> Interval:
+    """A rising function outside the table (sRGB curves), ``ulp`` units of the result plus ``scale`` off."""
+    lo, hi = function(a.lo), function(a.hi)
+    slack = ulp * 2.0**-23
+    return flushed(Interval(lo - slack * (np.abs(lo) + scale), hi + slack * (np.abs(hi) + scale), a.nan))
+
+
+def expanded(domain: IntervalDomain, operation: str, arguments: Sequence[Bounded]) -> Bounded:
+    """An operation that has no bound of its own: that of its parts."""
+    if operation == "normalize":
+        return _normalize(domain, as_interval(arguments[0]))
+    if operation == "length":
+        return _length(as_interval(arguments[0]))
+    if operation == "distance":
+        return _length(iv.sub(as_interval(arguments[0]), as_interval(arguments[1])))
+    if operation == "inverse":
+        return _inverse(domain, as_interval(arguments[0]))
+    types = [_type_of(a) for a in arguments]
+    taken = {id(a): _components(a) for a in arguments}  # the same components of the same vector: squares
+    parts = [taken[id(a)] for a in arguments]
+    emitter = _Emitter(domain)
+    results = expand.EXPANSIONS[operation](emitter, parts, types)  # type: ignore[arg-type]
+    shape = _shape_after(operation, arguments)
+    made = [emitter.value(r) for r in results]
+    if not isinstance(made[0], Interval):
+        bools = np.stack(np.broadcast_arrays(*made), axis=-1)  # type: ignore[arg-type]
+        return np.asarray(bools.reshape(len(bools), *shape))
+    stacked = _stack([as_interval(m) for m in made])
+    return stacked.map(lambda x: x.reshape(len(x), *shape))
+
+
+# Vectors and columns are brought near 1 by a power of two and back: whichever it is, no rounding changes but where
+# something would overflow or vanish.
+
+
+def _length(v: Interval) -> Interval:
+    power = _power_of(v.magnitude.max(axis=1))
+    near = [_times(v.map(lambda x, i=i: x[:, i]), power) for i in range(v.shape[1])]  # type: ignore[misc]
+    total = iv.square(near[0])
+    for part in near[1:]:
+        total = iv.add(total, iv.square(part))
+    made = _times(iv.sqrt(total), 1.0 / power)
+    return iv.rounded(made.lo, made.hi, made.nan, 0.5)
+
+
+def _inverse(domain: IntervalDomain, m: Interval) -> Interval:
+    power = _power_of(m.magnitude.max(axis=2))  # of each column
+    near = _times(m, power[:, :, None])
+    size = m.shape[1]
+    emitter = _Emitter(domain)
+    cells = expand.plain_inverse(emitter, expand.columns(_components(near), size))  # type: ignore[arg-type]
+    made = _stack([as_interval(emitter.value(cell)) for cell in cells]).map(lambda x: x.reshape(len(x), size, size))
+    made = _times(made, power[:, None, :])
+    return iv.rounded(made.lo, made.hi, made.nan, 0.5)
+
+
+def _normalize(domain: IntervalDomain, v: Interval) -> Interval:
+    """v / |v| component by component: with s the other components' squares, x / √(x² + s) rises with x."""
+    v = _times(v, _power_of(v.magnitude.max(axis=1))[:, None])
+    parts = [v.map(lambda x, i=i: x[:, i]) for i in range(v.shape[1])]  # type: ignore[misc]
+    squares = [iv.square(p) for p in parts]
+    total = squares[0]
+    for other in squares[1:]:
+        total = iv.add(total, other)
+    length = iv.sqrt(total)
+    results = []
+    for i, p in enumerate(parts):
+        rest_lo = np.sum([q.lo for j, q in enumerate(squares) if j != i], axis=0)
+        rest_hi = np.sum([q.hi for j, q in enumerate(squares) if j != i], axis=0)
+        candidates = [_unit(x, rest) for x in (p.lo, p.hi) for rest in (rest_lo, rest_hi)]
+        lo, hi = np.min(candidates, axis=0), np.max(candidates, axis=0)
+        # The sum of n squares loses n ULP, its root half of that and 3; each may be two of the quotient's, which
+        # loses 2.5 itself.
+        results.append(iv.rounded(lo, hi, p.nan | length.nan, 2.0 * (0.5 * len(parts) + 3.0) + 2.5))
+    made = _stack(results)
+    zero = domain.apply("equal", [length, Interval.point(np.zeros_like(length.lo))])
+    assert not isinstance(zero, Interval)
+    made = iv.where(zero[:, None], Interval.point(np.zeros_like(made.lo)), made)
+    strange = ~np.isfinite(v.magnitude.max(axis=1))[:, None]
+    return iv.where(strange, Interval.anything(made.shape), made)
+
+
+class _Emitter:
+    """Stands in for the emitter of scalar code: computes instead."""
+
+    def __init__(self, domain: IntervalDomain) -> None:
+        self.domain = domain
+
+    def value(self, operand: Any) -> Bounded:
+        return self.domain.constant(Scalar("float"), (operand.value,)) if isinstance(operand, s.Lit) else operand
+
+    def op(self, name: str, *operands: Any) -> Bounded:
+        if name == "mul" and operands[0] is operands[1] and isinstance(operands[0], Interval):
+            return iv.square(operands[0])
+        return self.domain.apply(name, [self.value(o) for o in operands])
+
+    def choose(self, condition: Any, then: Any, orelse: Any) -> Bounded:
+        return self.domain.select(condition, self.value(then), self.value(orelse))
+
+
+def _power_of(size: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The power of two that brings a size to [1/2, 1); 1 for 0 and what is not finite."""
+    return np.where(np.isfinite(size) & (size > 0), np.ldexp(1.0, -np.frexp(size)[1]), 1.0)
+
+
+def _times(a: Interval, power: NDArray[np.float64]) -> Interval:
+    """Exact: no bound leaves the range of float64."""
+    return a.both(lambda end: end * power)
+
+
+def _unit(x: NDArray[np.float64], rest: NDArray[np.float64]) -> NDArray[np.float64]:
+    length = np.sqrt(x * x + rest)
+    return np.where(length > 0, x / np.where(length > 0, length, 1.0), 0.0)
+
+
+def _components(value: Bounded) -> list[Any]:
+    """Components in order (columns of a matrix one behind the other), each (lanes,)."""
+    flat = mapped(value, lambda x: x.reshape(len(x), -1))
+    count = flat.shape[1]
+    return [mapped(flat, lambda x, i=i: x[:, i]) for i in range(count)]  # type: ignore[misc]
+
+
+def _stack(parts: list[Interval]) -> Interval:
+    lo, hi, nan = (np.stack(np.broadcast_arrays(*(getattr(p, n) for p in parts)), axis=-1) for n in ("lo", "hi", "nan"))
+    return Interval(lo, hi, nan)
+
+
+def _type_of(value: Bounded) -> Type:
+    kind = "float" if isinstance(value, Interval) else {np.dtype(v): k for k, v in KINDS.items()}[value.dtype]
+    element = Scalar(kind)
+    if value.ndim == 1:
+        return element
+    return Vector(element, value.shape[1]) if value.ndim == 2 else Matrix(*value.shape[1:])
+
+
+def _shape_after(operation: str, arguments: Sequence[Bounded]) -> tuple[int, ...]:
+    first = arguments[0].shape[1:]
+    if OPERATIONS[operation].result in ("f", "b"):
+        return ()
+    if operation == "outer":
+        return (*arguments[1].shape[1:], *first)
+    if operation == "matmul":
+        last = arguments[1].shape[1:]
+        if len(first) == len(last) == 2:
+            return (last[0], first[1])
+        return first[1:] if len(first) == 2 else last[:1]
+    return first[::-1] if operation == "transpose" else first

@@ -1,0 +1,155 @@
+"""One stage of a step over intervals: a kernel with its parameters and pictures, every path of every lane."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from passgraph.backends.base import Block
+from passgraph.backends.reference.interpreter import Interpreter, Numbers, Surroundings
+from passgraph.backends.reference.stage import BoundStage, SampledImage, Stage, Storage
+from passgraph.language import ir
+from passgraph.language.lower import ImageFacts
+from passgraph.language.types import component_count
+from passgraph.verify.oracle import interval as iv
+from passgraph.verify.oracle.decisions import Bounds, Ints, Lanes, Track, explore
+from passgraph.verify.oracle.domain import IntervalDomain
+from passgraph.verify.oracle.interval import Bounded, Interval
+from passgraph.verify.oracle.pace import Pace
+from passgraph.verify.oracle.stored_bounds import loaded
+from passgraph.verify.oracle.watch import Watch, WatchedInterpreter
+
+#: Stage value → its value in all lanes, (lanes or 1, …), asked only where the kernel reads it.
+Builtins = Mapping[str, Callable[[], Bounded]]
+
+
+class StageOracle:
+    """A kernel with the parameters and pictures of one run."""
+
+    def __init__(
+        self,
+        stage: Stage,
+        block: Block,
+        names: Sequence[str] = (),
+        storages: Sequence[Storage] = (),
+        carried: Mapping[int, Interval] | None = None,
+        watch: Watch | None = None,
+        pace: Pace | None = None,
+    ) -> None:
+        self.watch, self.pace = watch, pace
+        self.bound: BoundStage = stage.bind(block, names, storages)
+        self.formats = {name: storage.format for name, storage in zip(names, storages, strict=True)}
+        self._whole: dict[str, Interval] = {}
+        self._uniforms: dict[str, Bounded] = {}
+        #: Images of which only bounds are known: smallest and largest pixels.
+        self.uncertain: dict[str, tuple[SampledImage, SampledImage]] = {}
+        for name, storage in zip(names, storages, strict=True):
+            if carried and id(storage) in carried and name in stage.program.pictures:
+                held = carried[id(storage)]
+                facts = stage.facts.images.get(name, ImageFacts())
+                low, high = (x.reshape(storage.pixels.shape).astype(np.float32) for x in (held.lo, held.hi))
+                self.uncertain[name] = SampledImage(low, facts), SampledImage(high, facts)
+
+    def whole(self, image: str) -> Interval:
+        """Anything that any texel may be, (1, 4)."""
+        if image not in self._whole:
+            ends = []
+            for picture in self.uncertain.get(image, (self.bound.image(image),) * 2):
+                ends.append(loaded(picture.everything(), self.formats.get(image), picture.channels))
+            low, high = ends[0].lo, ends[1].hi
+            nan = np.asarray(ends[0].nan.any(axis=0, keepdims=True))
+            self._whole[image] = Interval(np.fmin.reduce(low, keepdims=True), np.fmax.reduce(high, keepdims=True), nan)
+        return self._whole[image]
+
+    def uniform(self, expression: ir.Uniform) -> Bounded:
+        """A parameter: floats as intervals, made once."""
+        if expression.name not in self._uniforms:
+            value = self.bound.uniform(expression)
+            exact = Interval.of(value.astype(np.float32)) if value.dtype.kind == "f" else value
+            self._uniforms[expression.name] = exact
+        return self._uniforms[expression.name]
+
+    def bounds(self, count: int, builtins: Builtins, pixels: Ints | None = None, first_only: bool = False) -> Bounds:
+        """Of every result in every lane; who watches is told which pixel of the target each lane is.
+
+        ``first_only``: of the first path of each, which is what a watch sees.
+        """
+        pixels = np.arange(count) if pixels is None else pixels
+        made: dict[str, Bounded] = {}
+
+        def builtin(name: str) -> Bounded:
+            if name not in made:
+                made[name] = builtins[name]()
+            return made[name]
+
+        program = self.bound.program
+        sizes = [component_count(result.type) for result in program.results]
+
+        def run(track: Track) -> tuple[list[Interval], Lanes | None]:
+            domain = IntervalDomain(track)
+            around = _Around(self, builtin, domain)
+            interpreter: Interpreter[Bounded, Lanes] = Interpreter(program, domain, around)
+            if self.watch is not None and track.forced.shape[1] == 0:  # the first path of each lane
+                interpreter = WatchedInterpreter(program, domain, around, self.watch, pixels)
+            values, keep = interpreter.run()
+            results = []
+            for result, size in zip(program.results, sizes, strict=True):
+                value = values[result.name]
+                value = value if isinstance(value, Interval) else Interval.point(value)
+                results.append(_in_lanes(value, len(track.lanes), size))
+            # A verdict that all lanes share hangs on none of them.
+            always = keep is None or (len(keep) == 1 and bool(np.asarray(keep)[0]))
+            return results, None if always else np.broadcast_to(np.asarray(keep), (len(track.lanes),))
+
+        with np.errstate(all="ignore"):
+            return explore(run, count, sizes, self.pace, first_only)
+
+
+def _in_lanes(value: Interval, count: int, components: int) -> Interval:
+    return value.map(lambda x: np.broadcast_to(x.reshape(len(x), -1), (count, components)))
+
+
+class _Around(Surroundings[Bounded]):
+    """What some of the lanes see."""
+
+    def __init__(self, oracle: StageOracle, builtin: Callable[[str], Bounded], domain: IntervalDomain) -> None:
+        self.oracle, self.whole, self.domain = oracle, builtin, domain
+
+    def uniform(self, expression: ir.Uniform) -> Bounded:
+        return self.oracle.uniform(expression)
+
+    def builtin(self, expression: ir.Builtin) -> Bounded:
+        return self._builtin(expression.name)
+
+    def _builtin(self, name: str) -> Bounded:
+        value = self.whole(name)
+        if len(value) == 1:
+            return value
+        lanes = self.domain.track.lanes
+        return value.take(lanes) if isinstance(value, Interval) else value[lanes]
+
+    def texel(self, image: str, x: Bounded, y: Bounded, relative: bool) -> Bounded:
+        assert not isinstance(x, Interval)
+        assert not isinstance(y, Interval)
+        if relative:
+            pixel = self._builtin("pixel")
+            assert not isinstance(pixel, Interval)
+            x, y = x + pixel[:, 0], y + pixel[:, 1]
+        read = self._read(image, x, y)
+        vague = self.domain.track.vague
+        return iv.where(vague[:, None], self.oracle.whole(image), read) if vague.any() else read
+
+    def _read(self, image: str, x: Numbers, y: Numbers) -> Interval:
+        if image in self.oracle.uncertain:
+            low, high = (picture.fetch(x, y) for picture in self.oracle.uncertain[image])
+            return Interval(low, high, np.zeros(low.shape, np.bool_))
+        picture = self.oracle.bound.image(image)
+        return loaded(picture.fetch(x, y), self.oracle.formats.get(image), picture.channels)
+
+    def property(self, image: str, name: str) -> ir.Number:
+        return self.oracle.bound.facts.images.get(image, ImageFacts()).property(name)
+
+    def size(self, image: str) -> Bounded:
+        picture = self.oracle.bound.image(image)
+        return np.array([[picture.width, picture.height]], np.int64)

@@ -1,0 +1,72 @@
+"""What formats do to bounds: what a backend may read of texels, and what a target may hold of results."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from passgraph.backends.base import quantised
+from passgraph.backends.reference.stage import encode_srgb
+from passgraph.formats import Format
+from passgraph.verify.oracle import interval as iv
+from passgraph.verify.oracle.interval import Interval
+from passgraph.verify.oracle.interval_functions import increasing
+
+#: ULP that encoding loses, of the result and :data:`SRGB_OFFSET` (what the last sum subtracts) together: the
+#: power (16), its exponent as float32 (1), the product and its factor (2), the sum (1).
+SRGB_ENCODE_ULP, SRGB_OFFSET = 20.0, 0.055
+#: Units of a stored fraction that reading loses: GL leaves the rounding of this quotient open
+#: (1), and the reference's own is rounded to nearest (0.5).
+UNORM_READ_ULP = 1.5
+#: ULP that decoding loses, of the result: the fraction (1.5), the sum (1) and the quotient (2.5) go through a
+#: power of 2.4, which loses 16 itself; on the straight part, the fraction and the quotient.
+SRGB_DECODE_ULP = 2.4 * (UNORM_READ_ULP + 1.0 + 2.5) + 16.0
+
+
+def loaded(
+    texels: np.ndarray[tuple[int, ...], np.dtype[np.float64]], format_: Format | None, channels: int
+) -> Interval:
+    """What a backend may read where the reference reads these texels (lanes, 4)."""
+    exact = Interval.of(texels)
+    if format_ is None or not format_.steps:
+        return exact
+    read = as_read(exact)
+    if format_.srgb:
+        slack = SRGB_DECODE_ULP * iv.ULP * texels
+        colour = iv.rounded(texels - slack, texels + slack, exact.nan, 0.5)
+        read = iv.where(np.arange(4) < 3, colour, read)
+    # 1 and what is missing go through no curve where there is none.
+    whole = (
+        (texels == 0)
+        | ((np.abs(texels) == 1) & ((np.arange(4) == 3) | (not format_.srgb)))
+        | (np.arange(4) >= channels)
+    )
+    return iv.where(whole, exact, read)
+
+
+def as_read(steps: Interval) -> Interval:
+    """Fractions of a format's steps: a quotient that may round either way, except for 0 and 1."""
+    read = iv.rounded(steps.lo, steps.hi, steps.nan, UNORM_READ_ULP)
+    lo, hi = (np.where((x == 0) | (np.abs(x) == 1), x, y) for x, y in ((steps.lo, read.lo), (steps.hi, read.hi)))
+    return Interval(lo, hi, steps.nan)
+
+
+def stored(format_: Format, value: Interval) -> Interval:
+    """What a target may hold where a kernel's result (…, channels) is this."""
+    with np.errstate(all="ignore"):
+        if format_.srgb:
+            colour = value.map(lambda x: x[..., :3])
+            curve = increasing(encode_srgb, colour, SRGB_ENCODE_ULP, SRGB_OFFSET)
+            value = Interval(
+                np.concatenate([curve.lo, value.lo[..., 3:]], axis=-1),
+                np.concatenate([curve.hi, value.hi[..., 3:]], axis=-1),
+                value.nan,
+            )
+        if not format_.steps:
+            held = value.both(lambda x: quantised(x, format_).astype(np.float64))
+            return held if format_.unit else iv.flushed(held)
+        steps, low = float(format_.steps), format_.low
+        clamped = value.both(lambda x: np.clip(np.nan_to_num(x, nan=low), low, 1.0))
+        scaled = iv.mul(clamped, Interval.point(np.full((1,) * clamped.ndim, steps)))
+        lo, hi = (np.rint(x) for x in (scaled.lo, scaled.hi))
+        lo = np.where(value.nan, low * steps, lo)  # as NaN is stored
+        return as_read(Interval(lo / steps, hi / steps, np.zeros(lo.shape, np.bool_)))
