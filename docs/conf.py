@@ -18,8 +18,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import passgraph
 import passgraph.engines
 from passgraph.commands.apply import apply
-from passgraph.effects.parameters import Parameter
 from passgraph.effects.effect_table import EFFECTS
+from passgraph.effects.parameters import Parameter
 from passgraph.language.library import written_function
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.symbols import WRITTEN
