@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -179,9 +180,10 @@ def main() -> None:
             else:
                 reports[row] = report
     cases = "every case" if options.full else "a quick run: cases that are near others left out"
+    taken = f"Here {cases}; seconds on two busy cores; taken {date.today()}."
     faults = [f"- {row}: {c['case']}: {c['outcome']}" for row, r in reports.items() for c in r["cases"]
               if c["outcome"] != "passed"]  # fmt: skip
-    parts = [HEAD, f"## The suite\n\nHere {cases}; seconds on two busy cores.\n\n{suite_table(reports)}\n"]
+    parts = [HEAD, f"## The suite\n\n{taken}\n\n{suite_table(reports)}\n"]
     parts += ["\n".join(["Not passed:", "", *faults, ""])] if faults else []
     parts.append("## The check can fail\n\n" + mutant_text(json.loads(MUTANTS.read_text(encoding="utf-8"))) + "\n")
     parts.append("## Chance\n\n" + json.loads(RECORDS.read_text(encoding="utf-8"))["fuzz"] + "\n")

@@ -10,6 +10,7 @@ import textwrap
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -223,7 +224,7 @@ def machine() -> str:
         except PassgraphError:
             devices = []
         parts.append(f"`{name}` on {devices[0]}" if devices else f"`{name}` is not here")
-    return "; ".join(parts)
+    return "; ".join([*parts, f"taken {date.today()}"])
 
 
 def source_of(function: Callable[..., object]) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from datetime import date
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -110,7 +111,7 @@ def main() -> None:
             strip(case).quantize(128).save(PICTURES / f"{case.key}.png", optimize=True)
         texts.append(section(case))
         print(f" {time.perf_counter() - start:.1f} s", file=sys.stderr)
-    PAGE.write_text("\n".join([HEADER, *texts, ELSEWHERE]), encoding="utf-8")
+    PAGE.write_text("\n".join([HEADER, f"Taken {date.today()}.\n", *texts, ELSEWHERE]), encoding="utf-8")
     print(f"{PAGE.relative_to(root)} written in {time.perf_counter() - begin:.0f} s", file=sys.stderr)
 
 

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -111,7 +112,9 @@ def main(names: Sequence[str]) -> None:
 def page(results: Sequence[SceneResult]) -> str:
     """The whole page."""
     width, height = SETTINGS.size
-    parts = [HEADER, f"{width}×{height} pixels, {SETTINGS.frames} frames, {os.cpu_count()} threads of {processor()}.\n"]
+    machine = f"{os.cpu_count()} threads of {processor()}"
+    taken = f"{width}×{height} pixels, {SETTINGS.frames} frames, {machine}; taken {date.today()}.\n"
+    parts = [HEADER, taken]
     parts += [condition(results), stacked(), shape(results), growth(), CHOICE]
     parts += [section(result) for result in results]
     return "\n".join(parts)
