@@ -4,6 +4,6 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 out=${1:-docs/_build}
 export PYTHONPATH="$PWD"
-# Pages of names that are gone would stay.
-rm -rf docs/api
+# Pages of names that no longer exist would stay.
+rm -rf docs/api "$out/html"
 exec "${PYTHON:-python3}" -m sphinx --fail-on-warning --keep-going --fresh-env --quiet --jobs auto -b html docs "$out/html"

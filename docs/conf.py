@@ -56,6 +56,8 @@ autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 napoleon_google_docstring = False
 napoleon_use_rtype = False
+# Prose below "Returns", see `prepare_docstring`.
+napoleon_custom_sections = ["Result"]
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 88
 
@@ -104,7 +106,7 @@ def prepare_docstring(app: Sphinx, what: str, name: str, about: object, options:
     """Rewrite the short forms of our docstrings to those that napoleon reads.
 
     ``name : meaning`` in a list of parameters becomes a name with an indented meaning: types are in the signature. A
-    paragraph behind such a list becomes a section of its own.
+    paragraph behind such a list, and what is returned as prose, become sections of their own.
     """
     if what in ("attribute", "property") and lines:
         # napoleon reads the words before a colon in the first line as a type.
@@ -113,7 +115,10 @@ def prepare_docstring(app: Sphinx, what: str, name: str, about: object, options:
     for number, line in enumerate(lines):
         if number + 1 < len(lines) and line and set(lines[number + 1].strip()) == {"-"}:
             section = line.strip()
-        elif section in LISTED and (field := re.match(r"([*\w][\w, *`]*) : (.*)", line)):
+            first, second = (*lines[number + 2 :], "", "")[:2]
+            if section == "Returns" and not second.startswith("    ") and not FIELD.match(first):
+                section, line = "Result", "Result"
+        elif section in LISTED and (field := FIELD.match(line)):
             written += [field[1], f"    {field[2]}"]
             continue
         after = lines[number + 1] if number + 1 < len(lines) else ""
@@ -218,6 +223,8 @@ TYPE_NAMES = {
     "float": "number", "int": "whole number", "bool": "on or off", "choice": "word", "rgb": "three numbers",
     "picture": "picture file", "text": "text", "value": "value",
 }  # fmt: skip
+#: One name of a list, or several, and their meaning.
+FIELD = re.compile(r"([*\w][\w, *`]*) : (.*)")
 #: Sections of docstrings that are lists of names.
 LISTED = {"Parameters", "Attributes", "Raises", "Returns"}
 LISTS = {
