@@ -6,6 +6,9 @@ from pathlib import Path
 
 import pytest
 
+#: Needs Sphinx, and holds no examples.
+collect_ignore = ["conf.py"]
+
 
 @pytest.fixture(autouse=True)
 def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
