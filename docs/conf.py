@@ -54,6 +54,10 @@ autosummary_generate = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
+# Shown by their names, not by what they stand for.
+autodoc_type_aliases = {
+    name: name for name in ("ArrayLike", "Float32", "Float64", "FloatBlock", "Outputs", "Isolation")
+}
 napoleon_google_docstring = False
 napoleon_use_rtype = False
 # Prose below "Returns", see `prepare_docstring`.
