@@ -1,7 +1,7 @@
 """Effects: functions from targets (or a scene) to targets, in families.
 
-Reading order: annotations, checked, quantities, parameters, registry: how a signature is all that is said of an effect;
-`pictures`; `surfaces`, what effects on scenes draw first; `shadows`; then `ambient`, `planar_shadows` and
+Reading order: annotations, checked, quantities, parameters, effect_table: how a signature is all that is said of an
+effect; `pictures`; `surfaces`, what effects on scenes draw first; `shadows`; then `ambient`, `planar_shadows` and
 `light2d`; `screen`, on an engine's picture and depth.
 
 A new effect is a function under `effect` in a file of its own in one of these folders, or in another package that names
@@ -66,7 +66,7 @@ _MODULES = {
     "pictures.blur": "depth_aware_blur gaussian_blur",
     "pictures.supersampled": "supersampled",
     "planar_shadows.planar": "Planar planar planar_passes",
-    "registry": "EFFECTS",
+    "effect_table": "EFFECTS",
     "screen.shadowed": "shadowed",
     "shadows.five_pass": "FivePass five_pass five_pass_targets",
     "shadows.shadow_choice": "Auto Blur Disc Evsm4 Hard Msm Pcf Pcss Penumbra Vsm",
