@@ -18,6 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import passgraph
 import passgraph.engines
 from passgraph.commands.apply import apply
+from passgraph.commands.entry import COMMANDS
 from passgraph.effects.effect_table import EFFECTS
 from passgraph.effects.parameters import Parameter
 from passgraph.language.library import written_function
@@ -185,6 +186,21 @@ def engine_list() -> str:
     return "\n".join(sections)
 
 
+def command_list() -> str:
+    """Every command with its options; of apply, which has a command for each effect, the text alone."""
+    others = ", ".join(sorted(COMMANDS.keys() - {"apply"}))
+    directives = f""".. click:: passgraph.commands.entry:group
+   :prog: passgraph
+   :nested: full
+   :commands: {others}
+
+.. click:: passgraph.commands.apply:apply
+   :prog: passgraph apply
+   :nested: none
+"""
+    return f"```{{eval-rst}}\n{directives}```\n"
+
+
 def apply_options() -> str:
     """The options that ``passgraph apply`` has for every effect; fog has them all, as it reads depth too."""
     context = click.Context(apply, info_name="apply")
@@ -234,6 +250,7 @@ LISTED = {"Parameters", "Attributes", "Raises", "Returns"}
 LISTS = {
     "<!-- list of effects -->": effect_list,
     "<!-- list of engines -->": engine_list,
+    "<!-- list of commands -->": command_list,
     "<!-- list of options of apply -->": apply_options,
     "<!-- list of kernel functions -->": function_list,
 }
