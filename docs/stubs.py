@@ -29,12 +29,13 @@ from typing import Any, TypeVar, overload
 from passgraph.language.symbols import mat2, mat3, mat4, vec2, vec3, vec4
 
 _F = TypeVar("_F", float, vec2, vec3, vec4)
+_N = TypeVar("_N", int, float, vec2, vec3, vec4)
 _V = TypeVar("_V", vec2, vec3, vec4)
 _M = TypeVar("_M", mat2, mat3, mat4)
 
 """
 #: Letters of signatures whose type is one for all that have the letter, and of those that are always the same.
-_VARIABLE = {"G": "_F", "N": "_F", "V": "_V", "M": "_M", "v3": "vec3"}
+_VARIABLE = {"G": "_F", "N": "_N", "V": "_V", "M": "_M", "v3": "vec3"}
 _FIXED = {"f": "float", "i": "int", "b": "bool", "B": "Any", "I": "Any"}
 
 
@@ -71,7 +72,7 @@ def _ways(name: str, row: Operation) -> list[str]:
     # Scalars may stand beside vectors: before the first of these, and behind it.
     spread = [
         _signature(name, row, ["float"] * at + ["_V"] + ["_V | float"] * (count - at - 1), "_V")
-        for at in range(count if result == "_F" and set(exact) == {"_F"} else 0)
+        for at in range(count if set(exact) == {result} and result in ("_F", "_N") else 0)
     ]
     return [one, *spread, _signature(name, row, ["Any"] * count, "Any")]
 

@@ -57,6 +57,7 @@ if TYPE_CHECKING:
         Vsm,
     )
     from passgraph.effects.shadows.soft_shadow import SoftShadow, soft_shadow, soft_shadow_passes
+    from passgraph.effects.surfaces.g_buffer import SceneSurfaces, scene_surfaces
 
 #: Module → what this package has of it; an effect that is its module's only one needs no row.
 _MODULES = {
@@ -71,6 +72,7 @@ _MODULES = {
     "shadows.five_pass": "FivePass five_pass five_pass_targets",
     "shadows.shadow_choice": "Auto Blur Disc Evsm4 Hard Msm Pcf Pcss Penumbra Vsm",
     "shadows.soft_shadow": "SoftShadow soft_shadow soft_shadow_passes",
+    "surfaces.g_buffer": "SceneSurfaces scene_surfaces",
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names.split()}
 
@@ -109,6 +111,7 @@ __all__ = [
     "Pcss",
     "Penumbra",
     "Planar",
+    "SceneSurfaces",
     "SoftShadow",
     "Vsm",
     "ambient_occlusion",
@@ -136,6 +139,7 @@ __all__ = [
     "outlines",
     "planar",
     "planar_passes",
+    "scene_surfaces",
     "shadowed",
     "soft_shadow",
     "soft_shadow_passes",

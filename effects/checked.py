@@ -23,6 +23,8 @@ SUFFIXES = ("_passes", "_targets")
 #: What an effect is applied to: nothing, where it makes its picture of parameters alone; one picture; a picture and a
 #: linear depth picture; a scene; a flat world and a size.
 Takes = Literal["nothing", "picture", "picture+depth", "scene", "world2d"]
+#: What an effect takes color and alpha for, see `effect`.
+Alpha = Literal["straight", "premultiplied", "ignored"]
 #: How many arguments that is; those behind it are parameters.
 POSITIONAL: dict[Takes, int] = {"nothing": 0, "picture": 1, "picture+depth": 2, "scene": 1, "world2d": 2}
 
@@ -113,14 +115,18 @@ class Mark:
     name : on the command line, such as "tone-map"
     takes : what its positional arguments are
     linear : whether pictures of 8 and 16 bits are decoded from sRGB to linear light where nothing else is said
+    alpha : what its pictures hold beside alpha
     """
 
     name: str
     takes: Takes
     linear: bool
+    alpha: Alpha = "straight"
 
 
-def effect(name: str, takes: Takes = "picture", *, linear: bool = False) -> Callable[[Callable[P, R]], Callable[P, R]]:
+def effect(
+    name: str, takes: Takes = "picture", *, linear: bool = False, alpha: Alpha = "straight"
+) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """A decorator: a `checked` function that the command line, the documentation and conformance know by a name.
 
     They read its parameters from its signature (`passgraph.effects.parameters`), their help from its docstring.
@@ -133,10 +139,15 @@ def effect(name: str, takes: Takes = "picture", *, linear: bool = False) -> Call
     takes : "nothing": it makes its picture of parameters; "picture": a target; "picture+depth": a target and its linear
         depth; "scene": a `passgraph.Scene`; "world2d": a `passgraph.effects.light2d.World2D` and a size
     linear : whether pictures of 8 and 16 bits are decoded from sRGB to linear light where nothing else is said
+    alpha : "premultiplied" for effects that mix pixels: color is multiplied by alpha in what they take and return.
+        "straight": color is not, as in most picture files; for effects on each pixel's color. "ignored": alpha is not
+        opacity; the effect gets 1 and the result has the picture's. `apply` converts, as does `on_straight_alpha`
+        (`passgraph.effects.pictures.alpha`)
     """
 
-    mark = Mark(text(name, "effect: name"), takes, flag(linear, "effect: linear"))
+    mark = Mark(text(name, "effect: name"), takes, flag(linear, "effect: linear"), alpha)
     one_of(takes, "effect: takes", get_args(Takes))
+    one_of(alpha, "effect: alpha", get_args(Alpha))
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
         made = checked(with_surface_depth(function) if takes == "picture+depth" else function)

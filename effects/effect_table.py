@@ -18,7 +18,7 @@ from passgraph.cached import cached_property
 from passgraph.errors import GraphError, UnknownNameError
 
 if TYPE_CHECKING:
-    from passgraph.effects.checked import Takes
+    from passgraph.effects.checked import Alpha, Takes
     from passgraph.effects.parameters import Parameter
 
 
@@ -61,6 +61,16 @@ class Effect:
     def linear(self) -> bool:
         """Whether pictures of 8 and 16 bits are decoded to linear light where nothing else is said."""
         return bool(self.function.effect.linear)  # type: ignore[attr-defined]
+
+    @property
+    def alpha(self) -> Alpha:
+        """What it takes color and alpha for, see `passgraph.effects.checked.effect`."""
+        mark = getattr(self.function, "effect", None)
+        return "straight" if mark is None else mark.alpha
+
+    def for_opaque(self) -> Effect:
+        """Return the effect for pictures without transparency."""
+        return self
 
     @property
     def frame_time(self) -> str | None:
@@ -174,18 +184,3 @@ def summary_of(docstring: str | None) -> str:
     """The first line."""
     text = docstring or ""
     return text.strip().partition("\n")[0]
-
-
-def effect_named(name: str) -> Effect:
-    """The effect of this name.
-
-    >>> effect_named("tone-map").takes
-    'picture'
-    """
-    if not among(name, EFFECTS):
-        import difflib
-
-        near = difflib.get_close_matches(shown(name), EFFECTS, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise UnknownNameError(f"there is no effect {shown(name)}{hint} There are {', '.join(EFFECTS)}")
-    return EFFECTS[name]

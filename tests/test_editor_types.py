@@ -42,6 +42,12 @@ def known(c: Image, v: vec2, n: ivec3, w: Array[float, Literal[3]]) -> vec4:
     assert_type(sin(p.rgb), vec3)
     assert_type(dot(v, v), float)
     assert_type(normalize(v), vec2)
+    assert_type(clamp(n.x, 0, 64), int)
+    assert_type(clamp(v.x, 0, 64), float)
+    assert_type(sign(n.x), int)
+    for i in range(clamp(n.x, 0, 64)):
+        p = p + c[i, 0]
+    assert_type(clamp(v, 0, 64), vec2)
     return mix(p, -p, 0.5)
 """
 

@@ -338,11 +338,24 @@ def test_two_wrap_modes_are_named(tmp_path: Path) -> None:
     assert scene.warnings == (expected,)
 
 
-@pytest.mark.parametrize("filters", [{"magFilter": 9728}, {"minFilter": 9728}])
-def test_a_filter_that_is_not_applied_is_named(tmp_path: Path, filters: dict[str, int]) -> None:
+@pytest.mark.parametrize(
+    ("filters", "magnify", "minify"),
+    [
+        ({"wrapS": 10497}, "linear", "linear mipmap linear"),
+        ({"magFilter": 9729, "minFilter": 9987}, "linear", "linear mipmap linear"),
+        ({"magFilter": 9728}, "nearest", "linear mipmap linear"),
+        ({"minFilter": 9728}, "linear", "nearest"),
+        ({"magFilter": 9728, "minFilter": 9984}, "nearest", "nearest mipmap nearest"),
+        ({"magFilter": 9728, "minFilter": 9986}, "nearest", "nearest mipmap linear"),
+    ],
+)
+def test_filters_are_read(tmp_path: Path, filters: dict[str, int], magnify: str, minify: str) -> None:
     material = {"name": "wood", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
-    (warning,) = plain(tmp_path, material, UVS, **pictured(**filters)).warnings
-    assert warning == "wood base colour: its sampler asks for the nearest texel (NEAREST); it is filtered linearly"
+    scene = plain(tmp_path, material, UVS, **pictured(**filters))
+    texture = scene.nodes[0].material.base_color_texture
+    assert texture is not None
+    assert (texture.magnify, texture.minify) == (magnify, minify)
+    assert scene.warnings == ()
 
 
 @pytest.mark.parametrize(

@@ -143,7 +143,7 @@ def add_glow(color: Image, glow: Image, intensity: float) -> vec4:
     return vec4(c.rgb + light * intensity, c.a)
 
 
-@effect("bloom")
+@effect("bloom", alpha="premultiplied")
 def bloom(
     color: pg.Target,
     threshold: NotNegative | pg.Value | pg.Derived = 1.0,

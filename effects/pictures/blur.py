@@ -47,7 +47,7 @@ def _symmetric(weights: tuple[float, ...]) -> Any:
     return blur
 
 
-@effect("gaussian-blur")
+@effect("gaussian-blur", alpha="premultiplied")
 def gaussian_blur(
     color: pg.Target,
     sigma_px: Annotated[float, pg.Range(0, 100, "px")] = 3.0,
@@ -118,7 +118,7 @@ def _edge_aware(radius: int) -> Any:
     return blur
 
 
-@effect("depth-aware-blur", "picture+depth")
+@effect("depth-aware-blur", "picture+depth", alpha="premultiplied")
 def depth_aware_blur(
     mask: pg.Target,
     depth: pg.Target,

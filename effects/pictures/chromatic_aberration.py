@@ -28,7 +28,7 @@ def dispersed(color: Image, spread: float, samples: Const[int]) -> vec4:
     return vec4(light / light_weight, alpha / light_weight.g)
 
 
-@effect("chromatic-aberration")
+@effect("chromatic-aberration", alpha="premultiplied")
 def chromatic_aberration(
     color: pg.Target,
     spread: Annotated[float, pg.Range(-0.2, 0.2)] | pg.Value | pg.Derived = 0.005,

@@ -105,7 +105,7 @@ def _smoothing(quality: Quality) -> Any:
     return smooth
 
 
-@effect("fxaa")
+@effect("fxaa", alpha="premultiplied")
 def fxaa(
     color: pg.Target,
     quality: Quality = "12",

@@ -69,7 +69,7 @@ def middles(color: Image, wide: Const[bool]) -> vec4:
     return vec4(middle(color, 0, wide), middle(color, 1, wide), middle(color, 2, wide), middle(color, 3, wide))
 
 
-@effect("median")
+@effect("median", alpha="premultiplied")
 def median(
     color: pg.Target,
     size_px: Annotated[int, pg.Range(3, 5, "px", odd=True)] = 3,

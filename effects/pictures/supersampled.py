@@ -20,8 +20,8 @@ def from_srgb(x: float) -> float:
 
 
 @pg.kernel
-def mean_of_four(color: Image, encoded: Const[bool]) -> vec4:
-    """The mean of a pixel's four samples in linear light."""
+def mean_of_four(color: Image, encoded: Const[bool], straight: Const[bool]) -> vec4:
+    """The mean of a pixel's four samples in linear light; of straight alpha each color counts by its own."""
     first = ACROSS * pixel()
     total = vec4(0.0)
     for y in range(ACROSS):
@@ -29,8 +29,12 @@ def mean_of_four(color: Image, encoded: Const[bool]) -> vec4:
             c = color.texel(first + ivec2(x, y))
             if encoded:
                 c.rgb = vec3(from_srgb(c.r), from_srgb(c.g), from_srgb(c.b))
+            if straight:
+                c.rgb = c.rgb * c.a
             total += c
     mean = total / float(ACROSS * ACROSS)
+    if straight and mean.a > 0.0:
+        mean.rgb = mean.rgb / mean.a
     if encoded:
         mean.rgb = vec3(encode_srgb(mean.r), encode_srgb(mean.g), encode_srgb(mean.b))
     return mean
@@ -38,15 +42,20 @@ def mean_of_four(color: Image, encoded: Const[bool]) -> vec4:
 
 @checked
 def supersampled(
-    color: pg.Target, encoded: bool = True, into: pg.TargetSpec | None = None, name: str = "supersampled"
+    color: pg.Target,
+    encoded: bool = True,
+    straight: bool = False,
+    into: pg.TargetSpec | None = None,
+    name: str = "supersampled",
 ) -> pg.Target:
     """A picture of half the size: each pixel the mean of four samples, in linear light.
 
     Parameters
     ----------
-    color : what is smoothed, computed at twice the size that is wanted; alpha premultiplied
+    color : what is smoothed, computed at twice the size that is wanted
     encoded : colours are sRGB-encoded, 0 to 1, as behind a tone map, and so is the result; off, they are linear light
         of any range
+    straight : color is not multiplied by alpha, and that of the result is not
     into : where it goes; left out, half of ``color`` each way, 8 bits a channel where encoded, else float16, with the
         name ``name``
     name : of the pass
@@ -64,4 +73,4 @@ def supersampled(
     [[[6.0, 7.0, 8.0, 9.0]]]
     """
     target = into or pg.target(name, "rgba8" if encoded else "rgba16f", like=color, scale=1.0 / ACROSS)
-    return mean_of_four(color, encoded, into=target, name=name)
+    return mean_of_four(color, encoded, straight, into=target, name=name)

@@ -227,7 +227,7 @@ def together(little: Image, circles: Image, far: Image, near: Image, hidden: Ima
     return vec4(shown, here.a)
 
 
-@effect("depth-of-field", "picture+depth", linear=True)
+@effect("depth-of-field", "picture+depth", linear=True, alpha="premultiplied")
 def depth_of_field(
     color: pg.Target,
     depth: pg.Target,

@@ -45,9 +45,9 @@ def optical_depth(density: float, falloff: float, height: float, rise: float, wa
 @pg.kernel
 def fogged(
     color: Image, depth: Image, frame: ViewFrame, up: vec3, eye_height: float, fog_color: vec3, density: float,
-    falloff: float, start: float, most: float, sky: float,
+    falloff: float, start: float, back: float, most: float, sky: float,
 ) -> vec4:  # fmt: skip
-    """A picture behind its fog."""
+    """A picture behind its fog; ``back`` is clear too, as it lies behind the engine's eye."""
     here = color[0, 0]
     z = depth[0, 0].r
     if z <= 0.0 and sky <= 0.0:
@@ -56,7 +56,7 @@ def fogged(
     begin = view_position(frame, uv(), 0.0)
     ray = line_of_sight(frame, uv()) * (z if z > 0.0 else ENDLESS)
     far = length(ray)
-    clear = min(start / far, 1.0)
+    clear = min((start + back) / far, 1.0)
     thick = optical_depth(
         density, falloff, eye_height + dot(up, begin + ray * clear), dot(up, ray) * (1.0 - clear), far * (1.0 - clear)
     )
@@ -117,7 +117,7 @@ def fog(
     view = View(camera_of(camera, vertical_fov_rad))
     made: pg.Target = fogged(
         color, depth, view.frame(), view.up(), view.derived(lambda seen_by: seen_by.eye[1] - height), fog_color,
-        density, falloff, start, most, float(sky),
+        density, falloff, start, view.derived(lambda seen_by: seen_by.back), most, float(sky),
         into=into or pg.target(name, "rgba32f"), name=name,
     )  # fmt: skip
     return made

@@ -122,10 +122,10 @@ def parts(free: Image, shadowed: Image, color: Image, depth: Image) -> Parts:
 
 
 @pg.kernel
-def split(free: Image, shadowed: Image, color: Image, depth: Image) -> tuple[vec4, vec4]:
+def split(free: Image, shadowed: Image, color: Image, depth: Image, background_alpha: float) -> tuple[vec4, vec4]:
     """RTT1, the textured scene without shadows, and RTT2, white objects with shadows only."""
     made = parts(free, shadowed, color, depth)
-    return vec4(made.lit, 1.0), made.share
+    return vec4(made.lit, 1.0 if depth[0, 0].r > 0.0 else background_alpha), made.share
 
 
 @pg.kernel
@@ -136,10 +136,10 @@ def split_rgb(free: Image, shadowed: Image, color: Image, depth: Image) -> tuple
 
 
 @pg.kernel
-def lit(free: Image, color: Image, depth: Image) -> vec4:
+def lit(free: Image, color: Image, depth: Image, background_alpha: float) -> vec4:
     """The textured scene where nothing throws a shadow."""
     base = color[0, 0]
-    return vec4(base.rgb * free[0, 0].rgb if depth[0, 0].r > 0.0 else base.rgb, 1.0)
+    return vec4(base.rgb * free[0, 0].rgb, 1.0) if depth[0, 0].r > 0.0 else vec4(base.rgb, background_alpha)
 
 
 @pg.kernel
@@ -152,7 +152,8 @@ def lit_rgb(free: Image, color: Image, depth: Image) -> vec3:
 @pg.kernel
 def multiply(unshadowed: Image, shadows: Image) -> vec4:
     """RTT4 = RTT1 × RTT3."""
-    return vec4(unshadowed[0, 0].rgb * shadows[0, 0].rgb, 1.0)
+    lit = unshadowed[0, 0]
+    return vec4(lit.rgb * shadows[0, 0].rgb, lit.a)
 
 
 @pg.kernel

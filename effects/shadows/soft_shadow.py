@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from passgraph.effects.effect_options import picture_of
 from passgraph.effects.parameters import Called
 from passgraph.effects.pictures.blur import gaussian_blur
 from passgraph.effects.pictures.tone_map import Curve, tone_map
-from passgraph.effects.quantities import Color, Exposure, MapSize, NotNegative, Width
+from passgraph.effects.quantities import Color, Exposure, MapSize, NotNegative, Share, Width
 from passgraph.effects.shadows.lighting import Lighting
 from passgraph.effects.shadows.shadow_blur import blur_along_surfaces
 from passgraph.effects.shadows.shadow_choice import Auto, Blur, DecidedFilter, MomentFilter, ShadowFilter
@@ -76,6 +76,7 @@ def soft_shadow_passes(
     map_blur_px: Annotated[int, pg.Range(0, 31, "texels")] = 0,
     ambient: NotNegative | Color = 0.25,
     background: Color = SKY,
+    background_alpha: Share = 1.0,
     hdr_format: HdrFormat = "rgba16f",
     exposure_stops: Exposure | pg.Value = 0.0,
     curve: Curve = "linear",
@@ -102,17 +103,19 @@ def soft_shadow_passes(
     )
     free, shadowed = lighting.sums((ambient, ambient, ambient) if isinstance(ambient, (int, float)) else ambient)
     wide = hdr_format == "rgb32f"
+    without_surface: dict[str, Any] = {} if wide else {"background_alpha": background_alpha}
     if not lighting.maps:
         made = (lit_rgb if wide else lit)(
             free,
             seen.color,
             seen.depth,
+            **without_surface,
             into=pg.target("unshadowed", hdr_format, notes=tuple(notes)),
         )
         picture = _shown(made, exposure_stops, curve) if display else made
         return SoftShadow(picture, made, made, None, None, seen.depth, seen.normals, seen.color, (), tuple(notes))
     unshadowed, shadows = (split_rgb if wide else split)(
-        free, shadowed, seen.color, seen.depth,
+        free, shadowed, seen.color, seen.depth, **without_surface,
         into=(pg.target("unshadowed", hdr_format), pg.target("shadows", "rgba16f")),
         name="unshadowed and shadows",
     )  # fmt: skip
@@ -161,6 +164,8 @@ def soft_shadow() -> None:
         each side: a depth is not a colour, so that this moves edges and softens nothing; here to be seen, 0 is right
     ambient : scene-linear light (or its red, green, blue) from all around that no shadow takes away
     background : scene-linear colour where there is no surface
+    background_alpha : alpha there; 0 for a picture that is laid over others, in formats with alpha. What is translucent
+        before the background is as opaque as that
     hdr_format : of the lit picture (RTT1 and RTT4); "rgb32f" is 96-bit HDR
     exposure_stops : brightness before the curve, factor 2 a stop
     curve : how high values are compressed. See `passgraph.effects.pictures.tone_map.tone_map`

@@ -5,6 +5,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
 
 import passgraph as pg
 from passgraph import (
@@ -26,8 +29,9 @@ from passgraph import (
     vec3,
     vec4,
 )
+from passgraph.effects.checked import checked
 from passgraph.effects.surfaces.batches import Batch, batches, is_textured
-from passgraph.effects.surfaces.geometry import pack_normal
+from passgraph.effects.surfaces.geometry import pack_normal, unpack_normal
 from passgraph.effects.surfaces.material_textures import TextureInputs, Use, level_at, mipped
 from passgraph.effects.surfaces.views import View
 
@@ -139,7 +143,8 @@ def plain(
 def textured(
     surface: Surface, base_map: Image, normal_map: Image, height_map: Image, height_scale: float,
     base_levels: Image, base_size: vec2, base_count: Const[int], base_wrap: Const[int],
-    normal_levels: Image, normal_size: vec2, normal_count: Const[int], normal_wrap: Const[int],
+    base_minify: Const[int], normal_levels: Image, normal_size: vec2, normal_count: Const[int],
+    normal_wrap: Const[int], normal_minify: Const[int],
     has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool], in_perspective: bool,
     double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float,
 ) -> tuple[vec4, vec4, float, vec2]:  # fmt: skip
@@ -151,13 +156,15 @@ def textured(
     color = surface.color
     if has_base:
         level = level_at(surface.uv, base_size)
-        color = color * mipped(base_map, base_levels, base_size, base_count, base_wrap, at, level)
+        color = color * mipped(base_map, base_levels, base_size, base_count, base_wrap, base_minify, at, level)
     if masked and color.a < cutoff:
         discard()
     shown = n
     if has_normals:
         level = level_at(surface.uv, normal_size)
-        texel = mipped(normal_map, normal_levels, normal_size, normal_count, normal_wrap, at, level).xyz
+        texel = mipped(
+            normal_map, normal_levels, normal_size, normal_count, normal_wrap, normal_minify, at, level
+        ).xyz  # fmt: skip
         shown = bent(texel * 2.0 - 1.0, surface, n)
     return (
         vec4(color.rgb, receives),
@@ -176,11 +183,12 @@ def tinted(surface: Surface) -> vec4:
 @pg.fragment
 def tinted_textured(
     surface: Surface, base_map: Image, base_levels: Image, base_size: vec2, base_count: Const[int],
-    base_wrap: Const[int],
+    base_wrap: Const[int], base_minify: Const[int],
 ) -> vec4:  # fmt: skip
     """A translucent surface with a base colour map."""
     level = level_at(surface.uv, base_size)
-    return surface.color * mipped(base_map, base_levels, base_size, base_count, base_wrap, surface.uv, level)
+    texel = mipped(base_map, base_levels, base_size, base_count, base_wrap, base_minify, surface.uv, level)
+    return surface.color * texel
 
 
 @dataclass(frozen=True)
@@ -268,7 +276,8 @@ def _levels(
 ) -> dict[str, object]:
     """What kernels take beside a map, for its smaller sizes."""
     if texture is None:
-        return {f"{word}_levels": any_input, f"{word}_size": (1.0, 1.0), f"{word}_count": 0, f"{word}_wrap": 0}
+        unused = {f"{word}_{name}": 0 for name in ("count", "wrap", "minify")}
+        return {f"{word}_levels": any_input, f"{word}_size": (1.0, 1.0), **unused}
     return {f"{word}_{name}": value for name, value in textures.levels(texture, use).items()}
 
 
@@ -292,3 +301,58 @@ def _draw_translucent(
         values=values,
     )  # fmt: skip
     return made
+
+
+# For users: the same as plain pictures
+
+
+@dataclass(frozen=True)
+class SceneSurfaces:
+    """What `scene_surfaces` returns, of the nearest opaque surface; zeros where there is none.
+
+    Attributes
+    ----------
+    depth : r32f, distance along the view axis in scene units
+    normals : rgba32f, a unit vector and 1
+    base_color : rgba16f, linear and unlit; translucent surfaces mixed in, alpha 1 where shadows are received
+    """
+
+    depth: pg.Target
+    normals: pg.Target
+    base_color: pg.Target
+
+
+@checked
+def scene_surfaces(
+    scene: pg.Scene, space: Literal["view", "world"] = "view", normal_maps: bool = True
+) -> SceneSurfaces:
+    """Depth, normals and base color of a scene, in one drawing; runs take ``camera=``, by default the scene's.
+
+    Parameters
+    ----------
+    scene : what is seen
+    space : of normals. "view": x to the right, y up, z toward the eye; "world": the scene's axes
+    normal_maps : normals follow normal maps; off, the surface itself
+
+    Examples
+    --------
+    >>> seen = scene_surfaces(pg.Scene.shipped(), "world")
+    >>> with pg.compile({"depth": seen.depth, "normals": seen.normals}, backend="reference", size=(8, 6)) as program:
+    ...     found = program()
+    >>> round(float(found["normals"][5, 4, 1]), 2), bool(found["depth"][5, 4, 0] > 1.0)  # of the floor
+    (1.0, True)
+    """
+    camera = pg.Value("camera", pg.Camera, default=scene.camera)
+    seen = g_buffer(scene, View(camera), TextureInputs(), (0.0, 0.0, 0.0))
+    turn = camera.map(lambda one: one.view_rotation()[:3, :3].T if space == "world" else np.eye(3))
+    into = pg.target("unit normals", "rgba32f")
+    normals = unpacked(seen.normals, seen.depth, turn, normal_maps, into=into, name="unit normals")
+    return SceneSurfaces(seen.depth, normals, seen.color)
+
+
+@pg.kernel
+def unpacked(normals: Image, depth: Image, turn: mat3, normal_maps: Const[bool]) -> vec4:
+    """A packed normal as a unit vector."""
+    packed = normals[0, 0]
+    n = turn * unpack_normal(packed.xy if normal_maps else packed.zw)
+    return vec4(n, 1.0) if depth[0, 0].r > 0.0 else vec4(0.0)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import Image, clamp, dfdx, dfdy, floor, fract, length, log2, mix, vec2, vec4
 from passgraph.scene import Texture
-from passgraph.scene.materials import Wrap
+from passgraph.scene.materials import Minify, Wrap
 
 Use = Literal["base color", "normals", "height"]
 #: As the kernel knows them, and what numpy calls a border of that kind.
 WRAPS: tuple[Wrap, ...] = ("repeat", "clamp", "mirror")
+MINIFY: tuple[Minify, ...] = get_args(Minify)
+NEAREST_LEVEL = MINIFY.index("nearest mipmap nearest")
 _PADS: dict[Wrap, Any] = {"repeat": "wrap", "clamp": "edge", "mirror": "symmetric"}
 
 
@@ -133,11 +135,18 @@ def on_level(levels: Image, at: vec2, size: vec2, number: int) -> vec4:
 
 
 @pg.function
-def mipped(base: Image, levels: Image, size: vec2, count: int, wrap: int, at: vec2, level: float) -> vec4:
-    """A texture at a fractional level: a mix of the two levels beside it."""
+def mipped(
+    base: Image, levels: Image, size: vec2, count: int, wrap: int, minify: int, at: vec2, level_by_size: float
+) -> vec4:  # fmt: skip
+    """A texture at a fractional level: a mix of the two levels beside it, or the nearer one."""
     color = vec4(0.0)
+    level = level_by_size
+    if minify == NEAREST_LEVEL:
+        level = floor(level + 0.5)
     if count == 0 or level < 1.0:
         color = base.sample(at)
+        if minify > 0 and level_by_size > 0.0:
+            color = base.nearest(at)
     if count > 0 and level > 0.0:
         inside = wrapped(at, wrap)
         lower = min(int(floor(level)), count - 1)
@@ -172,23 +181,27 @@ class TextureInputs:
                 kind = "rgba16f" if use == "base color" else "rgba8"
             name = f"{texture.name} ({use} {len(self._made)})"
             picture = np.ascontiguousarray(pixels)
-            self._made[key] = pg.Input(name, kind, texture.size, static=True, border=texture.wrap, default=picture)
+            made = pg.Input(name, kind, texture.size, static=True, border=texture.wrap, default=picture)
+            self._made[key] = made.filter(texture.magnify)
         return self._made[key]
 
     def levels(self, texture: Texture, use: Use) -> dict[str, object]:
-        """What `mip_maps.mipped` takes beside a texture: the input of its levels, their size, count and wrap."""
+        """What `mipped` takes beside a texture: the input of its levels, their size and count, its wrap and filter."""
         key = (id(texture), use)
         if key not in self._mips:
             mips = mips_of(texture.decode(), use, texture.wrap)
             kind = "rgba16f" if use == "base color" else "rgba8"
             size = (mips.picture.shape[1], mips.picture.shape[0])
             name = f"{texture.name} ({use} levels {len(self._mips)})"
-            made = (
-                pg.Input(name, kind, size, static=True, default=mips.picture) if mips.count else self.of(texture, use)
-            )
+            if mips.count:
+                made = pg.Input(name, kind, size, static=True, default=mips.picture)
+                made = made.filter("linear" if texture.minify == MINIFY[0] else "nearest")
+            else:
+                made = self.of(texture, use)
             self._mips[key] = made, mips
         levels, mips = self._mips[key]
+        count = 0 if texture.minify == "nearest" else mips.count
         return {
-            "levels": levels, "size": tuple(map(float, mips.size)), "count": mips.count,
-            "wrap": wrap_number(texture.wrap),
+            "levels": levels, "size": tuple(map(float, mips.size)), "count": count,
+            "wrap": wrap_number(texture.wrap), "minify": MINIFY.index(texture.minify),
         }  # fmt: skip

@@ -162,7 +162,7 @@ def command_of(effect: Effect) -> click.Command:
         "--linear/--as-stored", default=effect.linear, show_default=True,
         help="Decode 8- and 16-bit pictures from sRGB to linear light first.",
     )  # fmt: skip
-    @color_space_options
+    @color_space_options(effect)
     @click.pass_context
     def command(ctx: click.Context, /, **options: Any) -> int:
         return apply_effect(effect, given_parameters(ctx), **options)
@@ -294,6 +294,8 @@ def apply_to_many(
     stills = [path for path in given.values() if isinstance(path, Path) and path not in beside.values()]
     opened = {name: frames_beside(path, clips, writing.raw) for name, path in beside.items()}
     further = [*opened.values(), *([depths] if depths else [])]
+    if not any(getattr(source, "has_alpha", True) for source in [*sources, *opened.values(), Pictures(stills)]):
+        effect = effect.for_opaque()
     check_clips(clips, output, [*stills, *(path for source in further for path in inputs_of(source))])
     tell_of_several(path for clip in clips if isinstance(clip.source, Pictures) for path in inputs_of(clip.source))
     changing = Changing.of(effect, given)

@@ -1,15 +1,18 @@
-"""``--from-space`` and ``--to-space``: color spaces of pictures around an effect, which works in scene-linear light."""
+"""``--from-space``, ``--to-space`` and ``--alpha``: what pictures hold, and what the effect between gets."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
 from passgraph.commands.options import Decorated
 from passgraph.commands.written_files import FLOAT_SUFFIXES
+from passgraph.effects.checked import Alpha
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.graph.targets import Target
@@ -21,9 +24,14 @@ if TYPE_CHECKING:
 LINEAR, ENCODED = "lin_rec709", "srgb_tx"
 
 
-def color_space_options(command: Decorated) -> Decorated:
-    """The two options and the config that they look in."""
-    for option in (
+def color_space_options(effect: Effect) -> Callable[[Decorated], Decorated]:
+    """The color spaces, the config that they are looked for in, and what alpha is to the effect."""
+    options = (
+        click.option(
+            "--alpha", type=click.Choice(get_args(Alpha)), default=effect.alpha, show_default=True,
+            help="What EFFECT gets: color times alpha (divided again behind it), color as it is, or color without "
+            "alpha, which the result gets back.",
+        ),
         click.option(
             "--to-space", metavar="NAME",
             help="Color space to write, of an OpenColorIO config.  [default: that of --from-space]",
@@ -34,41 +42,56 @@ def color_space_options(command: Decorated) -> Decorated:
             "[default, with --to-space: linear Rec. 709 for float files, sRGB for others]",
         ),
         click.option("--color-config", metavar="FILE", help="OpenColorIO config, or ocio://NAME.  [default: $OCIO]"),
-    ):  # fmt: skip
-        command = option(command)
-    return command
+    )  # fmt: skip
+
+    def decorate(command: Decorated) -> Decorated:
+        for option in options:
+            command = option(command)
+        return command
+
+    return decorate
 
 
 def take_color_spaces(effect: Effect, inputs: tuple[str, ...], options: dict[str, Any]) -> Effect:
-    """Return the effect between its color transforms, as ``options`` say; they lose the options of this module.
+    """Return the effect between its conversions, as ``options`` say; they lose the options of this module.
 
-    Pictures are then read as they are stored: their color space says how they are decoded.
+    With color spaces, pictures are read as they are stored: their color space says how they are decoded.
     """
-    source, result, config = (options.pop(name) for name in ("from_space", "to_space", "color_config"))
+    alpha, source, result, config = (options.pop(key) for key in ("alpha", "from_space", "to_space", "color_config"))
     if source is None and result is None:
         if config is not None:
             raise InputError("--color-config goes with --from-space or --to-space")
-        return effect
+        return effect if alpha == "straight" else _converted(effect, alpha, None, None, None)
     if source is None:
         from passgraph.pictures import split_layer
 
         file, _ = split_layer(Path(inputs[0]))
         source = LINEAR if file.suffix.lower() in FLOAT_SUFFIXES else ENCODED
     options["linear"] = False
+    return _converted(effect, alpha, source, result or source, config)
+
+
+def _converted(
+    effect: Effect, alpha: Alpha, source: str | None, result: str | None, config: str | None
+) -> ConvertedEffect:
     return ConvertedEffect(
         effect.name, effect.path, effect.takes, effect.summary, effect.loaded,
-        effect=effect, source=source, result=result or source, config=config,
+        effect=effect, effect_alpha=alpha, source=source, result=result, config=config,
     )  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
 class ConvertedEffect(Effect):
-    """An effect whose picture comes in the space ``source`` and leaves in ``result``; it sees scene-linear light."""
+    """An effect whose picture comes in the color space ``source`` and leaves in ``result``, with straight alpha.
+
+    It sees scene-linear light where these are given, and ``effect_alpha``.
+    """
 
     effect: Effect
-    source: str
-    result: str
-    config: str | None
+    effect_alpha: Alpha
+    source: str | None = None
+    result: str | None = None
+    config: str | None = None
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -78,13 +101,26 @@ class ConvertedEffect(Effect):
     def frame_time(self) -> str | None:
         return self.effect.frame_time
 
+    def for_opaque(self) -> Effect:
+        return self.effect if self.source is None else replace(self, effect_alpha="straight")
+
     def made(self, *taken: Any, **given: Any) -> Any:
+        from passgraph.effects.pictures.alpha import on_straight_alpha
+
+        @wraps(self.effect.function)
+        def one_target(*taken: Any, **given: Any) -> Target:
+            made = self.effect.made(*taken, **given)
+            if not isinstance(made, Target):
+                raise InputError(f"{self.name}: makes several pictures; leave out --alpha, --from-space and --to-space")
+            return made
+
+        on_straight = on_straight_alpha(one_target, self.effect_alpha)
+        if self.source is None:
+            return on_straight(*taken, **given)
         from passgraph.effects import color_transform
 
         frame, *rest = taken
         light = color_transform(frame, src=self.source, dst="scene_linear", config=self.config, name="to_scene_linear")
-        made = self.effect.made(light, *rest, **given)
-        if not isinstance(made, Target):
-            raise InputError(f"--to-space: {self.name} makes several pictures; leave out the color spaces")
+        made = on_straight(light, *rest, **given)
         name = f"{made.name}_in_space"
         return color_transform(made, src="scene_linear", dst=self.result, config=self.config, name=name)

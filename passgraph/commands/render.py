@@ -24,11 +24,12 @@ from passgraph.commands.options import (
     size_option,
 )
 from passgraph.commands.running import check_one_picture, check_outputs, frame_progress, progress, run_and_save
+from passgraph.commands.scene_view import VIEW_FIELDS, Seen, View, refuse_view, seen_by, view_options
 from passgraph.commands.sources import RENDER_SIZE, Job, accepts, job_of_scene, run_values, world_job
-from passgraph.commands.view import VIEW_FIELDS, Seen, View, refuse_view, seen_by, view_options
 from passgraph.commands.written_files import FLOAT_SUFFIXES, check_path, check_picture_path, rate_of
 from passgraph.errors import InputError
 from passgraph.graph.targets import MAX_SIDE, Target
+from passgraph.image_files import WRITABLE
 
 if TYPE_CHECKING:
     from passgraph.effects.effect_table import Effect
@@ -69,21 +70,34 @@ def sampled_size(antialias: Antialias, size: tuple[int, int]) -> tuple[int, int]
     return width, height
 
 
-def smoothed(job: Job, antialias: Antialias, display: bool) -> Job:
+def smoothed(job: Job, antialias: Antialias, display: bool, is_transparent: bool) -> Job:
     """The job with its outputs smoothed; those of ssaa4 are half as large as what is drawn."""
     if antialias == "none":
         return job
-    return replace(job, outputs={name: _smooth(output, antialias, display) for name, output in job.outputs.items()})
+    outputs = {name: _smooth(output, antialias, display, is_transparent) for name, output in job.outputs.items()}
+    return replace(job, outputs=outputs)
 
 
-def _smooth(output: Target, antialias: Antialias, display: bool) -> Target:
+def _smooth(output: Target, antialias: Antialias, display: bool, is_transparent: bool) -> Target:
     if antialias == "ssaa4":
         from passgraph.effects.pictures.supersampled import supersampled
 
-        return supersampled(output, display)
+        return supersampled(output, display, straight=is_transparent)
     from passgraph.effects.pictures.fxaa import fxaa
 
-    return fxaa(output)
+    if not is_transparent:
+        return fxaa(output)
+    from passgraph.effects.pictures.alpha import on_straight_alpha
+
+    return on_straight_alpha(fxaa)(output)
+
+
+def holds_alpha(output: Path) -> bool:
+    """Return True if a picture or an animation of this name has alpha; videos keep a background."""
+    from passgraph.files.names import is_film, is_video
+
+    suffix = output.suffix.lower()
+    return not is_video(output) if is_film(output) else suffix in WRITABLE and 4 in WRITABLE[suffix].channels
 
 
 def check_turntable(output: Path, capture: Path | None, profile: bool, rate: Fraction | None) -> None:
@@ -183,6 +197,9 @@ def render(
     display = bool(parameters.get("display", not in_floats))
     smoothing = chosen(antialias, display)
     view = View(**{name: value for name, value in rest.items() if name in VIEW_FIELDS})
+    has_background = view.ground != "none" or "background" in parameters
+    if not has_background and accepts(renderer, "background_alpha") and holds_alpha(output):
+        parameters.setdefault("background_alpha", 0.0)
     a_second = None if rate is None else rate_of(rate)
     if view.turntable:
         check_turntable(output, capture, profile, a_second)
@@ -192,7 +209,7 @@ def render(
         check_outputs(output, capture)
     with progress("reading the scene"):
         job, seen = _job_of(renderer, scene, view, size, sampled_size(smoothing, size), parameters)
-    job = smoothed(job, smoothing, display)
+    job = smoothed(job, smoothing, display, parameters.get("background_alpha", 1.0) < 1.0)
     status = 0
     if view.turntable:
         cameras = () if seen is None else seen.cameras

@@ -38,7 +38,7 @@ def flat_volumes(outputs: Iterable[Any]) -> list[str]:
 #: What commands call options, arguments and inputs of their own; a shader's parameter of such a name has `PREFIX`.
 RESERVED = frozenset(
     {
-        "as_stored", "at", "backend", "backends", "bits", "capture", "check_finite", "codec", "codec_option",
+        "alpha", "as_stored", "at", "backend", "backends", "bits", "capture", "check_finite", "codec", "codec_option",
         "color_config", "depth", "depth_buffer", "effect", "frame", "frames", "from_space", "h", "help", "inputs",
         "jobs", "linear", "most_ambiguous", "most_seconds", "no_sound", "non_finite", "off", "output", "pass",
         "profile", "rate", "raw", "resume", "scheduler", "size", "sound", "source", "step", "svg", "to_space",
@@ -84,7 +84,9 @@ class ShaderFileEffect(Effect):
         return next(times, None)
 
     def made(self, *taken: Any, **given: Any) -> Any:
-        return self._of_pictures(self.shader(*taken, **{self.own_names[name]: value for name, value in given.items()}))
+        return self._of_pictures(
+            self.shader(*taken, **{self.own_names.get(name, name): value for name, value in given.items()})
+        )
 
     def on_inputs(self) -> Graph:
         """On inputs by the shader's own names; parameters are values of the run, where sizes do not need them."""

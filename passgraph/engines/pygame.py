@@ -1,4 +1,4 @@
-"""pygame with OpenGL: the effect runs on what the display shows, before its buffers are swapped."""
+"""pygame with OpenGL: the effect runs on what a window shows, before its buffers are swapped."""
 
 from __future__ import annotations
 
@@ -9,20 +9,21 @@ from passgraph.engines.hooks import check_has, hook
 from passgraph.errors import InputError
 from passgraph.hosts.gl import Host, HostFramebuffer, Isolation
 
-#: ``pygame.OPENGL``, and ``pygame.PREALLOC``: that SDL sends a surface of its own to the window.
-_OPENGL, _PREALLOC = 0x2, 0x01000000
+#: ``pygame.OPENGL``, ``pygame.SCALED``, and ``pygame.PREALLOC``: that SDL sends a surface of its own to the window.
+_OPENGL, _SCALED, _PREALLOC = 0x2, 0x200, 0x01000000
 
 
 def attach(
-    display: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
+    window: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
 ) -> Attachment:
     """Run an effect on all that is drawn into pygame's window.
 
     Parameters
     ----------
-    display
-        The module ``pygame.display``; its ``flip`` is hooked.  Call it by this name: what ``from pygame.display import
-        flip`` took before stays without the effect.
+    window
+        The module ``pygame.display``; its ``flip`` is hooked. Call it by this name: what ``from pygame.display import
+        flip`` took before stays without the effect. Or a window of pygame-ce with ``opengl=True``, of a class of your
+        own, ``class Window(pygame.Window): pass``: a plain one's ``flip`` cannot be hooked.
     effect, isolation, values : see `passgraph.engines.attachment.Attachment`
     camera
         What the frame was seen by: a `passgraph.Camera`, (view, projection), or a function that returns either; pygame
@@ -31,34 +32,73 @@ def attach(
     Raises
     ------
     InputError
-        For what has no ``flip``, a display without ``pygame.OPENGL``, and for values that the effect does not take.
+        For what has no ``flip``, a window without OpenGL, and for values that the effect does not take.
 
     >>> attached = attach(pygame.display, gaussian_blur, radius_px=4)    # doctest: +SKIP
     """
-    check_has(display, "pygame", "the module pygame.display", "flip", "quit", "set_mode", "get_surface")
-    _check_has_opengl(display)
+    if hasattr(window, "opengl") and hasattr(window, "destroy"):
+        _check_takes_hooks(window)
+        made = Attachment("pygame", effect, values, frame=_screen, camera=camera, isolation=isolation)
+        made.on_close(hook(window, "flip", before=made.draw))
+        made.on_close(hook(window, "destroy", before=made.close))
+        return made
+    check_has(window, "pygame", "the module pygame.display", "flip", "quit", "set_mode", "get_surface")
+    display = _Display(window)
+    display.check_has_opengl()
 
     def frame(host: Host) -> HostFramebuffer:
-        _check_has_opengl(display)
-        return host.framebuffer(0, srgb=False)
+        display.check_has_opengl()
+        return _screen(host)
 
     made = Attachment("pygame", effect, values, frame=frame, camera=camera, isolation=isolation)
-    made.on_close(hook(display, "flip", before=made.draw))
-    made.on_close(hook(display, "quit", before=made.close))
+    made.on_close(hook(window, "flip", before=made.draw))
+    made.on_close(hook(window, "quit", before=made.close))
+    made.on_close(hook(window, "set_mode", before=lambda: None, when=display.remember_mode))
     return made
 
 
-def _check_has_opengl(display: Any) -> None:
-    """Frames that pygame makes of surfaces are sent to the window behind ``flip``, where no effect sees them."""
-    surface = display.get_surface()
-    if surface is None:
-        return
-    # SDL from 2.32 on sends surfaces through OpenGL, and sets its flag for all windows.
-    flags = surface.get_flags()
-    is_scaled = tuple(surface.get_size()) != tuple(display.get_window_size())
-    if not flags & _OPENGL or flags & _PREALLOC or is_scaled:
+def _screen(host: Host) -> HostFramebuffer:
+    return host.framebuffer(0, srgb=False)
+
+
+def _check_takes_hooks(window: Any) -> None:
+    if not window.opengl:
+        raise InputError("pygame: the window has no OpenGL; make it with opengl=True, and draw with OpenGL")
+    if not hasattr(window, "__dict__"):
         raise InputError(
-            "pygame: the display has no OpenGL; call pygame.display.set_mode(size, pygame.OPENGL | pygame.DOUBLEBUF), "
-            "and draw with OpenGL. Where surfaces are drawn, run a program on them: "
-            "program(frame=pygame.surfarray.array3d(surface).swapaxes(0, 1))"
+            f"pygame: the flip of a {type(window).__name__} cannot be hooked; derive a class, "
+            "class Window(pygame.Window): pass, and make the window of it"
         )
+
+
+class _Display:
+    """Whether pygame's one display is drawn by OpenGL, which SDL does not say: it sends surfaces through OpenGL too."""
+
+    def __init__(self, module: Any) -> None:
+        self.module = module
+        surface = module.get_surface()
+        self._is_scaled = surface is not None and _is_enlarged(surface.get_size(), module.get_window_size())
+
+    def remember_mode(self, size: object = None, flags: int = 0, *_: object, **__: object) -> bool:
+        """Of a call of ``set_mode``. Sizes say nothing after it: the surface of a display with OpenGL keeps its own."""
+        self._is_scaled = bool(flags & _SCALED)
+        return False
+
+    def check_has_opengl(self) -> None:
+        """Refuse frames that pygame makes of surfaces: they go to the window behind ``flip``, unseen by effects."""
+        surface = self.module.get_surface()
+        if surface is None:
+            return
+        flags = surface.get_flags()
+        if not flags & _OPENGL or flags & _PREALLOC or self._is_scaled:
+            raise InputError(
+                "pygame: the display has no OpenGL; call pygame.display.set_mode(size, pygame.OPENGL | "
+                "pygame.DOUBLEBUF), and draw with OpenGL. Where surfaces are drawn, run a program on them: "
+                "program(frame=pygame.surfarray.array3d(surface).swapaxes(0, 1))"
+            )
+
+
+def _is_enlarged(size: tuple[int, int], window: tuple[int, int]) -> bool:
+    """Return True if a window is some times as large as its surface both ways, as ``pygame.SCALED`` makes it."""
+    times = window[0] // size[0]
+    return times > 1 and tuple(window) == (times * size[0], times * size[1])

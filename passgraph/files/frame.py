@@ -52,7 +52,8 @@ class Source(Protocol):
     """What frames come from: iterating gives them in order, without their pixels.
 
     A frame that is broken raises InputError when it is read; a source that cannot go on raises it when it is
-    iterated: what came before stays.  One that has ``endless = True`` goes with others, which say when to end.
+    iterated: what came before stays.  One that has ``endless = True`` goes with others, which say when to end; of one
+    that has ``has_alpha = False`` no frame has alpha.
     """
 
     @property

@@ -90,6 +90,7 @@ class Pipe:
         if raw is not None and raw.size is None:
             raise InputError(f"{name}: raw pixels have no size of their own; write it, such as 640x480:{raw.layout}")
         self.stream, self.raw, self.name = stream, raw, name
+        self.has_alpha = raw is None or LAYOUTS[raw.layout].channels == 4
 
     def __iter__(self) -> Iterator[Frame]:
         number = 0

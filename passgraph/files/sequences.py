@@ -49,6 +49,11 @@ class Pictures:
     def count(self) -> int:
         return len(self.paths)
 
+    @cached_property
+    def has_alpha(self) -> bool:
+        """False if no file has, by its header."""
+        return not all(metadata_of(path).opaque for path in dict.fromkeys(self.paths.values()))
+
     def __iter__(self) -> Iterator[Frame]:
         for number, path in self.paths.items():
             yield Frame(number, os.fspath(path), lambda path=path: load_stored(path))  # type: ignore[misc]
@@ -253,6 +258,8 @@ class Numbers:
     """
 
     name = "frames"
+
+    has_alpha = False
 
     def __init__(self, count: int) -> None:
         self.count = arguments.whole(count, "frames: count", 1, MOST_NUMBERS, InputError)

@@ -162,8 +162,8 @@ def plain_value(part: Part, span: Span) -> Part:
 Lists: TypeAlias = "list[ir.Expr] | tuple[ImageValue, ...] | dict[str, Lists]"
 
 
-def array_of(members: Sequence[Part], span: Span, name: Namer) -> Part:
-    """``[a, b, …]`` of anything that arrays hold."""
+def array_of(members: Sequence[Part], span: Span, builder: Builder) -> Part:
+    """``[a, b, …]`` of anything that arrays hold; what arrays in it have is counted before it is copied."""
     for member in members:
         if isinstance(member, (ImageChoice, TupleValue)):
             what = "an image that an index chooses" if isinstance(member, ImageChoice) else "a tuple"
@@ -175,7 +175,8 @@ def array_of(members: Sequence[Part], span: Span, name: Namer) -> Part:
     made = Array(cast(Value, types[0]), len(members))
     if longest(made) > MAX_ARRAY_LENGTH:
         fail(span, f"an array has at most {MAX_ARRAY_LENGTH} elements, got {longest(made)}")
-    lists = [spread(plain_value(member, span), span, name) for member in members]
+    builder.count_expression(span, longest(made))
+    lists = [spread(plain_value(member, span), span, builder.name_it) for member in members]
     parts = _joined(lists, span)
     if isinstance(parts, (dict, tuple)):
         return ArrayValue(made, parts)

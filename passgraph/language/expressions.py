@@ -492,9 +492,7 @@ class Expressions:
     def _array(self, members: list[Part], span: Span) -> Part:
         if not members:
             fail(span, "an array needs at least one element")
-        made = array_of(members, span, self.frame.name_it)
-        self.frame.builder.count_expression(span, len(members))
-        return made
+        return array_of(members, span, self.frame.builder)
 
     def _filled_array(self, node: ast.BinOp, span: Span) -> Part:
         assert isinstance(node.left, ast.List)

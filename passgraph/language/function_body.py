@@ -143,7 +143,11 @@ class Builder:
     def count_expression(self, span: Span, times: int = 1) -> None:
         self.expressions += times
         if self.expressions > MAX_EXPRESSIONS:
-            fail(span, f"the kernel grows past {MAX_EXPRESSIONS} expressions once its functions are inlined")
+            fail(
+                span,
+                f"the kernel grows past {MAX_EXPRESSIONS} expressions once its functions are inlined and its arrays "
+                "written out",
+            )
 
     def fresh(self, hint: str) -> str:
         self.count += 1

@@ -5,6 +5,7 @@ from typing import Any, TypeVar, overload
 from passgraph.language.symbols import mat2, mat3, mat4, vec2, vec3, vec4
 
 _F = TypeVar("_F", float, vec2, vec3, vec4)
+_N = TypeVar("_N", int, float, vec2, vec3, vec4)
 _V = TypeVar("_V", vec2, vec3, vec4)
 _M = TypeVar("_M", mat2, mat3, mat4)
 
@@ -43,13 +44,13 @@ __all__ = [
 ]
 
 @overload
-def sign(x: _F, /) -> _F:
+def sign(x: _N, /) -> _N:
     """-1, 0 or 1; 0 for 0 and for NaN; 0 or 1."""
 @overload
 def sign(x: Any, /) -> Any: ...
 
 @overload
-def clamp(x: _F, y: _F, z: _F, /) -> _F:
+def clamp(x: _N, y: _N, z: _N, /) -> _N:
     """min(max(x, low), high)."""
 @overload
 def clamp(x: _V, y: _V | float, z: _V | float, /) -> _V: ...

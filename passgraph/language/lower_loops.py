@@ -176,8 +176,9 @@ class Loops:
         if trips > ANY_NUMBER:
             fail(
                 statement.span,
-                "this loop may make any number of trips; a bound that is not known when the graph is compiled needs a "
-                "limit that is, such as range(min(n, 64)), or a constant bound with a break",
+                f"this loop may make any number of trips: {self._unlimited(start, stop, rise > ANY_NUMBER)}; a bound "
+                "that is not known when the graph is compiled needs a limit that is; or write a constant bound and a "
+                "break",
             )
         self._check(statement, trips, "may make")
         # Their distance, which trips are counted from, must not wrap.
@@ -194,6 +195,17 @@ class Loops:
             back = e.op("neg", e.op("max", step, s.Lit("int", -INT_MAX)))
             value = e.choose(e.op("less", step, zero), self._trips(stop, start, back), value)
         return Trips(trips, value, start, step, self._reach(start, stop, bool(rise), bool(fall)))
+
+    def _unlimited(self, start: s.Operand, stop: s.Operand, rises: bool) -> str:
+        """Say which ends of a loop are unlimited, and how they get a limit."""
+        low, high = ("start", "stop") if rises else ("stop", "start")
+        bounds = {"start": self.emitter.bounds.of(start), "stop": self.emitter.bounds.of(stop)}
+        ends = []
+        if bounds[low].low < -ANY_NUMBER:
+            ends.append(f"its {low} has no lower limit, as max({low}, 0) has")
+        if bounds[high].high > ANY_NUMBER:
+            ends.append(f"its {high} has no upper limit, as min({high}, 64) has")
+        return " and ".join(ends) or "its ends may lie any distance apart"
 
     def _trips(self, low: s.Operand, high: s.Operand, step: s.Operand) -> s.Operand:
         """Trips of a positive step from one end up to the other; 0 where they lie the other way round.

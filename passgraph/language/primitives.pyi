@@ -5,6 +5,7 @@ from typing import Any, TypeVar, overload
 from passgraph.language.symbols import mat2, mat3, mat4, vec2, vec3, vec4
 
 _F = TypeVar("_F", float, vec2, vec3, vec4)
+_N = TypeVar("_N", int, float, vec2, vec3, vec4)
 _V = TypeVar("_V", vec2, vec3, vec4)
 _M = TypeVar("_M", mat2, mat3, mat4)
 
@@ -38,7 +39,7 @@ def sqrt(x: _F, /) -> _F:
     """the square root, x >= 0."""
 
 @overload
-def less(x: _F, y: _F, /) -> Any:
+def less(x: _N, y: _N, /) -> Any:
     """a < b; written a < b too; written a < b too."""
 @overload
 def less(x: Any, y: Any, /) -> Any: ...
@@ -46,7 +47,7 @@ def less(x: Any, y: Any, /) -> Any: ...
 def less(x: Any, y: Any, /) -> Any: ...
 
 @overload
-def less_equal(x: _F, y: _F, /) -> Any:
+def less_equal(x: _N, y: _N, /) -> Any:
     """a <= b; written a <= b too; written a <= b too."""
 @overload
 def less_equal(x: Any, y: Any, /) -> Any: ...
@@ -54,7 +55,7 @@ def less_equal(x: Any, y: Any, /) -> Any: ...
 def less_equal(x: Any, y: Any, /) -> Any: ...
 
 @overload
-def greater(x: _F, y: _F, /) -> Any:
+def greater(x: _N, y: _N, /) -> Any:
     """a > b; written a > b too; written a > b too."""
 @overload
 def greater(x: Any, y: Any, /) -> Any: ...
@@ -62,7 +63,7 @@ def greater(x: Any, y: Any, /) -> Any: ...
 def greater(x: Any, y: Any, /) -> Any: ...
 
 @overload
-def greater_equal(x: _F, y: _F, /) -> Any:
+def greater_equal(x: _N, y: _N, /) -> Any:
     """a >= b; written a >= b too; written a >= b too."""
 @overload
 def greater_equal(x: Any, y: Any, /) -> Any: ...
@@ -70,13 +71,13 @@ def greater_equal(x: Any, y: Any, /) -> Any: ...
 def greater_equal(x: Any, y: Any, /) -> Any: ...
 
 @overload
-def equal(x: _F, y: _F, /) -> Any:
+def equal(x: _N, y: _N, /) -> Any:
     """a == b; written a == b too."""
 @overload
 def equal(x: Any, y: Any, /) -> Any: ...
 
 @overload
-def not_equal(x: _F, y: _F, /) -> Any:
+def not_equal(x: _N, y: _N, /) -> Any:
     """a != b; written a != b too."""
 @overload
 def not_equal(x: Any, y: Any, /) -> Any: ...

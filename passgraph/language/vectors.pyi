@@ -5,6 +5,7 @@ from typing import Any, TypeVar, overload
 from passgraph.language.symbols import mat2, mat3, mat4, vec2, vec3, vec4
 
 _F = TypeVar("_F", float, vec2, vec3, vec4)
+_N = TypeVar("_N", int, float, vec2, vec3, vec4)
 _V = TypeVar("_V", vec2, vec3, vec4)
 _M = TypeVar("_M", mat2, mat3, mat4)
 

@@ -151,6 +151,8 @@ class Camera:
         out, the camera sees in perspective
     shift : where the middle of the picture lies off the view axis, in half its width (right) and height (up)
     aspect : width / height of what it sees; left out, that of the picture, whose pixels are squares then
+    back : how far the eye lies behind that of an engine, whose parallel view begins behind it (`from_matrices`);
+        effects count distances from the engine's eye, such as the start of fog
 
     >>> Camera(eye=(0, 0, 5), target=(0, 0, 0)).view_matrix()[2, 3].item()
     -5.0
@@ -168,6 +170,7 @@ class Camera:
     orthographic_height: float | None = None
     shift: tuple[float, float] = (0.0, 0.0)
     aspect: float | None = None
+    back: float = 0.0
 
     def __post_init__(self) -> None:
         for field in ("eye", "target", "up"):
@@ -184,6 +187,7 @@ class Camera:
         if shift.shape != (2,) or not np.isfinite(shift).all():
             raise InputError(f"camera: shift: expected two finite numbers, got {shown(self.shift)}")
         object.__setattr__(self, "shift", (float(shift[0]), float(shift[1])))
+        object.__setattr__(self, "back", number(self.back, "camera: back", 0.0, np.inf))
         if self.eye == self.target:
             raise InputError(f"camera: eye and target are the same point {self.eye}; move one of them")
         if not any(self.up):
@@ -246,8 +250,8 @@ class Camera:
             ``glClipControl``, or from -1 to 1, as else with OpenGL; left out, -1 to 1 unless the matrix cannot mean it:
             only with reversed depth does a matrix show that it is from 0 to 1
 
-        Where a parallel projection begins behind the eye, the eye is put back, which shows the same; how far, says
-        `passgraph.HardwareDepth.back`.
+        Where a parallel projection begins behind the eye, the eye is put back, which shows the same; ``back`` says how
+        far.
         What the depth buffer holds, `passgraph.HardwareDepth.of_projection` reads from the same matrix.
 
         Raises
@@ -270,7 +274,7 @@ class Camera:
             tuple(eye.tolist()), tuple(target.tolist()), tuple(turn[1].tolist()),
             DEFAULT_FOV_RAD if read.orthographic else 2.0 * atan(height),
             read.near, read.far, 2.0 * height if read.orthographic else None,
-            (right / width, up / height), width / height,
+            (right / width, up / height), width / height, read.back,
         )  # fmt: skip
 
     def relative(self, transform: ArrayLike) -> Float64:

@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 from passgraph.scene.gltf import GltfData, local_matrix, walk_nodes, world_of
-from passgraph.scene.materials import AlphaMode, ColorSpace, Material, Node, Texture, Wrap
+from passgraph.scene.materials import AlphaMode, ColorSpace, Magnify, Material, Minify, Node, Texture, Wrap
 from passgraph.scene.matrices import Float64
 from passgraph.scene.model_data import Arrays, PlacedMeshes, rgba, texture_of
 
 GLOSSY = "KHR_materials_pbrSpecularGlossiness"
 TRANSFORM = "KHR_texture_transform"
 WEBP = "EXT_texture_webp"
-#: Of a sampler (glTF 2.0, section 5.26): texels are not weighted.
-_NEAREST = 9728
+# glTF 2.0, section 5.26: filters of a sampler that take one texel. Others are linear, with mip maps where it is small.
+MAGNIFY: dict[Any, Magnify] = {9728: "nearest"}
+MINIFY: dict[Any, Minify] = {9728: "nearest", 9984: "nearest mipmap nearest", 9986: "nearest mipmap linear"}
 # of a sampler (OpenGL's numbers); what is none of them repeats
 WRAPS: dict[Any, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 
@@ -131,15 +132,14 @@ class GltfMaterials:
         data = self.data.picture(source, what)
         if data is None:
             return None
-        return texture_of(data, space, what, self.data.notes, str(self.data.file), self._wrap(texture, what))
+        sampler = self.data.entry("samplers", texture["sampler"]) if "sampler" in texture else {}
+        made = texture_of(data, space, what, self.data.notes, str(self.data.file), self._wrap(sampler, what))
+        magnify = MAGNIFY.get(sampler.get("magFilter"), "linear")
+        minify = MINIFY.get(sampler.get("minFilter"), "linear mipmap linear")
+        return made and dataclasses.replace(made, magnify=magnify, minify=minify)
 
-    def _wrap(self, texture: dict[str, Any], what: str) -> Wrap:
-        if "sampler" not in texture:
-            return "repeat"
-        sampler = self.data.entry("samplers", texture["sampler"])
+    def _wrap(self, sampler: dict[str, Any], what: str) -> Wrap:
         across, down = (WRAPS.get(sampler.get(key, 10497), "repeat") for key in ("wrapS", "wrapT"))
-        if _NEAREST in (sampler.get("magFilter"), sampler.get("minFilter")):
-            self.data.notes.add("its sampler asks for the nearest texel (NEAREST); it is filtered linearly", what)
         if across != down:
             self.data.notes.add(f"it wraps by {across} across and {down} down; {across} is used for both", what)
         return across

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,8 @@ from passgraph.srgb import srgb_to_linear
 AlphaMode = Literal["opaque", "mask", "blend"]
 ColorSpace = Literal["srgb", "linear"]
 Wrap = Literal["repeat", "clamp", "mirror"]
+Magnify = Literal["linear", "nearest"]
+Minify = Literal["linear mipmap linear", "nearest", "nearest mipmap nearest", "nearest mipmap linear"]
 
 # Larger pictures are refused before they are decoded: 64 Mi texels are 256 MiB as RGBA bytes.
 MAX_TEXELS = 1 << 26
@@ -33,12 +35,16 @@ class Texture:
     color_space : "srgb" for colours (alpha is always linear), "linear" for normals and heights
     name : used in messages
     wrap : what lies beyond it, in both directions: it repeats, every second time mirrored, or its edge goes on (clamp)
+    magnify : where a texel is larger than a pixel: a weighted mean of four texels, or the nearest one
+    minify : where texels are smaller than a pixel; the modes of OpenGL's GL_TEXTURE_MIN_FILTER; "nearest" aliases
     """
 
     pixels: NDArray[np.uint8]
     color_space: ColorSpace = "srgb"
     name: str = "texture"
     wrap: Wrap = "repeat"
+    magnify: Magnify = "linear"
+    minify: Minify = "linear mipmap linear"
 
     def __post_init__(self) -> None:
         where = f"texture {arguments.string(self.name, 'the name of a texture')!r}"
@@ -48,28 +54,29 @@ class Texture:
             raise InputError(
                 f"{where}: expected (h, w, 4) uint8 pixels (pg.Texture.make checks and converts), got {got}"
             )
-        if not arguments.among(self.color_space, ("srgb", "linear")):
-            got = arguments.shown(self.color_space)
-            raise InputError(f"{where}: color_space: expected 'srgb' or 'linear', got {got}")
-        if not arguments.among(self.wrap, ("repeat", "clamp", "mirror")):
-            got = arguments.shown(self.wrap)
-            raise InputError(f"{where}: wrap: expected 'repeat', 'clamp' or 'mirror', got {got}")
+        choices = (("color_space", ColorSpace), ("wrap", Wrap), ("magnify", Magnify), ("minify", Minify))
+        for field_name, choice in choices:
+            *first, last = map(repr, get_args(choice))
+            if not arguments.among(getattr(self, field_name), get_args(choice)):
+                got = arguments.shown(getattr(self, field_name))
+                raise InputError(f"{where}: {field_name}: expected {', '.join(first)} or {last}, got {got}")
 
     @classmethod
     def make(
-        cls, pixels: ArrayLike, color_space: ColorSpace = "srgb", name: str = "texture", wrap: Wrap = "repeat"
-    ) -> Texture:
+        cls, pixels: ArrayLike, color_space: ColorSpace = "srgb", name: str = "texture", wrap: Wrap = "repeat",
+        magnify: Magnify = "linear", minify: Minify = "linear mipmap linear",
+    ) -> Texture:  # fmt: skip
         """Check an array of bytes and bring it to four channels.
 
         Parameters
         ----------
         pixels : (h, w), (h, w, 1), (h, w, 3) or (h, w, 4) uint8
-        color_space, name, wrap : see the class
+        color_space, name, wrap, magnify, minify : see the class
 
         Raises
         ------
         InputError
-            Wrong shape, type, colour space, wrap, or more than `MAX_TEXELS`.
+            Wrong shape, type, color space, wrap or filter, or more than `MAX_TEXELS`.
 
         >>> Texture.make(np.full((2, 2), 255, np.uint8)).decode()[0, 0].tolist()
         [1.0, 1.0, 1.0, 1.0]
@@ -90,7 +97,7 @@ class Texture:
         else:
             full[:, :, :channels] = array
         full.setflags(write=False)
-        return cls(full, color_space, name, wrap)
+        return cls(full, color_space, name, wrap, magnify, minify)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -220,7 +227,3 @@ class Node:
     def flips_winding(self) -> bool:
         """Whether the transform mirrors, so that front faces become clockwise."""
         return bool(np.linalg.det(self.transform[:3, :3]) < 0.0)
-
-    def normal_matrix(self) -> Float64:
-        """Inverse transpose of the linear part, (3, 3) float64; normals need normalising after it."""
-        return np.asarray(np.linalg.inv(self.transform[:3, :3]).T, dtype=np.float64)

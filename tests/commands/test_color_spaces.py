@@ -40,7 +40,7 @@ def test_a_picture_comes_back_in_its_own_space(tmp_path: Path) -> None:
 def test_a_layer_of_a_float_file_is_light(tmp_path: Path) -> None:
     plate = np.ones((2, 3, 3), np.float32) * 0.5
     pg.save(tmp_path / "plate.exr", plate)
-    options = {"from_space": None, "to_space": "ACEScct", "color_config": None}
+    options = {"alpha": "premultiplied", "from_space": None, "to_space": "ACEScct", "color_config": None}
     effect = take_color_spaces(EFFECTS["bloom"], (f"{tmp_path}/plate.exr:diffuse",), options)
     assert isinstance(effect, ConvertedEffect)
     assert (effect.source, effect.result, options) == ("lin_rec709", "ACEScct", {"linear": False})

@@ -14,7 +14,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.commands.entry import run
-from passgraph.commands.view import View, seen_by
+from passgraph.commands.scene_view import View, seen_by
 from tests.commands.told import refused
 
 SIZE = ["--size", "64x36", "--map-size", "128", "--antialias", "none", "-b", "numpy"]
@@ -321,3 +321,42 @@ def test_a_model_of_any_scale_makes_the_same_picture(capsys: pytest.CaptureFixtu
     assert red(pictures[0]).mean() > 0.03
     for picture in pictures[1:]:
         np.testing.assert_allclose(picture, pictures[0], atol=2 / 255)
+
+
+# A transparent background
+
+
+def shown(name: str, *options: str) -> Any:
+    size = ["--size", "48x27", "--map-size", "64", "-b", "numpy"]
+    assert run(["render", "tower.obj", *size, *options, "-o", name]) == 0
+    return pg.load(name, linear=True)
+
+
+@pytest.mark.parametrize("antialias", ["none", "ssaa4"])
+def test_without_ground_the_picture_may_be_laid_over_any_background(antialias: str) -> None:
+    """Over blue light it is the picture that is drawn on blue; in light, to half a step of 8 bits each."""
+    clear = shown("clear.png", "--ground", "none", "--antialias", antialias)
+    assert 0.2 < (clear[..., 3] == 0.0).mean() < 0.9
+    assert ((clear[..., 3] > 0.0) & (clear[..., 3] < 1.0)).any() == (antialias == "ssaa4")
+    blue = np.array([0.0, 0.0, 1.0])
+    on_blue = shown("blue.png", "--ground", "none", "--antialias", antialias, "--background", "0", "0", "1")
+    assert on_blue[..., 3].min() == 1.0
+    over = clear[..., :3] * clear[..., 3:] + blue * (1.0 - clear[..., 3:])
+    assert np.abs(over - on_blue[..., :3]).max() < 0.012
+
+
+def test_smoothed_edges_hold_no_color_of_the_background() -> None:
+    """The tower is red and green; the sky behind it is blue."""
+    clear = shown("clear.png", "--ground", "none", "--antialias", "fxaa")
+    edge = clear[(clear[..., 3] > 0.0) & (clear[..., 3] < 1.0)]
+    assert len(edge) > 5
+    assert edge[:, 2].max() < 0.15
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "alpha"),
+    [("a.jpg", ["--ground", "none"], 1.0), ("a.exr", ["--ground", "none"], 0.0), ("a.png", [], 1.0),
+     ("b.png", ["--background-alpha", "0.5", "--ground", "none"], 128 / 255)],
+)  # fmt: skip
+def test_alpha_goes_where_files_hold_it(name: str, options: list[str], alpha: float) -> None:
+    assert shown(name, "--antialias", "none", *options)[0, 0, 3] == pytest.approx(alpha)

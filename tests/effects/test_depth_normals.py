@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
+from passgraph.effects import scene_surfaces
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.scene.matrices import rotation_y, translation
 from passgraph.truth import first_surfaces
@@ -44,7 +46,7 @@ def turned_cube() -> pg.Scene:
 @pytest.mark.parametrize("camera", CAMERAS, ids=["perspective", "parallel", "off-centre"])
 def test_no_edge_and_no_crease_bends_a_normal(camera: pg.Camera) -> None:
     """A cube on a floor before the sky, by rays: each pixel whose plane goes on for two pixels to some side of it."""
-    seen = first_surfaces(turned_cube(), SIZE, camera, tracer="bvh")
+    seen = first_surfaces(turned_cube(), SIZE, camera)
     got = normals_of(seen.depth, camera)
     truth = seen.normals @ camera.view_rotation()[:3, :3].T
     same = _goes_on(seen.normals, seen.positions)
@@ -88,6 +90,34 @@ def test_a_surface_without_neighbours_faces_the_eye(shape: tuple[int, int]) -> N
 
 
 def test_devices_agree_on_normals() -> None:
-    depth = first_surfaces(turned_cube(), (21, 13), tracer="bvh").depth[..., None]
+    depth = first_surfaces(turned_cube(), (21, 13)).depth[..., None]
     made = depth_normals(pg.Input("depth"), pg.Value("camera", pg.Camera, default=CAMERA))
     assert_within_bounds(made, depth=depth.astype(np.float32))
+
+
+@pytest.mark.parametrize("space", ["view", "world"])
+def test_surfaces_of_a_scene_are_those_of_its_geometry(space: Literal["view", "world"], backend_name: str) -> None:
+    """A floor from the side and above: rays through pixels meet y = 0 where arithmetic says, and face up."""
+    seen = scene_surfaces(pg.Scene((floor(3.0),), CAMERA, ()), space)
+    targets = {"depth": seen.depth, "normals": seen.normals}
+    with pg.compile(targets, backend=backend_name, size=SIZE) as program:
+        made = program()
+    back = np.subtract(CAMERA.eye, CAMERA.target) / np.linalg.norm(np.subtract(CAMERA.eye, CAMERA.target))
+    right = np.cross((0, 1, 0), back) / np.linalg.norm(np.cross((0, 1, 0), back))
+    up = np.cross(back, right)
+    half = np.tan(0.5 * CAMERA.vertical_fov_rad)
+    x = ((np.arange(SIZE[0]) + 0.5) / SIZE[0] * 2 - 1) * half * SIZE[0] / SIZE[1]
+    y = (1 - (np.arange(SIZE[1]) + 0.5) / SIZE[1] * 2) * half
+    rays = x[None, :, None] * right + y[:, None, None] * up - back
+    distance = np.where(rays[..., 1] < 0, -CAMERA.eye[1] / np.minimum(rays[..., 1], -1e-9), 0.0)
+    places = np.add(CAMERA.eye, rays * distance[..., None])
+    hit = (distance > 0) & (abs(places[..., 0]) < 3.0) & (abs(places[..., 2]) < 3.0)
+    assert 0.3 < hit.mean() < 0.95
+    # pixels at the floor's edge may lie on either side of it by rounding
+    assert ((made["depth"][..., 0] > 0) != hit).mean() < 0.001
+    both = (made["depth"][..., 0] > 0) & hit
+    np.testing.assert_allclose(made["depth"][both][:, 0], distance[both], rtol=1e-5)
+    normal = np.array([0.0, 1.0, 0.0]) if space == "world" else np.array([right[1], up[1], back[1]])
+    # half floats, packed
+    np.testing.assert_allclose(made["normals"][both], np.broadcast_to([*normal, 1.0], (both.sum(), 4)), atol=2e-3)
+    assert not made["normals"][~both & (made["depth"][..., 0] == 0)].any()

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import Image
 from passgraph.effects.screen.fog import fog, mean_of_exponential
+from passgraph.effects.surfaces import engine_depth
+from passgraph.scene.matrices import orthographic
 from tests.agreement import assert_within_bounds
 from tests.effects.scenes import render
 
@@ -58,6 +60,20 @@ def test_fog_is_the_integral_of_its_density(camera: pg.Camera, falloff: float, b
     depth = depths()
     seen = render(made, size=None, backend="numpy", frame=np.zeros((SIZE[1], SIZE[0], 4)), depth=depth)["fog"][..., 0]
     assert seen == pytest.approx(1.0 - np.exp(-thickness(camera, depth, 0.02, falloff, base)), abs=2e-6)
+
+
+def test_fog_begins_at_the_eye_of_an_engine_whose_view_begins_behind_it(backend_name: str) -> None:
+    """A parallel view from 10 units behind the eye to 20 before it: distances are the engine's."""
+    projection = orthographic(3.0, 2.0, -10.0, 20.0)
+    distances = np.array([-9.0, -0.5, 0.5, 4.0, 19.0])
+    buffer = (0.5 + 0.5 * (-distances * projection[2, 2] + projection[2, 3])).reshape(1, -1, 1)
+    depth = engine_depth.distances(pg.Input("depth"), pg.HardwareDepth.of_projection(projection))
+    camera = pg.Value("camera", pg.Camera)
+    for start in (0.0, 2.0):
+        made = fog(pg.Input("frame"), depth, density=0.1, start=start, fog_color=WHITE, camera=camera)
+        given = {"frame": np.zeros((1, 5, 4)), "camera": pg.Camera.from_matrices(np.eye(4), projection)}
+        seen = render(made, size=None, backend=backend_name, depth=buffer.astype(np.float32), **given)["fog"]
+        assert seen[0, :, 0] == pytest.approx(1.0 - np.exp(-0.1 * np.maximum(distances - start, 0.0)), abs=2e-6)
 
 
 def test_level_rays_lose_nothing() -> None:

@@ -145,9 +145,11 @@ def test_a_texture_of_one_texel_has_no_levels() -> None:
 
 
 @pg.kernel
-def looked_up(base: Image, levels: Image, size: vec2, count: Const[int], wrap: Const[int], level: float) -> vec4:
+def looked_up(
+    base: Image, levels: Image, size: vec2, count: Const[int], wrap: Const[int], minify: Const[int], level: float
+) -> vec4:
     """Places from (-1.5, -1.5) to (2.5, 2.5)."""
-    return mipped(base, levels, size, count, wrap, (vec2(pixel()) + 0.37) / 16.0 - 1.5, level)
+    return mipped(base, levels, size, count, wrap, minify, (vec2(pixel()) + 0.37) / 16.0 - 1.5, level)
 
 
 @pytest.mark.parametrize("level", [-3.0, 1.0, 1.75, 3.0, 9.0])
@@ -158,7 +160,7 @@ def test_a_level_wraps_as_the_texture_does(wrap: Any, level: float) -> None:
     mips = mips_of(pixels, "base color", wrap)
     base = pg.Input("base", "rgba32f", (16, 8), border=wrap, default=pixels)
     levels = pg.Input("levels", "rgba32f", (mips.picture.shape[1], mips.picture.shape[0]), default=mips.picture)
-    given = tuple(map(float, mips.size)), mips.count, WRAPS.index(wrap)
+    given = tuple(map(float, mips.size)), mips.count, WRAPS.index(wrap), 0
     out = looked_up(base, levels, *given, level, into=pg.target("out", "rgba32f", (64, 64)))
     with pg.compile(out, backend="numpy") as program:
         shown = program()["out"]
@@ -175,3 +177,47 @@ def test_a_level_wraps_as_the_texture_does(wrap: Any, level: float) -> None:
 
     expected = on(lower) + (held - lower) * (on(min(lower + 1, 3)) - on(lower))
     assert np.abs(shown - expected).max() < 1e-4
+
+
+# Filters: a square that fills the picture, seen straight on, so that the texture coordinates of a pixel are known
+
+
+def seen_straight(texels: Any, pixels: int, backend: str, **filters: Any) -> Any:
+    """Red, green and blue of ``pixels`` squared of a picture (n, n, 3) that fills them."""
+    places = [[-1, 1, 0], [1, 1, 0], [1, -1, 0], [-1, -1, 0]]
+    mesh = pg.Mesh.make(places, [[0, 2, 1], [0, 3, 2]], [[0, 0, 1]] * 4, [[0, 0], [1, 0], [1, 1], [0, 1]])
+    material = pg.Material("flat", (1, 1, 1, 1), pg.Texture.make(texels, "linear", **filters))
+    camera = pg.Camera((0, 0, 2), (0, 0, 0), near=0.5, far=5.0, orthographic_height=2.0)
+    made = buffers(pg.Scene((pg.Node(mesh, material),), camera)).color
+    with pg.compile({"color": made}, backend=backend, size=(pixels, pixels)) as program:
+        return program()["color"][..., :3]
+
+
+def means(texels: Any, step: int) -> Any:
+    count = len(texels) // step
+    return texels.reshape(count, step, count, step, 3).mean((1, 3))
+
+
+def test_magnified_texels_are_flat_squares(backend_name: str) -> None:
+    texels = noise().integers(0, 2, (4, 4, 3), np.uint8) * np.uint8(255)
+    shown = seen_straight(texels, 24, backend_name, magnify="nearest")
+    assert np.array_equal(shown * 255, np.kron(texels, np.ones((6, 6, 1))))
+    assert not np.array_equal(seen_straight(texels, 24, backend_name) * 255, np.kron(texels, np.ones((6, 6, 1))))
+
+
+@pytest.mark.parametrize("minify", ["nearest", "nearest mipmap nearest", "nearest mipmap linear"])
+def test_minified_texels_are_those_of_the_level_that_is_named(minify: Any, backend_name: str) -> None:
+    """8 texels over 3 pixels: log2(8 / 3) = 1.415, between the levels of 4 and of 2 texels a side."""
+    texels = noise().integers(0, 2, (32, 32, 3), np.uint8) * np.uint8(255)
+    centers = (np.arange(12) + 0.5) / 12
+    of = {step: means(texels, step)[np.ix_(*2 * [(centers * 32 / step).astype(int)])] for step in (1, 2, 4)}
+    share = np.log2(32 / 12) - 1
+    expected = {
+        "nearest": of[1],
+        "nearest mipmap nearest": of[2],
+        "nearest mipmap linear": of[2] * (1 - share) + of[4] * share,
+    }
+    for magnify in ("linear", "nearest"):
+        shown = seen_straight(texels, 12, backend_name, magnify=magnify, minify=minify) * 255
+        # levels are stored as half floats
+        assert np.allclose(shown, expected[minify], rtol=0.0, atol=0.0 if minify == "nearest" else 0.2)

@@ -113,3 +113,25 @@ def test_a_display_of_surfaces_has_no_frame_for_effects(flags: int, size: tuple[
     attach(display, black_and_white).close()
     display.get_surface = lambda: None  # before set_mode
     attach(display, black_and_white).close()
+
+
+def test_a_window_of_pygame_has_opengl_and_a_flip_of_its_own() -> None:
+    class Slotted:
+        __slots__ = ()
+        opengl = True
+
+        def flip(self) -> None: ...
+        def destroy(self) -> None: ...
+
+    attach = import_module("passgraph.engines.pygame").attach
+    with pytest.raises(pg.InputError, match=r"of a Slotted cannot be hooked; derive a class"):
+        attach(Slotted(), black_and_white)
+    calls: list[str] = []
+    window = SimpleNamespace(opengl=False, flip=lambda: calls.append("flip"), destroy=lambda: calls.append("destroy"))
+    with pytest.raises(pg.InputError, match="the window has no OpenGL; make it with opengl=True"):
+        attach(window, black_and_white)
+    window.opengl = True
+    attached = attach(window, black_and_white)
+    window.destroy()
+    assert calls == ["destroy"]
+    assert not attached.enabled

@@ -49,6 +49,11 @@ def test_the_display_may_be_closed_first(display: str) -> None:
 
 
 @pytest.mark.slow
+def test_a_window_beside_the_display_has_an_effect(display: str) -> None:
+    run("a_window_beside_the_display", "pygame-ce", display)
+
+
+@pytest.mark.slow
 def test_the_effect_follows_a_widget_to_another_window(display: str) -> None:
     run("a_widget_moves_to_another_window", "PySide6", display)
 

@@ -123,6 +123,49 @@ def the_display_is_closed_first() -> None:
         gc.collect()
 
 
+def a_window_beside_the_display() -> None:
+    """pygame-ce's other kind of window, with OpenGL, through a change of its size and to its end."""
+    import moderngl
+    import pygame
+
+    from docs.engines.boxes import Boxes
+    from passgraph.engines import pygame as adapter
+
+    class Window(pygame.Window):
+        """Has attributes, which pygame's own class has not."""
+
+    pygame.display.init()
+    for name, value in (("MAJOR_VERSION", 3), ("MINOR_VERSION", 3), ("PROFILE_MASK", 1)):
+        pygame.display.gl_set_attribute(getattr(pygame, f"GL_CONTEXT_{name}"), value)
+    window = Window("boxes", SIZE, opengl=True)
+    context = moderngl.create_context()
+    boxes = Boxes(context)
+    swap, window.flip = window.flip, lambda: None  # what was drawn can be read until the next frame
+
+    def drawn() -> Any:
+        swap()
+        boxes.angle_rad = 1.0
+        context.screen.use()
+        boxes.draw(window.size)
+        window.flip()
+        rows = np.frombuffer(context.screen.read((0, 0, *window.size), components=3), np.uint8)
+        return rows.reshape(*window.size[::-1], 3)[::-1].copy()
+
+    attached = adapter.attach(window, inverse)
+    for size in (SIZE, (90, 60)):
+        swap()
+        window.size = size
+        pygame.event.get()
+        attached.enabled = False
+        plain = drawn()
+        attached.enabled = True
+        _same(drawn(), inverse_of(plain))
+        _whole(attached)
+        assert plain.shape[:2] == size[::-1]
+    window.destroy()
+    assert not attached.enabled, "destroying the window has closed what was attached"
+
+
 def a_widget_moves_to_another_window() -> None:
     """Qt makes a new context for it; the effect goes on in that."""
     from PySide6.QtWidgets import QVBoxLayout, QWidget

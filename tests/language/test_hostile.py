@@ -138,6 +138,11 @@ HOSTILE = {
     "a null": "def k(c: Image) -> float:\0 return 1.0",
     "a surrogate": "def k(c: Image) -> float: return 1.0  # \udcff",
     "arrays of arrays": body("a = " + "[" * 200 + "x" + "] * 2" * 200 + "\n    return a[0]"),
+    "tables of tables": body(
+        f"t = [{', '.join(['1.5'] * 32)}]\n"
+        + f"    x += [{','.join('t' * 32)}][int(x)][int(x)]\n" * 240
+        + "    return x"
+    ),
     "an array of arrays of arrays": "def k(a: " + "Array[" * 90 + "float" + ", 2]" * 90 + ") -> float: return 1.0",
     "arrays of images": "def k("
     + ", ".join(f"p{n}: Array[Array[Image, 32], 32]" for n in range(3000))

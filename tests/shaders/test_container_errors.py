@@ -347,9 +347,13 @@ def test_a_transition_says_defaults_behind_declarations_and_within_them(tmp_path
         "uniform ivec2 least/* = ivec2(20) */; // so many squares\n"
         "uniform int steps /* = 5 * 10 */; // 0 for none\n"
         "uniform vec3 rim /* of each square */;\n"
+        "uniform bool thick; // = 1\n"
+        "uniform bool thin /* = 0 */;\n"
+        "uniform bool plain; // = true;\n"
         "vec4 transition(vec2 uv) { return vec4(rim * soft, float(steps + least.x)) + progress * getToColor(uv); }\n"
     )
     said = {name: np.ravel(one.default).tolist() for name, one in load_shader(file).parameters.items()}
+    assert [said.pop(name) for name in ("thick", "thin", "plain")] == [[True], [False], [True]]
     assert said == {"progress": [0.5], "soft": [0.25], "least": [20, 20], "steps": [50], "rim": [0, 0, 0]}
     file.write_text("uniform float k /* = nowhere */;\nvec4 transition(vec2 uv) { return vec4(k); }")
     with pytest.raises(pg.KernelError) as caught:

@@ -43,6 +43,8 @@ def body(text: str) -> str:
         ("float f0(float x) { return x; }" + "".join(
             f"float f{i}(float x) {{ return f{i - 1}(x) + f{i - 1}(x); }}" for i in range(1, 30)
         ) + body("f29(1.0);"), "once its functions are inlined"),
+        (body("float a[32], x; int n;" + f"x += float[32][32]({','.join('a' * 32)})[n][n];" * 240),
+         "its arrays written out"),
         (body("float a[1024]; float b[2000];"), "b would hold Array[float, 2000]"),
         ("struct S0 { float a; };" + "".join(f"struct S{i} {{ S{i - 1} a, b; }};" for i in range(1, 20)) + body(""),
          "fields, nested ones too"),

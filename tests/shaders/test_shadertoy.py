@@ -182,3 +182,29 @@ def _first(key: str, value: object) -> dict[str, Any]:
 def test_what_is_wrong_is_told(tmp_path: Path, said: object, told: str) -> None:
     with pytest.raises(pg.PassgraphError, match=told):
         pg.load_shader(written(tmp_path, said))
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("void mainImage(out vec4 c, in vec2 f) { c = vec4(f, 0.0, 1.0); } // void main()", "Shadertoy"),
+        (
+            "/* void main() */ void mainImage(out vec4 c, in vec2 f) { c = vec4(f, 0.0, 1.0); }",
+            "Shadertoy",
+        ),
+        ("// void mainImage(\nvoid main() { gl_FragColor = vec4(gl_FragCoord.xy, 0.0, 1.0); }", "GLSL"),
+        (
+            "void mainImage(out vec4 c, in vec2 f) { c = vec4(f, 0.0, 1.0); }\n"
+            "void main() { mainImage(gl_FragColor, gl_FragCoord.xy); }",
+            "GLSL",
+        ),
+    ],
+)
+def test_what_calls_its_own_mainimage_is_a_plain_shader(tmp_path: Path, text: str, kind: str) -> None:
+    file = tmp_path / "own.glsl"
+    file.write_text(text)
+    effect = pg.load_shader(file)
+    assert effect.kind == kind
+    with pg.compile(effect(into=pg.target("out", "rgba32f")), size=(4, 3)) as program:
+        seen = program()["out"]
+    assert seen[::-1][..., :2].tolist() == [[[x + 0.5, y + 0.5] for x in range(4)] for y in range(3)]

@@ -46,6 +46,9 @@ _FILTERS = {"nearest": ("nearest", False), "linear": ("linear", False), "mipmap"
 _OUTSIDE = ("texture", "image", "video", "webcam", "music", "musicstream", "mic", "keyboard")
 #: What passes begin at; only pictures are read.
 _ENTRY = re.compile(r"\b(?:void\s+(mainImage|mainCubemap|mainVR)|vec2\s+(mainSound))\s*\(")
+#: A shader with a function of this name calls its ``mainImage`` itself.
+_MAIN = re.compile(r"\bvoid\s+main\s*\(")
+_COMMENT = re.compile(r"//[^\n]*|/\*(?:.*?\*/|.*)", re.DOTALL)
 _ORDER = ("Buffer A", "Buffer B", "Buffer C", "Buffer D", "Image")
 
 
@@ -76,8 +79,16 @@ class _Pass:
 
 
 def is_shadertoy(text: str) -> bool:
-    """Whether a text has a function that a Shadertoy shader is."""
-    return _ENTRY.search(text) is not None and not text.lstrip().startswith(("{", "["))
+    """Return True if a text has a function that Shadertoy calls, and no ``main`` of its own."""
+    if text.lstrip().startswith(("{", "[")):
+        return False
+    code = _without_comments(text)
+    return _ENTRY.search(code) is not None and _MAIN.search(code) is None
+
+
+def _without_comments(text: str) -> str:
+    """Blank out comments; lines keep their numbers."""
+    return _COMMENT.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), text)
 
 
 def is_shadertoy_export(text: str) -> bool:
@@ -95,7 +106,7 @@ def read_shadertoy(text: str, path: Path) -> ShaderEffect:
     KernelError
         For a shader that is refused, with file, line and caret.
     """
-    entries = {match[match.lastindex or 0]: match for match in _ENTRY.finditer(text)}
+    entries = {match[match.lastindex or 0]: match for match in _ENTRY.finditer(_without_comments(text))}
     if "mainImage" not in entries:
         name, found = next(iter(entries.items()))
         line = text.count("\n", 0, found.start())

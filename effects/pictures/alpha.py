@@ -1,0 +1,103 @@
+"""Alpha around an effect: pictures with straight alpha through effects that filter premultiplied color."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, get_args
+
+import passgraph as pg
+from passgraph import Image, vec3, vec4
+from passgraph.arguments import one_of
+from passgraph.effects.checked import Alpha, Mark
+from passgraph.formats import FORMATS
+
+
+@pg.kernel
+def premultiply(color: Image) -> vec4:
+    """Color times alpha; nothing where alpha is 0, infinite color too."""
+    c = color[0, 0]
+    return vec4(c.rgb * c.a if c.a != 0.0 else vec3(0.0), c.a)
+
+
+@pg.kernel
+def unpremultiply(color: Image) -> vec4:
+    """Color divided by alpha; where alpha is 0 color stays."""
+    c = color[0, 0]
+    return vec4(c.rgb / c.a if c.a != 0.0 else c.rgb, c.a)
+
+
+@pg.kernel
+def opaque(color: Image) -> vec4:
+    """Color with alpha 1."""
+    return vec4(color[0, 0].rgb, 1.0)
+
+
+@pg.kernel
+def with_alpha(color: Image, original: Image) -> vec4:
+    """Color with the alpha of another picture."""
+    return vec4(color[0, 0].rgb, original[0, 0].a)
+
+
+def on_straight_alpha(effect: Callable[..., pg.Target], alpha: Alpha | None = None) -> Callable[..., pg.Target]:
+    """Return ``effect`` for pictures with straight alpha, as `passgraph.load` and `passgraph.save` have them.
+
+    Parameters
+    ----------
+    effect : a function from a target, and more, to a target
+    alpha : what the effect gets, see `passgraph.effects.checked.effect`; left out, what it asks for. "premultiplied":
+        color is multiplied by alpha before the effect and divided behind it, in all pictures that it takes but depth.
+        "straight": the effect itself. "ignored": the effect gets alpha 1, the result has the first picture's alpha
+
+    Returns
+    -------
+    A function that takes what ``effect`` takes; ``into`` is where the result goes. Results without alpha are not
+    divided.
+
+    Examples
+    --------
+    Opaque blue beside transparent red: what nobody sees has no part in the blur.
+
+    >>> import numpy as np
+    >>> from passgraph.effects import gaussian_blur
+    >>> frame = np.repeat(np.float32([[[0, 0, 1, 1], [1, 0, 0, 0]]]), 4, axis=1)
+    >>> soft = on_straight_alpha(gaussian_blur)(pg.Input("frame"), sigma_px=1.0)
+    >>> with pg.compile(soft, backend="reference") as program:
+    ...     shown = program(frame=frame)["gaussian_blur"]
+    >>> float(shown[..., 0].max()), 0.0 < float(shown[0, 4, 3]) < 0.5
+    (0.0, True)
+    """
+    mark = getattr(effect, "effect", None)
+    mode = mark.alpha if alpha is None and isinstance(mark, Mark) else alpha or "straight"
+    one_of(mode, "on_straight_alpha: alpha", get_args(Alpha))
+    if mode == "straight":
+        return effect
+    before = premultiply if mode == "premultiplied" else opaque
+    takes_into = "into" in inspect.signature(effect).parameters
+
+    def converted(picture: pg.Target) -> pg.Target:
+        into = pg.target(f"{picture.name}_{before.name}", "rgba32f", like=picture)
+        return before(picture, into=into).border(picture.border_rule).filter(picture.filter_rule)
+
+    def made(color: pg.Target, *taken: Any, into: pg.TargetSpec | None = None, **given: Any) -> pg.Target:
+        inner = converted(color)
+        given = {name: converted(one) if isinstance(one, pg.Target) else one for name, one in given.items()}
+        result = effect(inner, *taken, **given)
+        if result is inner:
+            return color
+        spec = result.spec
+        if not isinstance(spec, pg.TargetSpec) or spec.format.channels != 4:
+            return result
+        name = f"{spec.name}_{mode}"
+        if takes_into:
+            # Divided by a small alpha, steps of 8 bits would show.
+            format = spec.format if not spec.format.steps else FORMATS["rgba32f"]
+            result = effect(inner, *taken, into=replace(spec, name=name, format=format), **given)
+            into = into or spec
+        into = into or pg.target(name, "rgba32f", like=result)
+        return unpremultiply(result, into=into) if mode == "premultiplied" else with_alpha(result, color, into=into)
+
+    return made
