@@ -25,16 +25,29 @@ if TYPE_CHECKING:
     from passgraph.effects.checked import effect
     from passgraph.effects.effect_table import EFFECTS
     from passgraph.effects.pictures.auto_exposure import auto_exposure
+    from passgraph.effects.pictures.bilateral import bilateral
     from passgraph.effects.pictures.black_and_white import black_and_white
     from passgraph.effects.pictures.bloom import bloom
     from passgraph.effects.pictures.blur import depth_aware_blur, gaussian_blur
+    from passgraph.effects.pictures.cas import cas
     from passgraph.effects.pictures.chromatic_aberration import chromatic_aberration
+    from passgraph.effects.pictures.color_grade import color_grade
     from passgraph.effects.pictures.color_transform import color_transform
+    from passgraph.effects.pictures.dither import dither
     from passgraph.effects.pictures.film_grain import film_grain
     from passgraph.effects.pictures.fxaa import fxaa
+    from passgraph.effects.pictures.halftone import halftone
+    from passgraph.effects.pictures.hue_saturation import hue_saturation
+    from passgraph.effects.pictures.kuwahara import kuwahara
+    from passgraph.effects.pictures.lens_distortion import lens_distortion
     from passgraph.effects.pictures.median import median
+    from passgraph.effects.pictures.morphology import morphology
+    from passgraph.effects.pictures.pixelate import pixelate
+    from passgraph.effects.pictures.sepia import sepia
+    from passgraph.effects.pictures.sobel import sobel
     from passgraph.effects.pictures.supersampled import supersampled
     from passgraph.effects.pictures.tone_map import tone_map
+    from passgraph.effects.pictures.unsharp import unsharp
     from passgraph.effects.pictures.vignette import vignette
     from passgraph.effects.planar_shadows.planar import Planar, planar, planar_passes
     from passgraph.effects.screen.contact_shadow import contact_shadow
@@ -117,15 +130,19 @@ __all__ = [
     "ambient_occlusion",
     "ambient_occlusion_passes",
     "auto_exposure",
+    "bilateral",
     "black_and_white",
     "bloom",
+    "cas",
     "chromatic_aberration",
+    "color_grade",
     "color_transform",
     "contact",
     "contact_passes",
     "contact_shadow",
     "depth_aware_blur",
     "depth_of_field",
+    "dither",
     "effect",
     "film_grain",
     "five_pass",
@@ -133,17 +150,26 @@ __all__ = [
     "fog",
     "fxaa",
     "gaussian_blur",
+    "halftone",
+    "hue_saturation",
+    "kuwahara",
+    "lens_distortion",
     "median",
+    "morphology",
     "occluded",
     "occlusion",
     "outlines",
+    "pixelate",
     "planar",
     "planar_passes",
     "scene_surfaces",
+    "sepia",
     "shadowed",
+    "sobel",
     "soft_shadow",
     "soft_shadow_passes",
     "supersampled",
     "tone_map",
+    "unsharp",
     "vignette",
 ]

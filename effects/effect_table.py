@@ -69,7 +69,7 @@ class Effect:
         return "straight" if mark is None else mark.alpha
 
     def for_opaque(self) -> Effect:
-        """Return the effect for pictures without transparency."""
+        """Return the effect for pictures without transparency: without conversions that change none of these."""
         return self
 
     @property

@@ -14,8 +14,8 @@ def as_it_is(color: Image) -> vec4:
     return color[0, 0]
 
 
-def decoded(color: pg.Target, name: str) -> pg.Target:
-    """A picture of an sRGB format as half floats of linear light, any other as it is.
+def decoded(color: pg.Target, name: str, stored: str = "rgba16f") -> pg.Target:
+    """A picture of an sRGB format as floats of linear light, any other as it is.
 
     Each read of an sRGB format takes a power for each channel; half floats hold its 256 steps apart.
 
@@ -25,5 +25,5 @@ def decoded(color: pg.Target, name: str) -> pg.Target:
     format = color.spec.format
     if format is None or not format.srgb:
         return color
-    made: pg.Target = as_it_is(color, into=pg.target(name, "rgba16f", like=color), name=name)
+    made: pg.Target = as_it_is(color, into=pg.target(name, stored, like=color), name=name)
     return made.border(color.border_rule)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from passgraph.commands.color_spaces import take_color_spaces
 from passgraph.commands.input_values import written_value
 from passgraph.commands.named import file_and_name, named_effect
 from passgraph.commands.options import backend_option, flag_of, size_option
@@ -17,6 +18,7 @@ from passgraph.commands.sources import (
     accepts,
     effect_output,
     input_of,
+    is_opaque,
     job_of_scene,
     load_scene,
     picture_parameters,
@@ -58,9 +60,20 @@ class EffectSubject:
             raise InputError(f"effect {self.name} reads no picture; leave out {self.inputs[0]}")
 
     def load(self) -> Loaded:
-        effect = self.effect = named_effect(self.text)
+        self.effect = named_effect(self.text)
+        effect = self._on_pictures(self.effect)
         controls = [Control.of(parameter) for parameter in effect.parameters]
         return Loaded(tuple(c for c in controls if c is not None), lambda values: self._draw(effect, values))
+
+    def _on_pictures(self, effect: Effect) -> Effect:
+        """The effect as `apply` runs it: with color times alpha where it mixes pixels that may be transparent."""
+        if self._frames is None:
+            return effect
+        said = {"alpha": effect.alpha, "from_space": None, "to_space": None, "color_config": None}
+        converted = take_color_spaces(effect, tuple(self.inputs), said)
+        first = self.frame(0)["frame"]
+        has_alpha = first.ndim == 3 and first.shape[2] == 4
+        return converted if has_alpha and not is_opaque(first) else converted.for_opaque()
 
     def _draw(self, effect: Effect, values: Mapping[str, Any]) -> Drawing:
         parameters = dict(values)

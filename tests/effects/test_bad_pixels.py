@@ -20,7 +20,10 @@ DEPTH = (3 + np.linspace(0, 2, WIDTH) + 0.2 * RANDOM.random((HEIGHT, WIDTH))).as
 OF_PICTURES = [name for name, effect in EFFECTS.items() if effect.takes.startswith("picture")]
 WITH_DEPTH = [name for name in OF_PICTURES if EFFECTS[name].takes == "picture+depth"]
 #: Most pixels that one bad pixel makes bad, of effects that mix it with its neighbors by what they are.
-REACH = {"gaussian-blur": 19 * 19, "depth-aware-blur": 15 * 15, "chromatic-aberration": 12, "dirty-lens": 4}
+REACH = {
+    "gaussian-blur": 19 * 19, "depth-aware-blur": 15 * 15, "chromatic-aberration": 12, "dirty-lens": 4,
+    "unsharp": 11 * 11, "sobel": 9, "cas": 5, "morphology": 9, "lens-distortion": 4, "pixelate": 64,
+}  # fmt: skip
 
 
 def results(name: str, frame: NDArray[Any], depth: NDArray[Any], **options: Any) -> NDArray[np.float32]:

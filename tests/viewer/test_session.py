@@ -246,3 +246,14 @@ def test_a_value_that_is_put_back_has_its_default_after_a_reload_too(tmp_path: P
         watched.shows(0, 0, (51, 51, 51))
         watched.session.ask(values={})
         watched.shows(0, 0, (26, 26, 26))
+
+
+def test_color_that_nobody_sees_has_no_part_in_a_blur(tmp_path: Path) -> None:
+    """As `apply` does it: opaque blue beside transparent red stays blue."""
+    pixels = np.zeros((4, 8, 4), np.uint8)
+    pixels[:, :4] = (0, 0, 255, 255)
+    pixels[:, 4:] = (255, 0, 0, 0)
+    pg.save(tmp_path / "cut.png", pixels)
+    with Watched("gaussian-blur", str(tmp_path / "cut.png")) as watched:
+        watched.until(lambda one: one.pictures)
+        assert watched.session.pixels()[:, :4, 0].max() == 0
