@@ -34,7 +34,6 @@ STATUS = {
 }
 #: Commands by name, each with its one line for the list; a command is imported when it is used.
 COMMANDS = {
-    "view": "Show an effect live in the browser while its file and parameters change.",
     "render": "Render a scene with an effect to a picture.",
     "apply": "Apply an effect to pictures, sequences and videos.",
     "compare": "Hold every backend against the reference, pass by pass.",
@@ -45,6 +44,7 @@ COMMANDS = {
     "fuzz": "Make up kernels, graphs and draws and hold every backend against the reference.",
     "bench": "Measure shadow methods: time against error.",
     "plan": "Explain what runs for an effect, in which order and memory.",
+    "view": "Show an effect live in the browser while its file and parameters change.",
 }
 
 

@@ -58,6 +58,10 @@ class EffectSubject:
             raise InputError(f"effect {self.name} takes a picture; give one: passgraph view {self.text} photo.jpg")
         elif takes == "nothing" and self.inputs:
             raise InputError(f"effect {self.name} reads no picture; leave out {self.inputs[0]}")
+        # What is wrong in the effect's file is shown on the page, to be mended; inputs are refused before.
+        self.frame(0)
+        if takes == "scene":
+            self._scene = load_scene(Path(self.inputs[0]) if self.inputs else None)
 
     def load(self) -> Loaded:
         self.effect = named_effect(self.text)

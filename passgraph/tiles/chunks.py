@@ -54,7 +54,7 @@ def map_blocks(program: Program, array: Any = None, /, **given: Any) -> Any:
     Raises
     ------
     GraphError
-        For what cannot be computed in parts (see docs/large-pictures.md), or cannot be serialized (docs/travel.md).
+        For what cannot be computed in parts (see docs/large-pictures.md), or serialized (docs/serialization.md).
     InputError
         For a picture or value that does not fit, chunks of unknown sizes, and several results.
 
