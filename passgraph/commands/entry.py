@@ -15,7 +15,7 @@ import click
 import passgraph
 from passgraph import interrupts
 from passgraph.arguments import near, shown
-from passgraph.commands.running import told
+from passgraph.commands.running import on_one_line
 from passgraph.errors import InputError, PassgraphError
 from passgraph.writing import discard_unfinished
 
@@ -180,5 +180,5 @@ def failed(error: Exception) -> int:
         text = f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error)
     else:
         text = f"unforeseen {type(error).__name__}: {error}; set {TRACEBACK_VARIABLE}=1 to see where"
-    click.echo(f"passgraph: error: {told(text)}", err=True)
+    click.echo(f"passgraph: error: {on_one_line(text)}", err=True)
     return 2
