@@ -142,7 +142,8 @@ def _check_blocks(sources: Iterable[Source], memory: int) -> None:
             height, width = source.block
             raise InputError(
                 f"{source.name} is stored in blocks of {width}x{height} pixels, which takes "
-                f"{format_bytes(source.cost)} to read, and memory is {format_bytes(memory)}; give more, or store it in smaller tiles"
+                f"{format_bytes(source.cost)} to read, and memory is {format_bytes(memory)}; give more, or store it in "
+                "smaller tiles"
             )
 
 
