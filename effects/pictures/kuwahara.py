@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from math import cos, pi, sin
-from typing import Annotated
+from typing import Annotated, Any
 
 import passgraph as pg
 from passgraph import Const, Image, dot, exp, isfinite, sqrt, vec2, vec4
@@ -14,7 +14,7 @@ from passgraph.effects.pictures.blur import gaussian_blur
 from passgraph.effects.pictures.decoded import decoded
 
 #: Directions of the sectors, and where on the unit circle a sector's weight becomes 0, from its middle.
-SECTORS = tuple((cos(k * pi / 4.0), sin(k * pi / 4.0)) for k in range(8))
+SECTORS: Any = tuple((cos(k * pi / 4.0), sin(k * pi / 4.0)) for k in range(8))
 END = 3.0 * pi / 8.0
 COS_END, SIN2_END = cos(END), sin(END) ** 2
 #: Falloff of the weights from the middle to the rim of the ellipse.
