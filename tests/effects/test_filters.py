@@ -32,7 +32,7 @@ def picture(size: tuple[int, int], low: float = -0.5, high: float = 4.0) -> Pict
     light = 0.5 + 0.4 * np.sin(0.5 * x + 0.3 * y)[..., None] + random.normal(0.0, 0.05, (*size, 4))
     light = low + (high - low) * light
     light[..., 3] = 1.0
-    return light.astype(np.float32)
+    return np.asarray(light, np.float32)
 
 
 def shown(target: pg.Target, backend: str, **given: Any) -> NDArray[np.float64]:
