@@ -212,7 +212,7 @@ def painted(frame: Picture, radius: int, sharpness: float) -> NDArray[np.float64
             length, angle = np.hypot(x, y), np.arctan2(y, x) - edge
             u = length * np.cos(angle) / (radius * (1 + anisotropy))
             v = length * np.sin(angle) * (1 + anisotropy) / radius
-            inside = (np.hypot(u, v) <= 1.0) * np.exp(-3.125 * (u * u + v * v))
+            inside = np.maximum(1.0 - u * u - v * v, 0.0) ** 2
             for k in range(8):
                 out, aside = np.hypot(u, v), np.arctan2(v, u) - k * np.pi / 4
                 w = np.maximum(out * np.cos(aside) + overlap - narrow * (out * np.sin(aside)) ** 2, 0.0) ** 2 * inside
