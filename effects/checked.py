@@ -140,9 +140,9 @@ def effect(
         depth; "scene": a `passgraph.Scene`; "world2d": a `passgraph.effects.light2d.World2D` and a size
     linear : whether pictures of 8 and 16 bits are decoded from sRGB to linear light where nothing else is said
     alpha : "premultiplied" for effects that mix pixels: color is multiplied by alpha in what they take and return.
-        "straight": color is not, as in most picture files; for effects on each pixel's color. "ignored": alpha is not
-        opacity; the effect gets 1 and the result has the picture's. `apply` converts, as does `on_straight_alpha`
-        (`passgraph.effects.pictures.alpha`)
+        They leave opaque pictures opaque. "straight": color is not, as in most picture files; for effects on each
+        pixel's color. "ignored": alpha is not opacity; the effect gets 1 and the result has the picture's. `apply`
+        converts, as does `on_straight_alpha` (`passgraph.effects.pictures.alpha`)
     """
 
     mark = Mark(text(name, "effect: name"), takes, flag(linear, "effect: linear"), alpha)

@@ -69,7 +69,7 @@ class Effect:
         return "straight" if mark is None else mark.alpha
 
     def for_opaque(self) -> Effect:
-        """Return the effect for pictures without transparency."""
+        """Return the effect for pictures without transparency: without conversions that change none of these."""
         return self
 
     @property
@@ -184,18 +184,3 @@ def summary_of(docstring: str | None) -> str:
     """The first line."""
     text = docstring or ""
     return text.strip().partition("\n")[0]
-
-
-def effect_named(name: str) -> Effect:
-    """The effect of this name.
-
-    >>> effect_named("tone-map").takes
-    'picture'
-    """
-    if not among(name, EFFECTS):
-        import difflib
-
-        near = difflib.get_close_matches(shown(name), EFFECTS, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise UnknownNameError(f"there is no effect {shown(name)}{hint} There are {', '.join(EFFECTS)}")
-    return EFFECTS[name]

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from passgraph.tiles.chunks import map_blocks
     from passgraph.tiles.lazy_array import lazily_tiled
     from passgraph.tiles.tiled import tiled
+    from passgraph.viewer.show import view
     from passgraph.volumes import stacked
 
 __version__ = "0.1.0"
@@ -65,6 +66,7 @@ _LATER = {
     "map_blocks": "passgraph.tiles.chunks",
     "histogram": "passgraph.graph.reductions", "reduce": "passgraph.graph.reductions",
     "from_data": "passgraph.serialize", "to_data": "passgraph.serialize", "stacked": "passgraph.volumes",
+    "view": "passgraph.viewer.show",
     **dict.fromkeys(
         ("Camera", "HardwareDepth", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"
     ),
@@ -98,7 +100,7 @@ __all__ = [
     "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil", "Target", "TargetSpec", "Texture", "Value",
     "combine", "compile", "draw", "fragment", "frames", "from_data", "function", "gl", "graph", "histogram", "kernel",
     "lazily_tiled", "load", "load_shader", "map_blocks", "opencl", "previous", "reduce", "save", "stacked",
-    "struct", "target", "tiled", "to_data", "vertex",
+    "struct", "target", "tiled", "to_data", "vertex", "view",
 ]  # fmt: skip
 # Names of the kernel language, written by docs/stubs.py.
 __all__ += [

@@ -23,16 +23,14 @@ Store: TypeAlias = tuple[str | float, ...]
 class Format:
     """One way to store a pixel: so many channels of so many ``bits``.
 
-    Where ``steps`` is given, a channel holds a whole number of steps, 1 being that many, from ``low`` (0, or -1 with a
-    sign) to 1; NaN is held as ``low``.  Else it holds a floating point number.  sRGB formats hold encoded values:
-    kernels read and write linear ones.
+    Where ``steps`` is given, a channel holds a whole number of steps from 0 to 1, 1 being that many; NaN is held as 0.
+    Else it holds a floating point number.  sRGB formats hold encoded values: kernels read and write linear ones.
     """
 
     name: str
     channels: int
     bits: int
     steps: int = 0
-    low: float = 0.0
     srgb: bool = False
     is_depth: bool = False
     stencil: bool = False
@@ -45,14 +43,13 @@ class Format:
     @cached_property
     def number(self) -> str:
         """What a channel holds, as NumPy names it: ``"f4"``, ``"f2"``, ``"u1"`` …"""
-        kind = "f" if not self.steps else "i" if self.low < 0 else "u"
-        return f"{kind}{self.bits // 8}"
+        return f"{'u' if self.steps else 'f'}{self.bits // 8}"
 
     @property
     def store(self) -> tuple[tuple[Store, ...], tuple[Store, ...]]:
         """What colour channels and alpha pass through before they are stored, one behind the other."""
         quantize: dict[str, tuple[Store, ...]] = {"f4": (), "f2": (("quantize_half",),)}
-        alpha = quantize.get(self.number, (("quantize", self.low, float(self.steps)),))
+        alpha = quantize.get(self.number, (("quantize", float(self.steps)),))
         return ((("encode_srgb",), *alpha) if self.srgb else alpha), alpha
 
     @property
@@ -73,12 +70,12 @@ class Format:
         return 2.0**-11 if self.bits == 16 else 0.0
 
 
-#: Ending of a colour format's name → bits, steps and least number of a channel.
+#: Ending of a colour format's name → bits and steps of a channel.
 _COLOUR = {
-    "8": (8, 255, 0.0),
-    "16": (16, 65535, 0.0),
-    "16f": (16, 0, 0.0),
-    "32f": (32, 0, 0.0),
+    "8": (8, 255),
+    "16": (16, 65535),
+    "16f": (16, 0),
+    "32f": (32, 0),
 }
 FORMATS: dict[str, Format] = {
     f"{letters}{suffix}": Format(f"{letters}{suffix}", len(letters), *channel)

@@ -313,6 +313,38 @@ def save(
         _write(file, lambda temporary: write_image(file, temporary, values, kind, metadata))
 
 
+#: What NaN looks like: a color that pictures rarely have.
+NAN_COLOR = (1.0, 0.0, 1.0)
+
+
+def viewable(picture: Picture) -> tuple[Picture, str]:
+    """Return gray or RGB in [0, 1], and in words what is shown.
+
+    Colors within [0, 1] are shown as they are; others, and single channels such as depth, from their smallest to their
+    largest value.  Alpha is left out, since data in it would make the picture invisible; NaN is magenta.
+
+    >>> viewable(np.array([[[2.0], [4.0]]], np.float32))[1]
+    'black is 2, white is 4'
+    """
+    channels = picture.shape[2]
+    colours = picture[:, :, : 1 if channels == 1 else 3]
+    if channels == 2:
+        colours = np.concatenate([colours, np.zeros_like(colours[:, :, :1])], axis=2)
+    finite = colours[np.isfinite(colours)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
+    shown = "as stored"
+    if low < 0.0 or high > 1.0 or channels == 1:
+        shown = f"black is {low:.6g}, white is {high:.6g}"
+        colours = ((colours.astype(np.float64) - low) / max(high - low, 1e-30)).astype(np.float32)
+    missing = np.isnan(colours).any(axis=2)
+    view = np.clip(np.nan_to_num(colours, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0).astype(np.float32)
+    if missing.any():
+        view = np.broadcast_to(view, (*view.shape[:2], 3)).copy()
+        view[missing] = NAN_COLOR
+        shown += f", {int(missing.sum())} pixels are NaN (magenta)"
+    return view, shown
+
+
 def encode_png(file: Path, pixels: Stored) -> bytes:
     """The bytes of a PNG file of uint8 or uint16; ``file`` is its name for messages."""
     with tempfile.TemporaryDirectory(prefix="passgraph-") as folder:

@@ -11,8 +11,8 @@ from scipy.optimize import linprog
 from passgraph.errors import InputError
 from passgraph.scene import Camera, Node, Scene
 from passgraph.scene.camera import FRAME_MARGIN
-from passgraph.scene.matrices import scaling
 from passgraph.scene.shipped_scene import box
+from tests.effects.scenes import scaling
 
 FULL = 1.0 / (1.0 + FRAME_MARGIN)
 

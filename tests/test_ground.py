@@ -7,8 +7,9 @@ import pytest
 
 from passgraph.scene import Camera, Mesh, Node, Scene, merge
 from passgraph.scene.ground import BELOW, floors_of
-from passgraph.scene.matrices import scaling, sphere_of, translation
+from passgraph.scene.matrices import sphere_of, translation
 from passgraph.scene.shipped_scene import ball, box, cylinder
+from tests.effects.scenes import scaling
 
 
 def quad(normal_up=True):

@@ -12,9 +12,10 @@ import trimesh
 from passgraph.errors import InputError
 from passgraph.scene import Material, Mesh, Node, Scene, Texture, merge
 from passgraph.scene.ground import floor_material, floor_node
-from passgraph.scene.matrices import rotation_y, scaling, translation
+from passgraph.scene.matrices import translation
 from passgraph.scene.shipped_scene import ball, box, cylinder
 from passgraph.scene.teapot import teapot_mesh
+from tests.effects.scenes import scaling
 
 POINTS = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
 
@@ -185,12 +186,6 @@ def test_bad_materials_are_named(fields, text):
 def test_bad_transforms_are_named(matrix, text):
     with pytest.raises(InputError, match=text):
         Node(box(1.0), transform=matrix, name="n")
-
-
-def test_normal_matrix_keeps_normals_perpendicular():
-    node = Node(box(1.0), transform=rotation_y(0.5) @ scaling((1, 3, 0.2)))
-    tangent, normal = np.array([1.0, 1.0, 0.0]), np.array([1.0, -1.0, 0.0])
-    assert (node.transform[:3, :3] @ tangent) @ (node.normal_matrix() @ normal) == pytest.approx(0.0)
 
 
 def test_a_scene_needs_a_node():

@@ -1,4 +1,4 @@
-"""Ray-traced shares of lights, against shares worked out by hand, for both tracers."""
+"""Ray-traced shares of lights, against shares worked out by hand, and rays against every triangle."""
 
 from __future__ import annotations
 
@@ -17,21 +17,11 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.scene.matrices import translation
 from passgraph.scene.shipped_scene import ball
-from passgraph.truth import first_surfaces, open_tracer, share, tracers, visible_share, visible_shares
+from passgraph.truth import Tracer, first_surfaces, share, visible_share, visible_shares
 from passgraph.truth.surfaces import casting_triangles
-from passgraph.truth.tracers import TracerName
 from tests.effects.scenes import Float64, cube, floor, from_above, moved, sun
 
 SIZE = (96, 64)
-TRACERS: tuple[TracerName, ...] = ("bvh", "embree")
-
-
-@pytest.fixture(params=TRACERS)
-def tracer(request: pytest.FixtureRequest) -> TracerName:
-    name: TracerName = request.param
-    if name == "embree":
-        pytest.importorskip("embreex")
-    return name
 
 
 def soup(count: int = 400) -> Float64:
@@ -58,10 +48,10 @@ def distances(corners: Float64, origin: Float64, direction: Float64) -> Float64:
     return np.where((t > 0) & (u >= 0) & (v >= 0) & (u + v <= 1), t, np.inf)
 
 
-def test_the_nearest_triangle_is_found(tracer: TracerName) -> None:
+def test_the_nearest_triangle_is_found() -> None:
     corners = soup()
     origins, directions = rays()
-    found = open_tracer(corners, tracer).closest(origins, directions)
+    found = Tracer(corners).closest(origins, directions)
     far = np.array([distances(corners, o, d) for o, d in zip(origins, directions, strict=True)])
     expected = np.where(np.isfinite(far.min(axis=1)), far.argmin(axis=1), -1)
     assert 0.2 < (expected >= 0).mean() < 0.9
@@ -69,16 +59,16 @@ def test_the_nearest_triangle_is_found(tracer: TracerName) -> None:
     np.testing.assert_array_equal(found, expected)
 
 
-def test_only_what_lies_before_the_light_blocks(tracer: TracerName) -> None:
+def test_only_what_lies_before_the_light_blocks() -> None:
     corners = soup()
     origins, directions = rays()
     lengths = np.random.default_rng(7).uniform(0, 2, len(origins))
     far = np.array([distances(corners, o, d).min() for o, d in zip(origins, directions, strict=True)])
-    blocked = open_tracer(corners, tracer).blocked(origins, directions, lengths)
+    blocked = Tracer(corners).blocked(origins, directions, lengths)
     np.testing.assert_array_equal(blocked, far < lengths)
 
 
-def test_no_ray_slips_through_edges_and_vertices(tracer: TracerName) -> None:
+def test_no_ray_slips_through_edges_and_vertices() -> None:
     """From inside a closed ball every ray meets it, those aimed at vertices and middles of edges too."""
     scene = pg.Scene((pg.Node(ball(1.0, 12)),), pg.Camera((0, 0, 5), (0, 0, 0)))
     corners = casting_triangles(scene, np.zeros(3)).corners
@@ -87,7 +77,7 @@ def test_no_ray_slips_through_edges_and_vertices(tracer: TracerName) -> None:
     origins = np.tile([0.05, 0.02, -0.03], (len(aims), 1))
     directions = aims - origins
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    rays = open_tracer(corners, tracer)
+    rays = Tracer(corners)
     assert rays.closest(origins, directions).min() >= 0
     assert rays.blocked(origins, directions, np.full(len(aims), 9.0)).all()
 
@@ -116,11 +106,11 @@ DISC_LIGHTS = {
 
 
 @pytest.mark.parametrize("kind", list(DISC_LIGHTS))
-def test_an_edge_under_a_disc_has_the_profile_of_a_circular_segment(kind: str, tracer: TracerName) -> None:
+def test_an_edge_under_a_disc_has_the_profile_of_a_circular_segment(kind: str) -> None:
     light, half_width = DISC_LIGHTS[kind]
     scene = pg.Scene((floor(9.0), half_plane(0.5)), LOW, (light,))
-    seen = first_surfaces(scene, SIZE, tracer=tracer)
-    truth = visible_share(scene, SIZE, samples=256, tracer=tracer)
+    seen = first_surfaces(scene, SIZE)
+    truth = visible_share(scene, SIZE, samples=256)
     on_floor = (seen.node == 0) & truth.valid
     x = (seen.positions + seen.origin)[on_floor, 0]
     expected = edge_share(x / half_width)
@@ -144,14 +134,14 @@ def cap_overlap(alpha: float, beta: float, apart: float) -> float:
     return float((along > cos(beta)).mean())
 
 
-def test_a_ball_before_a_ball_of_light_covers_the_share_that_two_caps_have_in_common(tracer: TracerName) -> None:
+def test_a_ball_before_a_ball_of_light_covers_the_share_that_two_caps_have_in_common() -> None:
     """Floor points see light and caster as two discs of the sky, as in an eclipse."""
     place, radius, middle, size = np.array([0, 4.0, 0]), 0.8, np.array([0, 1.5, 0]), 0.4
     caster = pg.Node(ball(size, 96), transform=translation(middle), name="ball")
     camera = pg.Camera((1.6, 0.4, 0), (0, 0, 0), vertical_fov_rad=0.8, near=0.01)
     scene = pg.Scene((floor(9.0), caster), camera, (pg.Light.point(tuple(place), radius=radius),))
-    seen = first_surfaces(scene, SIZE, tracer=tracer)
-    truth = visible_share(scene, SIZE, samples=256, tracer=tracer)
+    seen = first_surfaces(scene, SIZE)
+    truth = visible_share(scene, SIZE, samples=256)
     points = (seen.positions + seen.origin)[::5, ::5]
     on_floor = (seen.node == 0)[::5, ::5]
     off, told = [], []
@@ -170,10 +160,10 @@ def test_a_ball_before_a_ball_of_light_covers_the_share_that_two_caps_have_in_co
     assert min(truth.share[seen.node == 0]) < 0.3
 
 
-def test_a_light_without_extent_makes_a_hard_shadow(tracer: TracerName) -> None:
+def test_a_light_without_extent_makes_a_hard_shadow() -> None:
     scene = pg.Scene((floor(9.0), cube()), from_above(6.0), (sun(45.0),))
-    seen = first_surfaces(scene, SIZE, tracer=tracer)
-    truth = visible_share(scene, SIZE, tracer=tracer)
+    seen = first_surfaces(scene, SIZE)
+    truth = visible_share(scene, SIZE)
     x, _, z = np.moveaxis(seen.positions + seen.origin, 2, 0)
     inside = (seen.node == 0) & (x > 0.5) & (x < 1.5) & (abs(z) < 0.5)
     lit = truth.valid & ~inside
@@ -195,22 +185,37 @@ ALL_LIGHTS = (
 )
 
 
-def test_tracers_agree_within_their_noise() -> None:
-    pytest.importorskip("embreex")
-    ours, embree = (visible_shares(everything(*ALL_LIGHTS), SIZE, samples=64, tracer=name) for name in TRACERS)
-    for one, other in zip(ours, embree, strict=True):
-        assert (one.tracer, other.tracer) == TRACERS
+class EveryTriangle:
+    """Asks every triangle about every ray, in float64."""
+
+    rounding = 1e-9
+
+    def __init__(self, corners: Float64) -> None:
+        self.corners = corners
+
+    def blocked(self, origins: Float64, directions: Float64, lengths: Float64) -> NDArray[np.bool_]:
+        each = zip(origins, directions, strict=True)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            nearest = [distances(self.corners, origin, direction).min() for origin, direction in each]
+        return np.array(nearest) < lengths
+
+
+def test_shares_are_those_of_asking_every_triangle(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, size = everything(*ALL_LIGHTS), (24, 16)
+    traced = visible_shares(scene, size, samples=16)
+    monkeypatch.setattr(share, "Tracer", EveryTriangle)
+    for one, other in zip(traced, visible_shares(scene, size, samples=16), strict=True):
         np.testing.assert_array_equal(one.valid, other.valid)
+        assert 0.0 < one.share[one.valid].mean() < 1.0
         # the rays are the same: only those that graze an edge within float32's rounding may differ
         assert np.sqrt(np.mean((one.share - other.share)[one.valid] ** 2)) < 0.25 * one.noise
 
 
 @pytest.mark.parametrize("light", ALL_LIGHTS, ids=lambda light: light.kind)
-def test_the_noise_is_what_another_seed_changes(light: pg.Light, tracer: TracerName) -> None:
+def test_the_noise_is_what_another_seed_changes(light: pg.Light) -> None:
     scene = everything(light)
     one, again, other, finer = (
-        visible_share(scene, SIZE, samples=n, seed=seed, tracer=tracer)
-        for n, seed in ((36, 1), (36, 1), (36, 2), (576, 1))
+        visible_share(scene, SIZE, samples=n, seed=seed) for n, seed in ((36, 1), (36, 1), (36, 2), (576, 1))
     )
     np.testing.assert_array_equal(one.share, again.share)
     change = np.sqrt(np.mean((one.share - other.share)[one.valid] ** 2))
@@ -219,33 +224,33 @@ def test_the_noise_is_what_another_seed_changes(light: pg.Light, tracer: TracerN
     assert 0.0 < finer.noise < one.noise / 4.0
 
 
-def test_only_geometry_between_surface_and_light_counts(tracer: TracerName) -> None:
+def test_only_geometry_between_surface_and_light_counts() -> None:
     """A ceiling over the lamps hides nothing below them."""
     ceiling = pg.Node(floor(9.0).mesh, transform=translation((0, 2.2, 0)), name="ceiling")
     lamps = (pg.Light.point((0, 2, 0), radius=0.15), pg.Light.spot((0, 2, 0), (0, -1, 0), radius=0.15))
     scene = pg.Scene((floor(3.0), ceiling), pg.Camera((0, 1, 3), (0, 0, 0)), lamps)
-    for truth in visible_shares(scene, SIZE, samples=16, tracer=tracer):
+    for truth in visible_shares(scene, SIZE, samples=16):
         assert truth.valid.any()
         assert truth.share.min() == 1.0
 
 
-def test_far_from_the_origin_the_share_is_the_same(tracer: TracerName) -> None:
+def test_far_from_the_origin_the_share_is_the_same() -> None:
     near = everything(ALL_LIGHTS[0])
     far = moved(near, (1e7, -2e7, 1e7))
-    a, b = (visible_share(scene, SIZE, samples=16, tracer=tracer) for scene in (near, far))
+    a, b = (visible_share(scene, SIZE, samples=16) for scene in (near, far))
     # float64 keeps 4e-9 units at 2e7: a ray may fall to the other side of an edge, not more
     assert (abs(a.share - b.share) > 1.0 / 16).mean() < 1e-3
 
 
 @pytest.mark.parametrize("camera", [{}, {"orthographic_height": 4.0}, {"shift": (0.3, -0.2)}], ids=str)
-def test_first_surfaces_lie_where_the_rasteriser_puts_them(tracer: TracerName, camera: dict[str, Any]) -> None:
+def test_first_surfaces_lie_where_the_rasteriser_puts_them(camera: dict[str, Any]) -> None:
     from passgraph.effects import soft_shadow_passes
 
     scene = everything(ALL_LIGHTS[0])
     scene = scene.with_(camera=replace(scene.camera, **camera))
     with pg.compile(soft_shadow_passes(scene, map_size=64).depth, backend="reference", size=SIZE) as program:
         raster = program()["depth"][:, :, 0]
-    seen = first_surfaces(scene, SIZE, tracer=tracer)
+    seen = first_surfaces(scene, SIZE)
     both = (seen.depth > 0) & (raster > 0)
     # vertices are snapped to 1/256 pixel, so that silhouettes may differ, and depths by as much on a slope
     assert ((seen.depth > 0) != (raster > 0)).sum() <= 2
@@ -253,23 +258,23 @@ def test_first_surfaces_lie_where_the_rasteriser_puts_them(tracer: TracerName, c
     assert (abs(seen.depth - raster)[both] > 0.02).mean() < 2e-3
 
 
-def test_back_faces_are_seen_through_unless_the_material_is_double_sided(tracer: TracerName) -> None:
+def test_back_faces_are_seen_through_unless_the_material_is_double_sided() -> None:
     for double_sided in (False, True):
         sheet = pg.Node(floor(1.0).mesh, pg.Material(double_sided=double_sided), translation((0, 1, 0)), "sheet")
         scene = pg.Scene((floor(9.0), sheet), pg.Camera((0, 0.5, 0), (0, 2, 0), up=(1, 0, 0)), ALL_LIGHTS[:1])
-        up = first_surfaces(scene, (8, 8), tracer=tracer)
+        up = first_surfaces(scene, (8, 8))
         assert set(up.node.ravel().tolist()) == ({1} if double_sided else {-1})
-        down = first_surfaces(scene, (8, 8), pg.Camera((0, 3, 0), (0, 0, 0), up=(1, 0, 0), near=2.5), tracer)
+        down = first_surfaces(scene, (8, 8), pg.Camera((0, 3, 0), (0, 0, 0), up=(1, 0, 0), near=2.5))
         assert set(down.node.ravel().tolist()) == {0}, "the near plane cuts the sheet away"
 
 
-def test_nodes_that_do_not_cast_or_receive_are_honoured(tracer: TracerName) -> None:
+def test_nodes_that_do_not_cast_or_receive_are_honoured() -> None:
     light = sun(45.0, radius=0.1)
     silent = pg.Scene((floor(), cube(casts=False)), from_above(6.0), (light,))
-    truth = visible_share(silent, SIZE, samples=16, tracer=tracer)
+    truth = visible_share(silent, SIZE, samples=16)
     assert truth.share[first_surfaces(silent, SIZE).node == 0].min() == 1.0
     deaf = pg.Scene((floor(receives=False), cube()), from_above(6.0), (light,))
-    truth = visible_share(deaf, SIZE, samples=16, tracer=tracer)
+    truth = visible_share(deaf, SIZE, samples=16)
     assert not truth.valid[first_surfaces(deaf, SIZE).node == 0].any()
     assert truth.share[~truth.valid].min() == 1.0
 
@@ -277,8 +282,8 @@ def test_nodes_that_do_not_cast_or_receive_are_honoured(tracer: TracerName) -> N
 def test_spot_cones_bound_where_a_share_means_something() -> None:
     light = pg.Light.spot((0, 2, 0), (0, -1, 0), radius=0.1, cone_outer_rad=radians(20))
     scene = pg.Scene((floor(),), from_above(6.0, 0.0), (light,))
-    truth = visible_share(scene, SIZE, samples=4, tracer="bvh")
-    x, _, z = np.moveaxis(first_surfaces(scene, SIZE, tracer="bvh").positions, 2, 0)
+    truth = visible_share(scene, SIZE, samples=4)
+    x, _, z = np.moveaxis(first_surfaces(scene, SIZE).positions, 2, 0)
     np.testing.assert_array_equal(truth.valid, np.hypot(x, z) < 2 * np.tan(radians(20)))
 
 
@@ -286,15 +291,15 @@ def test_rays_come_in_batches_and_progress_is_told(monkeypatch: pytest.MonkeyPat
     most, steps = [], []
 
     class Counting:
-        name, rounding = "counting", 1e-9
+        rounding = 1e-9
 
         def blocked(self, origins: Float64, directions: Float64, lengths: Float64) -> NDArray[np.bool_]:
             most.append(len(origins))
             return np.zeros(len(origins), np.bool_)
 
     monkeypatch.setattr(share, "RAYS", 4096)
-    monkeypatch.setattr(share, "open_tracer", lambda corners, name: Counting())
-    visible_shares(everything(*ALL_LIGHTS), SIZE, samples=16, tracer="bvh", progress=steps.append)
+    monkeypatch.setattr(share, "Tracer", lambda corners: Counting())
+    visible_shares(everything(*ALL_LIGHTS), SIZE, samples=16, progress=steps.append)
     assert max(most) <= 4096
     assert len(steps) > 20
     assert steps == sorted(steps)
@@ -319,10 +324,9 @@ def _with_holes() -> pg.Scene:
     [
         (everything(), {}, "no light to trace to"),
         (everything(*ALL_LIGHTS), {"samples": 0}, "samples: expected 1 to 65536, got 0"),
-        (everything(*ALL_LIGHTS), {"tracer": "optix"}, "expected 'auto', 'embree' or 'bvh', got 'optix'"),
         (_with_holes(), {}, "node 'sheet': the holes of its material 'lace' come from a texture"),
     ],
-    ids=["light", "samples", "tracer", "holes"],
+    ids=["light", "samples", "holes"],
 )
 def test_what_cannot_be_traced_is_refused(scene: pg.Scene, options: dict[str, object], message: str) -> None:
     with pytest.raises(pg.InputError, match=message):
@@ -334,17 +338,8 @@ def test_an_empty_picture_is_refused() -> None:
         visible_share(everything(*ALL_LIGHTS), (0, 4))
 
 
-def test_embree_is_asked_for_by_name_or_taken_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tracers, "find_spec", lambda name: None if name == "embreex" else object())
-    assert open_tracer(soup(3)).name == "bvh"
-    with pytest.raises(pg.InputError, match=r"needs the package embreex: pip install 'passgraph\[truth\]'"):
-        open_tracer(soup(3), "embree")
-
-
-@pytest.mark.parametrize(("name", "package"), [("auto", "embreex, or numba"), ("bvh", "numba"), ("embree", "embreex")])
-def test_a_tracer_without_its_package_says_what_to_install(
-    name: TracerName, package: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(tracers, "find_spec", lambda name: None)
-    with pytest.raises(pg.InputError, match=rf"'{name}' needs the package {package}: pip install 'passgraph\[truth\]'"):
-        open_tracer(soup(3), name)
+def test_a_missing_embreex_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "embreex", None)
+    monkeypatch.delitem(sys.modules, "embreex.mesh_construction", raising=False)
+    with pytest.raises(pg.InputError, match=r"needs the package embreex .*: pip install 'passgraph\[truth\]'"):
+        Tracer(soup(3))

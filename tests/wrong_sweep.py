@@ -17,7 +17,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects.checked import Choice
-from passgraph.effects.effect_table import EFFECTS, effect_named
+from passgraph.effects.effect_table import EFFECTS
 from passgraph.files import Arrays, ToArrays
 from passgraph.formats import FORMATS, format_named
 from passgraph.graph.draw_state import DrawState
@@ -354,7 +354,6 @@ CALLS: list[Call] = [
     call("conformance.run", lambda **given: run(cases=[], **given), backend="null", progress=lambda *_: None),
     call("conformance.run, case", lambda case: run("null", [case]), case=next(cases(["sequences"]))),
     call("Range", pg.Range, low=0.0, high=1.0, unit="px", above=False, odd=False),
-    call("effect_named", effect_named, name="bloom"),
     call("Effect.parameter", EFFECTS["bloom"].parameter, name="levels"),
 ]  # fmt: skip
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph import effects
-from passgraph.effects.effect_table import EFFECTS, effect_named
+from passgraph.effects.effect_table import EFFECTS
 from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
 from passgraph.verify.compare import compare
 from tests.wrong_sweep import CALLS
@@ -377,10 +377,6 @@ USES: dict[str, Wrong] = {
         GRAPH,
         "tile_px must be 1 to 1024, got 0",
     ),
-    "an effect that is not there": Wrong(
-        lambda: effect_named("blom"), KeyError, "^there is no effect 'blom'; did you mean 'bloom'"
-    ),
-    "an effect by number": Wrong(lambda: effect_named(3), GRAPH, "there is no effect 3"),
     "a parameter by list": Wrong(
         lambda: EFFECTS["bloom"].parameter([]), GRAPH, r"effect 'bloom' has no parameter \[\]"
     ),

@@ -191,13 +191,6 @@ class GLBackend(Backend):
         with self._transferring("downloading", storage):
             transfers.receive(self, storage, into)
 
-    def download_stencil(self, storage: Texture) -> NDArray[np.uint8]:
-        """The stencil of a depth-stencil storage, (height, width)."""
-        if not storage.format.stencil:
-            raise BackendError(f"gl: a {storage.format.name} target has no stencil")
-        with self._transferring("downloading", storage):
-            return transfers.stencil(self, storage)
-
     @contextmanager
     def _transferring(self, doing: str, storage: Texture) -> Iterator[None]:
         (width, height), name = storage.size, storage.format.name

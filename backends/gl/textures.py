@@ -150,10 +150,6 @@ def with_stencil(depth: NDArray[np.float32]) -> NDArray[Any]:
     return packed
 
 
-def stencil_of(stored: NDArray[Any]) -> NDArray[np.uint8]:
-    return (stored["stencil"] & 0xFF).astype(np.uint8)
-
-
 def stored_clear(value: tuple[float, ...], texture: Texture) -> NDArray[np.float32]:
     """A clear colour as four floats that the format holds exactly."""
     four = np.array([0, 0, 0, 1], np.float32)

@@ -26,11 +26,10 @@ from passgraph.backends.gl.textures import (
     external_of,
     gl_format_of,
     placements_of,
-    stencil_of,
     with_stencil,
 )
 from passgraph.backends.steps import numbers_of, values_into
-from passgraph.errors import BackendError, InputError
+from passgraph.errors import InputError
 from passgraph.formats import Format, float_format
 from passgraph.language.scalar import ScalarProgram
 
@@ -192,18 +191,6 @@ def read_pixels(backend: GLBackend, texture: Texture, room: NDArray[Any], type_:
     if not straight:
         np.copyto(room, target[..., : room.shape[2]], casting="same_kind")
     backend.unbind()
-
-
-def stencil(backend: GLBackend, texture: Texture) -> NDArray[np.uint8]:
-    """The stencil of a depth-stencil texture, (height, width)."""
-    stored = np.empty(texture.size[::-1], DEPTH_AND_STENCIL)
-    if backend.context.gl.GetTexImage is None:
-        raise BackendError("gl: OpenGL ES reads no stencil back; read it on another backend")
-    gl, (external, type_) = backend.context.gl, external_of(texture.format)
-    with fixed.transfer(gl, Rows()):
-        gl.BindTexture(g.TEXTURE_2D, texture.name)
-        gl.GetTexImage(g.TEXTURE_2D, 0, external, type_, stored.ctypes.data)
-    return stencil_of(stored)
 
 
 def _dtype(texture: Texture) -> np.dtype[Any]:

@@ -86,11 +86,6 @@ class NumpyBackend(Backend):
         values = into.dtype == np.float32
         self.moves(storage.numbers, format, into, float_format(format.channels) if values else format)
 
-    def download_stencil(self, storage: Storage) -> NDArray[np.uint8]:
-        """The stencil of a depth-stencil storage, (height, width)."""
-        assert storage.stencil is not None
-        return storage.stencil.reshape(storage.size[1], storage.size[0]).copy()
-
     def copy(self, source: Storage, destination: Storage) -> None:
         self.moves(source.numbers, source.format, destination.numbers, destination.format)
         if source.stencil is not None and destination.stencil is not None:

@@ -257,13 +257,6 @@ class OpenCLBackend(Backend):
         with self.reported("downloading a picture"):
             transfers.receive(self, storage, into)
 
-    def download_stencil(self, storage: Storage) -> NDArray[np.uint8]:
-        """The stencil of a depth-stencil storage, (height, width)."""
-        stored = np.empty(storage.shape[:2], np.uint8)
-        with self.reported("downloading a stencil"):
-            self.read(storage.stencil, stored)
-        return stored
-
     def copy(self, source: Storage, destination: Storage) -> None:
         if source.layout != destination.layout:
             raise BackendError(f"cannot copy {source.layout} into {destination.layout}")

@@ -17,7 +17,7 @@ from passgraph.language.emitter import Call, repeated
 from passgraph.language.source import NOWHERE, Span
 
 #: What a channel of a format holds (`Format.number`) → how buffers hold it.
-ELEMENTS = {"u1": "uchar", "u2": "ushort", "i1": "char", "i2": "short", "f2": "ushort", "f4": "float"}
+ELEMENTS = {"u1": "uchar", "u2": "ushort", "f2": "ushort", "f4": "float"}
 
 #: Type of the arguments → operation → its expression.  Functions with ``pg_`` are in helpers.cl and below.
 SPELLED = spelled({

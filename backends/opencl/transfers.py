@@ -36,13 +36,12 @@ __kernel void pg_move(__global const {source}* restrict from, __global {destinat
 
 
 def nearest_number(format_: Format, value: str) -> str:
-    """The number nearest to a value, as an expression; as in passgraph.backends.steps, NaN is held as the lowest."""
+    """The number nearest to a value, as an expression; as in passgraph.backends.steps, NaN is held as 0."""
     if not format_.steps:
         return f"pg_store_half({value})" if format_.number == "f2" else value
     # Comparisons and a plain conversion vectorise.
-    low, steps = f"{format_.low}f", f"{format_.steps}.0f"
-    clamped = f"({low} < {value} ? (1.0f < {value} ? 1.0f : {value}) : {low})"
-    return f"({element(format_)})(int)rint({clamped} * {steps})"
+    clamped = f"(0.0f < {value} ? (1.0f < {value} ? 1.0f : {value}) : 0.0f)"
+    return f"({element(format_)})(int)rint({clamped} * {format_.steps}.0f)"
 
 
 def move_source(source: ImageLayout, destination: ImageLayout, run: int) -> str:
@@ -102,7 +101,7 @@ __kernel void pg_numbers(__global const float* restrict values, __global {number
 
 
 def source_of(format_: Format, run: int) -> str:
-    """Kernels between a format's numbers and values; as in passgraph.backends.steps, NaN is held as the lowest."""
+    """Kernels between a format's numbers and values; as in passgraph.backends.steps, NaN is held as 0."""
     number = ELEMENTS[format_.number]
     value, nearest = load_expression(format_, "numbers", "i"), nearest_number(format_, "values[i]")
     return _SOURCE.format(number=number, run=run, value=value, nearest=nearest)

@@ -8,7 +8,7 @@ walker), ``number_domain`` (float64), ``images`` and ``stage`` (what a kernel se
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -46,12 +46,6 @@ class ReferenceBackend(Backend):
 
     def download(self, storage: Storage) -> FloatBlock:
         return storage.pixels.copy()
-
-    def download_stencil(self, storage: Storage) -> np.ndarray[Any, np.dtype[np.uint8]]:
-        """The stencil of a depth-stencil picture, (height, width)."""
-        if storage.stencil is None:
-            raise BackendError(f"format {storage.format.name} has no stencil; use depth32f_stencil8")
-        return storage.stencil.copy()
 
     def copy(self, source: Storage, destination: Storage) -> None:
         destination.pixels[...] = source.pixels

@@ -159,7 +159,7 @@ def as_json(results: Sequence[SceneResult], settings: Settings) -> str:
             {
                 "name": result.name, "triangles": result.scene.triangle_count,
                 "truth": {
-                    "samples": result.truth.samples, "noise": result.truth.noise, "tracer": result.truth.tracer,
+                    "samples": result.truth.samples, "noise": result.truth.noise,
                     "best_rmse": result.best_rmse, "penumbra_pixels": int(result.truth.penumbra.sum()),
                     "pixels": int(result.truth.counts.sum()),
                 },
@@ -195,7 +195,7 @@ def truth_line(result: SceneResult) -> str:
     truth = result.truth
     times = result.best_rmse / truth.noise if truth.noise > 0.0 else float("inf")
     return (
-        f"{result.name}: truth by {truth.tracer}, {truth.samples} rays a pixel, standard error {truth.noise:.5f}, "
+        f"{result.name}: truth by Embree, {truth.samples} rays a pixel, standard error {truth.noise:.5f}, "
         f"{times:.0f} times below the least error of a method ({result.best_rmse:.4f})"
     )
 

@@ -30,7 +30,6 @@ class Truth:
     depth : (h, w) float64 along the view axis, scene units
     noise : standard error of ``share``, root of the mean square over the valid pixels
     samples : rays a pixel
-    tracer : which traced them
     """
 
     share: Float32
@@ -38,7 +37,6 @@ class Truth:
     depth: NDArray[np.float64]
     noise: float
     samples: int
-    tracer: str
 
     @property
     def penumbra(self) -> Mask:
@@ -54,7 +52,7 @@ def truth_of(scene: Scene, size: tuple[int, int], samples: int) -> Truth:
     traced = visible_share(scene, size, samples=samples)
     seen = first_surfaces(scene, size)
     counts = traced.valid & whole_light_above(scene.lights[0], seen)
-    return Truth(traced.share, counts, seen.depth, traced.noise, traced.samples, traced.tracer)
+    return Truth(traced.share, counts, seen.depth, traced.noise, traced.samples)
 
 
 def whole_light_above(light: Light, seen: Surfaces) -> Mask:

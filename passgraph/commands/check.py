@@ -46,8 +46,8 @@ if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
     from passgraph.language.ir import Parameter
     from passgraph.verify.conformance.case import Picture
-    from passgraph.verify.oracle.pace import Pace
     from passgraph.verify.oracle.pass_bounds import Passes
+    from passgraph.verify.oracle.time_limit import TimeLimit
     from passgraph.verify.report import Report
 
 
@@ -140,37 +140,37 @@ class Tries:
         self.most, self.pictures, self.settings, self.size = most, pictures, settings, size
         self.devices, self.most_ambiguous = devices, most_ambiguous
 
-    def passed(self, name: str, graph: Graph, pace: Pace, say: Callable[[str], None]) -> bool:
+    def passed(self, name: str, graph: Graph, limit: TimeLimit, say: Callable[[str], None]) -> bool:
         """Whether a graph passes with each; what was tried is printed, and each fault with the value that brings it."""
         ends = range_ends(graph, self.settings)
         if not ends or not self.most:
             return True
         well, tried = True, 0
         for end in ends[: self.most]:
-            if pace.over:
+            if limit.is_over:
                 break
             say(f"{name}: {end}")
-            well &= self._passes(f"{name} with {end}", graph, end, pace, say)
+            well &= self._passes(f"{name} with {end}", graph, end, limit, say)
             tried += 1
-        more = "--most-seconds N: more time" if pace.over else "--ends N: more runs"
+        more = "--most-seconds N: more time" if limit.is_over else "--ends N: more runs"
         click.echo(f"{name}: tried {_told(ends[:tried]) or 'nothing more'}{_left(ends[tried:], more)}")
         return well
 
-    def _passes(self, title: str, graph: Graph, end: End, pace: Pace, say: Callable[[str], None]) -> bool:
+    def _passes(self, title: str, graph: Graph, end: End, limit: TimeLimit, say: Callable[[str], None]) -> bool:
         from passgraph.verify.compare import compared
         from passgraph.verify.oracle.pass_bounds import Passes
 
         size, inputs = made_inputs(graph, self.pictures, self.size, SMALL_SIZE)
         given = {**inputs, **run_values(title, graph, self.settings)}
         try:
-            passes = Passes(graph, size, [{**given, end.name: end.value}], pace)
+            passes = Passes(graph, size, [{**given, end.name: end.value}], limit)
             passes.allowed(True)
         except PassgraphError as error:
             click.echo(f"{title}: {error}")
             return False
         report = compared(passes, self.devices, lambda what: say(f"{title}: {what}"), self.most_ambiguous)
         say_faults(console(), report, title, [name for name in inputs if name not in self.pictures])
-        lost = _lost(passes, lambda: Passes(graph, size, [given], pace))
+        lost = _lost(passes, lambda: Passes(graph, size, [given], limit))
         if lost:
             click.echo(f"{title}: {lost}")
         return report.passed and not lost
@@ -274,7 +274,7 @@ def check(
     Exit status: 0 all passed and as recorded, 1 something differs or is undecided, 2 an error.
     """
     from passgraph.commands.named import named_graphs
-    from passgraph.verify.oracle.pace import Pace
+    from passgraph.verify.oracle.time_limit import TimeLimit
 
     if record and golden is None:
         raise InputError("--record needs --golden FOLDER, where to write")
@@ -292,15 +292,15 @@ def check(
         try:
             for name, graph in graphs.items():
                 say(name)
-                pace = Pace(most_seconds, _named(say, name))
-                run = _Run(name, graph, pictures, dict(settings), size, kept, pace)
+                limit = TimeLimit(most_seconds, _named(say, f"{name}: bounds of"))
+                run = _Run(name, graph, pictures, dict(settings), size, kept, limit)
                 passed = run.checked(devices, say, most_ambiguous, allow_nan)
                 if passed and kept is None:
                     tries = Tries(ends, pictures, run.settings, size, devices, most_ambiguous)
-                    passed = tries.passed(name, graph, pace, say)
+                    passed = tries.passed(name, graph, limit, say)
                 if stress and kept is None:
                     title = f"{name}, stress"
-                    extreme = _Run(title, graph, pictures, dict(settings), size, None, pace, extreme_input)
+                    extreme = _Run(title, graph, pictures, dict(settings), size, None, limit, extreme_input)
                     passed &= extreme.checked(devices, say, most_ambiguous, True)
                 well &= passed
         finally:
@@ -314,7 +314,7 @@ class _Run:
 
     def __init__(
         self, name: str, graph: Graph, pictures: Mapping[str, Picture], settings: Mapping[str, str],
-        size: tuple[int, int] | None, golden: Golden | None, pace: Pace,
+        size: tuple[int, int] | None, golden: Golden | None, limit: TimeLimit,
         make: Callable[[tuple[int, int], int, str], Picture] = plain_input,
     ) -> None:  # fmt: skip
         from passgraph.commands.golden import recorded_run
@@ -329,7 +329,7 @@ class _Run:
             self.made = [name for name in self.inputs if name not in pictures]
         values = run_values(name, graph, self.settings)
         self.settings = {name: text for name, text in self.settings.items() if name in values}
-        self.passes = Passes(graph, size, [{**self.inputs, **values}], pace)
+        self.passes = Passes(graph, size, [{**self.inputs, **values}], limit)
 
     def checked(
         self, backends: Sequence[Any], say: Callable[[str], None], most_ambiguous: float, allow_nan: bool
@@ -339,7 +339,7 @@ class _Run:
         from passgraph.verify.compare import compared
 
         self.passes.allowed(True)  # what cannot run at all is an error, not a verdict
-        report = compared(self.passes, backends, _named(say, self.name), most_ambiguous)
+        report = compared(self.passes, backends, _named(say, f"{self.name}:"), most_ambiguous)
         on = console()
         say_equality(on, report, self.name)
         _show(self.name, report)
@@ -359,8 +359,8 @@ class _Run:
         return report.passed and all(change.allowed for change in changes)
 
 
-def _named(say: Callable[[str], None], name: str) -> Callable[[str], None]:
-    return lambda what: say(f"{name}: {what}")
+def _named(say: Callable[..., None], name: str) -> Callable[..., None]:
+    return lambda what, *amount: say(f"{name} {what}", *amount)
 
 
 def _show(name: str, report: Report) -> None:

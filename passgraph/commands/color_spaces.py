@@ -102,6 +102,8 @@ class ConvertedEffect(Effect):
         return self.effect.frame_time
 
     def for_opaque(self) -> Effect:
+        if self.effect_alpha != self.effect.alpha:
+            return self  # what it makes of opaque pictures may be transparent
         return self.effect if self.source is None else replace(self, effect_alpha="straight")
 
     def made(self, *taken: Any, **given: Any) -> Any:

@@ -34,6 +34,7 @@ STATUS = {
 }
 #: Commands by name, each with its one line for the list; a command is imported when it is used.
 COMMANDS = {
+    "view": "Show an effect live in the browser while its file and parameters change.",
     "render": "Render a scene with an effect to a picture.",
     "apply": "Apply an effect to pictures, sequences and videos.",
     "compare": "Hold every backend against the reference, pass by pass.",

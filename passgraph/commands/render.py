@@ -24,8 +24,8 @@ from passgraph.commands.options import (
     size_option,
 )
 from passgraph.commands.running import check_one_picture, check_outputs, frame_progress, progress, run_and_save
+from passgraph.commands.scene_view import VIEW_FIELDS, Seen, View, refuse_view, seen_by, view_options
 from passgraph.commands.sources import RENDER_SIZE, Job, accepts, job_of_scene, run_values, world_job
-from passgraph.commands.view import VIEW_FIELDS, Seen, View, refuse_view, seen_by, view_options
 from passgraph.commands.written_files import FLOAT_SUFFIXES, check_path, check_picture_path, rate_of
 from passgraph.errors import InputError
 from passgraph.graph.targets import MAX_SIDE, Target

@@ -17,7 +17,7 @@ from passgraph.commands.options import check_computes
 from passgraph.commands.sources import Job, in_bytes
 from passgraph.commands.written_files import FLOAT_SUFFIXES, check_folder, check_picture_path
 from passgraph.errors import InputError
-from passgraph.pictures import check_holds_bits
+from passgraph.pictures import check_holds_bits, viewable
 from passgraph.plan.data import Step
 from passgraph.quantise import quantised
 from passgraph.run.finite_checks import NonFinite
@@ -42,15 +42,23 @@ def told(text: str) -> str:
 
 
 @contextmanager
-def progress(first: str) -> Iterator[Callable[[str], None]]:
-    """A spinner with a text; the function given changes the text."""
+def progress(first: str) -> Iterator[Callable[..., None]]:
+    """A bar with a text; the function given changes the text, and shows how many of a count are done where it gets
+    both."""
     if not sys.stderr.isatty():
-        yield lambda _: None
+        yield lambda *_: None
         return
     from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
 
-    with Console(stderr=True).status(first) as status:
-        yield status.update
+    columns = TextColumn("{task.description}", markup=False), BarColumn()
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(first, total=None)
+
+        def say(text: str, done: int = 0, count: int | None = None) -> None:
+            bar.reset(task, description=text, completed=done, total=count)
+
+        yield say
 
 
 @contextmanager
@@ -86,10 +94,6 @@ def frame_progress(
         yield step
 
 
-#: What NaN looks like: a colour that pictures rarely have.
-NAN_COLOUR = (1.0, 0.0, 1.0)
-
-
 class Capture:
     """An observer of a program's steps that writes each target into a folder."""
 
@@ -119,35 +123,6 @@ def file_name(name: str) -> str:
     'shadow_map_0'
     """
     return "".join(c if c.isascii() and (c.isalnum() or c in "_.-") else "_" for c in name)
-
-
-def viewable(picture: NDArray[np.float32]) -> tuple[NDArray[np.float32], str]:
-    """Gray or RGB in [0, 1], and in words what is shown.
-
-    Colours within [0, 1] are shown as they are; others, and single channels such as depth, from their
-    smallest to their largest value.  Alpha is left
-    out, since data in it would make the picture invisible; NaN is magenta.
-
-    >>> viewable(np.array([[[2.0], [4.0]]], np.float32))[1]
-    'black is 2, white is 4'
-    """
-    channels = picture.shape[2]
-    colours = picture[:, :, : 1 if channels == 1 else 3]
-    if channels == 2:
-        colours = np.concatenate([colours, np.zeros_like(colours[:, :, :1])], axis=2)
-    finite = colours[np.isfinite(colours)]
-    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
-    shown = "as stored"
-    if low < 0.0 or high > 1.0 or channels == 1:
-        shown = f"black is {low:.6g}, white is {high:.6g}"
-        colours = ((colours.astype(np.float64) - low) / max(high - low, 1e-30)).astype(np.float32)
-    missing = np.isnan(colours).any(axis=2)
-    view = np.clip(np.nan_to_num(colours, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0).astype(np.float32)
-    if missing.any():
-        view = np.broadcast_to(view, (*view.shape[:2], 3)).copy()
-        view[missing] = NAN_COLOUR
-        shown += f", {int(missing.sum())} pixels are NaN (magenta)"
-    return view, shown
 
 
 def check_one_picture(capture: Path | None, profile: bool, why: str) -> None:

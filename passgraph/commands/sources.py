@@ -48,15 +48,15 @@ def picture_job(
     holds: HardwareDepth | None = None,
 ) -> Job:  # fmt: skip
     """An effect on a picture file; ``holds`` says what ``depth`` means where it is an engine's buffer."""
-    frame = _load_stored(path, linear)
-    targets, given = [_input("frame", frame, linear)], {"frame": frame}
+    frame = load_frame(path, linear)
+    targets, given = [input_of("frame", frame, linear)], {"frame": frame}
     if effect.takes == "picture+depth":
         if depth is None:
             raise InputError(f"effect {effect.name} needs --depth FILE: linear depth of each pixel of {path}")
         given["depth"] = _load(depth, False)[:, :, :1]
         if given["depth"].shape[:2] != frame.shape[:2]:
             raise InputError(f"{depth}: is {_size_text(given['depth'])} pixels, and {path} is {_size_text(frame)}")
-        targets.append(as_distance(_input("depth", given["depth"]), holds))
+        targets.append(as_distance(input_of("depth", given["depth"]), holds))
     elif depth is not None:
         raise InputError(f"effect {effect.name} takes no --depth")
     parameters, pictures = picture_parameters(effect, parameters)
@@ -96,7 +96,7 @@ def picture_parameters(effect: Effect, parameters: dict[str, Any]) -> tuple[dict
     for parameter in effect.parameters:
         if parameter.type == "picture" and parameters.get(parameter.name) is not None:
             given[parameter.name] = _load(parameters[parameter.name], False)
-            made[parameter.name] = _input(parameter.name, given[parameter.name])
+            made[parameter.name] = input_of(parameter.name, given[parameter.name])
     return made, given
 
 
@@ -179,7 +179,7 @@ def _load(path: Path, linear: bool) -> NDArray[np.float32]:
     return load(path, linear=linear)
 
 
-def _load_stored(path: Path, linear: bool) -> NDArray[Any]:
+def load_frame(path: Path, linear: bool) -> NDArray[Any]:
     """A picture in its file's own type; what is decoded to linear light, and has no format that says so, as float32."""
     from passgraph.files.stored import given
     from passgraph.pictures import load_stored
@@ -200,7 +200,7 @@ def is_opaque(picture: NDArray[Any]) -> bool:
     return bool(whole.min() >= np.iinfo(picture.dtype).max << (24 * picture.itemsize))
 
 
-def _input(name: str, picture: NDArray[Any], linear: bool = False) -> Target:
+def input_of(name: str, picture: NDArray[Any], linear: bool = False) -> Target:
     height, width, channels = picture.shape
     return Input(name, format_of(picture.dtype, channels, linear), (width, height))
 

@@ -1,249 +1,204 @@
-"""How ``passgraph render`` looks at a scene: its camera, its light and the ground under it."""
+"""``passgraph view``: an effect on screen, in the browser, while its file and its parameters change."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
-from itertools import zip_longest
-from math import degrees, fmod, radians
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.arguments import shown
-from passgraph.commands.options import FiniteRange
-from passgraph.commands.sources import load_scene
+from passgraph.commands.color_spaces import take_color_spaces
+from passgraph.commands.input_values import written_value
+from passgraph.commands.named import file_and_name, named_effect
+from passgraph.commands.options import backend_option, flag_of, size_option
+from passgraph.commands.sources import (
+    RENDER_SIZE,
+    accepts,
+    effect_output,
+    input_of,
+    is_opaque,
+    job_of_scene,
+    load_scene,
+    picture_parameters,
+    world_job,
+)
+from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
-from passgraph.scene import Camera, Light, Scene
-from passgraph.scene.camera import DEFAULT_AZIMUTH_RAD, DEFAULT_ELEVATION_RAD, DEFAULT_FOV_RAD
-from passgraph.scene.ground import lacks_ground, seeing_ground
-from passgraph.scene.lights import exposed
-from passgraph.scene.matrices import MOST_RADIUS
+from passgraph.files.open import open_source
+from passgraph.files.stored import given
+from passgraph.graph.targets import InputSpec, named_outputs
+from passgraph.viewer.subject import Control, Drawing, Loaded
 
-Decorated = TypeVar("Decorated", bound=Callable[..., Any])
-Ground = Literal["auto", "none", "plane"]
-#: Whether there is to be a floor; None where the scene says.
-_GROUNDS: dict[Ground, bool | None] = {"auto": None, "none": False, "plane": True}
-Color = tuple[float, float, float]
-#: Angles of view, in degrees, that a picture can have and a model can fill.
-FOV = (0.1, 170.0)
+if TYPE_CHECKING:
+    from passgraph.files.frame import Frame, Source
+    from passgraph.scene import Scene
 
 
-@dataclass(frozen=True)
-class View:
-    """What was asked for; None where nothing was said.  Angles are in degrees."""
+class EffectSubject:
+    """An effect by its name or file, on the inputs of the command line."""
 
-    azimuth: float | None = None
-    elevation: float | None = None
-    distance: float | None = None
-    zoom: float | None = None
-    fov: float | None = None
-    camera: str | None = None
-    up: Literal["y", "z"] | None = None
-    light: str | None = None
-    light_azimuth: float | None = None
-    light_elevation: float | None = None
-    light_radius: float | None = None
-    light_color: Color | None = None
-    ground: Ground | None = None
-    two_sided: bool | None = None
-    turntable: int | None = None
+    def __init__(self, text: str, inputs: Sequence[str], size: tuple[int, int], linear: bool | None) -> None:
+        self.text, self.inputs, self.size, self.linear = text, list(inputs), size, linear
+        self.effect = named_effect(text)
+        self.name = self.effect.name
+        path, _ = file_and_name(text)
+        self.files = [] if path is None else [path]
+        self._frames = Frames(inputs[0]) if inputs and self.effect.takes.startswith("picture") else None
+        self._scene: Scene | None = None
+        self._check_inputs()
 
-    def given(self) -> list[str]:
-        """The options that were given, as they are written."""
-        return [f"--{name.replace('_', '-')}" for name, value in vars(self).items() if value is not None]
+    def _check_inputs(self) -> None:
+        takes = self.effect.takes
+        if takes == "picture+depth":
+            if len(self.inputs) < 2:
+                raise InputError(f"effect {self.name} takes a picture and its depth; got {len(self.inputs)} inputs")
+        elif takes == "picture" and not self.inputs:
+            raise InputError(f"effect {self.name} takes a picture; give one: passgraph view {self.text} photo.jpg")
+        elif takes == "nothing" and self.inputs:
+            raise InputError(f"effect {self.name} reads no picture; leave out {self.inputs[0]}")
+
+    def load(self) -> Loaded:
+        self.effect = named_effect(self.text)
+        effect = self._on_pictures(self.effect)
+        controls = [Control.of(parameter) for parameter in effect.parameters]
+        return Loaded(tuple(c for c in controls if c is not None), lambda values: self._draw(effect, values))
+
+    def _on_pictures(self, effect: Effect) -> Effect:
+        """The effect as `apply` runs it: with color times alpha where it mixes pixels that may be transparent."""
+        if self._frames is None:
+            return effect
+        said = {"alpha": effect.alpha, "from_space": None, "to_space": None, "color_config": None}
+        converted = take_color_spaces(effect, tuple(self.inputs), said)
+        first = self.frame(0)["frame"]
+        has_alpha = first.ndim == 3 and first.shape[2] == 4
+        return converted if has_alpha and not is_opaque(first) else converted.for_opaque()
+
+    def _draw(self, effect: Effect, values: Mapping[str, Any]) -> Drawing:
+        parameters = dict(values)
+        if effect.takes in ("scene", "world2d"):
+            path = Path(self.inputs[0]) if self.inputs else None
+            if effect.takes == "world2d":
+                job = world_job(effect, path, self.size, parameters)
+            else:
+                if self._scene is None:
+                    self._scene = load_scene(path)
+                if accepts(effect, "display"):
+                    parameters.setdefault("display", True)
+                job = job_of_scene(effect, self._scene, self.size, parameters)
+            return Drawing(job.outputs, job.size, job.given)
+        others = self.inputs[2 if effect.takes == "picture+depth" else 1 :]
+        pictures = [parameter.name for parameter in effect.parameters if parameter.type == "picture"]
+        parameters |= dict(zip(pictures, map(Path, others), strict=False))
+        parameters, brought = picture_parameters(effect, parameters)
+        if self._frames is None:
+            return Drawing(named_outputs(effect.made(**parameters)), self.size, brought)
+        first = self.frame(0)
+        linear = self._is_linear
+        targets = [input_of(name, picture, linear and name == "frame") for name, picture in first.items()]
+        height, width = first["frame"].shape[:2]
+        return Drawing(named_outputs(effect_output(effect, targets, parameters)), (width, height), {**brought, **first})
 
     @property
-    def placing(self) -> list[str]:
-        """Options that place a camera of one's own."""
-        return [f for f in self.given() if f in ("--azimuth", "--elevation", "--distance", "--turntable")]
+    def _is_linear(self) -> bool:
+        return self.effect.linear if self.linear is None else self.linear
+
+    def replace_input(self, path: Path) -> None:
+        if self._frames is None:
+            raise InputError(f"effect {self.name} reads no picture")
+        frames = Frames(str(path))
+        frames.read(0)
+        self._frames, self.inputs[0] = frames, str(path)
+
+    def frame_count(self) -> int | None:
+        return None if self._frames is None or self._frames.count < 2 else self._frames.count
+
+    def frame(self, number: int) -> dict[str, Any]:
+        if self._frames is None:
+            return {}
+        brought = {"frame": given(self._frames.read(number), InputSpec("frame", srgb=True), self._is_linear)}
+        if self.effect.takes == "picture+depth":
+            from passgraph.pictures import load
+
+            brought["depth"] = load(Path(self.inputs[1]))[:, :, :1]
+        return brought
+
+    def command(self, values: Mapping[str, Any]) -> str:
+        words = ["passgraph", "render", "--effect", self.text] if self.effect.takes in ("scene", "world2d") else [
+            "passgraph", "apply", self.text]  # fmt: skip
+        words += [*self.inputs, "-o", "out.png"]
+        for name, value in values.items():
+            parameter = next((one for one in self.effect.parameters if one.name == name), None)
+            if parameter is None or value is None or value == parameter.default:
+                continue
+            flag = flag_of(parameter)
+            if parameter.type == "bool":
+                words.append(flag if value else flag.replace("--", "--no-", 1))
+            else:
+                words += [flag, written_value(value)]
+        return shlex.join(words)
 
 
-#: Names of the options.
-VIEW_FIELDS = tuple(field.name for field in fields(View))
+class Frames:
+    """Frames of a source by their number, counted from 0; the next one costs least."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self.source: Source = open_source(path)
+        self.count = self.source.count or 1
+        self._next: Iterator[Frame] = iter(self.source)
+        self._at = 0
+        self._last: tuple[int, Any] = (-1, None)
+
+    def read(self, number: int) -> Any:
+        """The pixels as the file stores them; those of the last frame are kept."""
+        if number == self._last[0]:
+            return self._last[1]
+        if number < self._at:
+            self._next, self._at = iter(self.source), 0
+        for frame in self._next:
+            self._at += 1
+            if self._at > number:
+                pixels = frame.read()
+                self._last = (number, pixels)
+                return pixels
+        raise InputError(f"{self.path}: has no frame {number + 1}")
 
 
-def refuse_view(view: View, effect: str) -> None:
-    """Of flat worlds nothing is to be turned."""
-    if view.given():
-        raise InputError(f"effect {effect} draws a flat world, which takes no {', '.join(view.given())}; leave it out")
+@click.command()
+@click.argument("effect", metavar="EFFECT|FILE[:NAME]")
+@click.argument("inputs", metavar="[INPUT...]", nargs=-1)
+@backend_option
+@size_option(RENDER_SIZE)
+@click.option(
+    "--linear/--as-stored", default=None, help="Decode 8- and 16-bit pictures from sRGB to linear light first."
+)
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page; left out, a free one.")
+@click.option("--open/--no-open", "opens", default=True, help="Open the page in the browser.  [default: open]")
+def view(
+    effect: str, inputs: tuple[str, ...], backend: str | None, size: tuple[int, int], linear: bool | None, port: int,
+    opens: bool,
+) -> int:  # fmt: skip
+    """Show EFFECT live in the browser: its parameters, targets, passes and pixels.
 
+    EFFECT is an effect, a FILE.py of yours (it is run), or a shader file. INPUT is what `apply` takes: a picture, a
+    folder, a numbered sequence, a video; a scene for effects that render one. When the file is saved, the new picture
+    is shown; an error is shown over the last good picture.
 
-def view_options(command: Decorated) -> Decorated:
-    """The options of a `View`; the command gets them by its fields' names."""
-    numbers: dict[str, Any] = {"type": FiniteRange(), "metavar": "DEG"}
-    options = [
-        click.option("--azimuth", **numbers, help="Where the camera stands: 0 in front (+z), 90 on the right (+x)."),
-        click.option(
-            "--elevation", type=FiniteRange(-90.0, 90.0), metavar="DEG",
-            help=f"How high it stands: 0 level, 90 straight above.  [default: {degrees(DEFAULT_AZIMUTH_RAD):.0f} and "
-            f"{degrees(DEFAULT_ELEVATION_RAD):.0f} degrees, from which what stands in the scene fills the picture; a "
-            "scene with a camera of its own shows that]",
-        ),
-        click.option(
-            "--distance", type=FiniteRange(0.0, MOST_RADIUS, min_open=True), metavar="LENGTH",
-            help="From the camera to the middle, scene units.  [default: as near as all is in the picture]",
-        ),
-        click.option(
-            "--zoom", type=FiniteRange(0.0, min_open=True), metavar="FACTOR",
-            help="Show things this many times as large, by the lens.",
-        ),
-        click.option(
-            "--fov", type=FiniteRange(*FOV), metavar="DEG",
-            help=f"Vertical angle of view.  [default: {degrees(DEFAULT_FOV_RAD):.0f}]",
-        ),
-        click.option("--camera", metavar="NAME|NUMBER", help="Which of the scene's own cameras.  [default: its first]"),
-        click.option(
-            "--up", type=click.Choice(["y", "z"]), help="The model's axis that points up.  [default: z in STL, else y]"
-        ),
-        click.option("--light", metavar="NAME|NUMBER", help="Only this one of the scene's lights."),
-        click.option("--light-azimuth", **numbers, help="Where the light comes from, as the camera's azimuth."),
-        click.option(
-            "--light-elevation", type=FiniteRange(-90.0, 90.0), metavar="DEG", help="How high: 90 straight above."
-        ),
-        click.option(
-            "--light-radius", type=FiniteRange(0.0), metavar="SIZE",
-            help="How large the light is, and so how soft its shadows: a sun's radius at distance 1 (the real one: "
-            "0.0047), a lamp's in scene units; 0 is hard.",
-        ),
-        click.option(
-            "--light-color", type=FiniteRange(0.0), nargs=3, metavar="R G B", help="Linear; 1 1 1 is white."
-        ),
-        click.option(
-            "--ground", type=click.Choice(list(_GROUNDS)),
-            help="A floor under the lowest vertex: auto where the scene has nothing like one.  [default: auto]",
-        ),
-        click.option(
-            "--two-sided", is_flag=True, default=None,
-            help="Show both sides of every surface, whatever the model says.",
-        ),
-        click.option(
-            "--turntable", type=click.IntRange(1), metavar="FRAMES",
-            help="As many pictures once round the scene: numbered files (-o turn.%04d.png) or a video (.mp4, .gif).",
-        ),
-    ]  # fmt: skip
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
-@dataclass(frozen=True)
-class Seen:
-    """A scene as it is asked for, the cameras of its turntable, and what is said of it."""
-
-    scene: Scene
-    cameras: tuple[Camera, ...] = ()
-    lines: tuple[str, ...] = ()
-
-
-def seen_by(view: View, path: Path | None, size: tuple[int, int]) -> Seen:
-    """Read a scene and look at it."""
-    # the floor comes last: what stands on it says where the camera is, and that how far the floor reaches
-    scene = load_scene(path, up=view.up, ground=False)
-    if view.two_sided:
-        scene = scene.two_sided()
-    cameras, lines = _cameras(scene, view, size[0] / size[1])
-    scene = scene.with_(camera=cameras[0], lights=_lights(scene, view))
-    if lacks_ground(scene, _GROUNDS[view.ground or "auto"]):
-        scene = scene.with_ground()
-        cameras = [seeing_ground(camera, scene.nodes[-1].bounds) for camera in cameras]
-        lines.append(f"ground: a plane at y = {scene.nodes[-1].bounds[0, 1]:.6g}; --ground none leaves it out")
-    return Seen(scene, tuple(cameras if view.turntable else ()), tuple(lines))
-
-
-# Cameras
-
-
-def _cameras(scene: Scene, view: View, aspect: float) -> tuple[list[Camera], list[str]]:
-    """The camera, or those of a turntable, and what is said of the choice."""
-    own, lenses = [one.name for one in scene.cameras], [one.lens for one in scene.cameras]
-    if view.camera is not None and view.placing:
-        raise InputError(
-            f"--camera is a view of the scene's own, and {', '.join(view.placing)} would place another; leave out one"
-        )
-    if view.camera is not None or (own and not view.placing):
-        at = chosen("--camera", view.camera or "1", own, "camera", lenses)
-        told = view.camera is None and len(own) > 1
-        return [_own(scene.cameras[at].camera, view)], [
-            f"camera: {_listed(own[:1])} of {len(own)}; --camera NAME or NUMBER chooses"
-        ] if told else []
-    placed: dict[str, Any] = {"distance": view.distance, "aspect": aspect}
-    if view.azimuth is not None:
-        placed["azimuth_rad"] = _turn(view.azimuth)
-    if view.elevation is not None:
-        placed["elevation_rad"] = radians(view.elevation)
-    if view.fov is not None:
-        placed["vertical_fov_rad"] = radians(view.fov)
-    made = scene.turntable(view.turntable, **placed) if view.turntable else [scene.seen_from(**placed).camera]
-    return [camera.zoomed(view.zoom or 1.0) for camera in made], []
-
-
-def _own(camera: Camera, view: View) -> Camera:
-    if view.fov is not None and camera.orthographic:
-        raise InputError("--fov is for cameras in perspective, and this one has parallel rays; use --zoom")
-    seen = camera if view.fov is None else replace(camera, vertical_fov_rad=radians(view.fov))
-    return seen if view.zoom is None else seen.zoomed(view.zoom)
-
-
-def _turn(degrees: float) -> float:
-    """Whole turns are taken off in degrees, where they are exact."""
-    return radians(fmod(degrees, 360.0))
-
-
-# Lights
-
-
-def _lights(scene: Scene, view: View) -> list[Light]:
-    """The scene's lights, or the one that is chosen or changed."""
-    lights, names = list(scene.lights), [light.name for light in scene.lights]
-    if view.light is not None:
-        # alone it is as bright as all together were: the picture has one exposure
-        lights = exposed([lights[chosen("--light", view.light, names, "light")]], scene.bounds())
-    changes = [flag for flag in view.given() if flag.startswith("--light-")]
-    if not changes:
-        return lights
-    if len(lights) != 1:
-        raise InputError(
-            f"{', '.join(changes)}: the scene has {len(lights)} lights, {_listed(names)}; say which one with --light"
-        )
-    (light,) = lights
-    if view.light_azimuth is not None or view.light_elevation is not None:
-        points = scene.points()
-        light = light.around(
-            0.5 * (points.min(axis=0) + points.max(axis=0)),
-            None if view.light_azimuth is None else _turn(view.light_azimuth),
-            None if view.light_elevation is None else radians(view.light_elevation),
-        )
-    if view.light_radius is not None:
-        light = replace(light, radius=view.light_radius)
-    return [light if view.light_color is None else replace(light, color=view.light_color)]
-
-
-# Choices
-
-
-def chosen(flag: str, given: str, names: Sequence[str], what: str, others: Sequence[str] = ()) -> int:
-    """Which of several is meant, counted from 0: a name, or the other name that each may have, or else a number from 1.
-
-    >>> chosen("--camera", "side", ["front", "side"], "camera"), chosen("--camera", "1", ["front", "side"], "camera")
-    (1, 0)
-    >>> chosen("--camera", "wide", ["front", "side"], "camera", ["wide", ""])
-    0
+    The page is served on this machine only. Its address has a token; on another machine, forward the port:
+    ssh -L PORT:127.0.0.1:PORT host.
     """
-    found = [at for at, name in enumerate(names) if name == given]
-    found = found or [at for at, name in enumerate(others) if name and name == given]
-    if len(found) == 1:
-        return found[0]
-    if not found and given.isascii() and given.isdigit() and len(given) < 9 and 1 <= int(given) <= len(names):
-        return int(given) - 1
-    if not names:
-        raise InputError(f"{flag} {shown(given)}: the scene has no {what} of its own; leave it out")
-    wrong = f"{len(found)} have that name" if found else f"the scene has no such {what}"
-    raise InputError(f"{flag} {shown(given)}: {wrong}; expected a number or a name of {_listed(names, others)}")
+    subject = EffectSubject(effect, inputs, size, linear)
+    try:
+        from passgraph.viewer.server import View
+    except ImportError as error:
+        raise InputError(f"passgraph view needs {error.name}: pip install 'passgraph[view]'") from None
+    page = View(subject, backend or "", port)
+    click.echo(f"{subject.name}: {page.url}  (Ctrl-C ends)")
+    if opens:
+        import webbrowser
 
-
-def _listed(names: Sequence[str], others: Sequence[str] = ()) -> str:
-    both = zip_longest(names, others, fillvalue="")
-    told = (f"{shown(name)} ({shown(other)})" if other else shown(name) for name, other in both)
-    return ", ".join(f"{number} {text}" for number, text in enumerate(told, 1))
+        webbrowser.open(page.url)
+    page.serve()
+    return 0

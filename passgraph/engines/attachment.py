@@ -352,10 +352,11 @@ class Attachment:
         return frame, depth, _Facts(frame.size, frame.format, None if depth is None else depth.format, self._structure)
 
     def warm_up(self) -> bool:
-        """Plan and compile for the frame as it is now, before the first one is drawn.
+        """Plan, compile and run once for the frame as it is now, before the first one is drawn.
 
-        Call it with the engine's context current, as its hooks are called. What `draw` would have to compile is there
-        then. False where there is no frame yet.
+        Call it with the engine's context current, as its hooks are called. Drivers finish compiling at a program's
+        first use, so the effect runs, into memory of its own; the frame stays as it is, and history begins anew.
+        False where there is no frame yet.
 
         Raises
         ------
@@ -369,23 +370,28 @@ class Attachment:
                 seen = None
             if seen is None:
                 return False
-            self._program_for(seen[2])
+            program = self._program_for(seen[2])
+            program.run(**self._inputs_of(program, *seen[:2]))
+            program.reset()
             return True
 
     def _draw(self) -> None:
         seen = self._current_frame()
-        if seen is None:
-            return
-        frame, depth, facts = seen
-        program = self._program_for(facts)
+        if seen is not None:
+            frame, depth, facts = seen
+            program = self._program_for(facts)
+            program.run(into={"picture": frame}, **self._inputs_of(program, frame, depth))
+
+    def _inputs_of(self, program: pg.Program, frame: HostPicture, depth: HostPicture | None) -> dict[str, Any]:
+        """What a run of a program is given in this frame."""
         wanted = program.plan.values
-        values = {name: value for name, value in self._given.items() if name in wanted}
+        given: dict[str, Any] = {name: value for name, value in self._given.items() if name in wanted}
         if not wanted.keys().isdisjoint(("camera", _HOLDS)):
             view = self._view()
-            values |= {n: v for n, v in (("camera", view.camera), (_HOLDS, view.holds)) if n in wanted}
+            given |= {n: v for n, v in (("camera", view.camera), (_HOLDS, view.holds)) if n in wanted}
         if "depth" in program.inputs:
-            values["depth"] = depth
-        program.run(into={"picture": frame}, frame=frame, **values)
+            given["depth"] = depth
+        return {**given, "frame": frame}
 
     def _view(self) -> View:
         given = self._camera() if callable(self._camera) else self._camera

@@ -6,7 +6,7 @@ In the order in which text goes through it: :mod:`.tokens` and :mod:`.preprocess
 :mod:`.image_functions`.
 """
 
-from passgraph.glsl.shader import Shader, parse
-from passgraph.glsl.unit import Native, NativeValue, Note, Uniform, Unit
+from passgraph.glsl.shader import Shader, ShaderText, parse, parse_shader
+from passgraph.glsl.unit import Note, Uniform, Unit
 
-__all__ = ["Native", "NativeValue", "Note", "Shader", "Uniform", "Unit", "parse"]
+__all__ = ["Note", "Shader", "ShaderText", "Uniform", "Unit", "parse", "parse_shader"]

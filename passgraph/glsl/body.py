@@ -11,6 +11,7 @@ from passgraph.glsl.builtins import overloads
 from passgraph.glsl.elsewhere import elsewhere, mending
 from passgraph.glsl.glsl_expressions import Expressions
 from passgraph.glsl.glsl_statements import Statements
+from passgraph.glsl.image_functions import STAGE
 from passgraph.glsl.operators import fitted
 from passgraph.glsl.places import Place, read_place, write_place
 from passgraph.glsl.unit import Binding, Known, Slot, Unit, holds_pictures
@@ -53,14 +54,14 @@ class Body:
 
     def lookup(self, name: str, span: Span) -> Binding:
         found = self.find(name)
-        if found is None and name in self.unit.values:
-            found = Known(self.unit.values[name](self.unit, span), "a value of the stage")
+        if found is None and name in STAGE:
+            found = Known(STAGE[name](self.unit, span), "a value of the stage")
         if found is None and name in self.unit.missing:
             fail(span, self.unit.missing[name])
         if found is None:
             if name in self.unit.functions:
                 fail(span, f"{name!r} is not defined here; it is a function; call it")
-            known = mending(name, (*chain(*self.scopes), *self.unit.names, *self.unit.values))
+            known = mending(name, (*chain(*self.scopes), *self.unit.names, *STAGE))
             fail(span, elsewhere(name) or f"{name!r} is not defined here{known or '; declare it before'}")
         return found
 

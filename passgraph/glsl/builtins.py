@@ -89,7 +89,7 @@ def prelude_functions(name: str) -> tuple[g.Function, ...]:
 def overloads(unit: Unit, name: str) -> tuple[g.Function, ...]:
     """Functions of a name that are written in GLSL: the shader's own, and those that stand for built-in ones."""
     own = tuple(unit.functions.get(name, ()))
-    return own if name in unit.natives or name in BUILTINS else (*prelude_functions(name), *own)
+    return own if name in BUILTINS else (*prelude_functions(name), *own)
 
 
 def _row(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:

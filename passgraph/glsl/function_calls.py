@@ -59,13 +59,11 @@ class Calls:
                     if parameter.passed != "in" and not isinstance(argument, Place):
                         fail(span, f"{node.name} writes to its parameter {parameter.name!r}, which takes a variable")
                 return self.body.inline(chosen, given, span)
-            if node.name not in unit.natives and node.name not in BUILTINS:
+            if node.name not in BUILTINS:
                 fail(span, f"{node.name} takes no ({', '.join(types)})")
         if node.name == "fract" and _is_hash(node.arguments):
             unit.note(span, "this noise amplifies the last bits of a sine: no two drivers make the same")
         parts = [self._held(a) for a in arguments]
-        if node.name in unit.natives:
-            return unit.natives[node.name](unit, parts, span)
         if node.name in BUILTINS:
             native, first = BUILTINS[node.name], parts[0] if parts else None
             if isinstance(first, ImageChoice):  # of an array of samplers
@@ -78,7 +76,7 @@ class Calls:
 
     def _near(self, name: str) -> str:
         unit = self.body.unit
-        return mending(name, (*unit.functions, *unit.natives, *unit.structs, *BUILTINS, *TYPES))
+        return mending(name, (*unit.functions, *unit.structs, *BUILTINS, *TYPES))
 
     def _arguments(self, node: g.Call, candidates: list[g.Function]) -> list[Part | Place]:
         """Values, and places where a function may write to."""

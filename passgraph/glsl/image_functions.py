@@ -164,7 +164,14 @@ def _reads() -> Iterator[tuple[str, Native]]:
     yield "texture3D", _sampled
 
 
+def _here(unit: Unit, parts: list[Part], span: Span) -> Part:
+    """``pg_here`` of containers: the texel at this pixel, read so that the pass fuses with the one before it."""
+    zero = ir.Literal(INT, 0, span)
+    return ir.Texel(VEC4, _image(parts, span).name, zero, zero, True, span)
+
+
 READS: dict[str, Native] = {
+    "pg_here": _here,
     **dict(_reads()),
     **dict.fromkeys(("texture2DRect", "textureRect"), _of_texels),
     "texelFetch": _fetched,
@@ -197,12 +204,6 @@ def pixel_place(unit: Unit, span: Span) -> tuple[ir.Expr, ir.Expr]:
 def output_size(unit: Unit, span: Span) -> Part:
     """Width and height of the target, in pixels, as vec2."""
     return apply("to_float", [ir.Builtin(IVEC2, "output_size", span)], span)
-
-
-def aspect(unit: Unit, span: Span) -> Part:
-    """Width of the target by its height."""
-    size = unit.builder.name_it(plain(output_size(unit, span), span, "a size"), span)
-    return apply("div", [ir.Swizzle(FLOAT, size, (0,), span), ir.Swizzle(FLOAT, size, (1,), span)], span)
 
 
 def position(unit: Unit, span: Span) -> Part:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import posixpath
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -267,12 +268,13 @@ class Preprocessor:
 
     Attributes
     ----------
-    folder : where ``#include`` may read; None: it is an error
+    folder : where ``#include`` may read; None: only from ``included``
+    included : the text of each included file, by its path in ``folder``; files that are read are added
     version : what ``#version`` said, or 0
-    included : the text of each file that was included
     """
 
     folder: Path | None = None
+    included: dict[str, str] = field(default_factory=dict)
     version: int = 0
     es: bool = False
     extensions: list[str] = field(default_factory=list)
@@ -281,8 +283,8 @@ class Preprocessor:
     def __post_init__(self) -> None:
         self._expander = Expander()
         self._conditions: list[_Condition] = []
-        self._files: list[Path] = []
-        self._once: set[Path] = set()
+        self._files: list[str] = []
+        self._once: set[str] = set()
         self._count = self._includes = 0
         self._room = MAX_CHARACTERS  # of files that may still be included
         self.define("GL_FRAGMENT_PRECISION_HIGH")
@@ -431,44 +433,53 @@ class Preprocessor:
         match = _INCLUDE.match(span.text)
         if match is None:
             fail(span, '#include takes a name: #include "file.glsl"')
-        if self.folder is None:
+        if self.folder is None and not self.included:
             fail(span, "#include has no folder to read from; give one with folder=...")
-        root = self.folder.resolve()
-        beside = self._files[-1].parent if self._files else root
-        path = (beside / (match[1] or match[2])).resolve()
-        if not path.is_relative_to(root):
+        name = match[1] or match[2]
+        beside = posixpath.dirname(self._files[-1]) if self._files else ""
+        path = posixpath.normpath(posixpath.join(beside, name))
+        if path.startswith(("/", "../")):
             fail(span, f"#include may not leave {self.folder}")
         if path in self._once:
             return
         if len(self._files) >= MAX_INCLUDE_DEPTH:
             fail(span, f"files include files deeper than {MAX_INCLUDE_DEPTH}")
-        text = self._file(path, match[1] or match[2], span)
-        self._files.append(path)
-        yield from self._read(text, path.name)
-        self._files.pop()
-
-    def _file(self, path: Path, name: str, span: Span) -> str:
         self._includes += 1
         if self._includes > MAX_INCLUDES:
             fail(span, f"more than {MAX_INCLUDES} files are included")
-        try:
-            if not path.is_file():
-                fail(span, f"there is no file {name!r} in {self.folder}{'' if path.suffix else _CHUNK}")
-            with path.open(encoding="utf-8", errors="replace") as file:
-                text = file.read(self._room + 1)
-        except OSError as error:
-            raise KernelError(span.point_at(f"cannot read {name!r}: {error.strerror}")) from None
+        text = self.included[path] = self._file(path, name, span)
         self._room -= len(text)
         if self._room < 0:
             fail(span, f"the included files have more than {MAX_CHARACTERS} characters together")
-        return text
+        self._files.append(path)
+        yield from self._read(text, posixpath.basename(path))
+        self._files.pop()
+
+    def _file(self, within: str, name: str, span: Span) -> str:
+        if within in self.included:
+            return self.included[within]
+        root = Path() if self.folder is None else self.folder.resolve()
+        path = (root / within).resolve()
+        if self.folder is not None and not path.is_relative_to(root):
+            fail(span, f"#include may not leave {self.folder}")
+        try:
+            if self.folder is None or not path.is_file():
+                where = self.folder or "the included files"
+                fail(span, f"there is no file {name!r} in {where}{'' if path.suffix else _CHUNK}")
+            with path.open(encoding="utf-8", errors="replace") as file:
+                return file.read(self._room + 1)
+        except OSError as error:
+            raise KernelError(span.point_at(f"cannot read {name!r}: {error.strerror}")) from None
 
 
 def preprocessed(
-    pieces: list[tuple[str, str]], defines: Mapping[str, str], folder: Path | None
+    pieces: list[tuple[str, str]],
+    defines: Mapping[str, str],
+    folder: Path | None,
+    included: Mapping[str, str] | None = None,
 ) -> tuple[list[Token], Preprocessor]:
     """All tokens of several pieces of text, each with the name of its file."""
-    reader = Preprocessor(folder)
+    reader = Preprocessor(folder, dict(included or {}))
     for name, value in defines.items():
         reader.define(name, value)
     tokens = [token for text, file in pieces for token in reader.tokens(text, file)]

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from passgraph.errors import KernelError
 from passgraph.glsl import syntax as g
@@ -16,7 +16,7 @@ from passgraph.glsl.glsl_parser import Parser
 from passgraph.glsl.image_functions import STAGE, position
 from passgraph.glsl.operators import fitted, type_of_part
 from passgraph.glsl.preprocess import preprocessed
-from passgraph.glsl.unit import SQUARE, Known, Native, NativeValue, Note, Slot, Uniform, Unit, holds_pictures
+from passgraph.glsl.unit import SQUARE, Known, Note, Slot, Uniform, Unit, holds_pictures
 from passgraph.glsl.walk import assigned_names
 from passgraph.language import ir
 from passgraph.language.assignments import Place, Variable
@@ -180,8 +180,8 @@ def declare_inputs(body: Body, node: g.Declaration) -> None:
         type_ = body.type_of(variable.type, variable.type.span)
         if isinstance(unit.names.get(name), Slot):
             continue  # a variable of a container's prelude, which writes it
-        if name in unit.values:
-            part = fitted(unit.values[name](unit, span), type_, span, name)
+        if name in STAGE:
+            part = fitted(STAGE[name](unit, span), type_, span, name)
             body.bind(name, Known(part, "an input"))
         elif type_ == VEC2:
             unit.note(
@@ -199,47 +199,10 @@ PRELUDE, POSTLUDE = "<prelude>", "<postlude>"
 
 
 @dataclass(frozen=True)
-class Shader:
-    """A shader that was read.
+class ShaderText:
+    """Everything that a fragment shader is parsed from.
 
     Attributes
-    ----------
-    program : its typed representation, which any kernel is
-    uniforms : its parameters with what the text says of them
-    notes : reliances on what drivers do differently, each with its line
-    version : what ``#version`` said; 0 without one
-    extensions : names of ``#extension``
-    leveled : its representation where these of its pictures have smaller levels, which derivatives then choose from
-    """
-
-    program: ir.TypedKernel
-    uniforms: tuple[Uniform, ...]
-    notes: tuple[Note, ...]
-    version: int = 0
-    extensions: tuple[str, ...] = ()
-    leveled: Callable[[frozenset[str]], ir.TypedKernel] = field(kw_only=True, repr=False, compare=False)
-
-
-def parse(
-    text: str,
-    *,
-    name: str = "shader",
-    file: str = "<shader>",
-    entry: str = "main",
-    prelude: str = "",
-    prelude_file: str = PRELUDE,
-    postlude: str = "",
-    defines: Mapping[str, str] | None = None,
-    folder: str | Path | None = None,
-    defaults: Mapping[str, object] | None = None,
-    natives: Mapping[str, Native] | None = None,
-    values: Mapping[str, NativeValue] | None = None,
-    rows_up: bool = True,
-    levels: Collection[str] = (),
-) -> Shader:
-    """The kernel that a fragment shader is.
-
-    Parameters
     ----------
     text : GLSL ES 1.00 or 3.00, or desktop GLSL from 1.20 on, at most 500,000 characters
     name : of the kernel
@@ -249,11 +212,57 @@ def parse(
         parameters where they are used
     prelude_file : what errors call the prelude
     defines : macros, by name
-    folder : where ``#include`` may read
-    defaults : values of uniforms that the text gives none
-    natives, values : functions and values of a container, as typed expressions
     rows_up : whether the shader counts rows of pictures from the bottom, as OpenGL does; else from the top
+    included : the text of each file that it includes, by its path
+    """
+
+    text: str
+    name: str = "shader"
+    file: str = "<shader>"
+    entry: str = "main"
+    prelude: str = ""
+    prelude_file: str = PRELUDE
+    postlude: str = ""
+    defines: Mapping[str, str] = field(default_factory=dict)
+    rows_up: bool = True
+    included: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Shader:
+    """A shader that was read.
+
+    Attributes
+    ----------
+    program : its typed representation, which any kernel is
+    uniforms : its parameters with what the text says of them
+    notes : reliances on what drivers do differently, each with its line
+    source : what it was parsed from, with the files that it includes
+    version : what ``#version`` said; 0 without one
+    extensions : names of ``#extension``
+    token_count : tokens that were parsed, macros expanded
+    leveled : its representation where these of its pictures have smaller levels, which derivatives then choose from
+    """
+
+    program: ir.TypedKernel
+    uniforms: tuple[Uniform, ...]
+    notes: tuple[Note, ...]
+    source: ShaderText
+    version: int = 0
+    extensions: tuple[str, ...] = ()
+    token_count: int = 0
+    leveled: Callable[[frozenset[str]], ir.TypedKernel] = field(kw_only=True, repr=False, compare=False)
+
+
+def parse(text: str, *, folder: str | Path | None = None, levels: Collection[str] = (), **settings: Any) -> Shader:
+    """The kernel that a fragment shader is.
+
+    Parameters
+    ----------
+    text : of the shader
+    folder : where ``#include`` may read
     levels : pictures whose smaller levels ``texture`` chooses from by derivatives; those of handles with ``mipmaps()``
+    settings : the other attributes of :class:`ShaderText`
 
     Raises
     ------
@@ -266,34 +275,38 @@ def parse(
     >>> [f"{p.name}: {p.type}" for p in shader.program.parameters]
     ['t: Image']
     """
-    around = frozenset([prelude_file, POSTLUDE])
-    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})}, rows_up, frozenset(levels), around)
-    pieces = [(prelude, prelude_file), (text, file), (postlude, POSTLUDE)]
+    return parse_shader(ShaderText(text, **settings), None if folder is None else Path(folder), frozenset(levels))
+
+
+def parse_shader(source: ShaderText, folder: Path | None = None, levels: frozenset[str] = frozenset()) -> Shader:
+    """As :func:`parse`; without a folder, only the files that ``source`` brings are included."""
+    file = source.file
+    around = frozenset([source.prelude_file, POSTLUDE])
+    unit = Unit(source.rows_up, levels, around)
+    pieces = [(source.prelude, source.prelude_file), (source.text, file), (source.postlude, POSTLUDE)]
     try:
-        tokens, reader = preprocessed(pieces, defines or {}, None if folder is None else Path(folder))
+        tokens, reader = preprocessed(pieces, source.defines, folder, source.included)
         for token in [t for t in tokens if t.text in ("lowp", "mediump")][:1]:
             unit.note(token.span, f"{token.text} has 32 bits here, and fewer on some devices")
-        program, uniforms = _program(Parser(tokens, file).shader(), unit, name, entry, file, defaults or {})
+        program, uniforms = _program(Parser(tokens, file).shader(), unit, source)
     except RecursionError:
         raise KernelError(f"{file}: the shader nests too deeply") from None
     notes = tuple(sorted(unit.notes.values(), key=lambda note: (note.span.file, note.span.line)))
+    read = replace(source, included=reader.included)
 
     @cache
     def leveled(names: frozenset[str]) -> ir.TypedKernel:
-        return parse(
-            text, name=name, file=file, entry=entry, prelude=prelude, prelude_file=prelude_file, postlude=postlude,
-            defines=defines, folder=folder, defaults=defaults, natives=natives, values=values, rows_up=rows_up,
-            levels=names,
-        ).program  # fmt: skip
+        return parse_shader(read, None, names).program
 
-    return Shader(program, uniforms, notes, reader.version, tuple(reader.extensions), leveled=leveled)
+    return Shader(
+        program, uniforms, notes, read, reader.version, tuple(reader.extensions), len(tokens), leveled=leveled
+    )
 
 
-def _program(
-    tree: list[g.Outer], unit: Unit, name: str, entry: str, file: str, defaults: Mapping[str, object]
-) -> tuple[ir.TypedKernel, tuple[Uniform, ...]]:
+def _program(tree: list[g.Outer], unit: Unit, source: ShaderText) -> tuple[ir.TypedKernel, tuple[Uniform, ...]]:
     """The typed kernel, and what is known of its parameters."""
     check_declared_once(tree, unit.around)
+    name, entry = source.name, source.entry
     body = Body(unit, name)
     unit.builder.calls.append(tree)  # what stands outside of functions is the outermost of them
     unit.builder.emit(ir.Assign(KEPT, ir.Literal(BOOL, True)))
@@ -303,12 +316,12 @@ def _program(
     outputs = _declared(tree, body)
     main = next((f for f in unit.functions.get(entry, []) if f.body is not None and not f.parameters), None)
     if main is None:
-        raise KernelError(f"{file}: there is no function {entry}() without parameters, where a shader begins")
+        raise KernelError(f"{source.file}: there is no function {entry}() without parameters, where a shader begins")
     value = body.inline(main, [], main.span)
     found = _outputs(body, value, outputs, main.span)
     unit.builder.keep_or_clear(Variable(FLOAT, "", dict(found)), main.span)
     results = _results(found, main.span)
-    uniforms = _parameters(unit, defaults)
+    uniforms = _parameters(unit)
     parameters = tuple(ir.Parameter(u.name, u.type, False, u.default, u.has_default, u.span) for u in uniforms)
     check_images(name, parameters, main.span)
     check_sizes(parameters)
@@ -381,11 +394,7 @@ def _results(outputs: list[tuple[str, Variable]], span: Span) -> tuple[ir.Result
     return tuple(made)
 
 
-def _parameters(unit: Unit, defaults: Mapping[str, object]) -> tuple[Uniform, ...]:
+def _parameters(unit: Unit) -> tuple[Uniform, ...]:
     """Samplers first, then the others as they stand in the text; those of a prelude where they are used."""
     found = [u for u in unit.uniforms.values() if u.span.file not in unit.around or u.name in unit.used]
-    found = [
-        replace(u, default=defaults[u.name], has_default=True) if u.name in defaults and not u.has_default else u
-        for u in found
-    ]
     return tuple(sorted(found, key=lambda u: not holds_pictures(u.type)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias, TypeVar
 
@@ -67,9 +67,9 @@ class Note:
         return self.span.point_at(self.text)
 
 
-#: A function of a container, on typed values.
+#: A function of GLSL, on typed values.
 Native: TypeAlias = Callable[["Unit", list[Part], Span], Part]
-#: A value of a container.
+#: A value that every shader knows.
 NativeValue: TypeAlias = Callable[["Unit", Span], Part]
 
 
@@ -77,8 +77,6 @@ NativeValue: TypeAlias = Callable[["Unit", Span], Part]
 class Unit:
     """What all functions of one shader share."""
 
-    natives: Mapping[str, Native]
-    values: Mapping[str, NativeValue]
     rows_up: bool = True  # whether the shader counts rows from the bottom
     leveled: frozenset[str] = frozenset()  # pictures with smaller levels, which derivatives choose from
     around: frozenset[str] = frozenset()  # what is called the container's text: its uniforms count where they are used

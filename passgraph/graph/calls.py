@@ -44,7 +44,7 @@ from passgraph.language.uniform_layout import components, in_range
 if TYPE_CHECKING:
     import networkx as nx
 
-    from passgraph.glsl import Shader
+    from passgraph.glsl import Shader, ShaderText
     from passgraph.language.symbols import vec2, vec3, vec4
 
 # What a kernel declares to return, and what calling it on targets gives.  For text that is not known to type checkers,
@@ -71,6 +71,8 @@ class PixelKernel(Kernel, Generic[Made]):
 
     #: What it computes where these of its images have levels that it chooses from by derivatives.
     leveled: Callable[[frozenset[str]], ir.TypedKernel] | None = None
+    #: The text of the shader that it was read from.
+    shader: ShaderText | None = None
 
     def __init__(self, function: FunctionSource, known_sizes: bool = False) -> None:
         super().__init__(function, "pixel")
@@ -86,7 +88,7 @@ class PixelKernel(Kernel, Generic[Made]):
     def of_shader(cls, shader: Shader, known_sizes: bool = False) -> Self:
         """A fragment shader, whose reads choose levels of those images whose handles have some."""
         made = cls.of_program(shader.program, known_sizes)
-        made.leveled = shader.leveled
+        made.leveled, made.shader = shader.leveled, shader.source
         return made
 
     def __call__(self, /, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Made:

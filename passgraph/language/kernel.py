@@ -9,7 +9,7 @@ import os
 import sys
 import threading
 import types as pytypes
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Self, TypeVar, dataclass_transform
 
@@ -42,31 +42,36 @@ class Kernel:
         self.stage: ir.Stage = stage
         self.name = self.__name__ = function.name
         self.__doc__ = ast.get_docstring(function.node)
-        self._function = function
+        self.definition: FunctionSource | None = function
         self.__module__, self.__qualname__ = function.module, function.qualname
         # Inside of a function, what names stand for may change before the first use.
         if function.source.indent or not function.source.file.startswith(_OURS):
             _ = self._parsed
 
     @cached_property
-    def _parsed(self) -> tuple[ir.TypedKernel, tuple[Scope, ...]]:
+    def _parsed(self) -> tuple[ir.TypedKernel, Mapping[FunctionSource, Scope]]:
+        assert self.definition is not None
         with _parsing:
             # Whoever only imports this package needs no parser.
             from passgraph.language.parse import parse_with_scopes
 
-            program, scopes = parse_with_scopes(self._function, self.stage)
-        return program, tuple(scopes.values())
+            return parse_with_scopes(self.definition, self.stage)
 
     @cached_property
     def program(self) -> ir.TypedKernel:
         """The typed representation."""
         return self._parsed[0]
 
+    @property
+    def scopes(self) -> Mapping[FunctionSource, Scope]:
+        """For each function in it, the scope that recorded what names stand for."""
+        return self._parsed[1]
+
     @classmethod
     def of_program(cls, program: ir.TypedKernel) -> Self:
-        """A kernel without text: one that was parsed elsewhere."""
+        """A kernel without a function: one that was parsed elsewhere."""
         made = cls.__new__(cls)
-        made.stage, made.__doc__, made._parsed = program.stage, None, (program, ())
+        made.stage, made.__doc__, made.definition, made._parsed = program.stage, None, None, (program, {})
         made.name = made.__name__ = program.name
         made.__module__ = made.__qualname__ = ""
         return made
@@ -99,7 +104,7 @@ class Kernel:
 
     def check_constants(self) -> None:
         """Raise when a captured constant no longer has the value that the kernel was built with."""
-        changed = [name for scope in self._parsed[1] for name in scope.changed_constants()]
+        changed = [name for scope in self.scopes.values() for name in scope.changed_constants()]
         if changed:
             raise KernelError(
                 f"{self.program.source.file}:{self.program.source.line}: kernel {self.name} captured "
@@ -198,7 +203,7 @@ def text_functions(text: str, name: str = "<kernel text>") -> tuple[dict[str, Fu
     scope = text_scope(names)
     for node in source.parse().body:
         if isinstance(node, ast.FunctionDef):
-            functions[node.name] = names[node.name] = FunctionSource(node.name, source, node, scope)
+            functions[node.name] = names[node.name] = FunctionSource(node.name, source, node, text_scope(names))
             if any(_last_name(d) == "kernel" for d in node.decorator_list):
                 marked.append(node.name)
         elif isinstance(node, ast.ClassDef):

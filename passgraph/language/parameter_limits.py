@@ -46,10 +46,11 @@ def taken_apart(node: ast.expr, resolve: Resolve, source: Source) -> tuple[ast.e
     parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else []
     if len(parts) != 2:
         fail(source.span(node), "a range is written Annotated[type, pg.Range(low, high)]")
-    return parts[0], _range(parts[1], resolve, source)
+    return parts[0], read_range(parts[1], resolve, source)
 
 
-def _range(node: ast.expr, resolve: Resolve, source: Source) -> Range:
+def read_range(node: ast.expr, resolve: Resolve, source: Source) -> Range:
+    """A range as it is written, or one that a name stands for."""
     span = source.span(node)
     meaning = resolve(node.func if isinstance(node, ast.Call) else node)
     if isinstance(meaning, Range) and not isinstance(node, ast.Call):

@@ -447,12 +447,12 @@ def atanh(x: float) -> float:
 
 
 # What targets store.  A value is quantised before it is stored, so that storing is exact everywhere.
-# max(low, x) in this order turns NaN into low.
+# max(0, x) in this order turns NaN into 0.
 
 
-def quantize(x: float, low: float, steps: float) -> float:
-    """Nearest fraction of steps from low to 1, halves to even."""
-    return round(min(max(low, x), 1.0) * steps) / steps
+def quantize(x: float, steps: float) -> float:
+    """Nearest fraction of steps from 0 to 1, halves to even."""
+    return round(min(max(0.0, x), 1.0) * steps) / steps
 
 
 def quantize_half(x: float) -> float:

@@ -12,7 +12,7 @@ import types as pytypes
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import Annotated, Any, TypeAlias
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -252,6 +252,8 @@ class Scope:
 
     names: Callable[[str], object]
     captured: dict[str, object] = field(default_factory=dict)
+    #: What every name that was asked for stands for, dotted ones too.
+    meanings: dict[str, Any] = field(default_factory=dict)
     #: Tables met, by name, with the values that they were made from; None where values may change between uses.
     tables: dict[str, tuple[object, ir.Table]] | None = None
     #: Names that errors may take one with a mistake for.
@@ -349,14 +351,11 @@ class ModuleName:
     path: str
 
 
-Meaning: TypeAlias = "Type | Struct | FunctionSource | symbols.Symbol | ModuleName | ir.Expr | str | type"
-
-
 def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:
     """What a name leads to (:func:`classified`); tables are made once where the scope keeps them."""
     if scope.tables is not None and path in scope.tables and scope.tables[path][0] is value:
         return dataclasses.replace(scope.tables[path][1], span=span)
-    meaning = classified(value, path, scope, span)
+    meaning = scope.meanings[path] = classified(value, path, scope, span)
     if scope.tables is not None and isinstance(meaning, ir.Table):
         scope.tables[path] = value, meaning
     return meaning

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ast
+import math
 from dataclasses import dataclass
 from typing import Annotated, Any
 
+from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.language import ir, symbols
 from passgraph.language import parameter_limits as limits_of
@@ -13,8 +15,11 @@ from passgraph.language.long_arrays import check_local, check_sizes
 from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
+    BOOL,
+    INT,
     MAX_ARRAY_LENGTH,
     NAMED,
+    UINT,
     Array,
     ImageType,
     Matrix,
@@ -298,11 +303,22 @@ def _construct(maker: Scalar | Vector | Matrix, parts: list[object], span: Span)
     if isinstance(maker, Scalar):
         if len(flat) != 1:
             fail(span, f"{maker} takes one number")
-        return flat[0]
+        return _converted(flat[0], maker, span)
     count = component_count(maker)
     if len(flat) not in (1, count):
         fail(span, f"{maker} takes {count} numbers, got {len(flat)}")
     return next(cls for cls, name in symbols.TYPE_MARKERS.items() if name == str(maker))(*flat)  # type: ignore[operator]
+
+
+def _converted(value: object, type_: Scalar, span: Span) -> ir.Number:
+    """A number as a scalar type has it; floats lose what is behind the point where it has whole numbers."""
+    if not isinstance(value, (int, float)) or (type_ in (INT, UINT) and not math.isfinite(value)):
+        fail(span, f"{type_} takes a number, got {shown(value)}")
+    if type_ is UINT and not 0 <= value <= symbols.UINT_MAX:
+        fail(span, f"a uint is a whole number from 0 to {symbols.UINT_MAX}, got {shown(value)}")
+    kinds: dict[Scalar, type[Any]] = {BOOL: bool, INT: int, UINT: symbols.uint}
+    made: ir.Number = kinds.get(type_, float)(value)
+    return made
 
 
 def _leaf_count(type_: Type) -> int:

@@ -223,11 +223,15 @@ def source_from_text(text: str, name: str = "<kernel text>") -> Source:
     """Kernel text from anywhere, within limits that keep parsing quick."""
     if not isinstance(text, str):
         raise PassgraphError(f"kernel source must be str, got {type(text).__name__}")
+    return check_length(Source(name, textwrap.dedent(text)))
+
+
+def check_length(source: Source) -> Source:
+    """The same source, whose text keeps to the limits of text from anywhere."""
+    name, text, limit = source.file, source.text, MAX_LINE_CHARACTERS
     if len(text) > MAX_SOURCE_CHARACTERS:
         raise KernelError(f"{name}: kernel text has {len(text)} characters; at most {MAX_SOURCE_CHARACTERS} are read")
-    source = Source(name, textwrap.dedent(text))
-    for number, line in enumerate(source.lines, 1):
-        if len(line) > MAX_LINE_CHARACTERS:
-            limit = MAX_LINE_CHARACTERS
+    for number, line in enumerate(source.lines, source.first_line):
+        if len(line) > limit:
             raise KernelError(f"{name}:{number}: this line has {len(line)} characters; at most {limit} are read")
     return source

@@ -64,8 +64,8 @@ def blend_text(blend: Blend, format_: Format) -> str:
     return "\n".join(
         [
             f"def blended(source: vec4, destination: vec4) -> {whole}:",
-            # In this order NaN becomes the least number, as where it is stored.
-            f"    s = {f'min(max({format_.low}, source), 1.0)' if format_.steps else 'source'}",
+            # In this order NaN becomes 0, as where it is stored.
+            f"    s = {'min(max(0.0, source), 1.0)' if format_.steps else 'source'}",
             "    d = destination",
             f"    color = {color}",
             *([] if opaque else [f"    alpha = {alpha}"]),

@@ -251,3 +251,7 @@ class Plan:
         from passgraph.plan.explain import svg
 
         return svg(self)
+
+    def _repr_svg_(self) -> str:
+        """The drawing, in a notebook."""
+        return self.svg()

@@ -227,7 +227,3 @@ class Node:
     def flips_winding(self) -> bool:
         """Whether the transform mirrors, so that front faces become clockwise."""
         return bool(np.linalg.det(self.transform[:3, :3]) < 0.0)
-
-    def normal_matrix(self) -> Float64:
-        """Inverse transpose of the linear part, (3, 3) float64; normals need normalising after it."""
-        return np.asarray(np.linalg.inv(self.transform[:3, :3]).T, dtype=np.float64)

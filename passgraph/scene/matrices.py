@@ -5,8 +5,6 @@ Clip space is OpenGL's: x, y and z in [-w, w], the camera looks along -z of its 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -120,11 +118,6 @@ def translation(offset: ArrayLike) -> Float64:
     result = np.eye(4)
     result[:3, 3] = np.asarray(offset, dtype=np.float64)
     return result
-
-
-def scaling(factors: float | Sequence[float]) -> Float64:
-    """The matrix that scales by one factor, or by three."""
-    return np.diag(np.append(np.broadcast_to(np.asarray(factors, dtype=np.float64), (3,)), 1.0))
 
 
 def rotation_y(angle_rad: float) -> Float64:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from types import SimpleNamespace
@@ -39,7 +40,14 @@ from passgraph.graph.targets import (
 from passgraph.language import ir
 from passgraph.language.kernel import Kernel
 from passgraph.language.long_arrays import is_buffer
+from passgraph.language.meanings import INT_MAX, INT_MIN
+from passgraph.language.signature import VERTEX
+from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
+    BOOL,
+    FLOAT,
+    INT,
+    UINT,
     Array,
     ImageType,
     Scalar,
@@ -54,10 +62,12 @@ from passgraph.language.types import (
     plain_parts,
     sides_of,
 )
-from passgraph.serialize.decode_kernel import kernel_from_data
+from passgraph.language.uniform_layout import FLOAT_END
 from passgraph.serialize.document import VALUE_TYPES, Arrays, Document, described
 from passgraph.serialize.encode import VERSION
-from passgraph.serialize.kernel_check import Unfit, handed_in, held
+from passgraph.serialize.kernel_text import KernelReader
+
+_HELD_AS: dict[Scalar, type[Any]] = {BOOL: bool, INT: int, UINT: int, FLOAT: float}
 
 
 def from_data(data: object) -> dict[str, Target]:
@@ -105,10 +115,12 @@ class _Graph:
         self.inputs: list[InputSpec] = []
         self.targets: list[TargetSpec] = []
         self.values: list[Value] = []
-        self.kernels: list[ir.TypedKernel] = []
+        self.kernels: list[Kernel] = []
         self.meshes: list[FrozenGeometry] = []
         self.passes: list[dict[int, Target]] = []  # by slot
         self.arrays = Arrays(document)
+        self.texts = KernelReader(document)
+        self.definitions = self.texts.definitions
 
     def outputs(self, data: object) -> dict[str, Target]:
         document = self.document
@@ -120,8 +132,9 @@ class _Graph:
                 f"graph data, version: this passgraph reads version {VERSION}, got {version}; write the data anew "
                 "with the passgraph that reads them, or install the one that wrote them"
             )
-        readers = {"inputs": self._input, "targets": self._target, "values": self._value, "kernels": self._kernel,
-                   "meshes": self.arrays.mesh, "passes": self._pass}  # fmt: skip
+        readers = {"inputs": self._input, "targets": self._target, "values": self._value,
+                   "definitions": self.texts.definition, "kernels": self.texts.kernel, "meshes": self.arrays.mesh,
+                   "passes": self._pass}  # fmt: skip
         record = document.record(data, "the document", "passgraph", "version", *readers, "outputs")
         for section, read in readers.items():
             made: list[Any] = getattr(self, section)
@@ -220,33 +233,28 @@ class _Graph:
 
     # Passes
 
-    def _kernel(self, given: object, where: str) -> ir.TypedKernel:
-        return kernel_from_data(given, where, self.document)
-
     def _pass(self, given: object, where: str) -> dict[int, Target]:
         if isinstance(given, Mapping) and "mesh" in given:
             return self._draw(given, where)
         document = self.document
-        names = ("name", "into", "kernel", "known_sizes", "images", "values", "constants")
+        names = ("name", "into", "kernel", "images", "values", "constants")
         record = document.record(given, where, *names)
-        program = self._program(record["kernel"], f"{where}.kernel", "pixel")
-        given = self._arguments([program], record, where)
-        known_sizes = document.flag(record["known_sizes"], f"{where}.known_sizes")
-        kernel: PixelKernel[Any] = PixelKernel.of_program(program, known_sizes)
+        kernel = self._kernel(record["kernel"], f"{where}.kernel", "pixel")
+        arguments = self._arguments([kernel], record, where)
         name, specs = document.text(record["name"], f"{where}.name"), self._specs(record["into"], f"{where}.into")
+        assert isinstance(kernel, PixelKernel)
         with document.at(where):
-            made = kernel(*(given[p.name] for p in program.parameters), into=specs, name=name)
+            made = kernel.called(arguments, specs, name)
         return _by_slot(made)
 
     def _draw(self, given: object, where: str) -> dict[int, Target]:
         document = self.document
         names = ("name", "into", "mesh", "vertex", "fragment", "loads", "depth", "depth_load", "state")
         record = document.record(given, where, *names, "images", "values", "constants")
-        programs = [self._program(record["vertex"], f"{where}.vertex", "vertex")]
+        kernels = [self._kernel(record["vertex"], f"{where}.vertex", "vertex")]
         if record["fragment"] is not None:
-            programs.append(self._program(record["fragment"], f"{where}.fragment", "fragment"))
-        values = self._arguments(programs, record, where)
-        kernels = [Kernel.of_program(program) for program in programs]
+            kernels.append(self._kernel(record["fragment"], f"{where}.fragment", "fragment"))
+        values = self._arguments(kernels, record, where)
         specs = self._specs(record["into"], f"{where}.into")
         loads = document.items(record["loads"], f"{where}.loads", exactly=len(specs))
         into = tuple(self._drawn(spec, load, f"{where}.loads") for spec, load in zip(specs, loads, strict=True))
@@ -292,23 +300,23 @@ class _Graph:
         record["polygon_offset"] = tuple(document.number(one, f"{where}.polygon_offset") for one in offset)
         return {**record, "blend": tuple(blends) or None, "color_mask": tuple(masks) or None}
 
-    def _program(self, given: object, where: str, stage: str) -> ir.TypedKernel:
-        program: ir.TypedKernel = self.document.index(given, where, self.kernels, "kernels")
-        if program.stage != stage:
+    def _kernel(self, given: object, where: str, stage: str) -> Kernel:
+        kernel: Kernel = self.document.index(given, where, self.kernels, "kernels")
+        if kernel.stage != stage:
             self.document.wrong(where, f"the number of a {stage} kernel", given)
-        return program
+        return kernel
 
     def _specs(self, given: object, where: str) -> tuple[TargetSpec, ...]:
         numbers = self.document.items(given, where, MOST_SLOTS)
         return tuple(self.document.index(number, where, self.targets, "targets") for number in numbers)
 
-    def _arguments(self, programs: list[ir.TypedKernel], record: Mapping[str, Any], where: str) -> dict[str, Any]:
+    def _arguments(self, kernels: list[Kernel], record: Mapping[str, Any], where: str) -> dict[str, Any]:
         """What kernels are called with, by parameter."""
         document = self.document
         parameters: dict[str, tuple[Type, bool]] = {}
-        for program in programs:
-            for parameter in program.parameters:
-                if not handed_in(program.stage, parameter.type):
+        for kernel in kernels:
+            for parameter in kernel.parameters:
+                if not _is_handed_in(kernel.stage, parameter.type):
                     parameters.setdefault(parameter.name, (parameter.type, parameter.const))
         wanted: dict[str, list[str]] = {"images": [], "values": [], "constants": []}
         for name, (type_, const) in parameters.items():
@@ -348,14 +356,21 @@ class _Graph:
         """Components in their order; a scalar stands alone."""
         if isinstance(type_, Array) and is_buffer(type_):
             return self.arrays.long(given, type_, where)
-        document, element = self.document, element_of(type_)
-        try:
-            if isinstance(type_, Scalar):
-                return (held(document.number(given, where), element),)
-            flat = document.items(given, where, exactly=component_count(type_))
-            return tuple(held(document.number(part, where), element) for part in flat)
-        except Unfit as unfit:
-            document.wrong(where, f"{type_}, {unfit}", given)
+        flat: Sequence[object] = (given,)
+        if not isinstance(type_, Scalar):
+            flat = self.document.items(given, where, exactly=component_count(type_))
+        return tuple(self._number(part, element_of(type_), where) for part in flat)
+
+    def _number(self, given: object, type_: Scalar, where: str) -> ir.Number:
+        """A number of a type; whole numbers may stand for floats, as JSON writers make no difference."""
+        found = self.document.number(given, where)
+        if type_ is FLOAT and type(found) is int:
+            found = float(found)
+        low, high = (0, UINT_MAX) if type_ is UINT else (INT_MIN, INT_MAX) if type_ is INT else (-math.inf, math.inf)
+        large = type_ is FLOAT and math.isfinite(found) and abs(found) >= FLOAT_END
+        if type(found) is not _HELD_AS[type_] or large or found < low or found > high:
+            self.document.wrong(where, f"a number that {type_} holds", given)
+        return found
 
     def _handle(self, given: object, where: str) -> Target:
         document = self.document
@@ -378,6 +393,11 @@ class _Graph:
                 return replace(previous(spec, record["frames_ago"]), **reading)
             spec = document.index(record["input"], f"{where}.input", self.inputs, "inputs")
             return Target(spec, **reading)
+
+
+def _is_handed_in(stage: ir.Stage, type_: Type) -> bool:
+    """Whether a parameter is what the stage hands in: the mesh's vertex, or what the vertex kernel sends."""
+    return isinstance(type_, Struct) and (stage == "fragment" or (stage == "vertex" and type_.name == VERTEX.name))
 
 
 def _formula(given: object, depth: int = 0) -> Any:

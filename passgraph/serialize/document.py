@@ -97,6 +97,15 @@ class Document:
             )
         return value
 
+    def entries(self, value: object, where: str) -> Mapping[str, Any]:
+        """An object with entries of any names."""
+        if not isinstance(value, Mapping):
+            self.wrong(where, "an object", value)
+        self.count(1 + len(value), where)
+        for name in value:
+            self.text(name, where)
+        return value
+
     def items(self, value: object, where: str, most: int = MOST_PARTS, exactly: int | None = None) -> Sequence[Any]:
         """A list, of at most (or exactly) so many."""
         if not isinstance(value, (list, tuple)):
@@ -113,13 +122,6 @@ class Document:
             self.wrong(where, f"a text of at most {most} characters", value)
         self.count(1 + len(value) // 64, where)
         return value
-
-    def identifier(self, value: object, where: str) -> str:
-        """A name that generated code may hold."""
-        name = self.text(value, where)
-        if not name.isidentifier():
-            self.wrong(where, "a name as Python has them (letters, digits, _)", value)
-        return name
 
     def flag(self, value: object, where: str) -> bool:
         if not isinstance(value, bool):

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable
-from dataclasses import asdict, astuple
+from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -32,95 +31,17 @@ from passgraph.graph.targets import (
     TargetSpec,
     named_outputs,
 )
-from passgraph.language import ir
 from passgraph.language.kernel import Kernel
 from passgraph.language.long_arrays import as_held, checked_numbers, is_buffer
 from passgraph.language.meanings import uint_of_bits
-from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import Array, Scalar, Struct, Type, element_of, innermost, is_plain
 from passgraph.language.uniform_layout import components
 from passgraph.plan.dependencies import passes_behind
 from passgraph.serialize.document import VALUE_TYPES, array_data, number_data
-from passgraph.serialize.kernel_rows import ROWS, excess, grown, type_data
-
-
-def kernel_data(program: ir.TypedKernel, where: str) -> dict[str, Any]:
-    """A kernel: lines of its text, stretches of them, rows that refer to rows before them, and what it gives."""
-    rows = _Rows(where)
-    body = rows.numbered(program.body)
-    results = [[one.name, type_data(one.type), *rows.numbered([one.value])] for one in program.results]
-    parameters = [
-        [p.name, type_data(p.type), p.const, rows.span(p.span), *([] if p.range is None else [list(astuple(p.range))])]
-        for p in program.parameters
-    ]
-    keep = None if program.keep is None else rows.numbered([program.keep])[0]
-    source = rows.span(program.source)
-    return {"name": program.name, "stage": program.stage, "parameters": parameters, "results": results, "keep": keep,
-            "body": body, "source": source, "rows": rows.rows, "spans": rows.spans, "lines": rows.lines}  # fmt: skip
-
-
-class _Rows:
-    def __init__(self, where: str) -> None:
-        self.where = where
-        self.rows: list[Any] = []
-        self.spans: list[Any] = []
-        self.lines: list[Any] = []
-        self._known: dict[Any, int] = {}
-        self._sizes: dict[int, tuple[int, int]] = {}
-
-    def numbered(self, roots: Iterable[Any]) -> list[int]:
-        return [self._row(root) for root in roots]
-
-    def _row(self, root: Any) -> int:
-        """The number of a row, what it refers to first; a stack of our own, since expressions nest deeply."""
-        pending = [root]
-        while pending:
-            node = pending[-1]
-            missing = [part for part in ir.parts_of(node) if id(part) not in self._known]
-            if id(node) in self._known or not missing:
-                pending.pop()
-                self._write(node)
-            else:
-                pending += reversed(missing)
-        return self._known[id(root)]
-
-    def _write(self, node: Any) -> None:
-        if id(node) in self._known:
-            return
-        size = grown(self._sizes[id(part)] for part in ir.parts_of(node))
-        if problem := excess(size):
-            raise GraphError(f"{self.where}: its kernel is too large to travel: {problem}; make it shorter")
-        fields = [self._field(getattr(node, name), kind) for name, kind in ROWS[type(node)].items()]
-        self._known[id(node)], self._sizes[id(node)] = len(self.rows), size
-        self.rows.append([type(node).__name__.lower(), *fields, self.span(node.span)])
-
-    def _field(self, given: Any, kind: str) -> Any:
-        if kind == "row":
-            return self._known[id(given)]
-        if kind == "rows":
-            return [self._known[id(part)] for part in given]
-        if kind == "type":
-            return type_data(given)
-        if kind == "numbers":
-            return [number_data(number) for number in given]
-        return number_data(given) if kind == "number" else list(given) if kind == "places" else given
-
-    def span(self, span: Span) -> int | None:
-        """The number of a stretch of a line; null for what has no text."""
-        if span is NOWHERE:
-            return None
-        if span not in self._known:
-            line = (span.file, span.line, span.text)
-            if line not in self._known:
-                self._known[line] = len(self.lines)
-                self.lines.append(list(line))
-            self._known[span] = len(self.spans)
-            self.spans.append([self._known[line], span.column, span.end_column])
-        return self._known[span]
-
+from passgraph.serialize.kernel_text import KernelWriter
 
 #: Of the form of documents; a reader refuses others.
-VERSION = 2
+VERSION = 3
 _TYPE_NAMES = {type_: name for name, type_ in VALUE_TYPES.items()}
 _PLAIN: dict[str, Callable[[float], bool | int | float]] = {
     "bool": bool,
@@ -133,8 +54,8 @@ _PLAIN: dict[str, Callable[[float], bool | int | float]] = {
 def to_data(outputs: Outputs) -> dict[str, Any]:
     """What :func:`passgraph.compile` takes, as plain data that JSON can hold: no Python function, no pickle.
 
-    Inputs, targets, passes with their typed kernels, numbers and run values, draws with their meshes.  Kernels keep
-    their file, line and text, so that errors where the data arrive show them; numbers are exact, NaN and infinity too.
+    Inputs, targets, passes with the text of their kernels, numbers and run values, draws with their meshes.  Kernels
+    keep their file and line, so that errors where the data arrive show them; numbers are exact, NaN and infinity too.
 
     Parameters
     ----------
@@ -158,7 +79,7 @@ def to_data(outputs: Outputs) -> dict[str, Any]:
     >>> invert = pg.kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
     >>> data = pg.to_data(invert(pg.Input("frame")))
     >>> data["version"], [one["name"] for one in data["passes"]], data["inputs"][0]["name"]
-    (2, ['invert'], 'frame')
+    (3, ['invert'], 'frame')
     >>> pg.to_data(pg.from_data(json.loads(json.dumps(data)))) == data
     True
     """
@@ -175,10 +96,10 @@ class _Writer:
 
     def __init__(self) -> None:
         self.sections: dict[str, list[Any]] = {
-            "inputs": [], "targets": [], "values": [], "kernels": [], "meshes": [], "passes": [],
+            "inputs": [], "targets": [], "values": [], "definitions": [], "kernels": [], "meshes": [], "passes": [],
         }  # fmt: skip
         self._numbers: dict[int, int] = {}
-        self._kernels: dict[str, int] = {}
+        self._kernels = KernelWriter(self.sections["definitions"])
 
     def _add(self, section: str, one: object, data: Any) -> int:
         self._numbers[id(one)] = len(self.sections[section])
@@ -249,7 +170,7 @@ class _Writer:
             of_kind: dict[str, Any] = {"into": into, **self._draw(node)}
             kernels = [node.vertex] if node.fragment is None else [node.vertex, node.fragment]
         else:
-            of_kind = {"into": into, "kernel": self._kernel(node, node.kernel), "known_sizes": node.known_sizes}
+            of_kind = {"into": into, "kernel": self._kernel(node, node.kernel)}
             kernels = [node.kernel]
         # A draw's kernels share parameters; the first one's type says how a number is written.
         types = {parameter.name: parameter.type for kernel in reversed(kernels) for parameter in kernel.parameters}
@@ -306,15 +227,13 @@ class _Writer:
         return self._add("values", value, data)
 
     def _kernel(self, node: Pass, kernel: Kernel) -> int:
-        program = kernel.program
-        if id(program) not in self._numbers:
-            data = kernel_data(program, f"pass {node.name!r}")
-            # Kernels that are alike are one, whichever passes they were made for.
-            text = json.dumps(data)
-            if text not in self._kernels:
-                self._kernels[text] = self._add("kernels", program, data)
-            self._numbers[id(program)] = self._kernels[text]
-        return self._numbers[id(program)]
+        written_from = kernel.definition or getattr(kernel, "shader", None)
+        if written_from is None or id(written_from) not in self._numbers:
+            data, known = self._kernels.kernel(kernel, f"pass {node.name!r}"), self.sections["kernels"]
+            if data not in known:
+                return self._add("kernels", written_from, data)
+            self._numbers[id(written_from)] = known.index(data)
+        return self._numbers[id(written_from)]
 
 
 def _reading(target: Target) -> dict[str, Any]:

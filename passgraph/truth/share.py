@@ -15,7 +15,6 @@ from passgraph.scene.lights import Light
 from passgraph.scene.scene import Scene
 from passgraph.truth.rays import Float64, Tracer, strata, toward
 from passgraph.truth.surfaces import Surfaces, casting_triangles, first_surfaces
-from passgraph.truth.tracers import TracerName, open_tracer
 
 Float32 = NDArray[np.float32]
 #: Independent sets of samples, whose scatter is the error that is reported.
@@ -39,14 +38,12 @@ class VisibleShare:
     valid : (h, w) bool, where a share means something: on a surface that receives shadows and faces the light's
         middle, and inside the cone of a spot light
     samples : rays a pixel
-    tracer : "embree", "bvh", or "none" where nothing casts
     """
 
     share: Float32
     error: Float32
     valid: NDArray[np.bool_]
     samples: int
-    tracer: str
 
     @property
     def noise(self) -> float:
@@ -62,7 +59,6 @@ def visible_share(
     light: Light | None = None,
     samples: int = 64,
     seed: int = 0,
-    tracer: TracerName = "auto",
     progress: Callable[[float], object] | None = None,
 ) -> VisibleShare:
     """How much of one light each pixel sees: rays from the first surface to points spread over the light.
@@ -74,7 +70,6 @@ def visible_share(
     camera, light : left out, the scene's camera and its first light
     samples : rays a pixel, 1 to 65,536; rounded up to four times a square, and one for a light without extent
     seed : of the samples' places; the same seed gives the same picture
-    tracer : "embree", "bvh", or "auto", see `passgraph.truth.open_tracer`
     progress : called now and then with the share that is done, 0 to 1
 
     Returns
@@ -88,14 +83,12 @@ def visible_share(
 
     Examples
     --------
-    >>> truth = visible_share(Scene.shipped(), (32, 18), samples=16, tracer="bvh")
+    >>> truth = visible_share(Scene.shipped(), (32, 18), samples=16)
     >>> truth.samples, 0.0 < truth.noise < 0.05
     (16, True)
     """
     given = None if light is None else (light,)
-    return visible_shares(
-        scene, size, camera=camera, lights=given, samples=samples, seed=seed, tracer=tracer, progress=progress
-    )[0]
+    return visible_shares(scene, size, camera=camera, lights=given, samples=samples, seed=seed, progress=progress)[0]
 
 
 def visible_shares(
@@ -106,7 +99,6 @@ def visible_shares(
     lights: Sequence[Light] | None = None,
     samples: int = 64,
     seed: int = 0,
-    tracer: TracerName = "auto",
     progress: Callable[[float], object] | None = None,
 ) -> tuple[VisibleShare, ...]:
     """`visible_share` of several lights; left out, of all lights of the scene."""
@@ -115,9 +107,9 @@ def visible_shares(
         raise InputError(f"scene {scene.name!r}: no light to trace to; give one")
     if not 1 <= samples <= MOST_SAMPLES:
         raise InputError(f"samples: expected 1 to {MOST_SAMPLES}, got {samples!r}")
-    surfaces = first_surfaces(scene, size, camera, tracer)
+    surfaces = first_surfaces(scene, size, camera)
     casters = casting_triangles(scene, surfaces.origin)
-    rays = open_tracer(casters.corners, tracer) if len(casters.corners) else None
+    rays = Tracer(casters.corners) if len(casters.corners) else None
     receives = np.array([node.receives for node in scene.nodes] + [False])
     made = []
     for number, light in enumerate(lights):
@@ -160,7 +152,7 @@ def _trace(
         if sets > 1:
             error[at] = means.std(axis=1, ddof=1) / sqrt(sets)
         step(min((start + batch) / len(rows), 1.0))
-    return VisibleShare(share, error, valid, sets * side * side, rays.name if rays else "none")
+    return VisibleShare(share, error, valid, sets * side * side)
 
 
 def _shares(

@@ -13,7 +13,6 @@ from passgraph.scene.camera import Camera
 from passgraph.scene.materials import Node
 from passgraph.scene.scene import Scene
 from passgraph.truth.rays import Float64, Tracer
-from passgraph.truth.tracers import TracerName, open_tracer
 
 #: Back faces of single-sided surfaces that a line of sight may pass through before it counts as seeing nothing.
 MOST_LAYERS = 64
@@ -93,9 +92,7 @@ def casting_triangles(scene: Scene, origin: Float64) -> Triangles:
     return placed_triangles(nodes, origin)
 
 
-def first_surfaces(
-    scene: Scene, size: tuple[int, int], camera: Camera | None = None, tracer: TracerName = "auto"
-) -> Surfaces:
+def first_surfaces(scene: Scene, size: tuple[int, int], camera: Camera | None = None) -> Surfaces:
     """Cast one ray through the middle of each pixel; positions are computed in float64 from the triangle's plane.
 
     Parameters
@@ -103,9 +100,8 @@ def first_surfaces(
     scene : what is seen; back faces of single-sided materials are not
     size : width and height in pixels
     camera : left out, the scene's
-    tracer : see `passgraph.truth.open_tracer`
 
-    >>> surfaces = first_surfaces(Scene.shipped(), (16, 9), tracer="bvh")
+    >>> surfaces = first_surfaces(Scene.shipped(), (16, 9))
     >>> surfaces.positions.shape, int(surfaces.node.max())
     ((9, 16, 3), 4)
     """
@@ -119,7 +115,7 @@ def first_surfaces(
     eye = begin + np.subtract(camera.eye, origin)
     hits = np.full(len(directions), -1, np.int32)
     if len(triangles.corners):
-        rays = open_tracer(triangles.corners, tracer)
+        rays = Tracer(triangles.corners)
         hits, far = _first_front(rays, triangles, eye, directions, camera)
     found = hits >= 0
     a, b, c = triangles.corners[hits[found]].transpose(1, 0, 2)

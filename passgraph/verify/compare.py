@@ -27,8 +27,8 @@ from passgraph.graph.targets import Outputs, checked_size, named_outputs
 from passgraph.plan.data import Plan
 from passgraph.verify.kinds import other_kinds, told
 from passgraph.verify.oracle.allowed import Allowed
-from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.pass_bounds import Key, Passes, Picture
+from passgraph.verify.oracle.time_limit import TimeLimit
 from passgraph.verify.oracle.watch import Cause, Watch
 from passgraph.verify.report import (
     MOST_AMBIGUOUS,
@@ -67,7 +67,7 @@ def compare(
     size
         (width, height) of the output in pixels, as for :func:`passgraph.compile`.
     progress
-        Called with what is being done, and how long the rest of a pass's bounds may take.
+        Called with what is being done, and how much of a pass's bounds is found.
     most_ambiguous
         Share of a target's pixels, 0 to 1, that may hang on decisions before there is no verdict.
     most_seconds
@@ -90,7 +90,8 @@ def compare(
     if most_seconds is not None:
         most_seconds = real(most_seconds, "most_seconds of compare", 0.0, error=InputError)
     bounded = None if size is None else checked_size(size, "the output")
-    passes = Passes(named_outputs(outputs), bounded, [given], Pace(most_seconds, progress))
+    limit = TimeLimit(most_seconds, lambda name, done, count: progress(f"bounds of {name}: {done / count:.0%}"))
+    passes = Passes(named_outputs(outputs), bounded, [given], limit)
     chosen = backends if backends is not None else [n for n in backend_names() if n not in ("reference", "null")]
     return compared(passes, chosen, progress, most_ambiguous)
 

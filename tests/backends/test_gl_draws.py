@@ -408,20 +408,17 @@ def test_stencil_operations_are_the_reference_s(operation: str, event: str) -> N
     agree(build)
 
 
-def test_the_stencil_can_be_downloaded() -> None:
+def test_a_write_mask_keeps_the_other_bits_of_the_stencil() -> None:
     stencil = Stencil("always", 5, write_mask=0x0D, passed="replace")
-    depth = pg.target("depth", format="depth32f_stencil8")
-    target = pg.draw(Soup(box(0, 0, 8, 12)), vertex=place, depth=depth, stencil=stencil, clear_stencil=2)
-    kept: list[Any] = []
-
-    class Keeping(GLBackend):
-        def make(self, *arguments: Any) -> Any:
-            kept.append(super().make(*arguments))
-            return kept[-1]
-
-    with Keeping() as backend, pg.compile({"depth": target}, backend=backend, size=SIZE) as program:
-        program()
-        got = backend.download_stencil(kept[0])
+    into, depth = pg.target("color", format="rgba32f"), pg.target("depth", format="depth32f_stencil8")
+    target = pg.draw(Soup(box(0, 0, 8, 12), (0.0,) * 4), vertex=place, fragment=paint, into=into, depth=depth,
+                     stencil=stencil, clear_stencil=2)  # fmt: skip
+    for bit in range(8):
+        mesh = Soup(box(0, 0, 16, 12), (float(1 << bit), 0.0, 0.0, 0.0))
+        target = pg.draw(mesh, vertex=place, fragment=paint, into=target, depth=target.depth, depth_compare="always",
+                         stencil=Stencil("equal", 255, read_mask=1 << bit), blend="add")  # fmt: skip
+    with pg.compile(target, backend="gl", size=SIZE) as program:
+        got = program()["color"][..., 0]
     assert got[3, 3] == 7 and got[3, 12] == 2
 
 

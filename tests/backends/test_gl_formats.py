@@ -104,9 +104,3 @@ def test_a_side_beyond_the_device_is_refused_before_it_is_allocated(backend: GLB
 def test_a_picture_beyond_the_memory_is_refused_before_it_is_allocated(backend: GLBackend) -> None:
     with pytest.raises(BackendError, match="no room for a rgba32f target"):
         backend.make(FORMATS["rgba32f"], (backend.max_size, backend.max_size))
-
-
-def test_only_depth_stencil_targets_have_a_stencil(backend: GLBackend) -> None:
-    storage = backend.make(FORMATS["depth32f"], SIZE)
-    with pytest.raises(BackendError, match="a depth32f target has no stencil"):
-        backend.download_stencil(storage)

@@ -12,6 +12,7 @@ import passgraph as pg
 from passgraph import discard, vec2, vec4
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
+from tests.backends.test_opencl_device import stencil_of
 from tests.backends.test_opencl_draws import (
     SIZE,
     Sent,
@@ -112,7 +113,7 @@ def stencil_behind(device: Backend, rule: Any, start: int, **more: Any) -> int:
     assert isinstance(device, OpenCLBackend)
     with pg.compile(drawn, backend=device) as program:
         program.run()
-        return int(device.download_stencil(stencil_storage(device, program))[3, 3])
+        return int(stencil_of(device, stencil_storage(device, program))[3, 3])
 
 
 def stencil_storage(device: Any, program: pg.Program) -> Any:
@@ -181,7 +182,7 @@ def test_discarded_fragments_leave_the_stencil(device: Backend) -> None:
     drawn = pg.draw(quad(), vertex=flat, fragment=left_half, into=colour(), depth=depth, stencil=rule)
     with pg.compile(drawn, backend=device) as program:
         program.run()
-        stencil = device.download_stencil(stencil_storage(device, program))  # type: ignore[attr-defined]
+        stencil = stencil_of(device, stencil_storage(device, program))  # type: ignore[attr-defined]
     assert stencil[:, :8].min() == 1
     assert stencil[:, 8:].max() == 0
 

@@ -25,7 +25,7 @@ SIZE = (96, 54)
 
 def flat_truth(share: np.ndarray) -> Truth:
     everywhere = np.ones(share.shape, bool)
-    return Truth(share.astype(np.float32), everywhere, np.ones(share.shape), 0.0, 1, "none")
+    return Truth(share.astype(np.float32), everywhere, np.ones(share.shape), 0.0, 1)
 
 
 def test_errors_are_those_of_known_pictures() -> None:

@@ -10,7 +10,21 @@ import pytest
 import passgraph as pg
 from passgraph.commands.entry import run
 
-NAMES = ("rate", "bits", "jobs", "frames", "profile", "linear", "resume", "raw", "sound", "capture", "backend", "size")
+NAMES = (
+    "rate",
+    "bits",
+    "jobs",
+    "frames",
+    "profile",
+    "linear",
+    "resume",
+    "raw",
+    "sound",
+    "capture",
+    "backend",
+    "size",
+    "alpha",
+)
 HEAD = "import passgraph as pg\nfrom passgraph import Image, vec4\n\n"
 
 

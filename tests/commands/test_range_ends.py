@@ -12,7 +12,7 @@ import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.commands.check import Tries, range_ends
 from passgraph.commands.own_file import graphs_of
-from passgraph.verify.oracle.pace import Pace
+from passgraph.verify.oracle.time_limit import TimeLimit
 from tests.commands.told import Outcome
 
 HEAD = "from typing import Annotated\nimport passgraph as pg\nfrom passgraph import Image, Range, uint, vec2, vec4\n\n"
@@ -112,7 +112,7 @@ def test_no_end_is_tried_when_the_time_is_over(capsys: pytest.CaptureFixture[str
                                "    return color[0, 0] * gain\n")  # fmt: skip
     (graph,) = graphs_of(Path("two.txt"), None).values()
     tries = Tries(8, {}, {}, (4, 3), [], 0.01)
-    assert tries.passed("two", graph, Pace(0.0), lambda _: None)
+    assert tries.passed("two", graph, TimeLimit(0.0), lambda _: None)
     left = "two: tried nothing more; not tried: gain = 0, gain = 2 (--most-seconds N: more time)\n"
     assert capsys.readouterr().out == left
 

@@ -14,7 +14,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.commands.entry import run
-from passgraph.commands.view import View, seen_by
+from passgraph.commands.scene_view import View, seen_by
 from tests.commands.told import refused
 
 SIZE = ["--size", "64x36", "--map-size", "128", "--antialias", "none", "-b", "numpy"]

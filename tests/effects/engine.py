@@ -32,7 +32,7 @@ class EngineView:
     @classmethod
     def of(cls, scene: pg.Scene, size: tuple[int, int], reversed_z: bool = False, bits: int = 32) -> EngineView:
         """A scene through its own camera."""
-        seen = first_surfaces(scene, size, tracer="bvh")
+        seen = first_surfaces(scene, size)
         holds = scene.camera.hardware_depth(reversed_z)
         held = holds.depth(seen.depth)
         depth = held.astype(np.float32) if bits == 32 else np.rint(held * 65535.0).astype(np.uint16)

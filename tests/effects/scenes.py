@@ -26,6 +26,11 @@ def floor(half: float = 4.0, **options: Any) -> pg.Node:
     return pg.Node(mesh, pg.Material("white", (1, 1, 1, 1)), name="floor", **options)
 
 
+def scaling(factors: Sequence[float]) -> Float64:
+    """The matrix that scales by three factors."""
+    return np.diag((*factors, 1.0))
+
+
 def cube(at: Sequence[float] = (0.0, 0.0, 0.0), size: float = 1.0, **options: Any) -> pg.Node:
     """A cube that stands with its middle at ``at``."""
     return pg.Node(box(size), pg.Material("grey", (0.5, 0.5, 0.5, 1)), translation(at), name="cube", **options)

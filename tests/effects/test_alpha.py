@@ -180,3 +180,16 @@ def test_every_picture_that_a_kernel_takes_is_converted() -> None:
     assert pg.load("out.png")[0, 0].round(2).tolist() == [0.0, 0.0, 1.0, 0.5]
     assert run(words) == 0
     assert pg.load("out.png")[0, 0].round(2).tolist() == [0.5, 0.0, 0.5, 0.5]
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_kernel_that_makes_opaque_pictures_transparent_is_converted_too() -> None:
+    Path("fade.py").write_text(
+        "import passgraph as pg\nfrom passgraph import Image, vec4\n\n@pg.kernel\n"
+        "def fade(color: Image) -> vec4: return color[0, 0] * 0.5\n"
+    )
+    pg.save("blue.png", np.float32([0, 0, 1]) * np.ones((24, 40, 1), np.float32))
+    assert run(["apply", "fade.py", "blue.png", "-o", "out.png", "--alpha", "premultiplied"]) == 0
+    assert pg.load("out.png")[0, 0].round(2).tolist() == [0.0, 0.0, 1.0, 0.5]
+    assert run(["apply", "fade.py", "blue.png", "-o", "out.png", "--alpha", "ignored"]) == 0
+    assert pg.load("out.png")[0, 0].round(2).tolist() == [0.0, 0.0, 0.5, 1.0]

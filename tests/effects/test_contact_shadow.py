@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.effects.screen.contact_shadow import contact_shadow, share_of_ways, toward_light
 from passgraph.effects.surfaces.views import View
-from passgraph.truth import open_tracer
+from passgraph.truth import Tracer
 from passgraph.truth.surfaces import casting_triangles
 from tests.agreement import assert_within_bounds
 from tests.effects.engine import EngineView
@@ -38,7 +38,7 @@ def free_by_rays(view: EngineView, light: pg.Light, reach: float) -> NDArray[np.
         offsets = np.asarray(light.position) - seen.origin - origins
     far = np.linalg.norm(offsets, axis=1)
     lengths = np.full(len(origins), reach) if light.kind == "directional" else np.minimum(far, reach)
-    tracer = open_tracer(casting_triangles(scene(), seen.origin).corners, "bvh")
+    tracer = Tracer(casting_triangles(scene(), seen.origin).corners)
     made = np.ones(view.depth.shape, np.bool_)
     made[view.shown] = ~tracer.blocked(origins, offsets / far[:, None], lengths)
     return made

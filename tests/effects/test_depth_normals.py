@@ -46,7 +46,7 @@ def turned_cube() -> pg.Scene:
 @pytest.mark.parametrize("camera", CAMERAS, ids=["perspective", "parallel", "off-centre"])
 def test_no_edge_and_no_crease_bends_a_normal(camera: pg.Camera) -> None:
     """A cube on a floor before the sky, by rays: each pixel whose plane goes on for two pixels to some side of it."""
-    seen = first_surfaces(turned_cube(), SIZE, camera, tracer="bvh")
+    seen = first_surfaces(turned_cube(), SIZE, camera)
     got = normals_of(seen.depth, camera)
     truth = seen.normals @ camera.view_rotation()[:3, :3].T
     same = _goes_on(seen.normals, seen.positions)
@@ -90,7 +90,7 @@ def test_a_surface_without_neighbours_faces_the_eye(shape: tuple[int, int]) -> N
 
 
 def test_devices_agree_on_normals() -> None:
-    depth = first_surfaces(turned_cube(), (21, 13), tracer="bvh").depth[..., None]
+    depth = first_surfaces(turned_cube(), (21, 13)).depth[..., None]
     made = depth_normals(pg.Input("depth"), pg.Value("camera", pg.Camera, default=CAMERA))
     assert_within_bounds(made, depth=depth.astype(np.float32))
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.effects.screen.occluded import occluded
-from passgraph.truth import open_tracer
+from passgraph.truth import Tracer
 from passgraph.truth.surfaces import casting_triangles
 from tests.effects.engine import EngineView
 from tests.effects.scenes import cube, floor
@@ -89,7 +89,7 @@ def by_rays(view: EngineView, scene: pg.Scene, radius: float, falloff: float) ->
     What they meet counts less toward the end of the radius: their lengths are spread evenly over that part.
     """
     seen = view.surfaces
-    tracer = open_tracer(casting_triangles(scene, seen.origin).corners)
+    tracer = Tracer(casting_triangles(scene, seen.origin).corners)
     local = cosine_rays(20)
     lengths = radius * (1.0 - falloff * np.random.default_rng(0).permutation((np.arange(400) + 0.5) / 400))
     n = seen.normals[view.shown]

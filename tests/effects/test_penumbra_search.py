@@ -36,7 +36,7 @@ def scene(lights: str) -> pg.Scene:
 
 @lru_cache
 def truth(lights: str) -> tuple[Picture, NDArray[np.bool_]]:
-    traced = visible_share(scene(lights), SIZE, samples=144, tracer="bvh")
+    traced = visible_share(scene(lights), SIZE, samples=144)
     return traced.share, traced.valid
 
 
@@ -92,7 +92,7 @@ def test_what_stands_a_texel_before_a_surface_shadows_it() -> None:
     camera = pg.Camera((0.0, 3.5, 0.6), (0.0, 0.25, 0.0), vertical_fov_rad=0.5)
     nodes = (pg.Node(stairs(25, 0.02, 0.08)), floor())
     made = pg.Scene(nodes, camera, (sun(40, 180, radius=0.01),))
-    traced = visible_share(made, SIZE, samples=36, tracer="bvh")
+    traced = visible_share(made, SIZE, samples=36)
     target = soft_shadow_passes(made, ambient=0.0, map_size=128, filter=Penumbra()).shadows_blurred
     assert target is not None
     share = render(target, size=SIZE, backend="numpy")[target.name][:, :, 0]

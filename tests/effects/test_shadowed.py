@@ -40,7 +40,7 @@ def test_the_share_of_light_is_what_rays_find(camera: pg.Camera, light: pg.Light
     view = EngineView.of(whole, SIZE, reversed_z=True)
     made = shadowed(pg.Input("frame"), view.distance(), casters(whole), ambient=0.0)
     got = view.run(made)[..., 0]
-    truth = visible_share(whole, SIZE, samples=64, tracer="bvh")
+    truth = visible_share(whole, SIZE, samples=64)
     lit = view.shown & truth.valid
     off = (got - truth.share)[lit]
     assert truth.share[lit].min() == 0.0

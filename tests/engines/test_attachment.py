@@ -284,6 +284,19 @@ def test_a_warm_effect_compiles_nothing_in_its_first_frame(engine: Engine, compi
         attached.warm_up()
 
 
+def test_warming_up_runs_every_pass_and_keeps_no_history(engine: Engine) -> None:
+    def brighter(frame: pg.Target) -> pg.Target:
+        sums = pg.target("sums", "rgba32f", like=frame)
+        add = pg.kernel(source="def add(c: Image, p: Image) -> vec4: return vec4(p[0, 0].rgb + 0.25, c[0, 0].a)")
+        return add(frame, pg.previous(sums), into=sums)
+
+    with attach(brighter) as attached:
+        assert attached.warm_up()
+        np.testing.assert_array_equal(engine.picture(), engine.drawn)
+        attached.draw()
+        assert engine.picture()[0, 0, 0] == 64
+
+
 def test_planning_anew_says_what_it_cost(engine: Engine, caplog: pytest.LogCaptureFixture) -> None:
     def repeated(frame: pg.Target, times: int = 1) -> pg.Target:
         half = pg.kernel(source="def half(c: Image) -> vec4: return c[0, 0] * 0.5")

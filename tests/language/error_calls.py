@@ -15,7 +15,7 @@ from passgraph.graph.calls import fragment, kernel, vertex
 from passgraph.graph.draw_state import Blend, DrawState, Stencil
 from passgraph.graph.drawing import draw
 from passgraph.graph.run_values import Derived, Value
-from passgraph.graph.targets import Input, Target, previous, target
+from passgraph.graph.targets import Input, Target, named_outputs, previous, target
 from passgraph.language import symbols, vectors
 from passgraph.language.kernel import function, struct
 from passgraph.language.lower import Facts, lower
@@ -219,6 +219,13 @@ def compiled(text: str, **facts: Any) -> Any:
 
 CALLS += [
     (lambda: Input("c").filter("cubic"), "there is no filter 'cubic'; the filters are linear, nearest"),
+    (lambda: named_outputs(3), "compile takes targets that passes returned, got 3"),
+    (lambda: named_outputs([3]), "compile takes targets that passes returned, got 3"),
+    (
+        lambda: named_outputs(target("made")),
+        "compile takes targets that passes returned, got target 'made' is declared",
+    ),
+    (lambda: named_outputs([Input("c"), Input("c")]), "two outputs are called 'c'; give a mapping"),
     (lambda: Input("c").mipmaps().slices(3), "a volume has no smaller levels; leave out one of the two"),
     (lambda: compiled(grown(30, "x")), "the kernel grows past 20000 statements once its functions are inlined"),
     (lambda: compiled(nested_derivatives(12, 1)), "the kernel grows past 20000 statements"),

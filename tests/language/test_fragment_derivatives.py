@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -201,12 +200,3 @@ def test_kernels_of_fragments_with_derivatives_travel() -> None:
         expected, data = program()["out"], program.to_data()
     with pg.compile(pg.from_data(data), backend="reference", size=SIZE) as program:
         np.testing.assert_array_equal(program()["out"], expected)
-
-
-@pytest.mark.parametrize("name", ["varying@yx.uv", "varying@z.uv", "varying@.uv", "varying@x@y.uv", "varying@x.uw"])
-def test_documents_name_pixels_of_a_quad_alone(name: str) -> None:
-    with pg.compile(drawn("branched"), backend="null", size=SIZE) as program:
-        text = json.dumps(program.to_data())
-    assert "varying@x.uv" in text
-    with pytest.raises(pg.PassgraphError, match="of its type"):
-        pg.from_data(json.loads(text.replace("varying@x.uv", name)))

@@ -337,7 +337,7 @@ MUTANTS = (
         "gl",
         ("draw states/blend",),
     ),
-    Mutant("blend_text", "f'min(max({format_.low}, source), 1.0)'", "'source'", "gl", ("draws/blend from beyond",)),
+    Mutant("blend_text", "'min(max(0.0, source), 1.0)'", "'source'", "gl", ("draws/blend from beyond",)),
     Mutant("BORDERS", '"i % size"', '"(i + 1) % size"', "numpy", ("language/a wide neighbourhood, repeat",)),
     Mutant(
         "BORDERS",
@@ -402,15 +402,15 @@ MUTANTS = (
     ),
     Mutant(
         "quantize",
-        "return round(min(max(low, x), 1.0) * steps) / steps",
-        "return floor(min(max(low, x), 1.0) * steps + 0.5) / steps",
+        "return round(min(max(0.0, x), 1.0) * steps) / steps",
+        "return floor(min(max(0.0, x), 1.0) * steps + 0.5) / steps",
         "gl",
         ("pictures/r16 7x5", "language/stored", "pictures/"),
     ),
     Mutant(
         "quantize",
-        "return round(min(max(low, x), 1.0) * steps) / steps",
-        "return round(min(max(x, low), 1.0) * steps) / steps",
+        "return round(min(max(0.0, x), 1.0) * steps) / steps",
+        "return round(min(max(x, 0.0), 1.0) * steps) / steps",
         "numpy",
         ("language/stored",),
     ),

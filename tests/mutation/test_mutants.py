@@ -22,7 +22,7 @@ CHOSEN = (
     "b.fsub(y, x",
     "return y * (1.0 - a) + x * a",
     '[f"{whole} <= {count}"] * high',
-    "return floor(min(max(low, x), 1.0) * steps + 0.5) / steps",
+    "return floor(min(max(0.0, x), 1.0) * steps + 0.5) / steps",
     "self.busy[0][0] <= first:",
     '"{x} * {da}"',
     "return value;",

@@ -23,8 +23,8 @@ from passgraph.verify.conformance.judging import Judge
 from passgraph.verify.oracle import kept
 from passgraph.verify.oracle.backend import _DrawPass, _PixelPass
 from passgraph.verify.oracle.kept import Kept
-from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.pass_bounds import Passes
+from passgraph.verify.oracle.time_limit import TimeLimit
 
 SIZE = (5, 3)
 GROUPS = ["operations", "language", "pictures", "draw states", "draws", "sequences", "plans"]
@@ -275,7 +275,7 @@ def pickled() -> bytes:
 
 def test_bounds_of_which_time_left_nothing_are_not_kept(base: Path) -> None:
     outputs, frame = {"out": dim(pg.Input("frame"))}, {"frame": one_bit_apart()}
-    run = Passes(outputs, None, [frame], Pace(0.0), Kept(on_disk=True))
+    run = Passes(outputs, None, [frame], TimeLimit(0.0), Kept(on_disk=True))
     assert next(iter(run.allowed(True)[1].values())).untried
     assert not (base / "bounds").exists()
 

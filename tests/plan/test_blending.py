@@ -42,7 +42,7 @@ VALUES: dict[str, Callable[[Any, Any, Any, Any], Any]] = {
 def wanted(blend: Blend, format_: Format, source: Pixels, held: Pixels) -> Pixels:
     """OpenGL 3.3, tables 4.1 and 4.2, in float32."""
     if format_.steps:
-        source = np.clip(source, format_.low, 1)
+        source = np.clip(source, 0, 1)
     alphas = [x[:, 3] if format_.channels == 4 else np.full(len(x), ONE) for x in (source, held)]
     columns = []
     for channel in range(format_.channels):

@@ -31,7 +31,7 @@ MOST = 6
 ORACLES_NOUNS = {
     "verify/report.py",
     *(f"verify/oracle/{name}.py" for name in (
-        "allowed", "domain", "functions", "interval", "merge", "pace", "storage", "vectors",
+        "allowed", "domain", "functions", "interval", "merge", "time_limit", "storage", "vectors",
     )),
 }  # fmt: skip
 #: A graph is made, run and asked about in one file, and what was found before too; a stage is made and then bounded, of

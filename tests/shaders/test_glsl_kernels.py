@@ -11,9 +11,6 @@ from agreement_glsl import picture, run
 
 import passgraph as pg
 from passgraph.glsl import parse
-from passgraph.language import ir
-from passgraph.language.types import FLOAT
-from passgraph.language.typing_rules import apply
 
 TEXT = """#version 330
 uniform float amount = 0.25;
@@ -109,19 +106,17 @@ def test_one_kernel_comes_from_one_text() -> None:
 
 
 def test_preludes_declare_what_a_container_has() -> None:
-    """Their uniforms are parameters where they are used, and a value may be an expression of the container's."""
+    """Their uniforms are parameters where they are used, and the shader may declare their variables anew."""
     shader = parse(
-        "uniform float k; vec4 look(vec2 at) { return get(at) * k + BIAS + speed; }",
-        prelude="uniform sampler2D from; uniform float time, unused; vec4 get(vec2 p) { return texture2D(from, p); }",
+        "uniform float k; float own = 3.0; vec4 look(vec2 at) { return get(at) * k + BIAS + speed * own; }",
+        prelude="uniform sampler2D from; uniform float time, unused; float speed = 2.5, own = 4.0;\n"
+        "vec4 get(vec2 p) { return texture2D(from, p); }",
         postlude="void main() { gl_FragColor = look(pg_position) + time; }",
         defines={"BIAS": "2.0"},
-        defaults={"time": 0.5, "k": 3.0},
-        values={"speed": lambda unit, span: ir.Literal(FLOAT, 10.0, span)},
     )
-    found = [(p.name, p.default) for p in shader.program.parameters]
-    assert found == [("from", None), ("time", 0.5), ("k", 3.0)]
+    assert [p.name for p in shader.program.parameters] == ["from", "time", "k"]
     frame = picture(3, 2)
-    np.testing.assert_allclose(run(shader, (3, 2), {"from": frame}), frame * 3 + 12.5, atol=1e-5)
+    np.testing.assert_allclose(run(shader, (3, 2), {"from": frame}, {"time": 0.5, "k": 3.0}), frame * 3 + 10, atol=1e-5)
 
 
 def test_a_prelude_may_compute_inputs() -> None:
@@ -160,14 +155,6 @@ def test_a_sampler_is_chosen_from_an_array() -> None:
     with pg.compile(shown, backend="reference", size=(4, 1)) as program:
         found = program(**{name: np.full((1, 1, 4), k, np.float32) for k, name in enumerate("abc")})["shown"]
     assert np.asarray(found)[0, :, 0].tolist() == [0, 1, 2, 0]
-
-
-def test_natives_compute_on_typed_values() -> None:
-    shader = parse(
-        "void main() { gl_FragColor = vec4(double_it(1.5)); }",
-        natives={"double_it": lambda unit, parts, span: apply("add", parts * 2, span)},
-    )
-    assert run(shader, (1, 1), {})[0, 0, 0] == 3.0
 
 
 def test_the_value_of_an_entry_is_the_output() -> None:

@@ -162,9 +162,9 @@ def spoiled(document: Any, ways: list[tuple[Any, ...]], chance: random.Random) -
     for _ in range(chance.choice((1, 1, 1, 2, 3))):
         *path, last = chance.choice(ways)
         holder = _at(made, path)
-        if holder is None or (last not in holder if isinstance(holder, dict) else last >= len(holder)):
+        if holder is None or last not in (holder if isinstance(holder, dict) else range(len(holder))):
             continue
-        action = chance.randrange(6)
+        action = chance.randrange(7)
         if action == 0:
             del holder[last]
         elif action == 1:
@@ -174,11 +174,20 @@ def spoiled(document: Any, ways: list[tuple[Any, ...]], chance: random.Random) -
             holder.insert(last, copy.deepcopy(holder[last]))
         elif action == 3 and isinstance(holder[last], int) and not isinstance(holder[last], bool):
             holder[last] += chance.choice((-2, -1, 1, 2))
+        elif action == 6 and isinstance(holder[last], str) and holder[last]:
+            holder[last] = _spoiled_text(holder[last], chance)
         elif action == 4 and isinstance(holder, dict):
             holder["more"] = chance.choice(WRONG)
         else:
             holder[last] = copy.deepcopy(chance.choice(WRONG))
     return made
+
+
+def _spoiled_text(text: str, chance: random.Random) -> str:
+    """The text with a stretch of it left out, doubled, or in the place of another one."""
+    start, size = chance.randrange(len(text)), chance.choice((1, 1, 2, 5, 20))
+    piece, rest = text[start : start + size], text[start + size :]
+    return text[:start] + chance.choice(("", 2 * piece, chance.choice('()[]:.,*-0x\n "#'), rest[:size])) + rest
 
 
 def _at(document: Any, path: Any) -> Any:

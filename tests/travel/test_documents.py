@@ -89,143 +89,213 @@ def changed(*path: Any, to: Any) -> Any:
     return made
 
 
-def kernel(rows: list[Any], **parts: Any) -> Any:
-    """A document of one kernel over one input, of these rows; by default its result is the last expression."""
-    texel = [["literal", "int", 0, None], ["texel", "vec4", "a", 0, 0, True, None]]
-    whole = {
-        "name": "made", "stage": "pixel", "parameters": [["a", "Image", False, None]], "results": [["", "vec4", 1]],
-        "keep": None, "body": [], "source": None, "rows": texel + rows, "spans": [], "lines": [], **parts,
-    }  # fmt: skip
+def definition(text: str, names: dict[str, Any] | None = None, **parts: Any) -> dict[str, Any]:
+    return {"file": "<a stranger's>", "line": 1, "text": text, "names": names or {}, **parts}
+
+
+SHADER = {
+    "text": "uniform sampler2D a; void main() { gl_FragColor = texelFetch(a, ivec2(gl_FragCoord.xy), 0); }",
+    "name": "made", "file": "<a stranger's>", "entry": "main", "prelude": "", "prelude_file": "<prelude>",
+    "postlude": "", "defines": {}, "rows_up": True, "included": {},
+}  # fmt: skip
+
+
+def document(kernel: dict[str, Any], *definitions: dict[str, Any]) -> Any:
+    """A document of one kernel over one input, ``a``."""
     return {
-        "passgraph": "graph", "version": VERSION, "kernels": [whole], "values": [], "meshes": [],
+        "passgraph": "graph", "version": VERSION, "definitions": [*definitions], "kernels": [kernel], "values": [],
+        "meshes": [],
         "inputs": [{"name": "frame", "format": None, "size": None, "static": False, "default": None}],
         "targets": [{"name": "made", "format": "rgba32f", "size": None, "clear": None, "notes": [],
                      "initial": [0.0]}],
         "passes": [{"name": "made", "kernel": 0, "images": {"a": {"input": 0, "border": "clamp"}}, "values": {},
-                    "constants": {}, "into": [0], "known_sizes": False}],
+                    "constants": {}, "into": [0]}],
         "outputs": [["made", {"pass": 0, "slot": 0, "border": "clamp"}]],
     }  # fmt: skip
 
 
-def test_the_smallest_document_runs() -> None:
-    with pg.compile(pg.from_data(kernel([])), "reference") as program:
+def of_text(text: str, names: dict[str, Any] | None = None, *before: dict[str, Any]) -> Any:
+    """The document of a kernel of some text, behind definitions that it may name by their numbers."""
+    kernel = {"stage": "pixel", "function": len(before), "known_sizes": False}
+    return document(kernel, *before, definition(text, names))
+
+
+def of_shader(**parts: Any) -> Any:
+    return document({"glsl": {**SHADER, **parts}, "known_sizes": False})
+
+
+COPY = "def copy(a: Image) -> vec4: return a[0, 0]"
+GROWING = "def grow(a: Image) -> vec4: return a[0, 0] * K"
+
+
+@pytest.mark.parametrize("made", [of_text(COPY), of_shader()])
+def test_the_smallest_documents_run(made: Any) -> None:
+    with pg.compile(pg.from_data(made), "reference") as program:
         assert program(frame=FRAME)["made"].tobytes() == FRAME.tobytes()
 
 
-def loop(body: list[int], name: str = "i") -> list[Any]:
-    return ["for", name, 0, 2, 2, body, None]
-
-
-ONE = ["literal", "int", 1, None]
-TRUE = ["literal", "bool", True, None]
-UNTYPED = {
-    "a component that is not there": [["swizzle", "float", 1, [5], None]],
-    "a swizzle of a scalar": [["swizzle", "float", 0, [0], None]],
-    "a type that does not follow": [["apply", "vec3", "add", [1, 1], None]],
-    "an operation that is not there": [["apply", "vec4", "system", [1, 1], None]],
-    "an argument too few": [["apply", "vec4", "add", [1], None]],
-    "an int where floats are": [["apply", "vec4", "cross", [1, 0], None]],
-    "a choice by a number": [["select", "vec4", 0, 1, 1, None]],
-    "components too few": [["construct", "vec4", [0, 0], None]],
-    "another image": [["texel", "vec4", "b", 0, 0, True, None]],
-    "a parameter that is not there": [["uniform", "float", "k", False, None]],
-    "a builtin of another stage": [["builtin", "vec3", "vertex.position", None]],
-    "a table too short": [["table", ["int", 8], [1, 2], None]],
-    "an endless array": [["local", ["mat4", 10**9], "x", None]],
-    "a number beyond its type": [["literal", "int", 2**31, None]],
-    "a float beyond float32": [["literal", "float", 1e39, None]],
-    "a row of the future": [["literal", "int", 0, None], ["index", "float", 1, 5, None]],
-    "itself": [["apply", "int", "neg", [2], None]],
+WRONG_TEXTS = {
+    "no Python": "def copy(a: Image) -> vec4 return a[0, 0]",
+    "no function": "vec4(1.0)",
+    "nothing": "",
+    "two functions": f"{COPY}\n{COPY}",
+    "a call around it": f"exec('1')\n{COPY}",
+    "an import": f"import os\n{COPY}",
+    "a class of functions": "class Copy:\n    def copy(a: Image) -> vec4: return a[0, 0]",
+    "a base class": "class Copy(object):\n    x: float",
+    "a lambda": "copy = lambda a: a[0, 0]",
+    "an async function": f"async {COPY}",
 }
-BROKEN: dict[str, tuple[list[Any], list[int]]] = {
-    "a variable without a value": ([["local", "int", "x", None], ["assign", "y", 2, None]], [3]),
-    "a value in one branch only": (
-        [ONE, TRUE, ["assign", "x", 2, None], ["if", 3, [4], [], None], ["local", "int", "x", None],
-         ["assign", "y", 6, None]],
-        [5, 7],
-    ),
-    "a value from a loop": (
-        [ONE, ["assign", "x", 2, None], loop([3]), ["local", "int", "x", None], ["assign", "y", 5, None]], [4, 6]
-    ),
-    "two types": ([["assign", "x", 0, None], ["assign", "x", 1, None]], [2, 3]),
-    "a jump out of nothing": ([["break", None]], [2]),
-    "an index that is assigned": ([ONE, ["assign", "i", 2, None], loop([3])], [4]),
-    "a condition that is a number": ([["if", 0, [], [], None]], [2]),
-    "an expression as a statement": ([], [1]),
+WRONG_NAMES = {
+    "a call": "__import__('os').system('false')",
+    "an attribute": "pi.__class__",
+    "a comprehension": "[x for x in (1, 2)]",
+    "two expressions": "1\n2",
+    "an assignment": "K = 1",
+    "no name of the language": "print",
+    "text": "'a'",
+    "a number beyond 32 bits": "1e39",
+    "a range of calls": "Range(len((1, 2)))",
+    "letters of others": "vec4(1.0)  # é",
+    "itself": 0,
+    "a definition to come": 1,
+    "no number": 0.5,
+}
+
+
+@pytest.mark.parametrize("what", WRONG_TEXTS)
+def test_what_is_no_definition_is_refused(what: str) -> None:
+    with pytest.raises(pg.InputError, match=r"graph data, (definitions|kernels)\[0\].*: "):
+        pg.from_data(of_text(WRONG_TEXTS[what]))
+
+
+@pytest.mark.parametrize("what", WRONG_NAMES)
+def test_names_stand_for_constants_and_definitions_before_them(what: str) -> None:
+    with pytest.raises(pg.InputError, match=r"graph data, definitions\[0\].names.K: "):
+        pg.from_data(of_text(GROWING, {"K": WRONG_NAMES[what]}))
+
+
+def test_nothing_that_text_calls_is_executed(tmp_path: Path) -> None:
+    mark = tmp_path / "executed"
+    call = f"__import__('pathlib').Path({str(mark)!r}).touch()"
+    texts = [
+        f"def copy(a: Image, b: float = {call}) -> vec4: return a[0, 0]",
+        f"def copy(a: {call}) -> vec4: return a[0, 0]",
+        f"def copy(a: Image) -> vec4: return a[0, 0] if {call} else a[0, 0]",
+        f"class Copy:\n    x: float = {call}",
+    ]
+    for made in (*map(of_text, texts), of_text(GROWING, {"K": call})):
+        with pytest.raises(pg.InputError, match=r"^graph data, "):
+            pg.from_data(made)
+    # What marks a function is not looked at, and the text of a kernel is one that is marked.
+    pg.from_data(of_text(f"@({call})\n{COPY}"))
+    assert not mark.exists()
+
+
+REFUSED_KERNELS = {
+    "another stage": "def copy(a: Image, v: Vertex) -> vec4: return a[0, 0]",
+    "a name that stands for nothing": GROWING,
+    "a variable without a value": "def copy(a: Image) -> vec4:\n  if uv().x > 0.5:\n   x = uv()\n  return x.xyxy",
+    "another type": "def copy(a: Image) -> vec4: return a[0, 0].x",
+    "an endless loop": "def copy(a: Image) -> vec4:\n    while True:\n        pass\n    return a[0, 0]",
+    "an endless array": "def copy(a: Image, b: Array[Array[float, 8192], 4096]) -> vec4: return a[0, 0]",
+    "more images than a kernel reads": "def copy(a: Image, b: Array[Image, 1000]) -> vec4: return a[0, 0]",
+    "more images than an array holds": "def copy(a: Image, b: Array[Image, 1025]) -> vec4: return a[0, 0]",
+    "itself": "def copy(a: Image) -> vec4: return copy(a)",
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("what", UNTYPED)
-def test_rows_that_no_parser_makes_are_refused(what: str) -> None:
-    with pytest.raises(pg.InputError, match=r"graph data, kernels\[0\].rows\[\d\].*: must be "):
-        pg.from_data(kernel(UNTYPED[what]))
-
-
-@pytest.mark.parametrize("what", BROKEN)
-def test_statements_that_no_parser_makes_are_refused(what: str) -> None:
-    rows, body = BROKEN[what]
-    with pytest.raises(pg.InputError, match=r"graph data, kernels\[0\].body: must be "):
-        pg.from_data(kernel(rows, body=body))
-
-
-@pytest.mark.parametrize(
-    ("type_", "told"),
-    [
-        (
-            [["float", 1 << 12], 1 << 13],
-            r"parameters\[1\]: must be within the language's limits: .* has 33554432 elements, those of arrays in it",
-        ),
-        (["Image", 1025], r"parameters\[1\]: must be .* has 1025 elements, .* at most 1024"),
-        (["Image", 1000], r"parameters: must be within the language's limits: a kernel takes 1001 images"),
-    ],
-)
-def test_signatures_keep_to_the_limits_of_text(type_: Any, told: str) -> None:
-    with pytest.raises(pg.InputError, match=r"graph data, kernels\[0\]\." + told):
-        pg.from_data(kernel([], parameters=[["a", "Image", False, None], ["b", type_, False, None]]))
+@pytest.mark.parametrize("what", REFUSED_KERNELS)
+def test_kernels_are_held_to_the_rules_of_text(what: str) -> None:
+    with pytest.raises(pg.InputError, match=r"graph data, kernels\[0\]: <a stranger's>:\d"):
+        pg.from_data(of_text(REFUSED_KERNELS[what]))
 
 
 @pytest.mark.parametrize("stage", ["vertex", "fragment"])
 def test_only_pixel_kernels_read_beside_their_pixel(stage: str) -> None:
     document = copy.deepcopy(DATA)
-    row = next(row for k in document["kernels"] if k["stage"] == stage for row in k["rows"] if row[0] == "texel")
+    number = next(kernel["function"] for kernel in document["kernels"] if kernel["stage"] == stage)
+    made = document["definitions"][number]
     assert read(document) is not None
-    row[5] = True
-    with pytest.raises(
-        pg.InputError, match=r"graph data, kernels\[\d\].rows\[\d+\].*: must be a texel at an absolute place"
-    ):
+    made["text"] = (
+        made["text"]
+        .replace("picture.texel(ivec2(1, 2))", "picture[0, 0]")
+        .replace("picture.texel(pixel())", "picture[0, 0]")
+    )
+    with pytest.raises(pg.InputError, match=r"graph data, kernels\[\d\]: .*:\d+: "):
         pg.from_data(document)
 
 
 @pytest.mark.parametrize("name", ["a b", "a;}void main(){", "", "1a", "a\n#version 100"])
 def test_names_in_generated_code_are_names(name: str) -> None:
-    for parts in ({"name": name}, {"parameters": [["a", "Image", False, None], [name, "float", False, None]]}):
-        with pytest.raises(pg.InputError, match="a name as Python has them"):
-            pg.from_data(kernel([], **parts))
+    for text in (f"def {name}(a: Image) -> vec4: return a[0, 0]", f"def f(a: Image, {name}: float) -> vec4: return a"):
+        with pytest.raises(pg.InputError, match=r"^graph data, "):
+            pg.from_data(of_text(text))
 
 
-def doubled(times: int) -> list[Any]:
-    return [["apply", "vec4", "add", [number + 1, number + 1], None] for number in range(times)]
+def test_calls_of_calls_of_calls_are_refused_by_what_they_come_to() -> None:
+    """Each function calls the one before it twice: thirty of them say a thousand million additions."""
+    once = definition("def one(x: float) -> float: return x + 1.0")
+    twice = [definition("def more(x: float) -> float: return less(x) + less(x + 1.0)", {"less": n}) for n in range(29)]
+    kernel = "def all_of_it(a: Image) -> float: return most(a[0, 0].x)"
+    with pytest.raises(pg.InputError, match="grows past 20000 statements"):
+        pg.from_data(of_text(kernel, {"most": 29}, once, *twice))
+    made = of_text(kernel, {"most": 11}, once, *twice)
+    with pytest.raises(pg.InputError, match=f"more than {MOST_PARTS} parts"):
+        pg.from_data({**made, "kernels": made["kernels"] * 1000})
 
 
-def test_sums_of_sums_of_sums_are_refused_by_what_they_stand_for() -> None:
-    """A row may be used twice: thirty rows say a thousand million additions."""
-    with pytest.raises(pg.InputError, match="has more than 1048576 expressions"):
-        pg.from_data(kernel(doubled(30)))
-    nested = [["apply", "vec4", "add", [number + 1, 1], None] for number in range(5_000)]
-    with pytest.raises(pg.InputError, match="nest deeper than"):
-        pg.from_data(kernel(nested))
-
-
-def test_blocks_nest_no_deeper_than_those_of_text() -> None:
+def test_expressions_and_blocks_nest_no_deeper_than_those_of_text() -> None:
     def nested(times: int) -> Any:
-        tower = [["if", 3, [number + 3 if number else 2], [], None] for number in range(times)]
-        rows = [["assign", "x", 0, None], ["apply", "bool", "less", [0, 0], None], *tower]
-        return kernel(rows, body=[times + 3])
+        text = "def copy(a: Image) -> vec4:\n" + "".join(f"{' ' * i}if pixel().x > {i}:\n" for i in range(1, times + 1))
+        return of_text(f"{text}{' ' * (times + 1)}pass\n return a[0, 0]")
 
-    with pg.compile(pg.from_data(nested(100)), "reference") as program:
+    with pg.compile(pg.from_data(nested(90)), "reference") as program:
         assert program(frame=FRAME)["made"].tobytes() == FRAME.tobytes()
-    with pytest.raises(pg.InputError, match="blocks at most 100 deep"):
+    with pytest.raises(pg.InputError, match=r"nests? deeper than 100|too many levels"):
         pg.from_data(nested(102))
+    deep = "-" * 300
+    for made in (of_text(f"def copy(a: Image) -> vec4: return {deep}a[0, 0]"), of_text(GROWING, {"K": f"{deep}1.0"})):
+        with pytest.raises(pg.InputError, match=r"nests deeper than|too deeply"):
+            pg.from_data(made)
+
+
+def test_texts_and_tables_are_no_longer_than_those_of_text() -> None:
+    for made in (of_text(COPY + " " * 200_000), of_text(GROWING, {"K": "(" + "1.0, " * 100_000 + ")"})):
+        with pytest.raises(pg.InputError, match="must be a text of at most"):
+            pg.from_data(made)
+    with pytest.raises(pg.InputError, match="has 2000 entries; kernels capture at most 1024"):
+        pg.from_data(of_text("def copy(a: Image) -> vec4: return vec4(K[0])", {"K": "(" + "1.0, " * 2000 + ")"}))
+    with pytest.raises(pg.InputError, match=f"more than {MOST_PARTS} parts"):
+        pg.from_data(of_text(COPY, {f"K{i}": "(" + "1.0, " * 1000 + ")" for i in range(200)}))
+
+
+@pytest.mark.parametrize("path", ["/etc/passwd", "../secret.glsl", "secret.glsl", "lib/../../secret.glsl"])
+def test_shaders_include_what_the_document_holds_and_no_file(
+    path: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "here").mkdir()
+    (tmp_path / "secret.glsl").write_text("\n")
+    (tmp_path / "here" / "secret.glsl").write_text("\n")
+    monkeypatch.chdir(tmp_path / "here")
+    text = f'#include "{path}"\n{SHADER["text"]}'
+    for included in ({}, {"b.glsl": ""}):
+        with pytest.raises(pg.InputError, match=r"graph data, kernels\[0\]: .*#include|there is no file"):
+            pg.from_data(of_shader(text=text, included=included))
+    assert read(of_shader(text=f'#include "b.glsl"\n{SHADER["text"]}', included={"b.glsl": "\n"})) is not None
+
+
+@pytest.mark.parametrize("backend", ["gl", "opencl", "numpy"])
+def test_names_of_shaders_are_no_code(backend: str) -> None:
+    made = of_shader(name="a\n#error b", file="*/ #error c", prelude_file="\n#error d")
+    with pg.compile(pg.from_data(made), backend) as program:
+        assert program(frame=FRAME)["made"].tobytes() == FRAME.tobytes()
+
+
+def test_shaders_count_by_what_they_come_to() -> None:
+    many = document({"glsl": SHADER, "known_sizes": False})
+    with pytest.raises(pg.InputError, match=f"more than {MOST_PARTS} parts"):
+        pg.from_data({**many, "kernels": many["kernels"] * 10_000})
 
 
 CYCLE: list[Any] = []
@@ -240,8 +310,9 @@ for _ in range(100_000):
     DEEP = [DEEP]
 MONSTERS = {"a cycle": CYCLE, "an object in itself": ROUND, "ten times ten times ten": LAUGHS, "a tower": DEEP}
 HOLDERS = [
-    ("kernels",), ("kernels", 0), ("kernels", 0, "rows"), ("kernels", 0, "rows", 0), ("kernels", 0, "rows", 0, 2),
-    ("kernels", 0, "parameters"), ("passes", 0, "values"), ("inputs", 1, "default", "shape"), ("targets", 0, "notes"),
+    ("kernels",), ("kernels", 0), ("kernels", 0, "function"), ("definitions",), ("definitions", 0),
+    ("definitions", 0, "text"), ("definitions", 0, "names"),
+    ("passes", 0, "values"), ("inputs", 1, "default", "shape"), ("targets", 0, "notes"),
     ("values", 0, "default"), ("targets", 0, "size"), ("passes", 0), ("outputs",), ("outputs", 0),
 ]  # fmt: skip
 
@@ -274,8 +345,8 @@ def test_pictures_are_as_large_as_they_say() -> None:
 
 
 def test_another_version_is_refused_with_what_to_do() -> None:
-    with pytest.raises(pg.InputError, match="reads version 2, got 3; write the data anew"):
-        pg.from_data({**DATA, "version": 3})
+    with pytest.raises(pg.InputError, match="reads version 3, got 2; write the data anew"):
+        pg.from_data({**DATA, "version": 2})
     for wrong in (None, [], "graph", {}, {"version": 1}):
         with pytest.raises(pg.InputError, match=r"must be what pg.to_data made"):
             pg.from_data(wrong)
@@ -284,7 +355,8 @@ def test_another_version_is_refused_with_what_to_do() -> None:
 def test_kernels_of_strangers_are_told_by_what_they_are(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """What other processes find on disk for a kernel was made from that kernel."""
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    one, other = (pg.from_data(kernel([["swizzle", "vec4", 1, order, None]], results=[["", "vec4", 2]]))
-                  for order in ([0, 1, 2, 3], [2, 1, 0, 3]))  # fmt: skip
+    one, other = (
+        pg.from_data(of_text(f"def copy(a: Image) -> vec4: return a[0, 0].{order}")) for order in ("xyzw", "zyxw")
+    )
     programs = [target["made"].made_by.kernel.program for target in (one, other)]  # type: ignore[union-attr]
     assert len({lower_once(program, Facts(), known).key for known in [Programs()] for program in programs}) == 2

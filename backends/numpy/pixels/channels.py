@@ -55,7 +55,7 @@ def selection(program: s.ScalarProgram, images: Sequence[Format], outputs: Seque
     A larger number is stored as a larger one, and what is stored again is what was: minima and maxima of stored numbers
     are the stored minima and maxima, and a register holds four bytes for each float32.
     """
-    if len(outputs) != 1 or not outputs[0].steps or outputs[0].low < 0:
+    if len(outputs) != 1 or not outputs[0].steps:
         return None
     (output,), (stored,) = program.outputs, outputs
     if any((held.number, held.steps) != (stored.number, stored.steps) for held in images):

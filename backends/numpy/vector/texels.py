@@ -30,16 +30,8 @@ def decoded(b: Lanes, raw: Any, held: Format) -> Any:
     """What loaded numbers (of :func:`element`) stand for."""
     if not held.steps:
         return b.fpext(raw, F32) if held.bits < 32 else raw
-    if held.low < 0:
-        whole = b.sitofp(b.sext(raw, I32), F32)
-        # the lowest number stands for -1 too
-        least = llvm.Constant(F32, float(-held.steps))
-        whole = b.select(b.fcmp_ordered("<", whole, least), least, whole)
-    else:
-        whole = b.sitofp(b.zext(raw, I32), F32)
-    value = divided(b, whole, held.steps)
-    if held.low >= 0:  # below 0 two numbers stand for -1
-        b.undecoded[value] = raw, held
+    value = divided(b, b.sitofp(b.zext(raw, I32), F32), held.steps)
+    b.undecoded[value] = raw, held
     return value
 
 
@@ -63,8 +55,8 @@ def rounded(b: Lanes, value: Any, held: Format) -> Any:
     if raw is not None and (own.number, own.steps) == (held.number, held.steps):
         return raw
     if held.steps:
-        low, one = llvm.Constant(F32, held.low), llvm.Constant(F32, 1.0)
-        value = b.select(b.fcmp_ordered("<", low, value), value, low)  # NaN becomes the lowest
+        zero, one = llvm.Constant(F32, 0.0), llvm.Constant(F32, 1.0)
+        value = b.select(b.fcmp_ordered("<", zero, value), value, zero)  # NaN becomes 0
         value = b.select(b.fcmp_ordered("<", one, value), one, value)
         moved = b.fadd(b.fmul(value, llvm.Constant(F32, float(held.steps))), llvm.Constant(F32, _WHOLE))
         return b.trunc(b.bitcast(moved, I32), element(held))

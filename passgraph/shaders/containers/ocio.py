@@ -10,13 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from passgraph.errors import InputError
-from passgraph.glsl import Unit, parse
+from passgraph.glsl import parse
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec
-from passgraph.language import ir
-from passgraph.language.source import Span
-from passgraph.language.types import INT, VEC4
-from passgraph.language.values import ImageValue, Part
 from passgraph.shaders.containers.shader_images import brought
 
 if TYPE_CHECKING:
@@ -88,18 +84,8 @@ def read_processor(processor: ocio.Processor, name: str) -> ProcessorKernel:
 def _kernel(name: str, text: str) -> PixelKernel[Target]:
     """Parse a processor's GLSL, which takes nine tenths of the time to make a pass of it."""
     # Rows count from the top as in OpenColorIO's arrays, so no LUT is turned over.
-    shader = parse(
-        _FRAME + text + _MAIN, name=name, file=f"<OpenColorIO: {name}>", natives={"pg_here": _here}, rows_up=False
-    )
+    shader = parse(_FRAME + text + _MAIN, name=name, file=f"<OpenColorIO: {name}>", rows_up=False)
     return PixelKernel[Target].of_shader(shader)
-
-
-def _here(unit: Unit, parts: list[Part], span: Span) -> Part:
-    """The texel at this pixel, read so that the pass fuses with the one before it."""
-    [image] = parts
-    assert isinstance(image, ImageValue)
-    zero = ir.Literal(INT, 0, span)
-    return ir.Texel(VEC4, image.name, zero, zero, True, span)
 
 
 def _input(transform: str, lut: Any, shape: tuple[int, int, int]) -> Target:

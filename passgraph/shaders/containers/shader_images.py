@@ -32,7 +32,7 @@ _SHOWN = PixelKernel[Target](kernel_from_text("def shown(shown: Image, kept: Ima
 @cache
 def small_kernel(name: str, text: str) -> PixelKernel[Target]:
     """A kernel that a container needs beside its shaders, in GLSL that counts rows from the top; parsed once."""
-    return PixelKernel[Target].of_program(parse(text, name=name, rows_up=False).program)
+    return PixelKernel[Target].of_shader(parse(text, name=name, rows_up=False))
 
 
 def shown_with_kept(draw: Callable[[TargetSpec], list[Target]], inner: str, into: TargetSpec) -> Target:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from passgraph.glsl import parse
-from passgraph.glsl.image_functions import aspect
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec
 from passgraph.language.types import FLOAT, ImageType, Struct
@@ -19,6 +18,7 @@ _BEFORE = """
 uniform sampler2D pg_from;
 uniform sampler2D pg_to;
 uniform float progress;
+float ratio = pg_output_size.x / pg_output_size.y;
 vec4 getFromColor(vec2 uv) { return texture2D(pg_from, uv); }
 vec4 getToColor(vec2 uv) { return texture2D(pg_to, uv); }
 """
@@ -27,8 +27,6 @@ _BEHIND = "void pg_main() { gl_FragColor = transition(pg_position); }"
 _DEFAULT = re.compile(r"^(\s*uniform\s[^;/]*);(\s*)//(\s*=[^;\n]*)(?:;[ \t]*(?://.*)?)?$", re.MULTILINE)
 #: ``uniform int steps /* = 50 */;`` says it before its end.
 _DEFAULT_WITHIN = re.compile(r"^(\s*uniform\s[^;/]*)/\*(\s*=(?:(?!\*/)[^;\n])*)\*/([ \t]*;)", re.MULTILINE)
-#: A shader may have a variable of this name, so that it is no macro.
-_VALUES = {"ratio": aspect}
 _PICTURES = {"from": "pg_from", "to": "pg_to"}
 
 
@@ -55,9 +53,7 @@ def read_transition(text: str, path: Path) -> ShaderEffect:
     # The default moves into the declaration, and everything before it stays in its column.
     told = _DEFAULT.sub(lambda m: f"{m[1]} {m[2]}  {_default(m[1], m[3])};", text)
     told = _DEFAULT_WITHIN.sub(lambda m: f"{m[1]}  {_default(m[1], m[2])}  {m[3]}", told)
-    shader = parse(
-        told, name=name_of(path), file=str(path), entry="pg_main", prelude=_BEFORE, postlude=_BEHIND, values=_VALUES
-    )
+    shader = parse(told, name=name_of(path), file=str(path), entry="pg_main", prelude=_BEFORE, postlude=_BEHIND)
     kernel: PixelKernel[Target] = PixelKernel.of_shader(shader)
     used = {parameter.name for parameter in kernel.parameters}
     others = tuple(

@@ -26,8 +26,8 @@ from passgraph.verify.oracle.interval import Bounded, Interval
 from passgraph.verify.oracle.interval_stage import StageOracle
 from passgraph.verify.oracle.kept import Found, Kept, of_draw, of_pixels
 from passgraph.verify.oracle.merge import State
-from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.stored_bounds import stored
+from passgraph.verify.oracle.time_limit import TimeLimit
 from passgraph.verify.oracle.watch import Watch
 
 
@@ -42,7 +42,7 @@ class OracleBackend(ReferenceBackend):
         What was found before, and where to leave what is found.
     watches
         Take notes of their steps; given any, bounds of other steps are not looked for.
-    pace
+    limit
         How long it may take, and who is told.
     """
 
@@ -53,10 +53,10 @@ class OracleBackend(ReferenceBackend):
         snapped: bool = True,
         kept: Kept | None = None,
         watches: Sequence[Watch] = (),
-        pace: Pace | None = None,
+        limit: TimeLimit | None = None,
     ) -> None:
         super().__init__()
-        self.pace = pace or Pace()
+        self.limit = limit or TimeLimit()
         self.snapped = snapped
         self.watches = {id(watch.step): watch for watch in watches}
         self.kept = kept or Kept()
@@ -92,7 +92,7 @@ class _PixelPass(ReferencePixelPass):
         self.oracle = oracle
 
     def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
-        with self.oracle.pace.spent():
+        with self.oracle.limit.spent():
             super().__call__(outputs, images, block)
         if not self.oracle.wants(self.step):
             return
@@ -103,15 +103,15 @@ class _PixelPass(ReferencePixelPass):
     def _find(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> Found:
         width, height = self.step.size
         names, watch = [name for name, _ in self.step.images], self.oracle.watches.get(id(self.step))
-        stage = StageOracle(self.stage, block, names, images, self.oracle.carried, watch, self.oracle.pace)
-        self.oracle.pace.begin(self.step.name)
+        stage = StageOracle(self.stage, block, names, images, self.oracle.carried, watch, self.oracle.limit)
+        self.oracle.limit.begin(self.step.name)
         y, x = np.divmod(np.arange(width * height), width)
         bounds = stage.bounds(
             width * height,
             {"pixel": lambda: np.stack([x, y], axis=1), "output_size": lambda: np.array([[width, height]], np.int64)},
             first_only=watch is not None,
         )
-        untried = self.oracle.pace.end()
+        untried = self.oracle.limit.end()
         return Found([
             Allowed(
                 stored(output.format, values).map(lambda v: v.reshape(height, width, -1)),
@@ -144,7 +144,7 @@ class _DrawPass(ReferenceDrawPass):
             if depth is not None and found.stencil is not None:
                 oracle.carried[id(depth)] = found.allowed[-1].values.map(np.ravel)
                 oracle.stencils[id(depth)] = found.stencil
-        with oracle.pace.spent():
+        with oracle.limit.spent():
             super().__call__(outputs, depth, images, geometry, vertex, fragment)
 
     def _find(
@@ -154,7 +154,7 @@ class _DrawPass(ReferenceDrawPass):
         """What the draw may leave, from what its targets hold before it."""
         draw = DrawOracle(
             self, outputs, depth, images, geometry, vertex, fragment, self.oracle.snapped, self.oracle.carried,
-            self.oracle.watches.get(id(self.step)), self.oracle.pace,
+            self.oracle.watches.get(id(self.step)), self.oracle.limit,
         )  # fmt: skip
         if depth is not None and self.step.depth_clear is None and id(depth) in self.oracle.carried:
             draw.state.depth = self.oracle.carried[id(depth)].map(np.copy)
@@ -170,16 +170,16 @@ class DrawOracle:
     def __init__(
         self, made: ReferenceDrawPass, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage],
         geometry: Geometry, vertex: Block, fragment: Block, snapped: bool, carried: Mapping[int, Interval],
-        watch: Watch | None = None, pace: Pace | None = None,
+        watch: Watch | None = None, limit: TimeLimit | None = None,
     ) -> None:  # fmt: skip
         self.pass_, self.step = made, made.step
         self.geometry, self.snapped = geometry, snapped
         names = [name for name, _ in made.step.images]
-        self.pace, self.untried = pace or Pace(), 0
-        self.vertex = StageOracle(made.vertex, vertex, names, images, carried, pace=self.pace)
+        self.limit, self.untried = limit or TimeLimit(), 0
+        self.vertex = StageOracle(made.vertex, vertex, names, images, carried, limit=self.limit)
         self.fragment: StageOracle | None = None
         if made.fragment is not None:
-            self.fragment = StageOracle(made.fragment, fragment, names, images, carried, watch, self.pace)
+            self.fragment = StageOracle(made.fragment, fragment, names, images, carried, watch, self.limit)
         self.state = State.before(made.step, outputs, depth)
         self.names: Counter[str] = Counter()
 
@@ -199,21 +199,21 @@ class DrawOracle:
 
     def _draw(self) -> None:
         step: DrawStep = self.step
-        self.pace.begin(f"{step.name}, vertices")
+        self.limit.begin(f"{step.name}, vertices")
         with np.errstate(all="ignore"):
             vertices = self._vertices()
-        if self.pace.end():
+        if self.limit.end():
             # Any pixel may be covered where corners may be anywhere.
             self.state.forget()
             self.untried = step.size[0] * step.size[1]
             return
-        self.pace.begin(step.name)
+        self.limit.begin(step.name)
         with np.errstate(all="ignore"):
             indices = np.asarray(self.geometry.triangles, np.int64).reshape(-1, 3)
             found = triangles(vertices, indices, step.size, step.state, self.snapped)
             for fragments in cover(found, step.size):
                 self._merge(found, fragments)
-        self.untried = self.pace.end()
+        self.untried = self.limit.end()
 
     def _vertices(self) -> Corners:
         """Middle and half width of every column; rows as the reference has them: position, then all results."""

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.verify.oracle.interval import Interval
-from passgraph.verify.oracle.pace import BATCH, Pace, batches
+from passgraph.verify.oracle.time_limit import BATCH, TimeLimit, batches
 
 Ints = NDArray[np.int64]
 Lanes = NDArray[np.bool_]
@@ -167,15 +167,17 @@ class Frontier:
         )
 
 
-def explore(run: Run, count: int, components: list[int], pace: Pace | None = None, first_only: bool = False) -> Bounds:
-    """All paths of ``count`` lanes, as far as the pace allows; or the first of each, for who watches."""
-    pace = pace or Pace()
-    search, done = _Search(run, count, components, pace), 0
+def explore(
+    run: Run, count: int, components: list[int], limit: TimeLimit | None = None, first_only: bool = False
+) -> Bounds:
+    """All paths of ``count`` lanes, as far as the limit allows; or the first of each, for who watches."""
+    limit = limit or TimeLimit()
+    search, done = _Search(run, count, components, limit), 0
     for lanes in batches(count):
-        pace.batch(len(lanes))
+        limit.report(done, count)
         frontier = Frontier(lanes, np.zeros((len(lanes), 0), np.int8), np.full(len(lanes), -1))
         level = 0
-        while len(frontier) and not pace.over:
+        while len(frontier) and not limit.is_over:
             following = [search.step(part, level) for part in frontier.parts()]
             frontier = Frontier.joined([] if first_only else following)
             level += 1
@@ -185,16 +187,14 @@ def explore(run: Run, count: int, components: list[int], pace: Pace | None = Non
         for i in range(0, 0 if first_only else len(doubtful), BATCH):
             search.try_all_ways(doubtful[i : i + BATCH])
         done += len(lanes)
-        if not pace.over:
-            pace.tell(done, count)
     return search.result()
 
 
 class _Search:
     """What is known of each lane so far."""
 
-    def __init__(self, run: Run, count: int, components: list[int], pace: Pace) -> None:
-        self.run, self.pace = run, pace
+    def __init__(self, run: Run, count: int, components: list[int], limit: TimeLimit) -> None:
+        self.run, self.limit = run, limit
         shapes = [(count, c) for c in components]
         self.lo, self.hi = ([np.full(s, np.nan) for s in shapes] for _ in range(2))
         self.nan = [np.zeros(s, np.bool_) for s in shapes]
@@ -218,12 +218,6 @@ class _Search:
         self.discards = False
         self.names: Counter[str] = Counter()
 
-    def _timed(self, track: Track) -> tuple[list[Interval], Lanes | None]:
-        start = self.pace.clock()
-        made = self.run(track)
-        self.pace.ran(len(track.lanes), self.pace.clock() - start)
-        return made
-
     def give_up(self, lanes: Ints) -> None:
         """Of what there is no time for nothing is said."""
         self.untried[lanes] = self.lost[lanes] = True
@@ -232,7 +226,7 @@ class _Search:
     def step(self, frontier: Frontier, level: int) -> Frontier:
         """Run some paths, note what comes out, and give the paths that follow from them."""
         lanes, track = frontier.lanes, Track(frontier.prefixes, frontier.lanes)
-        results, keep = self._timed(track)
+        results, keep = self.run(track)
         if level == 0:
             self.names.update(track.names)
         np.logical_or.at(self.vague, lanes, track.vague | track.wide)
@@ -296,7 +290,7 @@ class _Search:
 
     def try_all_ways(self, lanes: Ints) -> None:
         for way in range(JOINT_PATHS):
-            if self.pace.over:
+            if self.limit.is_over:
                 self.give_up(lanes)
                 return
             self.try_jointly(lanes, way)
@@ -305,7 +299,7 @@ class _Search:
         """Turn every decision at once, then random halves of them, and give up lanes that leave their bounds."""
         choices = np.random.default_rng(way).integers(0, 2, (1, MAX_DECISIONS)) if way else np.ones((1, MAX_DECISIONS))
         track = Track(np.repeat(choices, len(lanes), axis=0).astype(np.int8), lanes)
-        results, keep = self._timed(track)
+        results, keep = self.run(track)
         if keep is not None:
             self.surely[lanes] &= keep
             self.perhaps[lanes] |= keep
@@ -335,6 +329,6 @@ class _Search:
             outputs.append(Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi), self.nan[i] | lost))
             # Where anything goes, nothing was checked.
             unpromised |= ((outputs[i].lo == -np.inf) & (outputs[i].hi == np.inf)).any(axis=1)
-        self.pace.untried += int(self.untried.sum())
+        self.limit.untried += int(self.untried.sum())
         surely = self.surely & ~(self.lost & self.discards)
         return Bounds(outputs, surely, self.perhaps | self.lost, turned | unpromised, unpromised & ~turned, self.names)

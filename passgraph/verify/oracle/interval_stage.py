@@ -16,8 +16,8 @@ from passgraph.verify.oracle import interval as iv
 from passgraph.verify.oracle.decisions import Bounds, Ints, Lanes, Track, explore
 from passgraph.verify.oracle.domain import IntervalDomain
 from passgraph.verify.oracle.interval import Bounded, Interval
-from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.stored_bounds import loaded
+from passgraph.verify.oracle.time_limit import TimeLimit
 from passgraph.verify.oracle.watch import Watch, WatchedInterpreter
 
 #: Stage value → its value in all lanes, (lanes or 1, …), asked only where the kernel reads it.
@@ -35,9 +35,9 @@ class StageOracle:
         storages: Sequence[Storage] = (),
         carried: Mapping[int, Interval] | None = None,
         watch: Watch | None = None,
-        pace: Pace | None = None,
+        limit: TimeLimit | None = None,
     ) -> None:
-        self.watch, self.pace = watch, pace
+        self.watch, self.limit = watch, limit
         self.bound: BoundStage = stage.bind(block, names, storages)
         self.formats = {name: storage.format for name, storage in zip(names, storages, strict=True)}
         self._whole: dict[str, Interval] = {}
@@ -103,7 +103,7 @@ class StageOracle:
             return results, None if always else np.broadcast_to(np.asarray(keep), (len(track.lanes),))
 
         with np.errstate(all="ignore"):
-            return explore(run, count, sizes, self.pace, first_only)
+            return explore(run, count, sizes, self.limit, first_only)
 
 
 def _in_lanes(value: Interval, count: int, components: int) -> Interval:

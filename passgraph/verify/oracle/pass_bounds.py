@@ -22,7 +22,7 @@ from passgraph.run.execution import Execution
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.backend import OracleBackend
 from passgraph.verify.oracle.kept import Kept
-from passgraph.verify.oracle.pace import Pace
+from passgraph.verify.oracle.time_limit import TimeLimit
 from passgraph.verify.oracle.watch import Watch
 
 Picture: TypeAlias = NDArray[np.float32]
@@ -44,8 +44,8 @@ class Passes:
         (width, height) of the output, pixels; None where every target says its own.
     frames
         Inputs and values of each run, by name.
-    pace
-        How long the reference and its bounds may take, and who is told.
+    limit
+        How long the reference and its bounds may take, and what is told how far they are.
     kept
         Where bounds are looked for first; left out, those of this graph alone.
 
@@ -60,10 +60,10 @@ class Passes:
         outputs: Mapping[str, Target],
         size: tuple[int, int] | None,
         frames: Sequence[Mapping[str, Any]],
-        pace: Pace | None = None,
+        limit: TimeLimit | None = None,
         kept: Kept | None = None,
     ) -> None:
-        self.pace, self.kept = pace or Pace(), kept or Kept()
+        self.limit, self.kept = limit or TimeLimit(), kept or Kept()
         specs = inputs_behind(list(outputs.values()))
         bound: dict[str, tuple[Format, tuple[int, int]]] = {}
         #: Of each run, pictures by input and values by name.
@@ -113,7 +113,7 @@ class Passes:
         """The reference's pictures, and what backends may write that snap corners as documented, or need not."""
         snaps = snaps or not any(isinstance(step, DrawStep) for step in self.plan.steps)
         if snaps not in self.found:
-            oracle = OracleBackend(snaps, self.kept, pace=self.pace)
+            oracle = OracleBackend(snaps, self.kept, limit=self.limit)
             expected: dict[Key, Picture] = {}
             allowed: dict[Key, Allowed] = {}
             for written in self.written(oracle):

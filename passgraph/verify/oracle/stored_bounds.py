@@ -64,9 +64,9 @@ def stored(format_: Format, value: Interval) -> Interval:
         if not format_.steps:
             held = value.both(lambda x: quantised(x, format_).astype(np.float64))
             return held if format_.unit else iv.flushed(held)
-        steps, low = float(format_.steps), format_.low
-        clamped = value.both(lambda x: np.clip(np.nan_to_num(x, nan=low), low, 1.0))
+        steps = float(format_.steps)
+        clamped = value.both(lambda x: np.clip(np.nan_to_num(x, nan=0.0), 0.0, 1.0))
         scaled = iv.mul(clamped, Interval.point(np.full((1,) * clamped.ndim, steps)))
         lo, hi = (np.rint(x) for x in (scaled.lo, scaled.hi))
-        lo = np.where(value.nan, low * steps, lo)  # as NaN is stored
+        lo = np.where(value.nan, 0.0, lo)  # as NaN is stored
         return as_read(Interval(lo / steps, hi / steps, np.zeros(lo.shape, np.bool_)))

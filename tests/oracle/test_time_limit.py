@@ -1,4 +1,4 @@
-"""What bounds take: it grows with the pixels and no faster, is told in advance, and ends where the user says.
+"""What bounds take: it grows with the pixels and no faster, is reported, and ends where the user says.
 
 Kernels are those whose pixels take many ways: branches inside of branches, loops that a pixel leaves when its own
 numbers say so.  Work is counted in numbers that operations were applied to, which nothing else on the machine moves.
@@ -17,12 +17,12 @@ import passgraph as pg
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.stage import ReferencePixelPass
 from passgraph.verify.compare import compare
-from passgraph.verify.oracle import decisions, domain
+from passgraph.verify.oracle import decisions, domain, time_limit
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.domain import IntervalDomain
 from passgraph.verify.oracle.interval import Bounded
-from passgraph.verify.oracle.pace import SAMPLE, Pace, batches
 from passgraph.verify.oracle.pass_bounds import Passes
+from passgraph.verify.oracle.time_limit import BATCH, TimeLimit, batches
 from tests.corners import placed
 
 #: Of loops in tests that are no slow ones.
@@ -72,11 +72,11 @@ def march(color: Image) -> vec4:
 }
 
 
-def bounds(name: str, width: int, height: int, pace: Pace | None = None, trips: int = TRIPS) -> Allowed:
+def bounds(name: str, width: int, height: int, limit: TimeLimit | None = None, trips: int = TRIPS) -> Allowed:
     y, x = np.mgrid[:height, :width]
     colour = np.stack([np.sin(x * 9 / width), np.cos(y * 11 / height), x * y % 8 / 8, x * 0.0], axis=2)
     kernel = pg.kernel(source=KERNELS[name].replace("TRIPS", str(trips)), name=name)
-    run = Passes({"out": kernel(pg.Input("color"))}, None, [{"color": colour.astype(np.float32)}], pace)
+    run = Passes({"out": kernel(pg.Input("color"))}, None, [{"color": colour.astype(np.float32)}], limit)
     (only,) = run.allowed(True)[1].values()
     return only
 
@@ -163,7 +163,7 @@ def test_ways_of_one_lane_are_tried_together(monkeypatch: pytest.MonkeyPatch) ->
     assert len(parts) < 2 * len(lanes) / 100 + 2
 
 
-@pytest.mark.parametrize("count", [0, 1, 4 * SAMPLE, 4 * SAMPLE + 1, 100_000])
+@pytest.mark.parametrize("count", [0, 1, BATCH, BATCH + 1, 100_000])
 def test_every_lane_is_in_one_batch(count: int) -> None:
     every = np.concatenate([np.zeros(0, np.int64), *batches(count)])
     assert np.array_equal(np.sort(every), np.arange(count))
@@ -180,8 +180,9 @@ class Clock:
         return self.now
 
 
-def test_what_the_time_does_not_suffice_for_is_said_and_is_no_pass() -> None:
-    found = bounds("nested", 96, 64, Pace(9.0, clock=Clock()))
+def test_what_the_time_does_not_suffice_for_is_said_and_is_no_pass(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(time_limit, "BATCH", 2048)
+    found = bounds("nested", 96, 64, TimeLimit(4.0, clock=Clock()))
     left = ~np.isfinite(found.values.lo[..., 0])
     assert found.untried == left.sum() > 0
     assert (found.ambiguous >= left).all()
@@ -215,7 +216,7 @@ def paint(corner: Corner) -> vec4:
     assert compare(drawn, ["reference"], size=(6, 4)).passed
 
 
-def test_vertices_have_their_share_of_the_time() -> None:
+def test_vertices_have_their_share_of_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a corner in one quarter of the picture nothing is known, so that nothing is known of the other three."""
     text = """
 class Corner:
@@ -232,40 +233,30 @@ def paint(corner: Corner) -> vec4:
     place, paint = (pg.vertex(source=text, name="place"), pg.fragment(source=text, name="paint"))
     drawn = pg.draw(mesh, vertex=place, fragment=paint, into=pg.target("color", "rgba8"))
 
-    def allowed(pace: Pace) -> Allowed:
-        (only,) = Passes({"out": drawn}, (6, 4), [{}], pace).allowed(True)[1].values()
+    def allowed(limit: TimeLimit) -> Allowed:
+        (only,) = Passes({"out": drawn}, (6, 4), [{}], limit).allowed(True)[1].values()
         return only
 
-    said: list[str] = []
-    whole = allowed(Pace(say=said.append))
-    assert said[0].startswith("bounds of color, vertices: 7% done, up to ")
+    done: list[str] = []
+    whole = allowed(TimeLimit(report=lambda name, *_: done.append(name)))
+    assert done[0] == "color, vertices"
     assert np.isfinite(whole.values.lo).all()
     assert (whole.values.hi[:, 3:] == 0).all()
-    left = allowed(Pace(5.0, clock=Clock()))
+    monkeypatch.setattr(time_limit, "BATCH", 1000)
+    left = allowed(TimeLimit(5.0, clock=Clock()))
     assert (left.untried, left.ambiguous.all(), left.unpromised.any()) == (24, True, False)
     assert np.isneginf(left.values.lo).all()
 
 
-def test_the_rest_is_estimated_from_the_sample() -> None:
+def test_progress_is_reported_by_pixels(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(time_limit, "BATCH", 3072)
+    done: list[tuple[str, int, int]] = []
+    bounds("nested", 96, 64, TimeLimit(report=lambda *what: done.append(what)))
+    assert done == [("nested", 0, 6144), ("nested", 3072, 6144)]
     said: list[str] = []
-    pace = Pace(say=said.append, clock=Clock())
-    pace.begin("blur")
-    pace.batch(1000)
-    for rows in (1000, 500, 250):  # 0.01 s at any rate and 1 ms a row
-        pace.ran(rows, 0.01 + rows / 1000)
-    assert pace.rest_s(4000) == pytest.approx(1.5 * (4 * 1.75 + 3 * 0.01))
-    pace.tell(1000, 5000)
-    assert said == ["bounds of blur: 20% done, up to 11 s more"]
-    pace.most_seconds = 5.0
-    pace.tell(1000, 5000)
-    assert said[1].startswith("bounds of blur: 20% done, up to 11 s more, 3 s are left")
-
-
-def test_who_waits_is_told() -> None:
-    said: list[str] = []
-    bounds("nested", 96, 64, Pace(say=said.append))
-    (line,) = said
-    assert line.startswith("bounds of nested: 17% done, up to ")
+    kernel = pg.kernel(source="def one(color: Image) -> vec4: return color[0, 0]")
+    compare(kernel(pg.Input("color")), ["reference"], progress=said.append, color=np.ones((3, 5, 4), np.float32))
+    assert "bounds of one: 0%" in said
 
 
 def slowed(monkeypatch: pytest.MonkeyPatch, kind: type) -> list[float]:
@@ -287,13 +278,13 @@ DOUBLED = pg.kernel(source="def doubled(color: Image) -> vec4: return color[0, 0
 def test_the_reference_s_own_runs_count(monkeypatch: pytest.MonkeyPatch, limit: float, untried: list[int]) -> None:
     """They are made to their ends, and leave so much less for bounds."""
     now = slowed(monkeypatch, ReferencePixelPass)
-    pace = Pace(limit, clock=lambda: now[0])
+    time = TimeLimit(limit, clock=lambda: now[0])
     chain = DOUBLED(DOUBLED(pg.Input("color")), into=pg.target("second", "rgba32f"))
-    passes = Passes({"made": chain}, None, [{"color": np.ones((4, 6, 4), np.float32)}], pace)
+    passes = Passes({"made": chain}, None, [{"color": np.ones((4, 6, 4), np.float32)}], time)
     pictures, allowed = passes.allowed(True)
     assert [one.untried for one in allowed.values()] == untried
     assert [picture[0, 0, 0] for picture in pictures.values()] == [2.0, 4.0]
-    assert pace.left_s == limit - 12.0
+    assert time.left_s == limit - 12.0
 
 
 def test_the_reference_s_own_draws_count(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -303,6 +294,6 @@ def test_the_reference_s_own_draws_count(monkeypatch: pytest.MonkeyPatch) -> Non
     place, paint = (pg.vertex(source=text, name="place"), pg.fragment(source=text, name="paint"))
     drawn = pg.draw(mesh, vertex=place, fragment=paint, into=pg.target("color", "rgba8"))
     for limit, untried in ((10.0, [0, 0]), (5.0, [0, 24])):
-        pace = Pace(limit, clock=lambda: now[0])
-        passes = Passes({"made": DOUBLED(drawn)}, (6, 4), [{}], pace)
+        time = TimeLimit(limit, clock=lambda: now[0])
+        passes = Passes({"made": DOUBLED(drawn)}, (6, 4), [{}], time)
         assert [one.untried for one in passes.allowed(True)[1].values()] == untried

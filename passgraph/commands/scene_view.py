@@ -1,0 +1,249 @@
+"""How ``passgraph render`` looks at a scene: its camera, its light and the ground under it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from itertools import zip_longest
+from math import degrees, fmod, radians
+from pathlib import Path
+from typing import Any, Literal, TypeVar
+
+import click
+
+from passgraph.arguments import shown
+from passgraph.commands.options import FiniteRange
+from passgraph.commands.sources import load_scene
+from passgraph.errors import InputError
+from passgraph.scene import Camera, Light, Scene
+from passgraph.scene.camera import DEFAULT_AZIMUTH_RAD, DEFAULT_ELEVATION_RAD, DEFAULT_FOV_RAD
+from passgraph.scene.ground import lacks_ground, seeing_ground
+from passgraph.scene.lights import exposed
+from passgraph.scene.matrices import MOST_RADIUS
+
+Decorated = TypeVar("Decorated", bound=Callable[..., Any])
+Ground = Literal["auto", "none", "plane"]
+#: Whether there is to be a floor; None where the scene says.
+_GROUNDS: dict[Ground, bool | None] = {"auto": None, "none": False, "plane": True}
+Color = tuple[float, float, float]
+#: Angles of view, in degrees, that a picture can have and a model can fill.
+FOV = (0.1, 170.0)
+
+
+@dataclass(frozen=True)
+class View:
+    """What was asked for; None where nothing was said.  Angles are in degrees."""
+
+    azimuth: float | None = None
+    elevation: float | None = None
+    distance: float | None = None
+    zoom: float | None = None
+    fov: float | None = None
+    camera: str | None = None
+    up: Literal["y", "z"] | None = None
+    light: str | None = None
+    light_azimuth: float | None = None
+    light_elevation: float | None = None
+    light_radius: float | None = None
+    light_color: Color | None = None
+    ground: Ground | None = None
+    two_sided: bool | None = None
+    turntable: int | None = None
+
+    def given(self) -> list[str]:
+        """The options that were given, as they are written."""
+        return [f"--{name.replace('_', '-')}" for name, value in vars(self).items() if value is not None]
+
+    @property
+    def placing(self) -> list[str]:
+        """Options that place a camera of one's own."""
+        return [f for f in self.given() if f in ("--azimuth", "--elevation", "--distance", "--turntable")]
+
+
+#: Names of the options.
+VIEW_FIELDS = tuple(field.name for field in fields(View))
+
+
+def refuse_view(view: View, effect: str) -> None:
+    """Of flat worlds nothing is to be turned."""
+    if view.given():
+        raise InputError(f"effect {effect} draws a flat world, which takes no {', '.join(view.given())}; leave it out")
+
+
+def view_options(command: Decorated) -> Decorated:
+    """The options of a `View`; the command gets them by its fields' names."""
+    numbers: dict[str, Any] = {"type": FiniteRange(), "metavar": "DEG"}
+    options = [
+        click.option("--azimuth", **numbers, help="Where the camera stands: 0 in front (+z), 90 on the right (+x)."),
+        click.option(
+            "--elevation", type=FiniteRange(-90.0, 90.0), metavar="DEG",
+            help=f"How high it stands: 0 level, 90 straight above.  [default: {degrees(DEFAULT_AZIMUTH_RAD):.0f} and "
+            f"{degrees(DEFAULT_ELEVATION_RAD):.0f} degrees, from which what stands in the scene fills the picture; a "
+            "scene with a camera of its own shows that]",
+        ),
+        click.option(
+            "--distance", type=FiniteRange(0.0, MOST_RADIUS, min_open=True), metavar="LENGTH",
+            help="From the camera to the middle, scene units.  [default: as near as all is in the picture]",
+        ),
+        click.option(
+            "--zoom", type=FiniteRange(0.0, min_open=True), metavar="FACTOR",
+            help="Show things this many times as large, by the lens.",
+        ),
+        click.option(
+            "--fov", type=FiniteRange(*FOV), metavar="DEG",
+            help=f"Vertical angle of view.  [default: {degrees(DEFAULT_FOV_RAD):.0f}]",
+        ),
+        click.option("--camera", metavar="NAME|NUMBER", help="Which of the scene's own cameras.  [default: its first]"),
+        click.option(
+            "--up", type=click.Choice(["y", "z"]), help="The model's axis that points up.  [default: z in STL, else y]"
+        ),
+        click.option("--light", metavar="NAME|NUMBER", help="Only this one of the scene's lights."),
+        click.option("--light-azimuth", **numbers, help="Where the light comes from, as the camera's azimuth."),
+        click.option(
+            "--light-elevation", type=FiniteRange(-90.0, 90.0), metavar="DEG", help="How high: 90 straight above."
+        ),
+        click.option(
+            "--light-radius", type=FiniteRange(0.0), metavar="SIZE",
+            help="How large the light is, and so how soft its shadows: a sun's radius at distance 1 (the real one: "
+            "0.0047), a lamp's in scene units; 0 is hard.",
+        ),
+        click.option(
+            "--light-color", type=FiniteRange(0.0), nargs=3, metavar="R G B", help="Linear; 1 1 1 is white."
+        ),
+        click.option(
+            "--ground", type=click.Choice(list(_GROUNDS)),
+            help="A floor under the lowest vertex: auto where the scene has nothing like one.  [default: auto]",
+        ),
+        click.option(
+            "--two-sided", is_flag=True, default=None,
+            help="Show both sides of every surface, whatever the model says.",
+        ),
+        click.option(
+            "--turntable", type=click.IntRange(1), metavar="FRAMES",
+            help="As many pictures once round the scene: numbered files (-o turn.%04d.png) or a video (.mp4, .gif).",
+        ),
+    ]  # fmt: skip
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A scene as it is asked for, the cameras of its turntable, and what is said of it."""
+
+    scene: Scene
+    cameras: tuple[Camera, ...] = ()
+    lines: tuple[str, ...] = ()
+
+
+def seen_by(view: View, path: Path | None, size: tuple[int, int]) -> Seen:
+    """Read a scene and look at it."""
+    # the floor comes last: what stands on it says where the camera is, and that how far the floor reaches
+    scene = load_scene(path, up=view.up, ground=False)
+    if view.two_sided:
+        scene = scene.two_sided()
+    cameras, lines = _cameras(scene, view, size[0] / size[1])
+    scene = scene.with_(camera=cameras[0], lights=_lights(scene, view))
+    if lacks_ground(scene, _GROUNDS[view.ground or "auto"]):
+        scene = scene.with_ground()
+        cameras = [seeing_ground(camera, scene.nodes[-1].bounds) for camera in cameras]
+        lines.append(f"ground: a plane at y = {scene.nodes[-1].bounds[0, 1]:.6g}; --ground none leaves it out")
+    return Seen(scene, tuple(cameras if view.turntable else ()), tuple(lines))
+
+
+# Cameras
+
+
+def _cameras(scene: Scene, view: View, aspect: float) -> tuple[list[Camera], list[str]]:
+    """The camera, or those of a turntable, and what is said of the choice."""
+    own, lenses = [one.name for one in scene.cameras], [one.lens for one in scene.cameras]
+    if view.camera is not None and view.placing:
+        raise InputError(
+            f"--camera is a view of the scene's own, and {', '.join(view.placing)} would place another; leave out one"
+        )
+    if view.camera is not None or (own and not view.placing):
+        at = chosen("--camera", view.camera or "1", own, "camera", lenses)
+        told = view.camera is None and len(own) > 1
+        return [_own(scene.cameras[at].camera, view)], [
+            f"camera: {_listed(own[:1])} of {len(own)}; --camera NAME or NUMBER chooses"
+        ] if told else []
+    placed: dict[str, Any] = {"distance": view.distance, "aspect": aspect}
+    if view.azimuth is not None:
+        placed["azimuth_rad"] = _turn(view.azimuth)
+    if view.elevation is not None:
+        placed["elevation_rad"] = radians(view.elevation)
+    if view.fov is not None:
+        placed["vertical_fov_rad"] = radians(view.fov)
+    made = scene.turntable(view.turntable, **placed) if view.turntable else [scene.seen_from(**placed).camera]
+    return [camera.zoomed(view.zoom or 1.0) for camera in made], []
+
+
+def _own(camera: Camera, view: View) -> Camera:
+    if view.fov is not None and camera.orthographic:
+        raise InputError("--fov is for cameras in perspective, and this one has parallel rays; use --zoom")
+    seen = camera if view.fov is None else replace(camera, vertical_fov_rad=radians(view.fov))
+    return seen if view.zoom is None else seen.zoomed(view.zoom)
+
+
+def _turn(degrees: float) -> float:
+    """Whole turns are taken off in degrees, where they are exact."""
+    return radians(fmod(degrees, 360.0))
+
+
+# Lights
+
+
+def _lights(scene: Scene, view: View) -> list[Light]:
+    """The scene's lights, or the one that is chosen or changed."""
+    lights, names = list(scene.lights), [light.name for light in scene.lights]
+    if view.light is not None:
+        # alone it is as bright as all together were: the picture has one exposure
+        lights = exposed([lights[chosen("--light", view.light, names, "light")]], scene.bounds())
+    changes = [flag for flag in view.given() if flag.startswith("--light-")]
+    if not changes:
+        return lights
+    if len(lights) != 1:
+        raise InputError(
+            f"{', '.join(changes)}: the scene has {len(lights)} lights, {_listed(names)}; say which one with --light"
+        )
+    (light,) = lights
+    if view.light_azimuth is not None or view.light_elevation is not None:
+        points = scene.points()
+        light = light.around(
+            0.5 * (points.min(axis=0) + points.max(axis=0)),
+            None if view.light_azimuth is None else _turn(view.light_azimuth),
+            None if view.light_elevation is None else radians(view.light_elevation),
+        )
+    if view.light_radius is not None:
+        light = replace(light, radius=view.light_radius)
+    return [light if view.light_color is None else replace(light, color=view.light_color)]
+
+
+# Choices
+
+
+def chosen(flag: str, given: str, names: Sequence[str], what: str, others: Sequence[str] = ()) -> int:
+    """Which of several is meant, counted from 0: a name, or the other name that each may have, or else a number from 1.
+
+    >>> chosen("--camera", "side", ["front", "side"], "camera"), chosen("--camera", "1", ["front", "side"], "camera")
+    (1, 0)
+    >>> chosen("--camera", "wide", ["front", "side"], "camera", ["wide", ""])
+    0
+    """
+    found = [at for at, name in enumerate(names) if name == given]
+    found = found or [at for at, name in enumerate(others) if name and name == given]
+    if len(found) == 1:
+        return found[0]
+    if not found and given.isascii() and given.isdigit() and len(given) < 9 and 1 <= int(given) <= len(names):
+        return int(given) - 1
+    if not names:
+        raise InputError(f"{flag} {shown(given)}: the scene has no {what} of its own; leave it out")
+    wrong = f"{len(found)} have that name" if found else f"the scene has no such {what}"
+    raise InputError(f"{flag} {shown(given)}: {wrong}; expected a number or a name of {_listed(names, others)}")
+
+
+def _listed(names: Sequence[str], others: Sequence[str] = ()) -> str:
+    both = zip_longest(names, others, fillvalue="")
+    told = (f"{shown(name)} ({shown(other)})" if other else shown(name) for name, other in both)
+    return ", ".join(f"{number} {text}" for number, text in enumerate(told, 1))

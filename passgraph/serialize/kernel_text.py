@@ -1,0 +1,275 @@
+"""Kernels as text: functions with what their names stand for, and shaders with what is around them.
+
+A function or struct is a *definition*: its text, and for each name in it that is not the language's own what it stands
+for: a definition before it, by its number, or the text of a constant.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, cast
+
+from passgraph.errors import GraphError, KernelError
+from passgraph.graph.calls import PixelKernel
+from passgraph.language import ir
+from passgraph.language.kernel import Kernel
+from passgraph.language.meanings import INT_MAX
+from passgraph.language.parameter_limits import read_range
+from passgraph.language.scope import TEXT_NAMES, FunctionSource, ModuleName, Scope, text_scope
+from passgraph.language.signature import host_value, literal_value, read_struct, resolve
+from passgraph.language.source import MAX_SOURCE_CHARACTERS, Source, check_length
+from passgraph.language.symbols import TYPE_MARKERS, UINT_MAX
+from passgraph.language.types import UINT, ImageType, Matrix, Scalar, Struct, Type, Vector, innermost, sides_of
+from passgraph.ranges import Range
+from passgraph.serialize.document import Document
+
+if TYPE_CHECKING:
+    from passgraph.glsl import Shader
+
+#: Characters of one text of a shader, as many as are read of a file.
+_MOST_OF_SHADER = 500_000
+#: What floats are called in texts of constants, beside numbers.
+_CONSTANTS = text_scope({"inf": math.inf, "nan": math.nan})
+_NAMES = {id(value): name for name, value in TEXT_NAMES.items()}
+_STAGES = ("pixel", "vertex", "fragment")
+#: What parsing takes, in parts of a document that are read in the same time: of a definition, of each expression and
+#: statement that a kernel comes to, of each token of a shader, and of each number of a constant.
+_PARTS_OF_DEFINITION, _PARTS_OF_NODE = 100, 10
+
+
+class KernelWriter:
+    """Writes kernels, and the definitions that they use, each once."""
+
+    def __init__(self, definitions: list[dict[str, Any]]) -> None:
+        self.definitions = definitions
+        self._numbers: dict[str, int] = {}
+        self._open: list[FunctionSource] = []
+
+    def kernel(self, kernel: Kernel, where: str) -> dict[str, Any]:
+        """A kernel: its function and stage, or its shader.
+
+        Raises
+        ------
+        GraphError
+            For a kernel without text, and text that is too long to be read again.
+        """
+        shader = getattr(kernel, "shader", None)
+        known_sizes = getattr(kernel, "known_sizes", False)
+        if shader is not None:
+            return {"glsl": asdict(shader), "known_sizes": known_sizes}
+        if kernel.definition is None:
+            raise GraphError(f"{where}: kernel {kernel.name} has no text, which a document holds; make it from text")
+        try:
+            function = self._function(kernel.definition, kernel.scopes)
+        except KernelError as error:
+            raise GraphError(f"{where}: its kernel does not travel: {error}") from None
+        return {"stage": kernel.stage, "function": function, "known_sizes": known_sizes}
+
+    def _add(self, file: str, line: int, text: str, names: dict[str, str | int]) -> int:
+        check_length(Source(file, text, line))
+        record = {"file": file, "line": line, "text": text, "names": dict(sorted(names.items()))}
+        key = json.dumps(record)
+        if key not in self._numbers:
+            self._numbers[key] = len(self.definitions)
+            self.definitions.append(record)
+        return self._numbers[key]
+
+    def _function(self, function: FunctionSource, scopes: Mapping[FunctionSource, Scope]) -> int:
+        if function in self._open:
+            raise KernelError(f"{function.name} names itself, by way of what it calls")
+        self._open.append(function)
+        names: dict[str, str | int] = {}
+        # The signature is read in the function's own scope, the body in one of this kernel's.
+        body = scopes[function].meanings if function in scopes else {}
+        for path, meaning in {**function.scope.meanings, **body}.items():
+            if isinstance(meaning, FunctionSource):
+                names[path] = self._function(meaning, scopes)
+            elif isinstance(meaning, Struct):
+                names[path] = self._struct(meaning)
+            elif not isinstance(meaning, ModuleName) and (text := _text(meaning)) != path:
+                names[path] = text
+        self._open.pop()
+        node, source = function.node, function.source
+        first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
+        lines = source.lines[first - 1 : node.end_lineno]
+        return self._add(source.file, source.first_line + first - 1, "\n".join(lines), names)
+
+    def _struct(self, struct: Struct) -> int:
+        names: dict[str, str | int] = {}
+        lines, defaults = [f"class {struct.name}:"], dict(struct.defaults)
+        for name, type_ in struct.fields:
+            written = f"{name}: {self._annotation(type_, names)}"
+            lines.append(f"    {written} = {_host_text(defaults[name])}" if name in defaults else f"    {written}")
+        return self._add("<struct>", 1, "\n".join(lines), names)
+
+    def _annotation(self, type_: Type, names: dict[str, str | int]) -> str:
+        inner = innermost(type_)
+        text = str(inner)
+        if isinstance(inner, Struct):
+            number = self._struct(inner)
+            # Structs of different modules may have one name.
+            while text in TEXT_NAMES or names.setdefault(text, number) != number:
+                text += "_"
+        for side in reversed(sides_of(type_) if inner is not type_ else ()):
+            text = f"Array[{text}, {side}]"
+        return text
+
+
+def _text(meaning: Any) -> str:
+    """A constant, a range or a name of the language as text."""
+    if isinstance(meaning, ir.Literal):
+        if meaning.type is UINT:
+            return f"uint({_number(meaning.value)})"
+        return _number(int(meaning.value) & UINT_MAX if meaning.bits else meaning.value)
+    if isinstance(meaning, (ir.Construct, ir.Table)):
+        return _host_text(host_value(meaning))
+    if isinstance(meaning, Range):
+        low, high = (None if end is None else float(end) for end in (meaning.low, meaning.high))
+        return f"Range({low}, {high}, {meaning.unit!a}, {meaning.above}, {meaning.odd})"
+    if isinstance(meaning, (Scalar, Vector, Matrix, ImageType)):
+        return str(meaning)
+    return meaning if isinstance(meaning, str) else _NAMES[id(meaning)]
+
+
+def _host_text(value: Any) -> str:
+    """A number, or numbers in tuples, vectors and matrices."""
+    if not isinstance(value, tuple):
+        return f"uint({_number(value)})" if TYPE_MARKERS.get(type(value)) == "uint" else _number(value)
+    kind = TYPE_MARKERS.get(type(value), "")
+    return f"{kind}({', '.join(map(_host_text, value))}{',' if not kind else ''})"
+
+
+def _number(value: ir.Number) -> str:
+    """A number as text: bit patterns as such, and of NaN its sign."""
+    if isinstance(value, float) and math.isnan(value):
+        return "-nan" if math.copysign(1.0, value) < 0 else "nan"
+    if isinstance(value, (bool, float)):
+        return repr(value)
+    return hex(value) if value > INT_MAX else str(int(value))
+
+
+class KernelReader:
+    """Reads what :class:`KernelWriter` wrote: all of it is parsed as text of anybody is, and nothing is executed."""
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.definitions: list[FunctionSource | Struct] = []
+
+    def definition(self, given: object, where: str) -> FunctionSource | Struct:
+        """A function or struct, which later ones refer to.
+
+        Raises
+        ------
+        InputError
+            For text that is neither, and names that stand for nothing.
+        """
+        document = self.document
+        record = document.record(given, where, "file", "line", "text", "names")
+        file, line = document.text(record["file"], f"{where}.file"), document.whole(record["line"], where, 1, 1 << 31)
+        text = document.text(record["text"], f"{where}.text", MAX_SOURCE_CHARACTERS)
+        document.count(_PARTS_OF_DEFINITION + len(text) // 4, where)
+        names = document.entries(record["names"], f"{where}.names")
+        own = {path: self._meaning(entry, f"{where}.names.{path}") for path, entry in names.items()}
+        with document.at(where):
+            source, scope = check_length(Source(file, text, line)), text_scope(self._dotted(own, f"{where}.names"))
+            body = source.parse().body
+            if len(body) == 1 and isinstance(body[0], ast.FunctionDef):
+                return FunctionSource(body[0].name, source, body[0], scope)
+            if len(body) == 1 and isinstance(body[0], ast.ClassDef):
+                return read_struct(body[0], source, scope)
+        document.wrong(f"{where}.text", "one function, or one class of typed fields", text)
+
+    def _meaning(self, given: object, where: str) -> object:
+        document = self.document
+        if not isinstance(given, str):
+            return document.index(given, where, self.definitions, "definitions")
+        if given in TEXT_NAMES:
+            return TEXT_NAMES[given]
+        text = document.text(given, where, MAX_SOURCE_CHARACTERS)
+        document.count(_PARTS_OF_NODE * (1 + text.count(",")), where)
+        with document.at(where):
+            source = Source(where, text)
+            body = source.parse().body if text.isascii() else []
+            if len(body) == 1 and isinstance(body[0], ast.Expr):
+                node = body[0].value
+                if isinstance(node, ast.Call) and resolve(node.func, _CONSTANTS, source) is Range:
+                    return read_range(node, lambda name: resolve(name, _CONSTANTS, source), source)
+                return literal_value(node, source, _CONSTANTS)
+        document.wrong(where, "a number of a definition before it, a constant, or a name of the language", given)
+
+    def _dotted(self, names: Mapping[str, object], where: str) -> dict[str, object]:
+        """Names as a scope has them: ``math.pi`` is ``pi`` of a module ``math``."""
+        found: dict[str, object] = {}
+        for path, value in names.items():
+            *modules, last = path.split(".")
+            inner = found
+            for name in modules:
+                module = inner.setdefault(name, ModuleType(name))
+                if not isinstance(module, ModuleType):
+                    self.document.wrong(where, f"names of which {name!r} is a module or none", path)
+                inner = vars(module)
+            inner[last] = value
+        return found
+
+    def kernel(self, given: object, where: str) -> Kernel:
+        """A kernel, parsed.
+
+        Raises
+        ------
+        InputError
+            For text that is no kernel of that stage, with its file and line.
+        """
+        document = self.document
+        if isinstance(given, Mapping) and "glsl" in given:
+            record = document.record(given, where, "glsl", "known_sizes")
+            known_sizes = document.flag(record["known_sizes"], f"{where}.known_sizes")
+            with document.at(where):
+                shader = self._shader(record["glsl"], f"{where}.glsl")
+                document.count(_PARTS_OF_NODE * shader.token_count, where)
+                return self._counted(PixelKernel.of_shader(shader, known_sizes), where)
+        record = document.record(given, where, "stage", "function", "known_sizes")
+        stage, function = record["stage"], record["function"]
+        known_sizes = document.flag(record["known_sizes"], f"{where}.known_sizes")
+        found = document.index(function, f"{where}.function", self.definitions, "definitions")
+        if not isinstance(found, FunctionSource):
+            document.wrong(f"{where}.function", "the number of a function", function)
+        if not isinstance(stage, str) or stage not in _STAGES:
+            document.wrong(f"{where}.stage", f"one of {', '.join(_STAGES)}", stage)
+        with document.at(where):
+            made = PixelKernel(found, known_sizes) if stage == "pixel" else Kernel(found, cast(ir.Stage, stage))
+            return self._counted(made, where)
+
+    def _counted(self, kernel: Kernel, where: str) -> Kernel:
+        """Count what its text comes to, which may be much of a short one, and a document holds many."""
+        pending: list[ir.Stmt | ir.Expr] = [*kernel.program.body]
+        seen: set[int] = set()
+        while pending:
+            node = pending.pop()
+            if id(node) not in seen:
+                seen.add(id(node))
+                pending += ir.parts_of(node)
+        self.document.count(_PARTS_OF_NODE * len(seen), where)
+        return kernel
+
+    def _shader(self, given: object, where: str) -> Shader:
+        from passgraph.glsl import ShaderText, parse_shader  # few documents hold shaders
+
+        document = self.document
+        flags, tables = ("rows_up",), ("defines", "included")
+        record = document.record(given, where, *ShaderText.__dataclass_fields__)
+        made: dict[str, Any] = {}
+        for name, value in record.items():
+            place = f"{where}.{name}"
+            if name in flags:
+                made[name] = document.flag(value, place)
+            elif name in tables:
+                entries = document.entries(value, place)
+                made[name] = {key: document.text(one, place, _MOST_OF_SHADER) for key, one in entries.items()}
+            else:
+                made[name] = document.text(value, place, _MOST_OF_SHADER)
+        return parse_shader(ShaderText(**made))

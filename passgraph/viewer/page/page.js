@@ -1,0 +1,328 @@
+// The page of `passgraph view`: it draws what the session sends and says what is wanted.
+const $ = (id) => document.getElementById(id);
+const CHANNELS = ["color", "red", "green", "blue", "alpha", "luminance", "false color"];
+const stage = $("stage"), canvas = $("picture"), context = canvas.getContext("2d");
+let socket, head = null, pictures = {}, waiting = [], state = {}, controls = [];
+let values = {}, history = [], zoom = 0, offset = [0, 0], steps = 0, restarts = 0, playing = false;
+let orbit = [0, 0, 1], split = 0.5, flickers = 0, drag = null, times = [];
+
+const key = () => `passgraph view ${state.name ?? ""}`;
+const send = (message) => socket.readyState === 1 && socket.send(JSON.stringify(message));
+const ask = (changes) => send({ kind: "ask", changes });
+
+function connect() {
+  const url = new URL("socket", location.href);
+  url.protocol = "ws:";
+  socket = new WebSocket(url);
+  socket.binaryType = "arraybuffer";
+  socket.onopen = () => { $("status").textContent = "connected"; askAll(); };
+  socket.onclose = () => { $("status").textContent = "the command has ended, or the connection is lost; trying again"; setTimeout(connect, 1000); };
+  socket.onmessage = ({ data }) => (typeof data === "string" ? take(JSON.parse(data)) : picture(data));
+}
+
+function askAll() {
+  const compare = $("compare").value;
+  ask({
+    values, target: $("target").value, look: look(), backend: $("backend").value, playing, orbit,
+    other: compare ? $("other").value : "", compare: compare === "flicker" ? "both" : compare, gain: Number($("gain").value) || 1,
+  });
+  send({ kind: "ready" });
+}
+
+function take(message) {
+  if (message.kind === "state") {
+    head = message; waiting = [...message.pictures]; pictures = {};
+    showState(message);
+    if (!waiting.length) send({ kind: "ready" });
+  } else if (message.kind === "values") showTexel(message);
+  else if (message.kind === "statistics") showStatistics(message);
+  else if (message.kind === "inspect") { $("pixel").textContent = message.text; $("pixel-panel").hidden = false; }
+  else if (message.kind === "profile") showPlan(message);
+  else if (message.kind === "refused") $("status").textContent = message.text;
+}
+
+async function picture(data) {
+  const one = waiting.shift(), now = head;
+  const bitmap = await createImageBitmap(new Blob([data], { type: one.type }), { colorSpaceConversion: "none" });
+  if (now !== head) return;
+  pictures[one.slot] = bitmap;
+  if (!waiting.length && Object.keys(pictures).length === head.pictures.length) {
+    draw();
+    times.push(performance.now());
+    times = times.filter((time) => time > performance.now() - 2000);
+    document.body.dataset.shown = head.number;
+    requestAnimationFrame(() => send({ kind: "ready" }));
+  }
+}
+
+// What is shown
+
+function draw() {
+  const first = pictures.a ?? pictures.b ?? pictures.difference;
+  if (!first) return;
+  if (canvas.width !== first.width || canvas.height !== first.height) {
+    canvas.width = first.width; canvas.height = first.height;
+    fit();
+  }
+  const mode = $("compare").value;
+  context.drawImage(mode === "flicker" && pictures.b && flickers % 2 ? pictures.b : first, 0, 0);
+  if (mode === "both" && pictures.b) {
+    const x = Math.round(canvas.width * split);
+    context.drawImage(pictures.b, x, 0, canvas.width - x, canvas.height, x, 0, canvas.width - x, canvas.height);
+    context.fillStyle = "#fff"; context.fillRect(x, 0, Math.max(1, 1 / zoom), canvas.height);
+  }
+}
+setInterval(() => { if ($("compare").value === "flicker") { flickers++; draw(); } }, 500);
+
+function place() {
+  canvas.style.transform = `translate(${offset[0]}px, ${offset[1]}px) scale(${zoom})`;
+  canvas.style.imageRendering = zoom >= 2 ? "pixelated" : "auto";
+}
+
+function fit() {
+  zoom = Math.min(stage.clientWidth / canvas.width, stage.clientHeight / canvas.height, 8) || 1;
+  offset = [(stage.clientWidth - canvas.width * zoom) / 2, (stage.clientHeight - canvas.height * zoom) / 2];
+  place();
+}
+new ResizeObserver(fit).observe(stage);
+
+function texelAt(event) {
+  const box = stage.getBoundingClientRect();
+  return [(event.clientX - box.left - offset[0]) / zoom, (event.clientY - box.top - offset[1]) / zoom].map(Math.floor);
+}
+const isInside = ([x, y]) => x >= 0 && y >= 0 && x < canvas.width && y < canvas.height;
+
+function showState(message) {
+  state = message;
+  $("name").textContent = message.name;
+  document.title = `${message.name} · passgraph`;
+  $("error").hidden = !message.error;
+  $("error").textContent = message.error;
+  const { compile_ms = 0, run_ms = 0 } = message.times ?? {};
+  const rate = times.length > 1 ? `, ${((times.length - 1) * 1000 / (times.at(-1) - times[0])).toFixed(0)} pictures/s` : "";
+  const differs = message.differs ? `  ·  largest difference ${message.differs.largest.toPrecision(3)} at ${message.differs.at}, ${message.differs.pixels} pixels differ` : "";
+  $("status").textContent = message.error ? "error" : `${message.target ?? ""} ${(message.size ?? []).join("×")} on ${message.backend ?? ""}: run ${run_ms.toFixed(1)} ms${compile_ms > 1 ? `, compile ${compile_ms.toFixed(0)} ms` : ""}${rate}${differs}`;
+  if (message.controls) showControls(message.controls);
+  if (message.targets) options($("target"), message.targets.map((one) => [one.name, `${one.name}  ${one.format}`]), message.target);
+  $("frame").hidden = !(message.frames > 1);
+  $("frame").max = (message.frames ?? 1) - 1;
+  if (document.activeElement !== $("frame")) $("frame").value = message.frame;
+  $("frame-number").textContent = message.frames > 1 ? `${message.frame + 1} / ${message.frames}` : "";
+}
+
+function options(select, pairs, chosen) {
+  const text = JSON.stringify(pairs);
+  if (select.dataset.pairs !== text) {
+    select.dataset.pairs = text;
+    select.replaceChildren(...pairs.map(([value, label]) => new Option(label, value)));
+  }
+  if (document.activeElement !== select) select.value = chosen;
+}
+
+// Parameters
+
+function showControls(list) {
+  const text = JSON.stringify(list);
+  if ($("controls").dataset.text === text) return;
+  $("controls").dataset.text = text;
+  controls = list;
+  $("controls").replaceChildren(...list.map(controlOf));
+  for (const one of list) shown(one);
+}
+
+function controlOf(one) {
+  const box = document.createElement("div");
+  box.className = "control"; box.id = `control-${one.name}`;
+  const label = document.createElement("label");
+  label.textContent = one.name.replaceAll("_", " "); label.htmlFor = `value-${one.name}`;
+  const inputs = document.createElement("div");
+  inputs.className = "inputs";
+  const make = (tag, properties) => Object.assign(document.createElement(tag), properties);
+  const set = (value, done) => change(one.name, value, done);
+  if (one.kind === "bool") inputs.append(make("input", { type: "checkbox", id: `value-${one.name}`, onchange: (e) => set(e.target.checked, true) }));
+  else if (one.kind === "choice") {
+    const select = make("select", { id: `value-${one.name}`, onchange: (e) => set(e.target.value, true) });
+    select.append(...one.choices.map((word) => new Option(word, word)));
+    inputs.append(select);
+  } else if (one.kind === "text") inputs.append(make("input", { type: "text", id: `value-${one.name}`, onchange: (e) => set(e.target.value, true) }));
+  else if (one.kind === "color" || one.kind === "vector") {
+    const count = one.kind === "color" ? 3 : one.default.length;
+    for (let k = 0; k < count; k++) inputs.append(make("input", {
+      type: "number", step: "any", id: k ? `value-${one.name}-${k}` : `value-${one.name}`, ariaLabel: `${one.name} ${k + 1}`,
+      oninput: () => set([...inputs.children].map((e) => Number(e.value)), false), onchange: () => set([...inputs.children].map((e) => Number(e.value)), true),
+    }));
+  } else {
+    const step = one.kind === "int" ? 1 : "any", [low, high] = ends(one);
+    const read = (e) => (one.kind === "int" ? Math.round(Number(e.target.value)) : Number(e.target.value));
+    inputs.append(
+      make("input", { type: "range", min: low, max: high, step, id: `value-${one.name}`, oninput: (e) => set(read(e), false), onchange: (e) => set(read(e), true) }),
+      make("input", { type: "number", step, ariaLabel: one.name, onchange: (e) => set(read(e), true) }),
+    );
+    if (one.low !== null) inputs.lastChild.min = one.low;
+    if (one.high !== null) inputs.lastChild.max = one.high;
+  }
+  if (one.unit) inputs.append(make("span", { className: "unit", textContent: one.unit }));
+  box.append(label, inputs, make("p", { className: "help", textContent: one.help }));
+  return box;
+}
+
+// A slider needs two ends: where the range is open, it reaches some way round the default.
+function ends(one) {
+  const middle = one.default ?? 1, reach = Math.max(1, Math.abs(middle)) * 4;
+  let low = one.low ?? middle - reach, high = one.high ?? middle + reach;
+  if (high - low > 1e4 * Math.max(1, Math.abs(middle))) { low = Math.max(low, middle - reach * 8); high = Math.min(high, middle + reach * 8); }
+  return [low, high];
+}
+
+function shown(one) {
+  const value = values[one.name] ?? one.default, box = $(`control-${one.name}`);
+  if (!box) return;
+  const inputs = [...box.querySelectorAll("input, select")];
+  if (one.kind === "bool") inputs[0].checked = Boolean(value);
+  else if (one.kind === "color" || one.kind === "vector") inputs.forEach((input, k) => { input.value = value ? Number(value[k].toPrecision(7)) : ""; });
+  else for (const input of inputs) if (document.activeElement !== input || input.type === "range") input.value = typeof value === "number" ? Number(value.toPrecision(7)) : value ?? "";
+}
+
+let before = null;
+function change(name, value, done) {
+  before ??= { ...values };
+  values = { ...values, [name]: value };
+  if (done) { history.push(before); before = null; $("undo").disabled = false; localStorage.setItem(key(), JSON.stringify(values)); }
+  shown(controls.find((one) => one.name === name));
+  ask({ values });
+}
+
+function setValues(next) {
+  history.push(values); values = next;
+  $("undo").disabled = false;
+  controls.forEach(shown);
+  ask({ values });
+}
+
+$("undo").onclick = () => { values = history.pop() ?? {}; $("undo").disabled = !history.length; controls.forEach(shown); ask({ values }); };
+$("reset").onclick = () => setValues({});
+$("copy-command").onclick = () => copy(state.command);
+$("copy-python").onclick = () => copy(`{${Object.entries(values).map(([name, value]) => `"${name}": ${python(value)}`).join(", ")}}`);
+const python = (value) => (value === true ? "True" : value === false ? "False" : Array.isArray(value) ? `(${value.join(", ")})` : JSON.stringify(value));
+async function copy(text) {
+  try { await navigator.clipboard.writeText(text); } catch { /* no permission: it is shown to be copied by hand */ }
+  $("status").textContent = text;
+}
+$("preset-save").onclick = () => {
+  const link = document.createElement("a");
+  link.href = `data:application/json,${encodeURIComponent(JSON.stringify(values, null, 2))}`;
+  link.download = `${state.name}.json`; link.click();
+};
+$("preset-load").onchange = async (event) => {
+  try { setValues(JSON.parse(await event.target.files[0].text())); } catch { $("status").textContent = "that file is no preset: expected a JSON object of values by name"; }
+  event.target.value = "";
+};
+
+// Look
+
+options($("channel"), CHANNELS.map((word) => [word, word]), "color");
+function look() {
+  const low = Number($("low").value), high = Number($("high").value);
+  return { channel: $("channel").value, exposure: Number($("exposure").value), low, high: high === low ? low + 1e-6 : high, srgb: $("srgb").checked, mark: $("mark").checked };
+}
+for (const id of ["channel", "exposure", "low", "high", "srgb", "mark"]) $(id).oninput = () => { $("exposure-value").textContent = $("exposure").value; ask({ look: look() }); };
+$("auto").onclick = () => send({ kind: "statistics" });
+$("look-reset").onclick = () => { $("channel").value = "color"; $("exposure").value = 0; $("low").value = 0; $("high").value = 1; $("srgb").checked = false; $("exposure-value").textContent = "0"; ask({ look: look() }); };
+function showStatistics(found) {
+  if (found.low === undefined) return;
+  $("low").value = Number(found.low.toPrecision(6)); $("high").value = Number(found.high.toPrecision(6));
+  $("statistics").textContent = `${found.low.toPrecision(5)} to ${found.high.toPrecision(5)}; ${found.nan} texels NaN, ${found.infinite} infinite`;
+  const chart = $("histogram").getContext("2d"), most = Math.max(1, ...found.histogram.flat());
+  chart.clearRect(0, 0, 256, 64); chart.globalCompositeOperation = "lighter";
+  found.histogram.forEach((bins, k) => {
+    chart.fillStyle = found.histogram.length === 1 ? "#aaa" : ["#c33", "#3a3", "#44f"][k];
+    bins.forEach((count, bin) => { const tall = 64 * Math.sqrt(count / most); chart.fillRect(bin * 4, 64 - tall, 4, tall); });
+  });
+  ask({ look: look() });
+}
+
+// Targets, backends, comparison, time
+
+$("target").onchange = () => ask({ target: $("target").value });
+$("backend").onchange = askAll;
+for (const id of ["compare", "other", "gain"]) $(id).onchange = () => {
+  const mode = $("compare").value;
+  $("other-label").hidden = !mode; $("gain-label").hidden = mode !== "difference";
+  askAll();
+};
+function play(on) { playing = on; $("play").setAttribute("aria-pressed", on); $("play").textContent = on ? "❚❚" : "▶"; ask({ playing }); send({ kind: "ready" }); }
+$("play").onclick = () => play(!playing);
+$("step").onclick = () => ask({ steps: ++steps });
+$("restart").onclick = () => ask({ restarts: ++restarts });
+$("frame").oninput = () => ask({ frame: Number($("frame").value) });
+$("profile").onclick = () => { $("plan").textContent = "measuring"; send({ kind: "profile" }); };
+function showPlan(found) {
+  $("plan").textContent = found.text;
+  const image = new Image();
+  image.alt = "the plan: steps, targets and their lifetimes";
+  image.src = `data:image/svg+xml,${encodeURIComponent(found.svg ?? "")}`;
+  image.style.width = "100%";
+  $("graph").replaceChildren(image);
+}
+
+// Pointer and keys
+
+stage.addEventListener("wheel", (event) => {
+  event.preventDefault();
+  const box = stage.getBoundingClientRect(), at = [event.clientX - box.left, event.clientY - box.top];
+  const next = Math.min(64, Math.max(0.05, zoom * 2 ** (-event.deltaY / 300)));
+  offset = offset.map((value, k) => at[k] - (at[k] - value) * next / zoom);
+  zoom = next; place();
+}, { passive: false });
+stage.addEventListener("pointerdown", (event) => { drag = { x: event.clientX, y: event.clientY, offset: [...offset], orbit: [...orbit], moved: false, split: $("compare").value === "both" && event.shiftKey }; stage.setPointerCapture(event.pointerId); });
+stage.addEventListener("pointermove", (event) => {
+  const at = texelAt(event);
+  if (isInside(at)) { send({ kind: "values", x: at[0], y: at[1] }); hover(at); }
+  if (!drag) return;
+  const [dx, dy] = [event.clientX - drag.x, event.clientY - drag.y];
+  if (Math.abs(dx) + Math.abs(dy) > 3) drag.moved = true;
+  if (!drag.moved) return;
+  if (drag.split) { split = Math.min(1, Math.max(0, at[0] / canvas.width)); draw(); }
+  else if (state.camera && !event.altKey) { orbit = [drag.orbit[0] - dx / 200, drag.orbit[1] + dy / 200, orbit[2]]; ask({ orbit }); }
+  else { offset = [drag.offset[0] + dx, drag.offset[1] + dy]; place(); }
+});
+stage.addEventListener("pointerup", (event) => {
+  const at = texelAt(event);
+  if (drag && !drag.moved && isInside(at)) { $("pixel-panel").hidden = false; $("pixel").textContent = `computing (${at}) on the reference`; send({ kind: "inspect", x: at[0], y: at[1] }); }
+  drag = null;
+});
+function hover([x, y]) {
+  const box = $("hover");
+  box.style.display = zoom >= 6 ? "block" : "none";
+  Object.assign(box.style, { left: `${offset[0] + x * zoom}px`, top: `${offset[1] + y * zoom}px`, width: `${zoom}px`, height: `${zoom}px` });
+}
+function showTexel({ x, y, values: found }) {
+  const text = Object.entries(found).map(([slot, numbers]) => `${slot === "b" ? "  other " : ""}${numbers.map((n) => (typeof n === "number" ? Number(n.toPrecision(7)) : n)).join("  ")}`);
+  $("texel").textContent = `(${x}, ${y})  ${text.join("  |")}`;
+}
+document.addEventListener("keydown", (event) => {
+  if (event.target.matches("input, select, textarea, button, summary, a") && event.key !== "Escape") return;
+  if (event.key === "Escape") $("pixel-panel").hidden = true;
+  else if (event.key === " ") { event.preventDefault(); play(!playing); }
+  else if (event.key === ".") $("step").click();
+  else if (event.key === "Home") $("restart").click();
+  else if (event.key === "f") fit();
+  else if (event.key === "1") { zoom = 1; offset = [0, 0]; place(); }
+  else if (event.key === "z" && (event.ctrlKey || event.metaKey)) $("undo").click();
+});
+
+$("pixel-close").onclick = () => { $("pixel-panel").hidden = true; };
+
+// Files that are dropped
+
+stage.addEventListener("dragover", (event) => { event.preventDefault(); $("drop").hidden = false; });
+stage.addEventListener("dragleave", () => { $("drop").hidden = true; });
+stage.addEventListener("drop", async (event) => {
+  event.preventDefault(); $("drop").hidden = true;
+  const file = event.dataTransfer.files[0];
+  if (!file) return;
+  const answer = await fetch(`input/${encodeURIComponent(file.name)}`, { method: "PUT", body: file });
+  $("status").textContent = answer.ok ? `input: ${file.name}` : await answer.text();
+});
+
+connect();

@@ -1,0 +1,272 @@
+"""The page of a session: served on the loopback interface, to who has the token, and to no other origin."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import secrets
+import socket
+import tempfile
+import threading
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from contextlib import asynccontextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import uvicorn
+from starlette.applications import Starlette
+from starlette.datastructures import Headers
+from starlette.requests import Request
+from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from passgraph.errors import PassgraphError
+from passgraph.viewer.display import CHANNELS, Look
+from passgraph.viewer.session import Asked, Published, Session
+from passgraph.viewer.subject import Subject
+
+#: Largest message of a page, and largest file that may be dropped on it, bytes.
+MAX_MESSAGE, MAX_UPLOAD = 1 << 16, 1 << 28
+#: What a page may be: nothing from elsewhere.
+CSP = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'"
+_PAGE = Path(__file__).parent / "page"
+_FILES = {"": "index.html", "page.js": "page.js", "page.css": "page.css"}
+
+
+class Guard:
+    """Lets requests pass that name this machine, so that no other name is pointed here, and come from this origin."""
+
+    def __init__(self, app: ASGIApp, port: int) -> None:
+        self.app = app
+        self.hosts = {f"{name}:{port}" for name in ("127.0.0.1", "localhost")}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] in ("http", "websocket"):
+            headers = Headers(scope=scope)
+            origin = headers.get("origin")
+            is_own = origin is None or origin.removeprefix("http://") in self.hosts
+            if headers.get("host", "") not in self.hosts or not is_own:
+                if scope["type"] == "websocket":
+                    await send({"type": "websocket.close", "code": 1008})
+                else:
+                    await PlainTextResponse("forbidden", 403)(scope, receive, send)
+                return
+        await self.app(scope, receive, send)
+
+
+class View:
+    """A session with its page."""
+
+    def __init__(self, subject: Subject, backend: str = "", port: int = 0) -> None:
+        self.token = secrets.token_urlsafe(18)
+        self.socket = socket.create_server(("127.0.0.1", port))
+        self.port = int(self.socket.getsockname()[1])
+        self.session = Session(subject, backend, self._published)
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._latest: Published | None = None
+        self._news = asyncio.Event()
+        self._running: uvicorn.Server | None = None
+        self._thread: threading.Thread | None = None
+        self._folder = tempfile.TemporaryDirectory(prefix="passgraph-view-")
+        base = f"/{self.token}"
+        routes = [
+            Route(f"{base}/save", self._save),
+            Route(f"{base}/input/{{name}}", self._input, methods=["PUT"]),
+            WebSocketRoute(f"{base}/socket", self._socket),
+            *(Route(f"{base}/{path}", _file(name)) for path, name in _FILES.items()),
+        ]
+        self.app = Guard(Starlette(routes=routes, lifespan=self._lifespan), self.port)
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.port}/{self.token}/"
+
+    def serve(self) -> None:
+        """Serve until the process is interrupted."""
+        self._server().run(sockets=[self.socket])
+
+    def start(self) -> None:
+        """Serve in a thread of its own, until `close`."""
+        self._running = self._server()
+        self._thread = threading.Thread(target=self._running.run, kwargs={"sockets": [self.socket]}, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End what `start` began."""
+        if self._running is not None and self._thread is not None:
+            self._running.should_exit = True
+            self._thread.join(10.0)
+
+    def _repr_html_(self) -> str:
+        """The page in a notebook's cell."""
+        return f'<iframe src="{self.url}" width="100%" height="640" title="passgraph view"></iframe>'
+
+    def _server(self) -> uvicorn.Server:
+        config = uvicorn.Config(
+            self.app, log_level="warning", ws="websockets-sansio", ws_max_size=MAX_MESSAGE, ws_ping_interval=None,
+            timeout_graceful_shutdown=1,
+        )  # fmt: skip
+        return uvicorn.Server(config)
+
+    @asynccontextmanager
+    async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
+        self._loop = asyncio.get_running_loop()
+        self.session.start()
+        try:
+            yield
+        finally:
+            await asyncio.to_thread(self.session.close)
+            self._folder.cleanup()
+
+    def _published(self, state: Published) -> None:
+        """In the session's thread."""
+        loop = self._loop
+        if loop is not None:
+            with suppress(RuntimeError):  # it has ended
+                loop.call_soon_threadsafe(self._take, state)
+
+    def _take(self, state: Published) -> None:
+        self._latest = state
+        news, self._news = self._news, asyncio.Event()
+        news.set()
+
+    # Routes
+
+    async def _socket(self, socket: WebSocket) -> None:
+        await socket.accept()
+        sender = asyncio.create_task(self._send_states(socket))
+        try:
+            while True:
+                text = await socket.receive_text()
+                answer = await self._answer(text)
+                if answer is not None:
+                    await socket.send_text(json.dumps(answer))
+        except (WebSocketDisconnect, RuntimeError):
+            pass
+        finally:
+            sender.cancel()
+
+    async def _send_states(self, socket: WebSocket) -> None:
+        """The newest state, and not the next one before the page has shown it: frames never queue."""
+        shown = 0
+        with suppress(WebSocketDisconnect, RuntimeError):
+            while True:
+                news, state = self._news, self._latest
+                if state is None or state.number == shown:
+                    await news.wait()
+                    continue
+                shown = state.number
+                slots = [
+                    {"slot": slot, "type": kind, "bytes": len(data)} for slot, (data, kind) in state.pictures.items()
+                ]
+                head = {"kind": "state", "number": shown, "pictures": slots, **state.facts}
+                await socket.send_text(json.dumps(head))
+                for data, _ in state.pictures.values():
+                    await socket.send_bytes(data)
+
+    async def _answer(self, text: str) -> dict[str, Any] | None:
+        try:
+            message = json.loads(text)
+            kind = message["kind"]
+            if kind == "ask":
+                self.session.ask(**checked_changes(message["changes"]))
+            elif kind == "ready":
+                self.session.ready()
+            elif kind == "values":
+                x, y = int(message["x"]), int(message["y"])
+                return {"kind": "values", "x": x, "y": y, "values": self.session.values_at(x, y)}
+            elif kind in _QUESTIONS:
+                found = await asyncio.to_thread(_QUESTIONS[kind], self.session, message)
+                return {"kind": kind, **found}
+            else:
+                return {"kind": "refused", "text": f"no message is called {str(kind)[:40]!r}"}
+        except PassgraphError as error:
+            return {"kind": "refused", "text": str(error)}
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            return {"kind": "refused", "text": f"a message that does not fit: {type(error).__name__}"}
+        return None
+
+    async def _save(self, request: Request) -> Response:
+        """The target that is shown as a file: its values in EXR and npy, else as it looks."""
+        from passgraph.pictures import save
+
+        suffix = request.query_params.get("as", "png")
+        if suffix not in ("png", "exr", "npy"):
+            return PlainTextResponse("expected as=png, exr or npy", 400)
+        path = Path(self._folder.name) / f"picture.{suffix}"
+        try:
+            pixels = self.session.pixels() if suffix == "png" else self.session.picture()
+            await asyncio.to_thread(save, path, pixels)
+        except PassgraphError as error:
+            return PlainTextResponse(str(error), 400)
+        return FileResponse(path, filename=f"{self.session.subject.name}.{suffix}")
+
+    async def _input(self, request: Request) -> Response:
+        """A file that was dropped on the page."""
+        suffix = Path(request.path_params["name"]).suffix.lower()
+        if not suffix.isascii() or not suffix[1:].isalnum() or len(suffix) > 8:
+            return PlainTextResponse("the file's name needs a suffix such as .png", 400)
+        path, size = Path(self._folder.name) / f"input{suffix}", 0
+        with path.open("wb") as file:
+            async for chunk in request.stream():
+                size += len(chunk)
+                if size > MAX_UPLOAD:
+                    return PlainTextResponse(f"the file is larger than {MAX_UPLOAD >> 20} MiB", 413)
+                file.write(chunk)
+        try:
+            await asyncio.to_thread(self.session.replace_input, path)
+        except PassgraphError as error:
+            return PlainTextResponse(str(error), 400)
+        return JSONResponse({})
+
+
+_QUESTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], dict[str, Any]]] = {
+    "statistics": lambda session, _: session.statistics(),
+    "inspect": lambda session, message: session.inspect(int(message["x"]), int(message["y"])),
+    "profile": lambda session, _: session.profile(),
+}
+
+
+def checked_changes(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a page asks for as fields of `Asked`; raises ValueError for what is none.
+
+    >>> checked_changes({"frame": 3, "look": {"channel": "red"}})
+    {'frame': 3, 'look': Look(channel='red', exposure=0.0, low=0.0, high=1.0, srgb=False, mark=True)}
+    """
+    made: dict[str, Any] = {}
+    for name, value in changes.items():
+        plain = getattr(Asked(), name) if name in Asked.__dataclass_fields__ else None
+        if plain is None:
+            raise ValueError(name)
+        if name == "look":
+            fields = {n: type(getattr(Look(), n))(v) for n, v in value.items()}
+            made[name] = Look(**fields)
+            if made[name].channel not in CHANNELS or made[name].low == made[name].high:
+                raise ValueError(name)
+        elif name == "values":
+            made[name] = {str(n): _plain(v) for n, v in value.items()}
+        elif name == "orbit":
+            right, up, distance = (float(number) for number in value)
+            made[name] = (right, up, distance)
+        else:
+            made[name] = type(plain)(value)
+    return made
+
+
+def _plain(value: Any) -> Any:
+    """A number, a word, or a short list of numbers."""
+    if isinstance(value, list):
+        return [float(number) for number in value[:16]]
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    raise ValueError(type(value).__name__)
+
+
+def _file(name: str) -> Callable[[Request], Awaitable[Response]]:
+    async def respond(_: Request) -> Response:
+        headers = {"Content-Security-Policy": CSP, "Cache-Control": "no-store", "Referrer-Policy": "no-referrer"}
+        return FileResponse(_PAGE / name, headers=headers)
+
+    return respond

@@ -1,0 +1,190 @@
+"""``pg.view``: what the command shows, from a script or a notebook."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from passgraph import arguments
+from passgraph.effects.checked import Mark
+from passgraph.effects.parameters import arguments_from, parameters_of
+from passgraph.errors import InputError
+from passgraph.graph.calls import PixelKernel
+from passgraph.graph.run_values import sources_of
+from passgraph.graph.targets import Input, Target, named_outputs
+from passgraph.plan.dependencies import passes_behind
+from passgraph.run.caller_arrays import format_of
+from passgraph.run.program import Program
+from passgraph.viewer.subject import Control, Drawing, Loaded
+
+if TYPE_CHECKING:
+    from passgraph.viewer.server import View
+
+#: Of pictures that have no size of their own.
+SIZE = (1280, 720)
+
+
+class GivenSubject:
+    """An effect, a kernel, targets or a program of the caller's, on inputs by name."""
+
+    files: Sequence[Path] = ()
+
+    def __init__(self, shown: object, given: Mapping[str, Any], size: tuple[int, int] | None) -> None:
+        self.shown, self.given, self.size = shown, dict(given), size
+        mark = getattr(shown, "effect", None)
+        self.mark = mark if isinstance(mark, Mark) else None
+        self.name = self.mark.name if self.mark else getattr(shown, "name", None) or type(shown).__name__.lower()
+        if self.mark is None and not isinstance(shown, (PixelKernel, Program, Target, Mapping)):
+            raise InputError(
+                f"pg.view shows an effect (a function with @effect), a kernel, targets or a program; got "
+                f"{arguments.shown(shown)}"
+            )
+
+    def load(self) -> Loaded:
+        if self.mark is not None:
+            controls = [Control.of(parameter) for parameter in parameters_of(self.shown)]  # type: ignore[arg-type]
+            return Loaded(tuple(c for c in controls if c is not None and c.name not in self.given), self._effect)
+        if isinstance(self.shown, PixelKernel):
+            numbers = [p for p in self.shown.parameters if p.name not in self.given and str(p.type) in ("float", "int")]
+            made = [
+                Control(
+                    p.name, str(p.type), p.default if p.has_default else 1, None if p.range is None else p.range.low,
+                    None if p.range is None else p.range.high,
+                )
+                for p in numbers
+            ]  # fmt: skip
+            return Loaded(tuple(made), self._kernel)
+        return Loaded(tuple(self._values()), self._targets)
+
+    def _values(self) -> list[Control]:
+        """Run values of a graph that are one number."""
+        found: dict[str, Control] = {}
+        for node in passes_behind(list(self._outputs().values())):
+            for source in sources_of(node.values):
+                if isinstance(source.default, (int, float)) and source.name not in self.given:
+                    found[source.name] = Control(source.name, "float", float(source.default))
+        return list(found.values())
+
+    def _outputs(self) -> dict[str, Target]:
+        if isinstance(self.shown, Program):
+            return self.shown._outputs
+        return named_outputs(self.shown)
+
+    def _effect(self, values: Mapping[str, Any]) -> Drawing:
+        assert self.mark is not None
+        function: Any = self.shown
+        named = {name: self._input(name, value) for name, value in self.given.items()}
+        made = function(**named, **arguments_from(function, dict(values)))
+        return self._drawing(named_outputs(made))
+
+    def _kernel(self, values: Mapping[str, Any]) -> Drawing:
+        kernel: Any = self.shown
+        return self._drawing(named_outputs(kernel(**{n: self._input(n, v) for n, v in self.given.items()}, **values)))
+
+    def _targets(self, values: Mapping[str, Any]) -> Drawing:
+        plain = {n: v for n, v in values.items() if isinstance(v, (int, float))}
+        made = self._drawing(self._outputs())
+        return Drawing(made.outputs, made.size, {**made.given, **plain})
+
+    def _drawing(self, outputs: dict[str, Target]) -> Drawing:
+        pictures = {n: v for n, v in self.given.items() if isinstance(v, np.ndarray) and v.ndim in (2, 3)}
+        size = self.size
+        if size is None and isinstance(self.shown, Program):
+            size = self.shown._size
+        if size is None and pictures:
+            height, width = next(iter(pictures.values())).shape[:2]
+            size = (width, height)
+        return Drawing(outputs, size or SIZE, dict(self.given))
+
+    @staticmethod
+    def _input(name: str, value: Any) -> Any:
+        """A handle for a picture; what is none is an argument."""
+        if not (isinstance(value, np.ndarray) and value.ndim == 3):
+            return value
+        height, width, channels = value.shape
+        return Input(name, format_of(value.dtype, channels), (width, height))
+
+    def replace_input(self, path: Path) -> None:
+        from passgraph.pictures import load
+
+        pictures = [n for n, v in self.given.items() if isinstance(v, np.ndarray) and v.ndim == 3]
+        if not pictures:
+            raise InputError("there is no picture to be replaced")
+        self.given[pictures[0]] = load(path)
+
+    def frame_count(self) -> int | None:
+        return None
+
+    def frame(self, number: int) -> Mapping[str, Any]:
+        return {}
+
+    def command(self, values: Mapping[str, Any]) -> str:
+        return ""
+
+
+def view(
+    shown: object, /, *, backend: str | None = None, size: tuple[int, int] | None = None, port: int = 0,
+    browser: bool = True, **inputs: Any,
+) -> View:  # fmt: skip
+    """Show an effect, a kernel, targets or a program live in the browser, with its parameters as sliders.
+
+    In a script it returns when the page's server is interrupted (Ctrl-C); in a notebook at once, and the cell shows the
+    page.  Needs ``pip install 'passgraph[view]'``.
+
+    Parameters
+    ----------
+    shown
+        An effect such as `passgraph.effects.bloom`, a pixel kernel, a target or several, or a compiled program, which
+        is not run itself: its graph is compiled anew.
+    backend
+        Its name; left out, what `passgraph.compile` takes.
+    size
+        (width, height) of the output; left out, that of the first picture, else 1280x720.
+    port
+        Of the page; 0 takes a free one.
+    browser
+        Whether to open the page in the browser; in a notebook it stands in the cell instead.
+    inputs
+        Pictures (height, width, channels) and other arguments by name; of effects that take a scene ``scene=``.
+
+    Returns
+    -------
+    View
+        With its ``url`` and ``close()``.
+
+    Raises
+    ------
+    InputError
+        For what cannot be shown, and where starlette or uvicorn is missing.
+
+    Examples
+    --------
+    >>> import passgraph as pg
+    >>> from passgraph.effects import vignette
+    >>> pg.view(vignette, frame=pg.load("photo.jpg"))  # doctest: +SKIP
+    """
+    subject = GivenSubject(shown, inputs, size)
+    try:
+        from passgraph.viewer.server import View
+    except ImportError as error:
+        raise InputError(f"pg.view needs {error.name}: pip install 'passgraph[view]'") from None
+    page = View(subject, backend or "", port)
+    if in_notebook():
+        page.start()
+        return page
+    print(f"{subject.name}: {page.url}  (Ctrl-C ends)")
+    if browser:
+        import webbrowser
+
+        webbrowser.open(page.url)
+    page.serve()
+    return page
+
+
+def in_notebook() -> bool:
+    """Return True inside of a Jupyter kernel."""
+    return "ipykernel" in sys.modules

@@ -1,0 +1,160 @@
+"""The page's server: who may see it, what it serves, and what it does with messages that do not fit."""
+
+from __future__ import annotations
+
+import http.client
+import json
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import passgraph as pg
+from passgraph.commands.view import EffectSubject
+from passgraph.viewer.server import MAX_MESSAGE, checked_changes
+from tests.viewer.subjects import files
+
+pytest.importorskip("uvicorn")
+client = pytest.importorskip("websockets.sync.client")
+
+
+class Served:
+    """A view of a small effect in a thread of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        from passgraph.viewer.server import View
+
+        effect, picture = files(folder)
+        self.view = View(EffectSubject(str(effect), [str(picture)], (8, 4), None), "numpy")
+        self.view.start()
+
+    def get(self, path: str, *, method: str = "GET", body: bytes | None = None, **headers: str) -> tuple[int, bytes]:
+        with closing(http.client.HTTPConnection("127.0.0.1", self.view.port, timeout=60)) as connection:
+            connection.putrequest(method, path, skip_host="Host" in headers)
+            for name, value in headers.items():
+                connection.putheader(name, value)
+            if body is not None:
+                connection.putheader("Content-Length", str(len(body)))
+            connection.endheaders(body)
+            answer = connection.getresponse()
+            return answer.status, answer.read()
+
+    @property
+    def base(self) -> str:
+        return f"/{self.view.token}/"
+
+    def socket(self, **options: Any) -> Any:
+        return client.connect(f"ws://127.0.0.1:{self.view.port}{self.base}socket", **options)
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    made = Served(tmp_path_factory.mktemp("view"))
+    yield made
+    made.view.close()
+    assert made.view._thread is not None
+    assert not made.view._thread.is_alive()
+
+
+def answer_of(socket: Any, kind: str) -> dict[str, Any]:
+    while True:
+        data = socket.recv(timeout=60)
+        if isinstance(data, str) and (message := json.loads(data))["kind"] == kind:
+            return dict(message)
+
+
+def test_the_page_and_its_files_are_served_to_who_has_the_token(served: Served) -> None:
+    for name in ("", "page.js", "page.css"):
+        assert served.get(served.base + name)[0] == 200
+    assert served.get("/")[0] == 404
+    assert served.get("/wrong-token/")[0] == 404
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["../server.py", "..%2fserver.py", "%2e%2e/session.py", "page/../../server.py", "//etc/passwd", "index.html"],
+)
+def test_no_other_file_can_be_read(served: Served, path: str) -> None:
+    assert served.get(served.base + path)[0] == 404
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "127.0.0.1:1", "localhost"])
+def test_other_names_of_this_machine_are_refused(served: Served, host: str) -> None:
+    assert served.get(served.base, Host=host)[0] == 403
+
+
+def test_other_origins_are_refused(served: Served) -> None:
+    assert served.get(served.base, Origin="http://evil.example")[0] == 403
+    assert served.get(served.base, Origin="null")[0] == 403
+    assert served.get(served.base, Origin=f"http://127.0.0.1:{served.view.port}")[0] == 200
+    with pytest.raises(Exception, match="403"), served.socket(origin="http://evil.example"):
+        pass
+
+
+def test_a_socket_gets_the_picture_and_answers(served: Served) -> None:
+    with served.socket() as socket:
+        state = answer_of(socket, "state")
+        assert state["size"] == [8, 4]
+        assert state["pictures"][0]["slot"] == "a"
+        assert socket.recv(timeout=60)[:2] in (b"\xff\xd8", b"\x89P")
+        socket.send(json.dumps({"kind": "values", "x": 2, "y": 1}))
+        assert answer_of(socket, "values")["values"]["a"] == pytest.approx([0.0, 0.4, 0.8, 1.0])
+
+
+LOOK = '{"kind": "ask", "changes": {"look": {"channel": "purple"}}}'
+VALUES = '{"kind": "ask", "changes": {"values": {"a": {}}}}'
+SUBJECT = '{"kind": "ask", "changes": {"subject": 1}}'
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", "{", '{"kind": "shutdown"}', '{"kind": "values", "x": "?"}', SUBJECT, LOOK, VALUES]
+)
+def test_messages_that_do_not_fit_are_refused_and_the_session_goes_on(served: Served, text: str) -> None:
+    with served.socket() as socket:
+        socket.send(text)
+        assert answer_of(socket, "refused")["text"]
+        socket.send(json.dumps({"kind": "values", "x": 0, "y": 0}))
+        assert answer_of(socket, "values")
+
+
+def test_a_message_that_is_too_large_ends_its_connection_only(served: Served) -> None:
+    from websockets.exceptions import ConnectionClosed
+
+    with served.socket() as socket:
+        socket.send("x" * (MAX_MESSAGE + 1))
+        with pytest.raises(ConnectionClosed, match="1009"):
+            list(socket)
+    assert served.get(served.base)[0] == 200
+
+
+def test_what_is_shown_can_be_saved(served: Served, tmp_path: Path) -> None:
+    with served.socket() as socket:
+        answer_of(socket, "state")
+    for suffix in ("png", "exr", "npy"):
+        status, data = served.get(f"{served.base}save?as={suffix}")
+        assert status == 200
+        path = tmp_path / f"saved.{suffix}"
+        path.write_bytes(data)
+        assert pg.load(path)[1, 2, :3] == pytest.approx([0.0, 0.4, 0.8], abs=2e-3)
+    assert served.get(f"{served.base}save?as=py")[0] == 400
+
+
+def test_a_dropped_file_becomes_the_input(served: Served, tmp_path: Path) -> None:
+    import numpy as np
+
+    pg.save(tmp_path / "in.png", np.full((3, 2, 3), 9, np.uint8))
+    data = (tmp_path / "in.png").read_bytes()
+    assert served.get(f"{served.base}input/in.png", method="PUT", body=data)[0] == 200
+    with served.socket() as socket:
+        while answer_of(socket, "state").get("size") != [2, 3]:
+            socket.send(json.dumps({"kind": "ready"}))
+    assert served.get(f"{served.base}input/in.png", method="PUT", body=b"no picture")[0] == 400
+    assert served.get(f"{served.base}input/no-suffix", method="PUT", body=data)[0] == 400
+
+
+def test_changes_are_checked() -> None:
+    assert checked_changes({"orbit": [1, 2, 3], "playing": 1}) == {"orbit": (1.0, 2.0, 3.0), "playing": True}
+    with pytest.raises(ValueError, match="no_such"):
+        checked_changes({"no_such": 1})

@@ -1,0 +1,259 @@
+"""The session: what it computes of what is asked for, and what it shows of files that change."""
+
+from __future__ import annotations
+
+import queue
+from io import BytesIO
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import passgraph as pg
+from passgraph.viewer.display import CHANNELS, Look, shown
+from passgraph.viewer.session import Published, Session, orbited, targets_of
+from passgraph.viewer.show import GivenSubject
+from tests.viewer.subjects import KERNEL, Watched, files
+
+
+def test_a_number_is_moved_without_compiling(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        first = watched.shows(2, 1, (0, 102, 204))
+        assert [control["name"] for control in first.facts["controls"]] == ["gain"]
+        program = watched.session._programs["a"].program
+        watched.session.ask(values={"gain": 0.5})
+        watched.shows(2, 1, (0, 51, 102))
+        assert watched.session._programs["a"].program is program
+        assert "--gain 0.5" in watched.session.subject.command({"gain": 0.5})
+
+
+def test_a_saved_file_is_read_again_and_values_stay(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.session.ask(values={"gain": 2.0})
+        watched.shows(0, 0, (102, 102, 102))
+        effect.write_text(KERNEL.replace("* gain", "* gain * 0.5"))
+        watched.shows(0, 0, (51, 51, 51))
+
+
+def test_an_error_names_its_line_and_the_last_picture_stays(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.shows(0, 0, (51, 51, 51))
+        effect.write_text(KERNEL.replace("* gain", "* gian"))
+        state = watched.until(lambda one: one.facts["error"])
+        assert "mine.py:11" in state.facts["error"]
+        assert "gian" in state.facts["error"]
+        assert tuple(watched.session.pixels()[0, 0, :3]) == (51, 51, 51)
+        effect.write_text(KERNEL)
+        assert watched.until(lambda one: one.pictures).facts["error"] == ""
+
+
+def test_targets_on_the_way_can_be_shown(tmp_path: Path) -> None:
+    picture = files(tmp_path)[1]
+    with Watched("gaussian-blur", str(picture)) as watched:
+        names = [one["name"] for one in watched.until(lambda one: one.pictures).facts["targets"]]
+        assert len(names) == 2
+        watched.session.ask(target=names[0])
+        assert watched.until(lambda one: one.facts["target"] == names[0]).pictures
+
+
+def test_a_texel_and_the_lines_that_make_it(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.shows(2, 1, (0, 102, 204))
+        assert watched.session.values_at(2, 1)["a"] == pytest.approx([0.0, 0.4, 0.8, 1.0])
+        assert watched.session.values_at(8, 0) == {}
+        text = watched.session.inspect(2, 1)["text"]
+        assert "gain = 1" in text
+        assert "0.8" in text
+
+
+def test_two_backends_are_compared(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path, KERNEL.replace("* gain", "* gain / 3.0"))
+    with Watched(str(effect), str(picture)) as watched:
+        watched.session.ask(compare="difference", other="reference", gain=4096.0)
+        state = watched.until(lambda one: "difference" in one.pictures)
+        assert state.facts["differs"]["largest"] < 1e-6
+        watched.session.ask(compare="both")
+        assert set(watched.until(lambda one: "b" in one.pictures).pictures) == {"a", "b"}
+
+
+def test_history_goes_on_by_steps_and_begins_anew(tmp_path: Path) -> None:
+    text = """import passgraph as pg
+from passgraph.effects.checked import effect
+
+@pg.kernel
+def add(color: pg.Image, before: pg.Image) -> pg.vec4:
+    return pg.vec4(before[0, 0].rgb + 0.2, 1.0)
+
+@effect("count")
+def count(frame: pg.Target) -> pg.Target:
+    \"\"\"Brighter with each frame.\"\"\"
+    into = pg.target("sum", "rgba32f", like=frame)
+    return add(frame, pg.previous(into), into=into)
+"""
+    effect, picture = files(tmp_path, text)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.shows(0, 0, (51, 51, 51))
+        watched.session.ask(steps=1)
+        watched.shows(0, 0, (102, 102, 102))
+        watched.session.ask(restarts=1)
+        watched.shows(0, 0, (51, 51, 51))
+
+
+def test_frames_of_a_sequence_are_played_and_sought(tmp_path: Path) -> None:
+    effect, _ = files(tmp_path)
+    for number in range(1, 4):
+        pg.save(tmp_path / f"shot.{number:04}.png", np.full((4, 8, 4), 50 * number, np.uint8))
+    with Watched(str(effect), str(tmp_path / "shot.%04d.png")) as watched:
+        assert watched.shows(0, 0, (50, 50, 50)).facts["frames"] == 3
+        watched.session.ask(frame=2)
+        watched.shows(0, 0, (150, 150, 150))
+        watched.session.ask(playing=True)
+        numbers = []
+        while set(numbers) != {0, 1, 2}:
+            numbers.append(watched.until(lambda one: one.pictures).facts["frame"])
+            watched.session.ready()
+        # A frame is sent again where it is sent exactly, and none is left out.
+        assert {(after - before) % 3 for before, after in pairwise(numbers)} <= {0, 1}
+
+
+def test_another_input_takes_the_place_of_the_first(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    other = tmp_path / "other.png"
+    pg.save(other, np.full((6, 5, 3), 7, np.uint8))
+    with Watched(str(effect), str(picture)) as watched:
+        watched.shows(0, 0, (51, 51, 51))
+        watched.session.replace_input(other)
+        assert watched.shows(0, 0, (7, 7, 7)).facts["size"] == [5, 6]
+        with pytest.raises(pg.InputError):
+            watched.session.replace_input(tmp_path / "none.png")
+
+
+def test_a_still_is_exact_in_the_end(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        state = watched.until(lambda one: one.pictures and one.pictures["a"][1] == "image/png")
+        held = np.asarray(Image.open(BytesIO(state.pictures["a"][0])))
+        assert held[1, 2].tolist() == [0, 102, 204]
+
+
+def test_a_scene_is_looked_at_from_elsewhere() -> None:
+    with Watched("soft-shadow", size=(48, 32)) as watched:
+        first = watched.until(lambda one: one.pictures)
+        assert first.facts["camera"] is True
+        before = watched.session.pixels().copy()
+        watched.session.ask(orbit=(0.5, 0.1, 1.0))
+        watched.until(lambda one: one.pictures and not np.array_equal(watched.session.pixels(), before))
+
+
+def test_an_orbit_keeps_the_target_and_the_distance() -> None:
+    camera = pg.Camera((0, 1, 5), (0, 0, 0))
+    turned = orbited(camera, 0.4, -0.1, 2.0)
+    assert turned.target == camera.target
+    assert np.linalg.norm(turned.eye) == pytest.approx(2 * np.linalg.norm(camera.eye))
+    assert orbited(camera, 0.0, 0.0, 1.0) is camera
+
+
+# Looks
+
+TEXELS = np.array([[[0.5, 0.25, 2.0, 0.1], [np.nan, 0, 0, 1], [np.inf, 0, 0, 1], [-1, 0.5, 0.5, 1]]], np.float32)
+
+
+@pytest.mark.parametrize("backend", ["reference", "numpy", "gl", "opencl"])
+def test_a_look_shows_what_it_says(backend: str) -> None:
+    with pg.compile({"shown": shown(pg.Input("frame"))}, backend, non_finite="keep", results="stored") as program:
+
+        def seen(look: Look) -> list[list[int]]:
+            return [[int(c) for c in texel[:3]] for texel in program(frame=TEXELS, **look.values())["shown"][0]]
+
+        magenta, cyan = [255, 0, 255], [0, 255, 255]
+        assert seen(Look()) == [[128, 64, 255], magenta, cyan, [0, 128, 128]]
+        assert seen(Look("alpha"))[0] == [26, 26, 26]
+        assert seen(Look("blue", exposure=-1.0))[0] == [255, 255, 255]
+        assert seen(Look("red", low=-1.0, high=1.0))[3] == [0, 0, 0]
+        assert seen(Look(srgb=True))[0] == [188, 137, 255]
+        assert seen(Look(mark=False))[1] != magenta
+
+
+def test_false_color_grows_lighter() -> None:
+    ramp = np.repeat(np.linspace(0, 1, 64, dtype=np.float32)[None, :, None], 4, 2)
+    with pg.compile({"shown": shown(pg.Input("frame"))}, "numpy", results="stored") as program:
+        colors = program(frame=ramp, **Look("false color").values())["shown"][0].astype(float)
+    lightness = colors[:, :3] @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(lightness) >= -1).all()
+    assert lightness[-1] - lightness[0] > 120
+    assert len(CHANNELS) == 7
+
+
+def test_every_content_of_a_target_has_a_name() -> None:
+    once = pg.kernel(source="def once(color: Image) -> vec4: return color[0, 0]")
+    first = once(pg.Input("frame"), into=pg.target("a", "rgba32f"))
+    second = once(first, into=pg.target("a", "rgba32f"))
+    from passgraph.viewer.subject import Drawing
+
+    assert list(targets_of(Drawing({"out": second}, (2, 2)))) == ["a", "a (2)"]
+
+
+# pg.view
+
+FRAME = np.full((4, 8, 4), 0.25, np.float32)
+
+
+@pytest.mark.parametrize("kind", ["effect", "kernel", "targets", "program"])
+def test_what_a_script_has_is_shown(kind: str) -> None:
+    from passgraph.effects import tone_map
+
+    scaled = pg.kernel(source="def scaled(color: Image, gain: float = 2.0) -> vec4: return color[0, 0] * gain")
+    target = scaled(pg.Input("color"), gain=pg.Value("gain", default=2.0))
+    with pg.compile(target, "numpy") as program:
+        subject = {
+            "effect": GivenSubject(tone_map, {"frame": FRAME}, None),
+            "kernel": GivenSubject(scaled, {"color": FRAME}, None),
+            "targets": GivenSubject(target, {"color": FRAME}, None),
+            "program": GivenSubject(program, {"color": FRAME}, None),
+        }[kind]
+        states: queue.Queue[Published] = queue.Queue()
+        session = Session(subject, "numpy", states.put)
+        session.start()
+        try:
+            state = states.get(timeout=60)
+            assert state.facts["error"] == ""
+            assert state.facts["size"] == [8, 4]
+            if kind != "effect":
+                session.ask(values={"gain": 4.0})
+                while session.pixels()[0, 0, 0] != 255:
+                    states.get(timeout=60)
+        finally:
+            session.close()
+
+
+def test_what_cannot_be_shown_is_told() -> None:
+    with pytest.raises(pg.InputError, match=r"pg\.view shows"):
+        pg.view(3)
+
+
+def test_a_value_that_is_put_back_has_its_default_after_a_reload_too(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.session.ask(values={"gain": 2.0})
+        watched.shows(0, 0, (102, 102, 102))
+        effect.write_text(KERNEL.replace("* gain", "* gain * 0.5"))
+        watched.shows(0, 0, (51, 51, 51))
+        watched.session.ask(values={})
+        watched.shows(0, 0, (26, 26, 26))
+
+
+def test_color_that_nobody_sees_has_no_part_in_a_blur(tmp_path: Path) -> None:
+    """As `apply` does it: opaque blue beside transparent red stays blue."""
+    pixels = np.zeros((4, 8, 4), np.uint8)
+    pixels[:, :4] = (0, 0, 255, 255)
+    pixels[:, 4:] = (255, 0, 0, 0)
+    pg.save(tmp_path / "cut.png", pixels)
+    with Watched("gaussian-blur", str(tmp_path / "cut.png")) as watched:
+        watched.until(lambda one: one.pictures)
+        assert watched.session.pixels()[:, :4, 0].max() == 0
