@@ -41,7 +41,7 @@ def grades() -> list[Panel]:
         graded("as it is"),
         graded("white of 4500 K", temperature_k=4500.0),
         graded("contrast 1.4", contrast=1.4),
-        graded("teal shadows, orange highlights", shadows=(0.4, 1.0, 1.5), highlights=(1.3, 1.0, 0.7)),
+        graded("teal shadows, orange highlights", pivot=0.4, shadows=(0.4, 1.0, 1.5), highlights=(1.3, 1.0, 0.7)),
         graded("lift, gamma, gain", lift=(0.02, 0.02, 0.06), gamma=(1.2, 1.2, 1.2), gain=(1.1, 1.0, 0.9)),
         graded("saturation 0.4", saturation=0.4),
     ]
@@ -97,13 +97,13 @@ def shapes() -> list[Panel]:
 
 def lenses() -> list[Panel]:
     frame = street().copy()
-    frame[::38, :, :3] = frame[:, ::38, :3] = (1.0, 0.8, 0.0)
-    given = {"frame": frame}
-    bent = lens_distortion(FRAME, -0.3, vertical_fov_rad=1.0, name="bent")
+    frame[19::38, :, :3] = frame[:, 19::38, :3] = (1.0, 0.8, 0.0)
+    given, shown = {"frame": frame}, FRAME.border("zero")
+    bent = lens_distortion(shown, -0.15, name="bent").border("zero")
     return [
-        Panel("k1 = -0.3, a barrel", bent, given),
-        Panel("k1 = 0.3, a pincushion", lens_distortion(FRAME, 0.3, vertical_fov_rad=1.0), given),
-        Panel("the barrel, straightened", lens_distortion(bent, -0.3, vertical_fov_rad=1.0, undo=True), given),
+        Panel("k1 = -0.15, a barrel", bent, given),
+        Panel("k1 = 0.15, a pincushion", lens_distortion(shown, 0.15), given),
+        Panel("the barrel, straightened", lens_distortion(bent, -0.15, undo=True), given),
     ]
 
 
@@ -114,6 +114,7 @@ def prints() -> list[Panel]:
         Panel("pixelate", pixelate(FRAME, 6), near),
         Panel("dither, 2 levels", dither(FRAME, 2), near),
         Panel("dither, gradient noise", dither(FRAME, 2, "gradient-noise"), near),
+        Panel("dither, 4 levels", dither(FRAME, 4), near),
         Panel("halftone", tone_map(halftone(FRAME, 5.0), curve="linear"), light),
         Panel("halftone, black", tone_map(halftone(FRAME, 5.0, colored=False), curve="linear"), light),
     ]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Callable
+from math import cos, sin, tan
+from typing import Annotated, Any
 
 import passgraph as pg
 
@@ -24,3 +26,22 @@ Reach = Annotated[float, pg.Range(0, None, "scene units", above=True)]
 FieldOfView = Annotated[float, pg.Range(0, 3.13, "rad", above=True)]
 #: Texels along each side of a shadow map.
 MapSize = Annotated[int, pg.Range(16, 8192, "texels")]
+
+
+def mapped(value: Any, function: Callable[[Any], object]) -> Any:
+    """Return ``function(value)``; of a run value, a value that is computed at each run.
+
+    >>> mapped(0.0, axis_of), mapped(pg.Value("angle"), axis_of).name
+    ((1.0, 0.0), 'angle')
+    """
+    return value.map(function) if isinstance(value, (pg.Value, pg.Derived)) else function(value)
+
+
+def axis_of(angle_rad: float) -> tuple[float, float]:
+    """Cosine and sine."""
+    return cos(angle_rad), sin(angle_rad)
+
+
+def tan_half(angle_rad: float) -> float:
+    """Of an angle of view: half the picture's height, one unit before the eye."""
+    return tan(0.5 * angle_rad)

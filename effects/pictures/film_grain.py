@@ -11,7 +11,7 @@ import passgraph as pg
 from passgraph import Const, Image, clamp, pixel, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.blur import SIGMAS, gaussian_blur, gaussian_weights
-from passgraph.effects.quantities import Share
+from passgraph.effects.quantities import Share, mapped
 
 #: Four bytes by chance add up to this on average, and deviate by this (variance of n equal steps: (n² - 1) / 12).
 BYTES_MEAN, BYTES_DEVIATION = 510, (4.0 * (256.0**2 - 1.0) / 12.0) ** 0.5
@@ -120,9 +120,5 @@ def film_grain(
         deviation *= first**2 + 2.0 * sum(weight**2 for weight in others)
         wide = pg.target(f"{name}_grain", "rgba32f", like=color)
         grain = gaussian_blur(grain.border("repeat"), sigma, radius, into=wide, name=f"{name}_grain")
-    scaled = strength
-    if isinstance(scaled, (pg.Value, pg.Derived)):
-        amplitude: Any = scaled.map(lambda given: given / deviation)
-    else:
-        amplitude = scaled / deviation
+    amplitude = mapped(strength, lambda given: given / deviation)
     return grained(color, grain, amplitude, into=into or pg.target(name, "rgba8"), name=name)

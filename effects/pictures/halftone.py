@@ -5,17 +5,18 @@
 from __future__ import annotations
 
 from math import cos, pi, sin
-from typing import Annotated
+from typing import Annotated, Any
 
 import passgraph as pg
 from passgraph import Const, Image, clamp, fract, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.black_and_white import REC709
+from passgraph.effects.quantities import axis_of, mapped
 
 #: Places in a pixel each way at which a dot is asked for.
 SAMPLES = 4
 #: Turns of the screens of cyan, magenta and yellow against that of black, as cosine and sine: the print shop's angles.
-SCREENS = tuple((cos(angle * pi / 180.0), sin(angle * pi / 180.0)) for angle in (-30.0, 30.0, -45.0, 0.0))
+SCREENS: Any = tuple((cos(angle * pi / 180.0), sin(angle * pi / 180.0)) for angle in (-30.0, 30.0, -45.0, 0.0))
 
 
 @pg.function
@@ -83,10 +84,5 @@ def halftone(
     >>> float(shown.min()), float(shown.max()), bool(abs(shown.mean() - 0.3) < 0.02)
     (0.0, 1.0, True)
     """
-    angle = angle_rad
-    axis = angle.map(_axis) if isinstance(angle, (pg.Value, pg.Derived)) else _axis(angle)
+    axis = mapped(angle_rad, axis_of)
     return printed(color, axis, cell_px, colored, into=into or pg.target(name, "rgba32f"), name=name)
-
-
-def _axis(angle_rad: float) -> tuple[float, float]:
-    return cos(angle_rad), sin(angle_rad)

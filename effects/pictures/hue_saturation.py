@@ -4,17 +4,16 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
-from math import cos, sin
-from typing import Annotated
+from typing import Annotated, Any
 
 import passgraph as pg
 from passgraph import Image, dot, mix, vec2, vec3, vec4
 from passgraph.effects.checked import effect
-from passgraph.effects.quantities import NotNegative
+from passgraph.effects.quantities import NotNegative, axis_of, mapped
 
 #: Luma, and what a quarter turn adds, as SVG has them.
 LUMA = (0.213, 0.715, 0.072)
-QUARTER_TURN = ((-0.213, -0.715, 0.928), (0.143, 0.140, -0.283), (-0.787, 0.715, 0.072))
+QUARTER_TURN: Any = ((-0.213, -0.715, 0.928), (0.143, 0.140, -0.283), (-0.787, 0.715, 0.072))
 
 
 @pg.kernel
@@ -56,10 +55,5 @@ def hue_saturation(
     ...     program(frame=red)["hue_saturation"][0, 0].round(2).tolist() == np.float32([-0.36, 0.44, -0.36, 1]).tolist()
     True
     """
-    angle = hue_rad
-    axis = angle.map(_axis) if isinstance(angle, (pg.Value, pg.Derived)) else _axis(angle)
+    axis = mapped(hue_rad, axis_of)
     return turned(color, axis, saturation, into=into or pg.target(name, "rgba32f"), name=name)
-
-
-def _axis(angle_rad: float) -> tuple[float, float]:
-    return cos(angle_rad), sin(angle_rad)

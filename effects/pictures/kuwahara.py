@@ -5,20 +5,18 @@
 from __future__ import annotations
 
 from math import cos, pi, sin
-from typing import Annotated
+from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Const, Image, dot, exp, isfinite, sqrt, vec2, vec4
+from passgraph import Const, Image, dot, isfinite, sqrt, vec2, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.blur import gaussian_blur
 from passgraph.effects.pictures.decoded import decoded
 
 #: Directions of the sectors, and where on the unit circle a sector's weight becomes 0, from its middle.
-SECTORS = tuple((cos(k * pi / 4.0), sin(k * pi / 4.0)) for k in range(8))
+SECTORS: Any = tuple((cos(k * pi / 4.0), sin(k * pi / 4.0)) for k in range(8))
 END = 3.0 * pi / 8.0
 COS_END, SIN2_END = cos(END), sin(END) ** 2
-#: Falloff of the weights from the middle to the rim of the ellipse.
-FALLOFF = -3.125
 #: Standard deviation of the blur over directions, px, and what variances are held against: a step of 8 bits, squared.
 SMOOTHED_PX, STEP = 2.0, 1.0 / 255.0**2
 
@@ -45,20 +43,22 @@ def painted(color: Image, tensor: Image, radius: Const[int], sharpness: float) -
     overlap = 2.0 / float(radius)
     narrow = (overlap + COS_END) / SIN2_END
 
+    here = color[0, 0]
+    base = here if isfinite(here.r + here.g + here.b + here.a) else vec4(0.0)
     sums, squares, weights = [vec4(0.0)] * 8, [0.0] * 8, [0.0] * 8
     for y in range(-2 * radius, 2 * radius + 1):
         for x in range(-2 * radius, 2 * radius + 1):
             at = vec2(float(x), float(y))
             v = vec2(dot(at, edge) / along, (at.y * edge.x - at.x * edge.y) / across)
-            far = dot(v, v)
             c = color[x, y]
-            if far <= 1.0 and isfinite(c.r + c.g + c.b + c.a):
-                fall = exp(FALLOFF * far)
+            fall = max(1.0 - dot(v, v), 0.0)
+            if fall > 0.0 and isfinite(c.r + c.g + c.b + c.a):
+                c -= base
                 for k in range(8):
                     out = v.x * SECTORS[k].x + v.y * SECTORS[k].y
                     aside = v.y * SECTORS[k].x - v.x * SECTORS[k].y
                     w = max(out + overlap - narrow * aside * aside, 0.0)
-                    w *= w * fall
+                    w *= w * fall * fall
                     sums[k] += c * w
                     squares[k] += dot(c.rgb, c.rgb) * w
                     weights[k] += w
@@ -74,7 +74,7 @@ def painted(color: Image, tensor: Image, radius: Const[int], sharpness: float) -
         w = pow(min(least / squares[k], 1.0), 0.5 * sharpness) if weights[k] > 0.0 else 0.0
         total += sums[k] * w
         weight += w
-    return total / weight if weight > 0.0 else color[0, 0]
+    return base + total / weight if weight > 0.0 else here
 
 
 @effect("kuwahara", alpha="premultiplied")
@@ -99,7 +99,8 @@ def kuwahara(
     is the mean of their means, weighted by how even they are.  What is NaN or infinite has no part.
     Source: J. E. Kyprianidis, A. Semmo, H. Kang, J. Döllner, "Anisotropic Kuwahara Filtering with Polynomial Weighting
     Functions", 2010.
-    Deviation: a sector has the weight ``(variance + 1 / 255²) ** (-sharpness / 2)``, which no variance overflows.
+    Deviations: weights fall to 0 at the ellipse's rim, as ``(1 - r²)²``, so that no tap comes and goes by rounding; a
+    sector has the weight ``(variance + 1 / 255²) ** (-sharpness / 2)``, which no variance overflows.
 
     Examples
     --------

@@ -4,13 +4,13 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
-from math import tan
 from typing import Annotated
 
 import passgraph as pg
 from passgraph import Const, Image, clamp, dot, length, output_size, pixel, vec2, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
+from passgraph.effects.quantities import mapped, tan_half
 
 #: Steps of Newton's method, each of which doubles the digits that are right.
 STEPS = 8
@@ -88,10 +88,5 @@ def lens_distortion(
     (1.025, 1.025)
     """
     light = decoded(color, f"{name}_light")
-    angle = vertical_fov_rad
-    half = angle.map(_tan_half) if isinstance(angle, (pg.Value, pg.Derived)) else _tan_half(angle)
+    half = mapped(vertical_fov_rad, tan_half)
     return bent(light, half, k1, k2, k3, zoom, undo, into=into or pg.target(name, "rgba32f"), name=name)
-
-
-def _tan_half(angle_rad: float) -> float:
-    return tan(0.5 * angle_rad)

@@ -4,13 +4,12 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
-from math import tan
 from typing import Annotated
 
 import passgraph as pg
 from passgraph import Image, dot, output_size, pixel, vec2, vec4
 from passgraph.effects.checked import effect
-from passgraph.effects.quantities import NotNegative
+from passgraph.effects.quantities import NotNegative, mapped, tan_half
 
 
 @pg.kernel
@@ -52,10 +51,5 @@ def vignette(
     >>> [round(float(shown[row, 0, 0]), 3) for row in (0, 25, 50)]  # cos 45° ** 4 is 0.25, at the very border
     [0.255, 0.645, 1.0]
     """
-    angle = vertical_fov_rad
-    half = angle.map(_tan_half) if isinstance(angle, (pg.Value, pg.Derived)) else _tan_half(angle)
+    half = mapped(vertical_fov_rad, tan_half)
     return darkened(color, half, strength, into=into or pg.target(name, "rgba32f"), name=name)
-
-
-def _tan_half(angle_rad: float) -> float:
-    return tan(0.5 * angle_rad)

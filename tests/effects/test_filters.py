@@ -32,7 +32,7 @@ def picture(size: tuple[int, int], low: float = -0.5, high: float = 4.0) -> Pict
     light = 0.5 + 0.4 * np.sin(0.5 * x + 0.3 * y)[..., None] + random.normal(0.0, 0.05, (*size, 4))
     light = low + (high - low) * light
     light[..., 3] = 1.0
-    return light.astype(np.float32)
+    return np.asarray(light, np.float32)
 
 
 def shown(target: pg.Target, backend: str, **given: Any) -> NDArray[np.float64]:
@@ -212,7 +212,7 @@ def painted(frame: Picture, radius: int, sharpness: float) -> NDArray[np.float64
             length, angle = np.hypot(x, y), np.arctan2(y, x) - edge
             u = length * np.cos(angle) / (radius * (1 + anisotropy))
             v = length * np.sin(angle) * (1 + anisotropy) / radius
-            inside = (np.hypot(u, v) <= 1.0) * np.exp(-3.125 * (u * u + v * v))
+            inside = np.maximum(1.0 - u * u - v * v, 0.0) ** 2
             for k in range(8):
                 out, aside = np.hypot(u, v), np.arctan2(v, u) - k * np.pi / 4
                 w = np.maximum(out * np.cos(aside) + overlap - narrow * (out * np.sin(aside)) ** 2, 0.0) ** 2 * inside

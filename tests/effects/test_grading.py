@@ -43,6 +43,11 @@ def through_ocio(transform: Any, picture: Picture) -> Picture:
     return made
 
 
+def white_of(illuminant: str) -> NDArray[np.float64]:
+    """CIE XYZ, of the observer of 1931."""
+    return np.array(xyz_tristimulus_values(illuminant=illuminant, observer="2"))  # type: ignore[no-untyped-call]
+
+
 def luminance(picture: NDArray[Any]) -> NDArray[np.float64]:
     return np.asarray(picture[..., :3].astype(np.float64) @ REC709)
 
@@ -80,7 +85,7 @@ def test_contrast_is_that_of_ocio_in_scene_linear_light(size: tuple[int, int], b
     [("A", 2856, 0.0), ("D50", 5003, 0.0032), ("D55", 5503, 0.0032), ("D65", 6504, 0.0032), ("D75", 7504, 0.0032)],
 )
 def test_what_a_cie_illuminant_shows_as_white_becomes_white(illuminant: str, kelvin: float, duv: float) -> None:
-    white = np.linalg.solve(np.array(XYZ_FROM_RGB), xyz_tristimulus_values(illuminant=illuminant, observer="2"))
+    white = np.linalg.solve(np.array(XYZ_FROM_RGB), white_of(illuminant))
     picture = np.append(white, 1.0).astype(np.float32)[None, None]
     made = shown(color_grade(FRAME, kelvin, duv), frame=picture)[0, 0, :3]
     assert made.max() / made.min() < 1.006
@@ -101,7 +106,7 @@ def bradford_in_numpy(xyz_white: NDArray[np.float64]) -> NDArray[np.float64]:
 def test_white_balance_is_a_bradford_adaptation(backend_name: str) -> None:
     """Of tungsten light: within what the locus is off by, see the test above."""
     picture = np.abs(hdr_picture((5, 9)))
-    matrix = bradford_in_numpy(xyz_tristimulus_values(illuminant="A", observer="2"))
+    matrix = bradford_in_numpy(white_of("A"))
     made = shown(color_grade(FRAME, 2856.0, 0.0), backend_name, frame=picture)
     expected = picture[..., :3].astype(np.float64) @ matrix.T
     error = np.abs(made[..., :3] - expected) / picture[..., :3].max(axis=-1, keepdims=True)

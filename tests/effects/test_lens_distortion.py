@@ -37,6 +37,11 @@ def shown(target: pg.Target, backend: str = "reference", **given: Any) -> NDArra
     return made.astype(np.float64)
 
 
+def through(lens: tuple[float, ...], color: pg.Target = FRAME, **options: Any) -> pg.Target:
+    k1, k2, k3 = lens
+    return lens_distortion(color, k1, k2, k3, FOV, **options)
+
+
 def expected(frame: Picture, lens: tuple[float, ...], undo: bool, zoom: float = 1.0) -> NDArray[np.float64]:
     """Where OpenCV says that each pixel's ray is, read by SciPy."""
     height, width = frame.shape[:2]
@@ -64,7 +69,7 @@ def expected(frame: Picture, lens: tuple[float, ...], undo: bool, zoom: float = 
 @pytest.mark.parametrize("size", [(1, 1), (31, 45), (45, 31)], ids=str)
 def test_rays_go_where_opencv_says(size: tuple[int, int], undo: bool, lens: Any, backend_name: str) -> None:
     frame = smooth(size)
-    made = shown(lens_distortion(FRAME, *lens, FOV, 1.1, undo), backend_name, frame=frame)
+    made = shown(through(lens, zoom=1.1, undo=undo), backend_name, frame=frame)
     # a position of float32 in 45 texels is off by some 1e-5 of a texel
     np.testing.assert_allclose(made, expected(frame, lens, undo, 1.1), atol=1e-4)
 
@@ -72,8 +77,8 @@ def test_rays_go_where_opencv_says(size: tuple[int, int], undo: bool, lens: Any,
 @every_lens
 def test_what_was_bent_is_straightened(lens: Any) -> None:
     frame = smooth((61, 81))
-    there = lens_distortion(FRAME, *lens, FOV, name="there")
-    back = shown(lens_distortion(there, *lens, FOV, undo=True), "numpy", frame=frame)
+    there = through(lens, name="there")
+    back = shown(through(lens, there, undo=True), "numpy", frame=frame)
     middle = (slice(15, -15), slice(20, -20))
     # each bilinear read takes up to an eighth of the second difference
     assert np.abs(back - frame)[middle].max() < 2 * 0.125 * (0.3**2 + 0.25**2) * 3.0
@@ -91,7 +96,7 @@ def test_without_coefficients_pictures_stay(backend_name: str) -> None:
 def test_lenses_are_run_values_and_within_bounds() -> None:
     frame = smooth((17, 31))
     made = lens_distortion(FRAME, pg.Value("k1"), 0.05, 0.0, pg.Value("fov"), pg.Value("zoom"))
-    given = {"frame": frame, "k1": -0.25, "fov": FOV, "zoom": 1.1}
+    given: dict[str, Any] = {"frame": frame, "k1": -0.25, "fov": FOV, "zoom": 1.1}
     np.testing.assert_array_equal(
         shown(made, "numpy", **given), shown(lens_distortion(FRAME, -0.25, 0.05, 0.0, FOV, 1.1), "numpy", frame=frame)
     )

@@ -30,6 +30,17 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
     "bloom": [{"levels": 2}, {"levels": 4, "threshold": 0.5}],
     "fxaa": [{}, {"quality": "39", "contrast": 0.05, "least_contrast": 0.02}],
     "film-grain": [{}, {"size_px": 1.5, "colored": True, "seed": 3}],
+    "color-grade": [
+        {"temperature_k": 4000.0, "contrast": 1.2, "shadows": (0.8, 1.0, 1.2), "lift": (0.02, 0.0, -0.02),
+         "gamma": (1.2, 1.0, 0.9), "saturation": 0.8},
+    ],
+    "sobel": [{}, {"weights": "scharr"}],
+    "morphology": [{}, {"operation": "open", "radius_px": 2}],
+    "kuwahara": [{"radius_px": 2}],
+    "lens-distortion": [{}, {"k1": 0.2, "undo": True}],
+    "dither": [{}, {"pattern": "gradient-noise"}],
+    "halftone": [{}, {"colored": False}],
+    "hue-saturation": [{"hue_rad": 1.0, "saturation": 1.5}],
     "depth-of-field": [{"focus_distance": 3.0, "f_number": 1.0, "focal_length_mm": 200.0, "taps": 8, "widest_px": 8}],
     "outlines": [{}, {"width_px": 2, "crease_rad": 0.2}],
     "soft-shadow": [
