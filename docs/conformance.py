@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 from collections import Counter
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -49,19 +50,22 @@ PARTS = {
 }
 HEAD = """# Conformance: what backends are held to
 
-Written by `python docs/conformance.py`; run it again where a backend or the suite has changed.
+`python docs/conformance.py` writes this page. Run it again when a backend or the suite has changed.
 
-The reference backend runs every pass over float64 intervals (`passgraph/verify/oracle/`): each operation is widened
-by the bound in the [table of operations](kernels.md), each stored value by its format. Where rounding may turn a
-decision (a comparison, a floor, whether a pixel is covered, a depth test) both ways are run; a pixel whose outcomes
-then lie apart is *ambiguous*. A backend conforms when every value of every target of every pass lies within; there is
-no tolerance to raise. Each pass is given the reference's pictures, so that a verdict is on that pass alone. A case
-whose targets are too ambiguous, or of whose values the bounds say too little, is *vacuous* and does not pass.
-Of your own graphs [check.md](check.md) asks more: NaN in the place of numbers does not pass, though bounds allow it.
+A backend conforms if every value of every target of every pass lies within its bounds. There is no tolerance to raise.
 
-OpenGL leaves the grid that corners are rounded to, and how attributes are interpolated from unrounded corners, to the
-driver: on `gl` a corner may be anywhere within 1/256 pixel, elsewhere it is where
-[rasterisation.md](rasterisation.md) says.
+- **Bounds.** The reference backend runs every pass over float64 intervals (`passgraph/verify/oracle/`). Each
+  operation is widened by its bound in the [table of operations](kernels.md), and each stored value by its format.
+- **Ambiguous pixels.** Rounding may turn a decision: a comparison, a floor, whether a pixel is covered, a depth
+  test. Both ways are then run. A pixel whose outcomes lie apart is *ambiguous*.
+- **Vacuous cases.** A case is *vacuous* if its targets are too ambiguous, or if the bounds say too little of their
+  values. It does not pass.
+- **Each pass alone.** A pass gets the reference's pictures, so a verdict is about that pass.
+- [`passgraph check`](check.md) asks more of your own graphs: NaN in the place of numbers fails, even if bounds
+  allow it.
+
+OpenGL leaves to the driver which grid corners are rounded to, and how attributes are interpolated from unrounded
+corners. On `gl` a corner may be anywhere within 1/256 pixel. Elsewhere [rule 2](rasterization.md) gives its place.
 
 ```sh
 passgraph conform --backend gl --report gl.html    # the suite, with pictures of what diverges
@@ -176,9 +180,10 @@ def main() -> None:
             else:
                 reports[row] = report
     cases = "every case" if options.full else "a quick run: cases that are near others left out"
+    taken = f"Here {cases}; seconds on two busy cores; taken {date.today()}."
     faults = [f"- {row}: {c['case']}: {c['outcome']}" for row, r in reports.items() for c in r["cases"]
               if c["outcome"] != "passed"]  # fmt: skip
-    parts = [HEAD, f"## The suite\n\nHere {cases}; seconds on two busy cores.\n\n{suite_table(reports)}\n"]
+    parts = [HEAD, f"## The suite\n\n{taken}\n\n{suite_table(reports)}\n"]
     parts += ["\n".join(["Not passed:", "", *faults, ""])] if faults else []
     parts.append("## The check can fail\n\n" + mutant_text(json.loads(MUTANTS.read_text(encoding="utf-8"))) + "\n")
     parts.append("## Chance\n\n" + json.loads(RECORDS.read_text(encoding="utf-8"))["fuzz"] + "\n")

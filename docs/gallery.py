@@ -328,12 +328,12 @@ ENTRIES: tuple[Entry, ...] = (
     ),
     Entry(
         "Tone curves", "`skimage.data.coffee()` in linear light, two stops too bright",
-        "Six ways from scene-linear light to a display. `agx` and `pbr-neutral` let bright colours turn white; the "
+        "Six ways from scene-linear light to a display. `agx` and `pbr-neutral` let bright colors turn white; the "
         "others press each channel alone and shift the hue.",
         tone_curves, 3, 1.5,
     ),
     Entry(
-        "Tone curves on ramps", "grey, pure colours and a skin tone over sixteen stops",
+        "Tone curves on ramps", "gray, pure colors and a skin tone over sixteen stops",
         "The same curves where their differences are plain: how far blacks and whites reach, and what becomes of "
         "pure colours.",
         tone_ramps, 2, 640 / 144,
@@ -375,7 +375,7 @@ ENTRIES: tuple[Entry, ...] = (
     ),
     Entry(
         "Five passes", f"{SHIPPED}, under a spotlight",
-        "The normalised kernel beside the one as printed, whose weights add up to 1.137 and which shifts the mask.",
+        "The normalized kernel beside the one as printed, whose weights add up to 1.137 and which shifts the mask.",
         five, 2,
     ),
     Entry(
@@ -401,7 +401,7 @@ ENTRIES: tuple[Entry, ...] = (
     ),
     Entry(
         "From an engine's picture and depth",
-        f"{TABLE}, as a colour picture without shadows and a reversed depth buffer",
+        f"{TABLE}, as a color picture without shadows and a reversed depth buffer",
         "Nothing else is known of the scene, but where its camera and its light are; the shadow map is drawn of meshes "
         "that are known besides. Each effect takes any other's result.",
         engine, 2,
@@ -465,13 +465,15 @@ def main() -> None:
 
 HEAD = """# Gallery
 
-Each effect in one picture, with the call that made it and its time. Rendered by `python docs/gallery.py`; models and
-photographs come from optional packages and are not part of the repository.
+Each effect in one picture, with the call that made it and its time. `python docs/gallery.py` renders this page. Models
+and photographs come from optional packages and are not part of the repository.
 
-Panels are rendered at the size in the table; those of another size than shown are scaled. Times are milliseconds a
-frame, the median after warm-up, without reading the picture back; what is static (such as a shadow map whose light
-stands still) was computed before. Under "differ" stands the largest share of pixels at which two backends differ by
-more than two steps of 8 bits. Machine: {machine}.
+- Panels are rendered at the size in the table, and scaled to fit.
+- Times are milliseconds a frame: the median after warm-up, without reading the picture back. Static passes, such as a
+  shadow map of a light that stands still, were computed before.
+- "Differ" is the largest share of pixels at which two backends differ by more than two steps of 8 bits.
+
+Machine: {machine}.
 """
 
 

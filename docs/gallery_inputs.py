@@ -64,7 +64,7 @@ def street() -> Picture:
 
 
 def street_depth() -> Picture:
-    """Its measured depth in metres; infinite where nothing was measured.
+    """Its measured depth in meters; infinite where nothing was measured.
 
     Middlebury 2014, "Motorcycle", at a quarter of its size: focal length 994.978 px, cameras 193.001 mm and
     31.086 px of disparity apart.
@@ -81,7 +81,7 @@ def detail(picture: Picture) -> Picture:
 
 
 def ramps(height: int = 144, width: int = 640) -> Picture:
-    """Grey, six pure colours and a skin tone as rows, 16 stops from left to right."""
+    """Gray, six pure colors and a skin tone as rows, 16 stops from left to right."""
     colours = [(1, 1, 1), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1), (1, 0, 1), (0.9, 0.45, 0.3)]
     rows = np.repeat(np.array(colours, np.float32), height // len(colours), axis=0)
     light = 0.18 * np.geomspace(2.0**-8, 2.0**8, width).astype(np.float32)
@@ -121,7 +121,7 @@ def _placed(name: str, at: tuple[float, float, float], scale: float, turn_rad: f
 
 
 def _table(at: tuple[float, float, float], turn_rad: float) -> list[pg.Node]:
-    """A table of five of the model's textured boxes, as its own description assembles it, in metres."""
+    """A table of five of the model's textured boxes, as its own description assembles it, in meters."""
     (box,) = model("table/table.obj", ground=False).nodes
     c, s = math.cos(turn_rad), math.sin(turn_rad)
     turn = np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1.0]])
@@ -135,7 +135,7 @@ def _table(at: tuple[float, float, float], turn_rad: float) -> list[pg.Node]:
 
 @lru_cache
 def standing() -> pg.Scene:
-    """A table, a duck that stands, and one that hovers a hand over the floor, in metres."""
+    """A table, a duck that stands, and one that hovers a hand over the floor, in meters."""
     things = [
         *_table((-0.25, 0.0, -0.2), 0.45),
         *_placed("duck.obj", (0.5, 0.0, 0.5), 0.3, 0.6),
@@ -149,7 +149,7 @@ def standing() -> pg.Scene:
 
 @dataclass(frozen=True, eq=False)
 class EnginePictures:
-    """What an engine hands over of a frame: (h, w, 4) colour in linear light without shadows, (h, w) depth buffer."""
+    """What an engine hands over of a frame: (h, w, 4) color in linear light without shadows, (h, w) depth buffer."""
 
     scene: pg.Scene
     color: Picture
@@ -172,7 +172,7 @@ def engine_pictures(size: tuple[int, int] = (960, 540)) -> EnginePictures:
 
 @lru_cache
 def hills() -> pg.Scene:
-    """Three ducks on 3 × 3 metres of hills from pybullet's height map, with its own picture as their colour."""
+    """Three ducks on 3 × 3 meters of hills from pybullet's height map, with its own picture as their color."""
     _needs("pybullet_data", "pybullet")
     import pybullet_data
 

@@ -122,7 +122,7 @@ LOOKS: tuple[Entry, ...] = (
     ),
     Entry(
         "Lens and film", MOTORCYCLE,
-        "Light that falls off toward the corners, colours magnified by their wavelength, and grain that is strongest "
+        "Light that falls off toward the corners, colors magnified by their wavelength, and grain that is strongest "
         "between black and white.",
         film, 2,
     ),

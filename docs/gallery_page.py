@@ -10,6 +10,7 @@ import textwrap
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -201,7 +202,7 @@ def strip(pictures: Sequence[Image.Image], columns: int) -> Image.Image:
 
 
 def write_picture(picture: Image.Image, path: Path) -> None:
-    """WebP in true colour: without loss where that is small enough, else of the best quality that is."""
+    """WebP in true color: without loss where that is small enough, else of the best quality that is."""
     path.parent.mkdir(parents=True, exist_ok=True)
     picture.save(path, "WEBP", lossless=True, method=4)
     for quality in QUALITIES:
@@ -223,7 +224,7 @@ def machine() -> str:
         except PassgraphError:
             devices = []
         parts.append(f"`{name}` on {devices[0]}" if devices else f"`{name}` is not here")
-    return "; ".join(parts)
+    return "; ".join([*parts, f"taken {date.today()}"])
 
 
 def source_of(function: Callable[..., object]) -> str:

@@ -163,6 +163,6 @@ SHADERS: tuple[Entry, ...] = (
         "Four inks", "halftone.glsl", COFFEE, "plain GLSL: dots on screens that are turned, as in print.", halftone, 2
     ),
     _entry(
-        "Six-sided tiles", "hex-tiles.glsl", MOTORCYCLE, "plain GLSL: tiles of one colour each, with a bevel.", hexes, 2
+        "Six-sided tiles", "hex-tiles.glsl", MOTORCYCLE, "plain GLSL: tiles of one color each, with a bevel.", hexes, 2
     ),
 )  # fmt: skip

@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from datetime import date
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,11 +30,16 @@ PARTS = ("bias", "precision", "penumbrae", "blurring", "lights", "moments", "ref
 GAP_PX, LABEL_PX = 6, 20
 HEADER = """# Hard cases
 
-Where shadows go wrong: each case is a scene, a failing variant, the remedy that passgraph uses, and what rays say.
-Everything here is measured on the `numpy` backend and written by `python docs/hard_cases.py`; the tests in
-`tests/effects/test_hard_cases.py` and `test_shadow_claims.py` hold the same figures on every backend. Shares are of the
-light, 0 to 1; RMSE is taken over pixels whose surface faces the light; widths are from 0.1 to 0.9, in scene units.
-Times are processor time, all threads together, the least of several frames. Rays are those of `passgraph.truth`.
+This page shows where shadows go wrong. Each case is a scene, a variant that fails, and the method that passgraph uses,
+compared with ray tracing (`passgraph.truth`).
+
+`python docs/hard_cases.py` measures everything on the `numpy` backend and writes this page. The tests in
+`tests/effects/test_hard_cases.py` and `test_shadow_claims.py` hold the same figures on every backend.
+
+- Shares are shares of the light, from 0 to 1.
+- RMSE is taken over pixels whose surface faces the light.
+- Widths are from 0.1 to 0.9, in scene units.
+- Times are the least CPU time of several frames, over all threads.
 """
 ELSEWHERE = """## Cases that are tested elsewhere
 
@@ -105,7 +111,7 @@ def main() -> None:
             strip(case).quantize(128).save(PICTURES / f"{case.key}.png", optimize=True)
         texts.append(section(case))
         print(f" {time.perf_counter() - start:.1f} s", file=sys.stderr)
-    PAGE.write_text("\n".join([HEADER, *texts, ELSEWHERE]), encoding="utf-8")
+    PAGE.write_text("\n".join([HEADER, f"Taken {date.today()}.\n", *texts, ELSEWHERE]), encoding="utf-8")
     print(f"{PAGE.relative_to(root)} written in {time.perf_counter() - begin:.0f} s", file=sys.stderr)
 
 

@@ -32,9 +32,9 @@ def markdown() -> str:
     parts = []
     for kind, heading in _HEADINGS.items():
         rows = [row for row in OPERATIONS.values() if row.kind == kind]
-        lines = [f"#### {heading}", "", "| written | signature | meaning | error, ULP |", "|---|---|---|---|"]
+        lines = [f"### {heading}", "", "| written | signature | meaning | error, ULP |", "|---|---|---|---|"]
         parts.append("\n".join(lines + [_line(row) for row in rows]))
-    parts.append("\n".join(["#### Several results, and packing", "", *_library_lines()]))
+    parts.append("\n".join(["### Several results, and packing", "", *_library_lines()]))
     return "\n\n".join(parts) + "\n"
 
 

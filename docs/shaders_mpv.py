@@ -1,4 +1,4 @@
-"""mpv user shaders beside their originals: a section of docs/shaders.md.
+"""mpv user shaders beside their originals: a section of docs/shader-agreement.md.
 
     git clone https://github.com/bloc97/Anime4K
     python docs/shaders_mpv.py Anime4K [FOLDER ...] --photo photo.png
@@ -34,7 +34,7 @@ from original_mpv import MpvFile, Original, Picture, Size
 import passgraph as pg
 from docs.gallery_page import machine
 
-PAGE = DOCS / "shaders.md"
+PAGE = DOCS / "shader-agreement.md"
 BEGIN, END = "<!-- mpv: written by docs/shaders_mpv.py -->", "<!-- end of mpv -->"
 #: What each is.
 CHOSEN = {
@@ -46,7 +46,7 @@ CHOSEN = {
     "Anime4K_Thin_VeryFast.glsl": "lines made thinner",
     "Anime4K_Clamp_Highlights.glsl": "least and most around",
     "FSR.glsl": "FSR 1 of the luma, EASU and RCAS",
-    "FSR_EASU_RGB.glsl": "EASU of the colours",
+    "FSR_EASU_RGB.glsl": "EASU of the colors",
     "AMD_CAS.glsl": "CAS",
     "adaptive-sharpen.glsl": "gathers and sorts",
     "SSimSuperRes.glsl": "passes at several stages",
@@ -119,15 +119,16 @@ def timed(path: Path, picture: Picture, context: moderngl.Context) -> tuple[floa
 
 _OPENING = """{begin}
 
-`python docs/shaders_mpv.py` draws a photograph (scikit-image's `astronaut.png`) and a drawing of discs and lines with
-published files (Anime4K of bloc97, and ports from configurations of players), which are not part of the repository,
-here and with their own GLSL on OpenGL, at {sizes}. What passes write is rounded to the nearest half there
-too, where llvmpipe cuts it off; a step of halves is 0.0005 below 1. Times are processor time at {first}, medians in
-turns; those of compiling have nothing kept from before. Machine: {machine}.
+`python docs/shaders_mpv.py` runs published files here and with their own GLSL on OpenGL. The files (Anime4K of bloc97,
+and ports from configurations of players) are not part of the repository. The inputs are a photograph (scikit-image's
+`astronaut.png`) and a drawing of discs and lines, at {sizes}. On both sides the result of a pass is rounded to the
+nearest half float, which llvmpipe would truncate. A step of halves is 0.0005 below 1. Times are CPU time at {first},
+medians of runs in turns, and compiling starts without a cache. Machine: {machine}.
 
-What `adaptive-sharpen.glsl` has beyond a step of 8 bits lies in the last column and row of odd sizes, where the float64
-reference agrees with `numpy`; what FSR has are single pixels. Gathers at the middle of a texel (nnedi3's other files)
-take its neighbour on llvmpipe at sizes that are no powers of two; here they draw what the files without gathers draw.
+Where `adaptive-sharpen.glsl` differs by more than a step of 8 bits, it is in the last column and row of odd sizes,
+and the float64 reference agrees with `numpy`. FSR differs in single pixels. Gathers at the center of a texel
+(nnedi3's other files) read its neighbor on llvmpipe at sizes that are no powers of two. Here they agree with the
+files without gathers.
 
 | file | what it is | photograph: most, mean | drawing: most, mean | > 1/255 | numpy, original | ratio | compiled in |
 |---|---|--:|--:|--:|--:|--:|--:|

@@ -1,9 +1,9 @@
-"""Published shader files beside their originals: figures of docs/shaders.md and its pictures.
+"""Published shader files beside their originals: figures of docs/shader-agreement.md and its pictures.
 
     python docs/shaders_page.py [STAGE ...] [--again] [--limit SECONDS] [--figures FILE]
 
 measures on the collections beside the checkout (tests/shaders/beside.py says where) and writes the marked section of
-docs/shaders.md and docs/images/shaders/.  Stages are agreement, backends, bounds (of what has other bits), speed,
+docs/shader-agreement.md and docs/images/shaders/.  Stages are agreement, backends, bounds (where bits differ), speed,
 sheets and page; left out, all run.  What is measured is kept in docs/shaders.json, row by row: a run that was ended
 goes on where it was.  Figures of speed want a quiet machine: ``speed --again`` measures all of them anew.
 """
@@ -42,7 +42,7 @@ from docs.shaders_figures import (
     names,
 )  # fmt: skip
 
-PAGE, FIGURES, PICTURES = DOCS / "shaders.md", DOCS / "shaders.json", DOCS / "images" / "shaders"
+PAGE, FIGURES, PICTURES = DOCS / "shader-agreement.md", DOCS / "shaders.json", DOCS / "images" / "shaders"
 BEGIN, END = "<!-- originals: written by docs/shaders_page.py -->", "<!-- end of originals -->"
 TILE, COLUMNS = (112, 63), 12
 VERDICTS = ("equal", "one step", "one step but for few", "farther")
@@ -82,27 +82,29 @@ def _tile(path: Path, number: str) -> Image.Image:
     return tile
 
 
-_OPENING = """Measured by `python docs/shaders_page.py` on published files that are not part of the repository: ISF
-files of Vidvox and others, and the transitions of gl-transitions.com, both under the MIT licence, which holds for what
-their pictures show too. The originals run on OpenGL (llvmpipe) in a host of the tests' own, which
-shares nothing with what is tested: real framebuffers, vertex shaders on a quad, buffers kept over 4 frames.
-Machine: {machine}.
+_OPENING = """`python docs/shaders_page.py` measures published files that are not part of the repository: ISF files of
+Vidvox and others, and the transitions of gl-transitions.com. Both have the MIT license, which also
+covers what their pictures show. The originals run on OpenGL (llvmpipe) in a host that belongs to the
+tests and shares no code with passgraph. It uses real framebuffers, vertex shaders on a quad, and
+buffers that are kept over 4 frames. Machine: {machine}.
 
 ### How many are read, and how far they are from the original
 
-Each file at {count} pairs of size and parameters ({runs}); its worst counts. A step is 1/255. Every pixel counts.
+Each file runs with {count} pairs of size and parameters ({runs}). The worst pair counts. A step is 1/255. Every pixel
+counts.
 
 {driver}
 
-Drivers are free in the last digits of sines, powers and `mod`, in how they weight texels, in what a power of a
-negative number is, and in the order in which they add and multiply. Shaders make noise of such digits, or compare what
-is equal but for them. So each original runs a second time with these *settled*: its functions and its filter are those
-of [kernels](kernels.md), written in GLSL, and it computes in the order of its text. What these functions compute is
-held against NumPy by the [conformance suite](conformance.md); all the rest of a shader is held against the driver here.
+Drivers may choose the last digits of sines, powers and `mod`, the weights of texels, the power of a negative number,
+and the order of additions and multiplications. Some shaders make noise of such digits, or compare numbers that differ
+only there. So each original runs a second time with these *settled*. It then uses the functions and the filter of
+[kernels](kernels.md), written in GLSL, and computes in the order of its text. The [conformance suite](conformance.md)
+compares these functions with NumPy. Everything else in a shader is compared with the driver here.
 
 {settled}
 
-Files that are farther as the driver has them, and what alone, settled, brings both together:
+These files differ by more with the driver's own functions. The table names the one function that, settled, makes them
+agree:
 
 | farther | steps | pixels | because of | settled |
 |---|--:|--:|---|---|
@@ -177,8 +179,8 @@ def _backends(rows: Rows, bounds: Rows) -> Iterator[str]:
     if not rows:
         yield "Not measured."
         return
-    yield f"Pictures of `gl` and `opencl` beside those of `numpy`, of {len(rows)} files, {_runs(BACKEND_RUNS)};"
-    yield "the worst counts. Pictures are floats; their bits are compared, then their steps of 8 bits."
+    yield f"{len(rows)} files on `gl` and `opencl` are compared with `numpy`, at {_runs(BACKEND_RUNS)}."
+    yield "The worst run counts. Pictures are floats: their bits are compared first, then their steps of 8 bits."
     yield ""
     yield f"| backend | same bits | same 8 bits | {_COLUMNS.partition(' | ')[2]} | not judged |"
     yield "|---|--:|--:|--:|--:|--:|--:|"
@@ -188,11 +190,12 @@ def _backends(rows: Rows, bounds: Rows) -> Iterator[str]:
         cells = [counts[verdict] for verdict in ("bits", *VERDICTS)]
         yield f"| {name} | {' | '.join(map(str, cells))} | {len(rows) - len(judged)} |"
     yield ""
-    yield "Of other bits are pictures on `gl` whose passes read texels of 8 bits: the driver makes numbers of them,"
-    yield "here often the float beside the quotient, and comparisons of equal colours turn on it. Beside the oracle's"
-    yield f"[bounds](conformance.md), at {'×'.join(map(str, BOUNDS_SIZE))} with defaults, a pass's worst:"
+    yield "Bits differ on `gl` where a pass reads 8-bit texels. The driver converts them to floats that are often one"
+    yield "step from the exact quotient, and comparisons of equal colors depend on that. The table compares each such"
+    yield "file with the oracle's [bounds](conformance.md). It shows the worst pass, with defaults, at"
+    yield f"{'×'.join(map(str, BOUNDS_SIZE))}:"
     yield ""
-    yield "| of other bits | backend | pixels | steps | outside of bounds | undecided |"
+    yield "| other bits | backend | pixels | steps | outside of bounds | undecided |"
     yield "|---|---|--:|--:|--:|--:|"
     for name, row in rows.items():
         for backend in BESIDE:
@@ -215,16 +218,16 @@ def _speed(rows: Rows) -> Iterator[str]:
     middle = statistics.median(ratio for ratio, _ in ratios)
     over = [(ratio, name) for ratio, name in ratios if ratio > 1.5]
     width, height = SPEED_SIZE
-    yield f"Processor time of a frame on `numpy` by that of the original on llvmpipe, {width}×{height}, medians of"
-    yield f"{REPEATS} in turns, compiled before: median {middle:.2f}, {len(over)} of {len(ratios)} above 1.5."
+    yield f"CPU time of a frame on `numpy`, divided by that of the original on llvmpipe, at {width}×{height}: median"
+    yield f"{middle:.2f}, {len(over)} of {len(ratios)} above 1.5. Times are medians of {REPEATS} runs, compiled before."
     compiled = statistics.median(row["compiled"] for row in timed.values())
     theirs = statistics.median(row["original_compiled"] for row in timed.values())
-    yield f"Compiling takes {compiled:.0f} ms in the median, the original's {theirs:.0f} ms."
+    yield f"Compiling takes {compiled:.0f} ms (median), and {theirs:.0f} ms for the original."
     late = [f"`{name}` ({_why(row)})" for name, row in rows.items() if name not in timed]
     if late:
         yield f"Not measured: {', '.join(late)}."
     yield ""
-    yield "| slowest beside the original | numpy, ms | original, ms | ratio |"
+    yield "| slowest against the original | numpy, ms | original, ms | ratio |"
     yield "|---|--:|--:|--:|"
     for ratio, name in reversed(ratios[-max(10, len(over)) :]):
         yield f"| `{name}` | {timed[name]['ours']:.1f} | {timed[name]['original']:.1f} | {ratio:.2f} |"

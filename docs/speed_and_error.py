@@ -11,6 +11,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -45,34 +46,37 @@ SHOWN = ("hard", "blur-world", "evsm4", "pcss-32", "penumbra-16")
 OURS, HELD = "penumbra-16", "pcss-32"
 HEADER = """# Speed and error of shadow methods
 
-Written by `python docs/speed_and_error.py`. `passgraph bench [SCENE…]` measures the same on any scene, and writes a
-report with every picture; `passgraph bench FILE.py --exact NAME` does so for the outputs of a graph of yours, against
-the exact one among them. **Time** is the median of frames that are run in turn with those of all other methods, with
-a light that moves, so that the shadow map is drawn anew: the ratio to the plain frame of the same round, times the
-median plain frame. *CPU* is processor time of all threads, which other programs on the machine disturb less.
-*Filter* is what a frame takes beyond one that draws the same map, surfaces and light and looks up no shadow.
-**Error** is that of the share of the light that arrives, against rays to a light with an extent, over pixels that have
-the whole light over their own plane. *Penumbra*: over pixels whose true share is 0.01 to 0.99. *False lit* and *false
-dark*: pixels in full shadow that show more than 0.1, in full light that show less than 0.9.
+`python docs/speed_and_error.py` writes this page. `passgraph bench [SCENE…]` measures the same on any scene, and
+writes a report with every picture. `passgraph bench FILE.py --exact NAME` compares the outputs of your own graph
+with the exact one among them.
+
+- **Time** is the median over frames, with a light that moves, so the shadow map is drawn in each frame. Frames of all
+  methods run in turns. The figure is the ratio to the plain frame of the same round, times the median plain frame.
+- **CPU** is the CPU time of all threads. Other programs on the machine disturb it less.
+- **Filter** is the cost beyond a frame that draws the same map, surfaces and light, and looks up no shadow.
+- **Error** is the error of the share of the light that arrives, compared with rays to a light of some size. It is taken
+  over pixels that have the whole light above their own plane.
+- **Penumbra** is the error over pixels whose true share is 0.01 to 0.99.
+- **False lit** are pixels in full shadow that show more than 0.1. **False dark** are pixels in full light that show
+  less than 0.9.
 """
 REASONS = """
-Hard < PCF < PCSS is as expected, up to the noise of the clock. Moment maps mostly cost more than PCSS because of what
-is counted: a light that moves makes them blur the whole map, a million texels, each frame, and the picture has fewer
-pixels than that. A light that stands still pays for it once. The depth-aware blur costs about as much as PCSS or more:
-it reads three pictures at 15 taps in two passes at every pixel, and PCSS ends its work early where its search finds no
-caster.
+Hard < PCF < PCSS is as expected, up to noise. Moment maps mostly cost more than PCSS here, because the light moves:
+they blur the whole map, a million texels, in each frame, and the picture has fewer pixels. With a light that stands
+still they pay once. The depth-aware blur costs as much as PCSS or more. It reads three pictures at 15 taps in two
+passes at every pixel, and PCSS stops early where its search finds no caster.
 """
 STACKS = """
-*False lit* is here the share of the pixels in full shadow. A map shows the uppermost caster only. `pcss` takes all
-casters for one at their mean distance; `penumbra` compares each ray where it passes the far casters and again where it
-passes the near ones. Both miss what a thin side hides (the shelf's) and strips of a lower caster that are narrow
-against the upper one's penumbra (three sheets).
+*False lit* is here the share of the pixels in full shadow. A map shows only the uppermost caster. `pcss` treats all
+casters as one at their mean distance. `penumbra` compares each ray at the far casters, and again at the near ones.
+Both miss what a thin side hides (the shelf's). They also miss strips of a lower caster that are narrow compared
+with the upper one's penumbra (three sheets).
 """
 RADII = (0.01, 0.05, 0.2)
 GROWTH = """
-A filter that compares has a fixed number of taps here, so that wider penumbrae cost it more only where more pixels find
-a caster. Maps of moments are blurred by a box that is put together from blocks, so that their cost grows with the
-square root of the width; expected was that they stay flat. What they cost besides is four passes over the whole map.
+A filter that compares has a fixed number of taps here. Wider penumbrae cost it more only where more pixels find a
+caster. Moment maps are blurred with a box made of blocks, so their cost grows with the square root of the width. A
+constant cost was expected. The rest of their cost is four passes over the whole map.
 """
 CHOICE = """## Which method when
 
@@ -84,7 +88,7 @@ CHOICE = """## Which method when
 | smooth edges a few texels wide | `"pcf"`, 3 to 5 texels | cheap, and no light leaks |
 | the highest accuracy, time to spare | `"pcss"`, 64 taps | full size everywhere |
 | the same under stacked casters, wide lamps | `"penumbra"`, 32 taps | casters near and far apart |
-| wide shadows of a light that rests | `"vsm"`, `"evsm4"`, `"msm"` | the map is blurred once a place of the light |
+| wide shadows of a light that stands still | `"vsm"`, `"evsm4"`, `"msm"` | one blur for each position of the light |
 """
 
 
@@ -108,7 +112,9 @@ def main(names: Sequence[str]) -> None:
 def page(results: Sequence[SceneResult]) -> str:
     """The whole page."""
     width, height = SETTINGS.size
-    parts = [HEADER, f"{width}×{height} pixels, {SETTINGS.frames} frames, {os.cpu_count()} threads of {processor()}.\n"]
+    machine = f"{os.cpu_count()} threads of {processor()}"
+    taken = f"{width}×{height} pixels, {SETTINGS.frames} frames, {machine}; taken {date.today()}.\n"
+    parts = [HEADER, taken]
     parts += [condition(results), stacked(), shape(results), growth(), CHOICE]
     parts += [section(result) for result in results]
     return "\n".join(parts)

@@ -74,10 +74,10 @@ def among(value: object, names: Container[str]) -> bool:
     return isinstance(value, str) and value in names
 
 
-def whole(value: object, what: str, low: int, high: int, error: type[PassgraphError] = GraphError) -> int:
+def whole_number(value: object, what: str, low: int, high: int, error: type[PassgraphError] = GraphError) -> int:
     """A whole number from ``low`` to ``high``.
 
-    >>> whole(np.int64(3), "levels", 1, 8)
+    >>> whole_number(np.int64(3), "levels", 1, 8)
     3
     """
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not low <= value <= high:

@@ -92,7 +92,7 @@ def load(
     file, named_layer = split_layer(arguments.path(path, "the picture to load"))
     if layer is not None:
         arguments.string(layer, f"{file}: layer")
-    max_bytes = arguments.whole(max_bytes, f"{file}: max_bytes", 1, MOST_BYTES, InputError)
+    max_bytes = arguments.whole_number(max_bytes, f"{file}: max_bytes", 1, MOST_BYTES, InputError)
     arguments.flag(linear, f"{file}: linear", InputError)
     picture, encoding = _load(file, None, layer or named_layer, max_bytes, as_stored=False)
     if linear and encoding is not None:
@@ -391,7 +391,7 @@ def _metadata(like: str | os.PathLike[str] | Metadata | None) -> Metadata:
 
 def _stored_dtype(file: Path, pixels: Stored, kind: WritableFormat, bits: int | None) -> np.dtype[Any]:
     if bits is not None:
-        return check_holds_bits(file, arguments.whole(bits, f"{file}: bits", 8, 32, InputError))
+        return check_holds_bits(file, arguments.whole_number(bits, f"{file}: bits", 8, 32, InputError))
     if pixels.dtype.name in kind.dtypes and pixels.dtype != np.float32:
         return pixels.dtype
     if pixels.dtype == np.uint16 and not kind.is_float:

@@ -102,7 +102,7 @@ key="$(sha256sum pyproject.toml | cut -d' ' -f1) $PWD $("$venv/bin/python" -V)"
 if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$key" ]; then
     echo "up to date"
 else
-    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -e '.[all,dev]'
+    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -e '.[all,dev,docs]'
     # A second OpenCL for tests/backends/test_opencl_intel.py; 250 MB and for x86-64 only, so its lack stops nothing.
     if [ "$(uname -sm)" = "Linux x86_64" ]; then
         "$venv/bin/python" -m pip install --quiet --disable-pip-version-check intel-opencl-rt intel-cmplr-lib-rt ||

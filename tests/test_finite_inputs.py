@@ -273,7 +273,9 @@ def test_the_command_replaces_or_keeps(
 
 def test_the_command_names_the_pass_that_makes_one(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     # two taps are added before their weight makes them small again
-    status, message = _apply(capsys, tmp_path, np.full((4, 4, 4), 3e38, np.float32), "--check-finite")
+    picture = np.full((4, 4, 4), 3e38, np.float32)
+    picture[..., 3] = 1.0
+    status, message = _apply(capsys, tmp_path, picture, "--check-finite")
     assert status == 2
     assert "pass 'gaussian_blur_x' makes values that are not finite in target 'gaussian_blur_x'" in message
 

@@ -293,7 +293,7 @@ def test_many_triangles_are_told_in_part() -> None:
 def test_batches_of_fragments_go_on_where_others_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     made = drawn(layers(*np.linspace(0.5, -0.5, 20)))
     whole = looked(made, 4, 3)
-    monkeypatch.setattr(rasterizer, "BATCH", 70)  # fragments; a triangle has 30
+    monkeypatch.setattr(rasterizer, "ROWS_AT_ONCE", 70)  # fragments; a triangle has 30
     parts = looked(made, 4, 3)
     assert str(parts) == str(whole) and parts.drawn == whole.drawn and whole.drawn.covering == 20
 

@@ -14,14 +14,19 @@ import pytest
 
 import passgraph as pg
 from docs.conformance import MUTANTS, PARTS, mutant_text
+from docs.folders import PICTURE, drawn, folder_graph
+from docs.sentences import riddles, sentences, words
 from passgraph.effects.effect_table import EFFECTS
 from tests.commands.told import Outcome
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = {page.name: page for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))}
+TOP = ("README.md", "CONTRIBUTING.md", "SECURITY.md")
+PAGES = {page.name: page for page in (*(ROOT / name for name in TOP), *sorted((ROOT / "docs").glob("*.md")))}
 BLOCK = re.compile(r"^```(\S*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 #: Files of the reader's own, which examples name.
-READERS = {"dimmed.py"}
+READERS = {"dimmed.py", "dream.py", "warm.py"}
+#: Average words in a sentence of a page.
+MOST_WORDS = 20
 
 
 def text_of(page: str) -> str:
@@ -78,6 +83,23 @@ def reached(name: str) -> bool:
             found = getattr(found, part)
         return True
     return False
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_sentences_are_short_and_use_the_terms_of_the_field(page: str) -> None:
+    lengths = [words(sentence) for sentence in sentences(text_of(page))]
+    assert not lengths or sum(lengths) / len(lengths) < MOST_WORDS
+    assert riddles(text_of(page)) == []
+
+
+def test_sentences_are_found_outside_of_code_and_tables() -> None:
+    text = "# Head\n\nOne two. Three `a.b` four!\n\n```python\nx = 1.0\n```\n\n- five six\n- seven\n\n| a | b |\n"
+    assert [words(sentence) for sentence in sentences(text)] == [2, 3, 2, 1]
+    assert riddles("It travels from the house.") == ["travels", "the house"]
+
+
+def test_the_drawing_of_the_folders_is_that_of_the_imports() -> None:
+    assert PICTURE.read_text(encoding="utf-8") == drawn(folder_graph()), "run: python docs/folders.py"
 
 
 def commands(text: str) -> Iterator[list[str]]:

@@ -21,7 +21,7 @@ from passgraph.backends.base import (
     device_number,
 )
 from passgraph.backends.numpy.machine.workers import Workers, thread_count
-from passgraph.backends.numpy.storage import MAX_PIXELS, Storage, adopted, made
+from passgraph.backends.numpy.storage import MAX_PIXELS, Storage, adopted, new_storage
 from passgraph.cached import cached_property
 from passgraph.errors import BackendError
 from passgraph.formats import Format, float_format
@@ -57,7 +57,7 @@ class NumpyBackend(Backend):
             raise BackendError(
                 f"a {size[0]}x{size[1]} target has more pixels than backend numpy counts, {MAX_PIXELS - 1}"
             )
-        return made(format, size)
+        return new_storage(format, size)
 
     def adopt(self, external: NDArray[Any], format: Format, use: Use = READ) -> Storage | None:
         return adopted(external, format)
@@ -100,13 +100,13 @@ class NumpyBackend(Backend):
         return side_by_side(self.workers.count)
 
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
-        from passgraph.backends.numpy.pixels.chains import alone
+        from passgraph.backends.numpy.pixels.chains import single_stage
         from passgraph.backends.numpy.pixels.counts import Counts
         from passgraph.backends.numpy.pixels.runner import PixelRun
 
         if step.known is not None:
             return Counts(step, self.workers)
-        run = PixelRun.made(alone(step), self.workers)
+        run = PixelRun.made(single_stage(step), self.workers)
         assert run is not None
         return lambda outputs, images, block: run(outputs, (images,), (block,))
 

@@ -78,12 +78,12 @@ class Storage:
 
     @cached_property
     def _own(self) -> Storage:
-        own = made(self.format, self.size)
+        own = new_storage(self.format, self.size)
         np.copyto(own.numbers, self.numbers)
         return own
 
 
-def made(format_: Format, size: tuple[int, int]) -> Storage:
+def new_storage(format_: Format, size: tuple[int, int]) -> Storage:
     """A picture in memory of ours, zeroed.  Raises MemoryError."""
     width, height = size
     numbers = aligned_zeros(width * height * format_.channels, format_.number)

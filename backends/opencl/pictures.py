@@ -339,7 +339,7 @@ def _channels(order: str | None, format_: Format, what: str) -> tuple[int, ...]:
 
 def _counted(given: int | None, plain: int, number: int, what: str) -> int:
     """Bytes as numbers."""
-    found = plain if given is None else arguments.whole(given, f"{what} (bytes)", 0, sys.maxsize, InputError)
+    found = plain if given is None else arguments.whole_number(given, f"{what} (bytes)", 0, sys.maxsize, InputError)
     if found % number:
         raise InputError(f"{what} is {found} bytes, which is no multiple of {number}, the bytes of a channel")
     return found // number

@@ -26,7 +26,7 @@ from passgraph.backends.reference.stage import (
     Float32,
     Stage,
     Storage,
-    given,
+    constant,
     on_quads,
     stored,
 )
@@ -214,8 +214,8 @@ class ReferenceDrawPass:
         parts = [np.empty((0, max(columns.stop for columns, _ in self.varyings.values())))]
         for first in range(0, count, LANES):
             last = min(first + LANES, count)
-            lanes = {name: given(values[first:last].astype(np.float64)) for name, values in attributes.items()}
-            lanes["output_size"] = given(np.array([self.step.size], np.int64))
+            lanes = {name: constant(values[first:last].astype(np.float64)) for name, values in attributes.items()}
+            lanes["output_size"] = constant(np.array([self.step.size], np.int64))
             results, _ = bound.run(last - first, lanes)
             named = zip(bound.program.results, results, strict=True)
             position = next(values for result, values in named if result.name == "position")
@@ -294,7 +294,7 @@ class Covered:
         fragments = self.fragments
         made = {
             "pixel": lambda: np.stack([fragments.x, fragments.y], axis=1),
-            "output_size": given(np.array([[self.width, self.height]], np.int64)),
+            "output_size": constant(np.array([[self.width, self.height]], np.int64)),
             "front_facing": lambda: self.screen.front[fragments.triangle],
         }
         return made | on_quads(self._of_triangle)

@@ -119,7 +119,7 @@ Builtins = Mapping[str, Callable[[], Numbers]]
 Made = TypeVar("Made")
 
 
-def given(value: NDArray[Any]) -> Callable[[], Numbers]:
+def constant(value: NDArray[Any]) -> Callable[[], Numbers]:
     """A stage value that is known already."""
     return lambda: value
 
@@ -265,6 +265,6 @@ class ReferencePixelPass:
             lanes = np.arange(first, min(first + LANES, width * height))
             pixel = np.stack([lanes % width, lanes // width], axis=1)
             size = np.array([[width, height]], np.int64)
-            results, _ = bound.run(len(lanes), {"pixel": given(pixel), "output_size": given(size)})
+            results, _ = bound.run(len(lanes), {"pixel": constant(pixel), "output_size": constant(size)})
             for output, values in zip(outputs, results, strict=True):
                 output.flat[lanes] = stored(output.format, values.reshape(len(lanes), -1))

@@ -50,7 +50,7 @@ def points(positions: ArrayLike | int, colors: ArrayLike | None = None) -> Froze
     ((8, 3), [4, 6, 7], [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0])
     """
     if isinstance(positions, int):
-        count = arguments.whole(positions, "points: their number", 1, MOST_MARKS, pg.InputError)
+        count = arguments.whole_number(positions, "points: their number", 1, MOST_MARKS, pg.InputError)
         places = np.zeros((count, 3), np.float32)
     else:
         places = _rows(positions, 3, "points: positions")
@@ -102,7 +102,7 @@ def instances(mesh: Geometry, count: int) -> FrozenGeometry:
     >>> flock.triangles.tolist(), flock.instances[:, 0].tolist()
     ([[0, 1, 2], [3, 4, 5], [6, 7, 8]], [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
     """
-    arguments.whole(count, "instances: their number", 1, MOST_MARKS, pg.InputError)
+    arguments.whole_number(count, "instances: their number", 1, MOST_MARKS, pg.InputError)
     kept = frozen(mesh)
     vertices = len(kept.positions)
     if vertices * count > 4 * MOST_MARKS:

@@ -181,7 +181,7 @@ def _lost(passes: Passes, default: Callable[[], Passes]) -> str:
 
     Of backends nothing is to be said then: NaN is what they ought to make.
     """
-    from passgraph.verify.kinds import told
+    from passgraph.verify.kinds import first_other_kind
 
     expected, _ = passes.allowed(True)
     if not any(np.isnan(picture).any() for picture in expected.values()):
@@ -191,7 +191,7 @@ def _lost(passes: Passes, default: Callable[[], Passes]) -> str:
         lost: NDArray[np.bool_] = np.asarray(np.isnan(picture).any(axis=2))
         if key in whole and lost.any():
             step, resource = passes.plan.steps[key[1]], passes.plan.resources[key[2]]
-            kind = told(passes, key, lost, picture, expected, passes.watched(True, [key[1]])[key[1]])
+            kind = first_other_kind(passes, key, lost, picture, expected, passes.watched(True, [key[1]])[key[1]])
             return (
                 f"pass {step.name}, target {resource.name}: NaN, in the reference too, at {kind.share:.3%} of pixels, "
                 f"such as column {kind.pixel[0]}, row {kind.pixel[1]}{kind.given}; with its default there is none. "

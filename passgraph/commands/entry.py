@@ -15,7 +15,7 @@ import click
 import passgraph
 from passgraph import interrupts
 from passgraph.arguments import near, shown
-from passgraph.commands.running import told
+from passgraph.commands.running import on_one_line
 from passgraph.errors import InputError, PassgraphError
 from passgraph.writing import discard_unfinished
 
@@ -34,7 +34,6 @@ STATUS = {
 }
 #: Commands by name, each with its one line for the list; a command is imported when it is used.
 COMMANDS = {
-    "view": "Show an effect live in the browser while its file and parameters change.",
     "render": "Render a scene with an effect to a picture.",
     "apply": "Apply an effect to pictures, sequences and videos.",
     "compare": "Hold every backend against the reference, pass by pass.",
@@ -45,6 +44,7 @@ COMMANDS = {
     "fuzz": "Make up kernels, graphs and draws and hold every backend against the reference.",
     "bench": "Measure shadow methods: time against error.",
     "plan": "Explain what runs for an effect, in which order and memory.",
+    "view": "Show an effect live in the browser while its file and parameters change.",
 }
 
 
@@ -180,5 +180,5 @@ def failed(error: Exception) -> int:
         text = f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error)
     else:
         text = f"unforeseen {type(error).__name__}: {error}; set {TRACEBACK_VARIABLE}=1 to see where"
-    click.echo(f"passgraph: error: {told(text)}", err=True)
+    click.echo(f"passgraph: error: {on_one_line(text)}", err=True)
     return 2

@@ -12,7 +12,7 @@ import click
 from passgraph.commands.clips import Clip
 from passgraph.commands.options import check_computes
 from passgraph.commands.parameter_options import Changing
-from passgraph.commands.running import frame_progress, told
+from passgraph.commands.running import frame_progress, on_one_line
 from passgraph.commands.sources import as_distance, effect_output, in_bytes
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
@@ -227,8 +227,8 @@ def _say(clip: Clip, line: str) -> None:
 def complain_of(outcome: Outcome) -> str:
     """What is said of a frame that failed."""
     text = outcome.reason if outcome.reason.startswith(outcome.name) else f"{outcome.name}: {outcome.reason}"
-    return f"passgraph: error: {told(text)}"
+    return f"passgraph: error: {on_one_line(text)}"
 
 
 def _complain(message: str) -> None:
-    click.echo(f"passgraph: error: {told(message)}", err=True)
+    click.echo(f"passgraph: error: {on_one_line(message)}", err=True)

@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from passgraph.run.program import Program
 
 
-def told(text: str) -> str:
+def on_one_line(text: str) -> str:
     """The text of an error on one line; where a caret points into the line above it, lines stay as they are.
 
-    >>> told("in.png: is no picture\\n  (cut short)")
+    >>> on_one_line("in.png: is no picture\\n  (cut short)")
     'in.png: is no picture (cut short)'
-    >>> told("mine.py:3: name 'x' is not defined\\n    return x\\n           ^").count("\\n")
+    >>> on_one_line("mine.py:3: name 'x' is not defined\\n    return x\\n           ^").count("\\n")
     2
     """
     has_caret = any(line.strip() and not line.strip(" \t^") for line in text.split("\n"))

@@ -181,10 +181,10 @@ def _load(path: Path, linear: bool) -> NDArray[np.float32]:
 
 def load_frame(path: Path, linear: bool) -> NDArray[Any]:
     """A picture in its file's own type; what is decoded to linear light, and has no format that says so, as float32."""
-    from passgraph.files.stored import given
+    from passgraph.files.stored import as_program_input
     from passgraph.pictures import load_stored
 
-    return given(load_stored(path), InputSpec("frame", srgb=True), linear)
+    return as_program_input(load_stored(path), InputSpec("frame", srgb=True), linear)
 
 
 def is_opaque(picture: NDArray[Any]) -> bool:

@@ -27,7 +27,7 @@ from passgraph.commands.sources import (
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.files.open import open_source
-from passgraph.files.stored import given
+from passgraph.files.stored import as_program_input
 from passgraph.graph.targets import InputSpec, named_outputs
 from passgraph.viewer.subject import Control, Drawing, Loaded
 
@@ -58,6 +58,10 @@ class EffectSubject:
             raise InputError(f"effect {self.name} takes a picture; give one: passgraph view {self.text} photo.jpg")
         elif takes == "nothing" and self.inputs:
             raise InputError(f"effect {self.name} reads no picture; leave out {self.inputs[0]}")
+        # What is wrong in the effect's file is shown on the page, to be mended; inputs are refused before.
+        self.frame(0)
+        if takes == "scene":
+            self._scene = load_scene(Path(self.inputs[0]) if self.inputs else None)
 
     def load(self) -> Loaded:
         self.effect = named_effect(self.text)
@@ -117,7 +121,7 @@ class EffectSubject:
     def frame(self, number: int) -> dict[str, Any]:
         if self._frames is None:
             return {}
-        brought = {"frame": given(self._frames.read(number), InputSpec("frame", srgb=True), self._is_linear)}
+        brought = {"frame": as_program_input(self._frames.read(number), InputSpec("frame", srgb=True), self._is_linear)}
         if self.effect.takes == "picture+depth":
             from passgraph.pictures import load
 

@@ -17,7 +17,7 @@ import numpy as np
 from passgraph import arguments
 from passgraph.errors import InputError, PassgraphError
 from passgraph.files.frame import Frame, Outcome, OutputError, Sink, Source, Stored, Summary
-from passgraph.files.stored import given, stored
+from passgraph.files.stored import as_program_input, stored
 from passgraph.graph.run_values import FRAME_INDEX
 from passgraph.run.program import Program
 
@@ -129,7 +129,8 @@ class Run:
             return {}
         inputs = self.program.inputs
         # frames of Numbers are of no input
-        return {n: given(frame.read(), inputs[n], self.linear) for n, frame in item.frames.items() if n in inputs}
+        frames = {name: frame for name, frame in item.frames.items() if name in inputs}
+        return {name: as_program_input(frame.read(), inputs[name], self.linear) for name, frame in frames.items()}
 
     def _computed(self, loading: Ahead[_Loading]) -> Iterator[_Storing]:
         for item, future in loading:

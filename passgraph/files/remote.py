@@ -113,7 +113,7 @@ def _client_class() -> Any:
     return Client
 
 
-def told(graph: dict[str, Any], settings: dict[str, Any]) -> tuple[str, str]:
+def digest_and_text(graph: dict[str, Any], settings: dict[str, Any]) -> tuple[str, str]:
     """A graph as data and what to compile it with, as text, and what tells it from others."""
     text = json.dumps({"graph": graph, "compile": settings}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest(), text
@@ -136,7 +136,7 @@ class RemoteRun(Run):
         from passgraph.files.worker import Written, same
 
         self._written = Written
-        digest, text = told(self.program.to_data(), self.program.settings())
+        digest, text = digest_and_text(self.program.to_data(), self.program.settings())
         # As the result of a task it is sent to a worker once, and made again where a worker is lost that held it.
         self._graph = self.client.submit(same, (digest, text), key=f"passgraph-graph-{digest}")
         self._constants = None

@@ -96,7 +96,7 @@ def frames(
         arguments.text(output, "frames: output")
     if watch is not None:
         arguments.function(watch, "frames: watch")
-    count = None if jobs is None else arguments.whole(jobs, "jobs", 1, MOST_JOBS, InputError)
+    count = None if jobs is None else arguments.whole_number(jobs, "jobs", 1, MOST_JOBS, InputError)
     told = program, _by_name(program, source, values), sink, values, output, linear, resume, same_size, watch
     if client is None:
         return Run(*told).all(count or default_jobs())

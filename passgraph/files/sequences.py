@@ -67,7 +67,7 @@ class Repeated(Pictures):
     """
 
     def __init__(self, path: str | os.PathLike[str], count: int) -> None:
-        whole = arguments.whole(count, "frames: count", 1, MOST_NUMBERS, InputError)
+        whole = arguments.whole_number(count, "frames: count", 1, MOST_NUMBERS, InputError)
         super().__init__(dict.fromkeys(range(1, whole + 1), Path(path)), os.fspath(path))
 
     @cached_property
@@ -262,7 +262,7 @@ class Numbers:
     has_alpha = False
 
     def __init__(self, count: int) -> None:
-        self.count = arguments.whole(count, "frames: count", 1, MOST_NUMBERS, InputError)
+        self.count = arguments.whole_number(count, "frames: count", 1, MOST_NUMBERS, InputError)
 
     def __iter__(self) -> Iterator[Frame]:
         for number in range(1, self.count + 1):

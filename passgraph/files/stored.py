@@ -16,7 +16,7 @@ from passgraph.run.caller_arrays import GREY_CHANNELS, format_of
 from passgraph.srgb import srgb_to_linear
 
 
-def given(picture: Stored, spec: InputSpec, linear: bool) -> Stored:
+def as_program_input(picture: Stored, spec: InputSpec, linear: bool) -> Stored:
     """What a program is given: integers as they are, or with ``linear`` their colours decoded from sRGB.
 
     What its input decodes itself (``"srgb"``, in 8 bits) stays as it is.

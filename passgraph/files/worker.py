@@ -17,7 +17,7 @@ from distributed import get_worker
 from distributed.diagnostics.plugin import WorkerPlugin
 
 from passgraph.files.frame import Stored
-from passgraph.files.stored import given, stored
+from passgraph.files.stored import as_program_input, stored
 from passgraph.image_files import Metadata
 from passgraph.pictures import load_stored, save
 from passgraph.plan.data import Options
@@ -158,7 +158,8 @@ def compute(
             read[name] = picture
     digest, text = graph
     with Programs.here().using(digest, lambda: compiled(text)) as program:
-        brought: dict[str, Any] = {name: given(picture, program.inputs[name], linear) for name, picture in read.items()}
+        inputs = program.inputs
+        brought: dict[str, Any] = {n: as_program_input(picture, inputs[n], linear) for n, picture in read.items()}
         results = program(**values, **brought)
     sizes = {name: (picture.shape[1], picture.shape[0]) for name, picture in brought.items()}
     result = results[next(iter(results)) if output is None else output]

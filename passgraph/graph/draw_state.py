@@ -96,7 +96,7 @@ class Stencil:
             ("read mask", self.read_mask),
             ("write mask", self.write_mask),
         ):
-            arguments.whole(value, f"stencil {what}", 0, 255)
+            arguments.whole_number(value, f"stencil {what}", 0, 255)
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +133,7 @@ class DrawState:
         if len(offset) != 2:
             raise GraphError(f"polygon_offset must be two numbers (factor, units), got {arguments.shown(offset)}")
         object.__setattr__(self, "polygon_offset", tuple(arguments.real(value, "polygon_offset") for value in offset))
-        arguments.whole(self.clear_stencil, "clear_stencil", 0, 255)
+        arguments.whole_number(self.clear_stencil, "clear_stencil", 0, 255)
 
 
 class Geometry(Protocol):

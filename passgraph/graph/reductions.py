@@ -402,7 +402,7 @@ def histogram(
     """
 
     _check_picture(image, "pg.histogram")
-    arguments.whole(bins, "pg.histogram: bins", 1, MOST_BINS)
+    arguments.whole_number(bins, "pg.histogram: bins", 1, MOST_BINS)
     number = _channel_number(channel, image, "pg.histogram: channel")
     ends = _end(low, "low"), _end(high, "high")
     if not isinstance(low, (Value, Derived)) and not isinstance(high, (Value, Derived)):

@@ -159,13 +159,13 @@ class Target:
             raise GraphError(f"there is no filter {got}; the filters are {', '.join(FILTERS)}")
         arguments.flag(self.hardware, f"handle of {self.name!r}: hardware")
         arguments.flag(self.has_levels, f"handle of {self.name!r}: has_levels")
-        arguments.whole(self.slice_count, f"handle of {self.name!r}: slices", 1, MAX_SIDE)
+        arguments.whole_number(self.slice_count, f"handle of {self.name!r}: slices", 1, MAX_SIDE)
         if self.has_levels and self.slice_count > 1:
             raise GraphError(f"handle of {self.name!r}: a volume has no smaller levels; leave out one of the two")
         if self.made_by is not None and not hasattr(self.made_by, "into"):
             raise GraphError(f"a handle is made by a pass, got {arguments.shown(self.made_by)}")
-        arguments.whole(self.slot, f"handle of {self.name!r}: slot", -1, MOST_SLOTS)
-        arguments.whole(self.frames_ago, f"handle of {self.name!r}: frames_ago", 0, MOST_FRAMES_AGO)
+        arguments.whole_number(self.slot, f"handle of {self.name!r}: slot", -1, MOST_SLOTS)
+        arguments.whole_number(self.frames_ago, f"handle of {self.name!r}: frames_ago", 0, MOST_FRAMES_AGO)
 
     @property
     def name(self) -> str:
@@ -472,7 +472,7 @@ def previous(spec: TargetSpec | Target, frames_ago: int = 1) -> Target:
         spec = spec.spec
     expected = "a target that a pass writes: pg.target(...) or a handle of it"
     arguments.instance(spec, TargetSpec, "what pg.previous takes", expected)
-    arguments.whole(frames_ago, f"previous of {spec.name!r}: frames_ago", 1, MOST_FRAMES_AGO)
+    arguments.whole_number(frames_ago, f"previous of {spec.name!r}: frames_ago", 1, MOST_FRAMES_AGO)
     return Target(spec, frames_ago=frames_ago)
 
 

@@ -391,12 +391,12 @@ def check_asked(name: object, region: object, size: object, origin: object, srgb
     if name is not None:
         if isinstance(getattr(name, "glo", None), int):
             raise InputError("the name of OpenGL's object is a whole number; moderngl's objects have it as .glo")
-        arguments.whole(name, "the name of OpenGL's object", 0, (1 << 32) - 1, InputError)
+        arguments.whole_number(name, "the name of OpenGL's object", 0, (1 << 32) - 1, InputError)
     if size is not None:
         checked_size(size, "a picture of the host's")
     if region is not None:
         for number in arguments.several(region, (int, np.integer), "region", "(x, y, width, height)", InputError):
-            arguments.whole(number, "a number of region", 0, (1 << 31) - 1, InputError)
+            arguments.whole_number(number, "a number of region", 0, (1 << 31) - 1, InputError)
         if len(tuple(region)) != 4:  # type: ignore[arg-type]
             raise InputError(f"region must be (x, y, width, height), got {arguments.shown(region)}")
     arguments.one_of(origin, "origin", get_args(Origin), InputError)

@@ -282,7 +282,7 @@ class Host(OpenCLBackend):
 def _checked_size(size: object) -> tuple[int, int]:
     if not isinstance(size, (tuple, list)) or len(size) != 2:
         raise InputError(f"host.buffer: size must be (width, height) in pixels, got {arguments.shown(size)}")
-    width, height = (arguments.whole(side, "host.buffer: each side", 1, MOST_SIDE, InputError) for side in size)
+    width, height = (arguments.whole_number(side, "host.buffer: each side", 1, MOST_SIDE, InputError) for side in size)
     return width, height
 
 

@@ -46,7 +46,7 @@ class Elements:
         element = element_of(expression.type).name
         if expression.const:
             value = self._constant(expression)
-            return [s.known(expression.type, value[i]) for i in which]
+            return [s.literal(expression.type, value[i]) for i in which]
         slot = self._slot(expression)
         return [self._slot_entry(slot, s.Lit("int", slot.offset + i), element) for i in which]
 
@@ -81,7 +81,7 @@ class Elements:
             i = min(max(int(index.value), 0), component_count(base_type) // width - 1)
             if isinstance(expression.value, ir.Table):
                 numbers = expression.value.values[i * width : (i + 1) * width]
-                return [s.known(base_type, v) for v in numbers]
+                return [s.literal(base_type, v) for v in numbers]
             if isinstance(expression.value, ir.Uniform):
                 return self.parameter(expression.value, range(i * width, (i + 1) * width))
             return self.lowering.value(expression.value)[i * width : (i + 1) * width]
@@ -130,7 +130,7 @@ class Elements:
             return table.values
         held = self.emitter.held_tables
         if id(table.values) not in held:
-            held[id(table.values)] = tuple(s.known(table.type, v).value for v in table.values)
+            held[id(table.values)] = tuple(s.literal(table.type, v).value for v in table.values)
         return held[id(table.values)]
 
     def insert(self, expression: ir.Insert) -> list[s.Operand]:
@@ -380,14 +380,14 @@ class Lowering:
         return _VALUES[type(expression)](self, expression)
 
     def _literal(self, expression: ir.Literal) -> list[s.Operand]:
-        return [s.known(expression.type, expression.value)]
+        return [s.literal(expression.type, expression.value)]
 
     def _local(self, expression: ir.Local) -> list[s.Operand]:
         name = expression.name
         return self.arrays.values(name) if name in self.arrays else self.locals[name]
 
     def _table(self, expression: ir.Table) -> list[s.Operand]:
-        return [s.known(expression.type, v) for v in expression.values]
+        return [s.literal(expression.type, v) for v in expression.values]
 
     def _select(self, expression: ir.Select) -> list[s.Operand]:
         condition = self.value(expression.condition)[0]

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from passgraph.cached import cached_property
-from passgraph.language import scalar as s
 from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import UINT, Type, element_of, held_as
@@ -49,7 +48,7 @@ class Val:
 Operand: TypeAlias = Lit | Val
 
 
-def known(type_: Type, value: bool | int | float) -> Lit:
+def literal(type_: Type, value: bool | int | float) -> Lit:
     """A component of a type as programs hold it."""
     return Lit(held_as(type_), int_of_bits(int(value)) if element_of(type_) is UINT else value)
 
@@ -393,7 +392,7 @@ def operands_of(instruction: Instruction) -> tuple[Operand, ...]:
     return ()
 
 
-def nameless(program: s.ScalarProgram) -> s.ScalarProgram:
+def nameless(program: ScalarProgram) -> ScalarProgram:
     """The same program, with image 0, 1 … as ``image0``, ``image1`` …, so that its key says nothing of names.
 
     What kernels call their images says nothing of what they compute.
@@ -409,17 +408,17 @@ def nameless(program: s.ScalarProgram) -> s.ScalarProgram:
 
 
 def _renamed(
-    body: tuple[s.Instruction, ...], names: Mapping[str, str], sizes: Mapping[str, str]
-) -> tuple[s.Instruction, ...]:
-    made: list[s.Instruction] = []
+    body: tuple[Instruction, ...], names: Mapping[str, str], sizes: Mapping[str, str]
+) -> tuple[Instruction, ...]:
+    made: list[Instruction] = []
     for i in body:
-        if isinstance(i, s.LoadTexel):
+        if isinstance(i, LoadTexel):
             made.append(replace(i, image=names[i.image]))
-        elif isinstance(i, s.LoadBuiltin) and i.name in sizes:
+        elif isinstance(i, LoadBuiltin) and i.name in sizes:
             made.append(replace(i, name=sizes[i.name]))
-        elif isinstance(i, s.If):
+        elif isinstance(i, If):
             made.append(replace(i, then=_renamed(i.then, names, sizes), orelse=_renamed(i.orelse, names, sizes)))
-        elif isinstance(i, s.For):
+        elif isinstance(i, For):
             made.append(replace(i, body=_renamed(i.body, names, sizes)))
         else:
             made.append(i)

@@ -182,10 +182,10 @@ def bytes_of(memory: object) -> int:
         if found is None or unit is None:
             raise InputError(f"memory must be bytes, such as '1 GB' or '512 MiB', got {arguments.shown(memory)}")
         memory = int(float(found[1]) * unit)
-    return arguments.whole(memory, "memory (bytes)", 1, MOST_BYTES, InputError)
+    return arguments.whole_number(memory, "memory (bytes)", 1, MOST_BYTES, InputError)
 
 
-def told(count: int) -> str:
+def format_bytes(count: int) -> str:
     """Bytes as messages tell them."""
     return f"{count / 1e9:.1f} GB" if count >= 10**9 else f"{-(-count // 10**6)} MB"
 
@@ -223,11 +223,12 @@ def check_memory(plan: Plan, allowed: int | None) -> None:
     largest = sorted(plan.resources, key=lambda resource: -plan.memories[resource.memory].bytes)[:_NAMED]
     named = ", ".join(
         f"{resource.name} {resource.size[0]}x{resource.size[1]} {resource.format.name} "
-        f"({told(plan.memories[resource.memory].bytes)})"
+        f"({format_bytes(plan.memories[resource.memory].bytes)})"
         for resource in largest
     )
     why = "half of this machine's memory" if allowed is None else "the memory that is given"
     raise GraphError(
-        f"the targets of this graph take {told(plan.bytes)}, and at most {told(limit)} are allowed, {why}; the largest "
-        f"are {named}. Make them smaller, compute in tiles (pg.tiled), or allow more: pg.compile(…, memory='16 GB')"
+        f"the targets of this graph take {format_bytes(plan.bytes)}, and at most {format_bytes(limit)} are allowed, "
+        f"{why}; the largest are {named}. Make them smaller, compute in tiles (pg.tiled), or allow more: pg.compile(…, "
+        "memory='16 GB')"
     )

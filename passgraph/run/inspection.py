@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from passgraph.arguments import near, shown, whole
+from passgraph.arguments import near, shown, whole_number
 from passgraph.backends.base import Block
 from passgraph.backends.reference import ReferenceBackend
-from passgraph.backends.reference.stage import BoundStage, Stage, Storage, given, stored
+from passgraph.backends.reference.stage import BoundStage, Stage, Storage, constant, stored
 from passgraph.backends.reference.traced import Branch, Drawn, Event, Fragment, Loop, Taken, TracedDraw, plain, traced
 from passgraph.errors import GraphError, InputError
 from passgraph.graph.draw_state import Geometry
@@ -224,8 +224,8 @@ def inspected(known: Known, name: str | None, x: int, y: int) -> Inspection:
     plan = build(dict(known.outputs), known.size, dict(known.bound), OPTIONS)
     step = _step(plan, name)
     width, height = step.size
-    x = whole(x, f"inspect: x, in pass {step.name!r}", 0, width - 1)
-    y = whole(y, f"inspect: y, in pass {step.name!r}", 0, height - 1)
+    x = whole_number(x, f"inspect: x, in pass {step.name!r}", 0, width - 1)
+    y = whole_number(y, f"inspect: y, in pass {step.name!r}", 0, height - 1)
     backend = _Looking(plan, step, (x, y))
     execution = Execution(plan, backend)
     try:
@@ -284,7 +284,7 @@ class _Looking(ReferenceBackend):
         program = step.source.kernel.program
         stage = Stage(program, step.program, step.facts)
         bound = stage.bind(block, [name for name, _ in step.images], images)
-        here = {"pixel": given(np.array([[x, y]])), "output_size": given(np.array([step.size], np.int64))}
+        here = {"pixel": constant(np.array([[x, y]])), "output_size": constant(np.array([step.size], np.int64))}
         events, results = traced(bound, here)
         holds = map(_held, outputs, results)
         self._tell(step, program, bound, events, map(plain, results), dict(zip(self._names(step), holds, strict=True)))

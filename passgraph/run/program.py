@@ -391,7 +391,7 @@ class Program:
         """
         from passgraph.run.profile import Stopwatch
 
-        count = arguments.whole(runs, "profile: runs", 1, 1000)
+        count = arguments.whole_number(runs, "profile: runs", 1, 1000)
         with self._alone("profiled"):
             self._run(None, given, None)
             watch = Stopwatch(self.backend.finish)

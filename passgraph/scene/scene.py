@@ -128,7 +128,7 @@ class Scene:
         >>> [round(camera.eye[1] - views[0].eye[1], 6) for camera in views]
         [0.0, 0.0, 0.0, 0.0]
         """
-        arguments.whole(count, "turntable: count", 1, MOST_VIEWS, InputError)
+        arguments.whole_number(count, "turntable: count", 1, MOST_VIEWS, InputError)
         points = self.points()
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
         swept = ways_round(points, middle)

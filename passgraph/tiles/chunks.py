@@ -18,7 +18,7 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.files.remote import check_unchanged, told, travelling_values
+from passgraph.files.remote import check_unchanged, digest_and_text, travelling_values
 from passgraph.plan.window import footprint
 from passgraph.run.caller_arrays import GREY_CHANNELS
 from passgraph.run.program import Program
@@ -54,7 +54,7 @@ def map_blocks(program: Program, array: Any = None, /, **given: Any) -> Any:
     Raises
     ------
     GraphError
-        For what cannot be computed in parts (see docs/large-pictures.md), or cannot be serialized (docs/travel.md).
+        For what cannot be computed in parts (see docs/large-pictures.md), or serialized (docs/serialization.md).
     InputError
         For a picture or value that does not fit, chunks of unknown sizes, and several results.
 
@@ -97,7 +97,7 @@ def map_blocks(program: Program, array: Any = None, /, **given: Any) -> Any:
     rows = list(_spans(leading.rows, height, halo.up, halo.down, whole=bool(needs.high)))
     columns = list(_spans(leading.columns, width, halo.left, halo.right, whole=bool(needs.wide)))
     shared = _Shared(
-        *told(program.to_data(), program.settings()), values, stored, {name: arrays[name] for name in cut},
+        *digest_and_text(program.to_data(), program.settings()), values, stored, {name: arrays[name] for name in cut},
         {name: arrays[name] for name in whole},
     )  # fmt: skip
     name, layer = shared.layer(rows, columns)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from passgraph.arguments import shown
 from passgraph.errors import InputError
-from passgraph.plan.limits import told
+from passgraph.plan.limits import format_bytes
 from passgraph.plan.window import Footprint, Halo, windows
 
 Numbers: TypeAlias = NDArray[Any]
@@ -240,6 +240,6 @@ def _share(grid: Grid, block: tuple[int, int]) -> float:
 def _too_little(memory: int, grid: Grid, footprint: Footprint) -> InputError:
     reasons = "".join(f"; {reason}" for reason in (footprint.wide, footprint.high) if reason)
     return InputError(
-        f"memory of {told(memory)} is too little: a tile of {grid.core[0]}x{grid.core[1]} pixels, read with "
-        f"{grid.window[0]}x{grid.window[1]}, takes {told(grid.bytes)}{reasons}; give more, or fewer passes"
+        f"memory of {format_bytes(memory)} is too little: a tile of {grid.core[0]}x{grid.core[1]} pixels, read with "
+        f"{grid.window[0]}x{grid.window[1]}, takes {format_bytes(grid.bytes)}{reasons}; give more, or fewer passes"
     )

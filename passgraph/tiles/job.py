@@ -14,7 +14,7 @@ from passgraph.errors import InputError
 from passgraph.formats import Format
 from passgraph.graph.targets import InputSpec
 from passgraph.plan.data import Memory, Options, Plan
-from passgraph.plan.limits import bytes_of, told
+from passgraph.plan.limits import bytes_of, format_bytes
 from passgraph.plan.window import Footprint, footprint
 from passgraph.run.finite_checks import NonFinite
 from passgraph.tiles.grid import PIECE_PIXELS, Cost, grid_of
@@ -89,7 +89,7 @@ def blocks_room(memory: int | str) -> int:
 def _pair(given: object, what: str) -> tuple[int, int]:
     if not isinstance(given, (tuple, list)) or len(given) != 2:
         raise InputError(f"{what} must be (width, height) in pixels, got {arguments.shown(given)}")
-    width, height = (arguments.whole(side, f"{what}: each side", 1, MOST_SIDE, InputError) for side in given)
+    width, height = (arguments.whole_number(side, f"{what}: each side", 1, MOST_SIDE, InputError) for side in given)
     return width, height
 
 
@@ -141,8 +141,9 @@ def _check_blocks(sources: Iterable[Source], memory: int) -> None:
         if source.cost > memory:
             height, width = source.block
             raise InputError(
-                f"{source.name} is stored in blocks of {width}x{height} pixels, which takes {told(source.cost)} to "
-                f"read, and memory is {told(memory)}; give more, or store it in smaller tiles"
+                f"{source.name} is stored in blocks of {width}x{height} pixels, which takes "
+                f"{format_bytes(source.cost)} to read, and memory is {format_bytes(memory)}; give more, or store it in "
+                "smaller tiles"
             )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import islice
 from typing import Any, cast
 
-from passgraph.files.remote import lost_reported, threads_for, told, travelling_values
+from passgraph.files.remote import digest_and_text, lost_reported, threads_for, travelling_values
 from passgraph.serialize import to_data
 from passgraph.tiles.grid import Tile
 from passgraph.tiles.tile_run import Advance, Job, Pictures
@@ -33,7 +33,7 @@ class _Run:
 
         self.client, self.job, self._worker = client, job, worker
         values = travelling_values(job.values, "tiled")
-        graph = told(to_data(job.bound.outputs), job.bound.settings())
+        graph = digest_and_text(to_data(job.bound.outputs), job.bound.settings())
         shapes = {name: (source.shape, source.dtype.str) for name, source in job.sources.items()}
         shapes |= {name: (whole.shape, whole.dtype.str) for name, whole in job.whole.items()}
         # As results of tasks they are sent to a worker once, and made again where a worker is lost that held them.

@@ -27,7 +27,7 @@ class Told:
 
     Attributes
     ----------
-    digest, text : the graph as data with what to compile it with, as `passgraph.files.remote.told` gives them
+    digest, text : the graph as data with what to compile it with, see `passgraph.files.remote.digest_and_text`
     shapes : (height, width, channels) and type of each whole input
     values : run values by name
     stored : whether results are what their targets hold, in place of values

@@ -251,7 +251,7 @@ def run_tiles(job: Job, windows: Windows, advance: Advance) -> None:
 
 
 @contextmanager
-def shown(progress: Progress, total: int) -> Iterator[Advance]:
+def report_progress(progress: Progress, total: int) -> Iterator[Advance]:
     """A function to call after each tile: a bar on a terminal where nothing else is asked for."""
     if progress is not None and not isinstance(progress, bool):
         call = arguments.function(progress, "progress")

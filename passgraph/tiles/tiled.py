@@ -21,7 +21,7 @@ from passgraph.tiles.grid import Grid
 from passgraph.tiles.job import Wanted, blocks_room, prepared
 from passgraph.tiles.sinks import Sink, planned_sink
 from passgraph.tiles.sources import Source
-from passgraph.tiles.tile_run import Advance, Graph, Job, Progress, run_tiles, shown
+from passgraph.tiles.tile_run import Advance, Graph, Job, Progress, report_progress, run_tiles
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -112,7 +112,7 @@ def tiled(
         for each in job.sinks.values():
             stack.callback(each.abandon)
             each.open()
-        with shown(progress, len(job.grid)) as advance:
+        with report_progress(progress, len(job.grid)) as advance:
             run(advance)
         for each in job.sinks.values():
             each.finish()

@@ -25,7 +25,7 @@ from passgraph.backends.registry import backend_names, open_backend
 from passgraph.errors import DeviceMissingError, InputError, PassgraphError
 from passgraph.graph.targets import Outputs, checked_size, named_outputs
 from passgraph.plan.data import Plan
-from passgraph.verify.kinds import other_kinds, told
+from passgraph.verify.kinds import first_other_kind, other_kinds
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.pass_bounds import Key, Passes, Picture
 from passgraph.verify.oracle.time_limit import TimeLimit
@@ -185,10 +185,10 @@ class _Comparison:
         told_both = [] if first_both is None else [first_both]
         watches = self._watches_of(snaps, {key[1] for key in (*other, *undecided, *told_both)})
         for key in told_both:
-            kind = told(self.passes, key, both[key], judged[key], expected, watches[key[1]])
+            kind = first_other_kind(self.passes, key, both[key], judged[key], expected, watches[key[1]])
             made[key] = replace(made[key], non_finite=replace(kind, both=True))
         for key, pixels in other.items():
-            kind = told(self.passes, key, pixels, judged[key], expected, watches[key[1]])
+            kind = first_other_kind(self.passes, key, pixels, judged[key], expected, watches[key[1]])
             made[key] = replace(made[key], other_kind=kind)
         for key in undecided:
             made[key] = replace(made[key], places=_places(made[key], watches[key[1]]))

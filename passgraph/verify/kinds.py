@@ -75,7 +75,7 @@ class OtherKind:
     @property
     def given(self) -> str:
         """What the pass reads there, in words."""
-        return given(self.reads)
+        return reads_in_words(self.reads)
 
     @property
     def why(self) -> str:
@@ -96,10 +96,10 @@ class OtherKind:
         return f"{reasons}; mend the kernel there, such as: {', or '.join(mends)}"
 
 
-def given(reads: tuple[tuple[str, tuple[float, ...]], ...]) -> str:
+def reads_in_words(reads: tuple[tuple[str, tuple[float, ...]], ...]) -> str:
     """What a pass reads at a pixel, in words; empty where it reads nothing.
 
-    >>> given((("a", (0.5,)),))
+    >>> reads_in_words((("a", (0.5,)),))
     ', given a = (0.5)'
     """
     return "".join(f", given {name} = {numbers(values)}" for name, values in reads)
@@ -143,7 +143,7 @@ def _other_kind(got: Picture, expected: Picture, allowed: Allowed) -> NDArray[np
     return np.asarray(~same.all(axis=2) & ~turned)
 
 
-def told(
+def first_other_kind(
     passes: Passes, key: Key, pixels: NDArray[np.bool_], got: Picture, expected: dict[Key, Picture], watch: Watch
 ) -> OtherKind:
     """The first of some pixels, and what is known of it."""

@@ -42,8 +42,8 @@ class Control:
         """Return the control of an effect's parameter; None for pictures and what no page can say.
 
         >>> from passgraph.effects.effect_table import EFFECTS
-        >>> Control.of(EFFECTS["vignette"].parameter("amount")).high
-        1.0
+        >>> Control.of(EFFECTS["vignette"].parameter("strength")).low
+        0.0
         """
         kinds = {"rgb": "color", "value": "vector"}
         kind, default = kinds.get(parameter.type, parameter.type), parameter.default

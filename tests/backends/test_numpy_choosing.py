@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.backends.numpy.machine.native import lanes
 from passgraph.backends.numpy.pixels.buffer_layout import Layout
-from passgraph.backends.numpy.pixels.chains import alone
+from passgraph.backends.numpy.pixels.chains import single_stage
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
 
@@ -31,7 +31,7 @@ def chosen(channels: int, text: str) -> Any:
 def layout(made: pg.Target) -> Layout:
     (step,) = build({"made": made}).steps
     assert isinstance(step, PixelStep)
-    return Layout.of(alone(step), lanes())
+    return Layout.of(single_stage(step), lanes())
 
 
 def at(picture: Picture, dx: int, dy: int, border: str) -> Picture:

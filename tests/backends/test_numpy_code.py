@@ -21,7 +21,7 @@ from passgraph.backends.numpy.machine import compiler, native
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.pixels.body import body_text
 from passgraph.backends.numpy.pixels.buffer_layout import Layout
-from passgraph.backends.numpy.pixels.chains import alone
+from passgraph.backends.numpy.pixels.chains import single_stage
 from passgraph.backends.numpy.pixels.code import pixel_text
 from passgraph.errors import BackendError
 from passgraph.formats import format_named
@@ -68,13 +68,13 @@ def pixel_step(text: str) -> PixelStep:
 
 def emitted(text: str) -> str:
     """LLVM text of a pass as this backend writes it: its body, and what is around."""
-    layout = Layout.of(alone(pixel_step(text)), native.lanes())
+    layout = Layout.of(single_stage(pixel_step(text)), native.lanes())
     return body_text(layout.stages[0], "body") + pixel_text(layout, "pieces")
 
 
 def machine_code(text: str) -> str:
     """Assembly of a pass's body."""
-    layout = Layout.of(alone(pixel_step(text)), native.lanes())
+    layout = Layout.of(single_stage(pixel_step(text)), native.lanes())
     return str(compiler.machine().emit_assembly(compiler.optimised(body_text(layout.stages[0], "body"))))
 
 

@@ -12,7 +12,7 @@ import passgraph as pg
 from passgraph.backends.numpy.machine import compiler, llvm, native
 from passgraph.backends.numpy.pixels.body import body_text
 from passgraph.backends.numpy.pixels.buffer_layout import Layout
-from passgraph.backends.numpy.pixels.chains import alone
+from passgraph.backends.numpy.pixels.chains import single_stage
 from passgraph.backends.numpy.vector import lane_body
 from passgraph.backends.numpy.vector.texels import MAX_INLINED
 from passgraph.language import scalar as s
@@ -42,7 +42,7 @@ def taps(count: int) -> pg.Program:
 
 
 def text_of(program: pg.Program) -> str:
-    return body_text(Layout.of(alone(step_of(program)), 16).stages[0], "body")
+    return body_text(Layout.of(single_stage(step_of(program)), 16).stages[0], "body")
 
 
 BRANCHED = "for i in range(40):\n        if t > c[0, 0].x:\n            break\n        t *= 2.0\n   "
@@ -160,7 +160,7 @@ def test_passes_alike_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_pat
     with curves(60) as program:
         steps = program.plan.steps
         assert len(steps) > 8
-        layouts = {id(Layout.of(alone(step), 16)) for step in steps if isinstance(step, PixelStep)}
+        layouts = {id(Layout.of(single_stage(step), 16)) for step in steps if isinstance(step, PixelStep)}
         assert len(layouts) <= 3
         np.testing.assert_array_equal(program(frame=picture)["last"], want)
     assert len(list((tmp_path / "code").glob("*.o"))) <= 4
@@ -199,7 +199,7 @@ def test_what_the_language_says_of_rounding_is_not_compiled(format_: str) -> Non
     for stored in ("rgba32f", format_):
         with pg.compile(kernel(pg.Input("frame", "rgba32f", SIZE), into=pg.target("out", stored))) as program:
             step = step_of(program)
-        lengths.append((s.count(Layout.of(alone(step), 16).stages[0].program.body), s.count(step.program.body)))
+        lengths.append((s.count(Layout.of(single_stage(step), 16).stages[0].program.body), s.count(step.program.body)))
     (exact, said_exact), (made, said) = lengths
     assert made == exact == said_exact < said
 

@@ -22,7 +22,7 @@ import passgraph as pg
 from passgraph.backends.numpy.machine.native import Code, function_code
 from passgraph.backends.numpy.machine.numba_text import llvm_text
 from passgraph.backends.numpy.machine.shipped import Call, NumbaCode, Shipped, entry_text
-from passgraph.backends.numpy.raster import entries, generate
+from passgraph.backends.numpy.raster import entries, generate, layout
 from passgraph.backends.numpy.raster.layout import PLANES, TILE, VARYINGS
 from tests.corners import placed
 
@@ -200,7 +200,7 @@ class Stages:
         self.make = make
         random = np.random.default_rng(seed)
         # Slots behind for what clipping makes.
-        room = VERTICES + entries.NEW_VERTICES * TRIANGLES
+        room = VERTICES + layout.NEW_VERTICES * TRIANGLES
         self.clip = np.zeros((room, 4))
         self.clip[:VERTICES] = random.normal(size=(VERTICES, 4)) * [1.0, 1.0, 0.6, 0.5] + [0.0, 0.0, 0.0, 0.8]
         self.clip[5, 0], self.clip[6, 3], self.clip[7] = np.nan, 0.0, 1e30
@@ -214,8 +214,8 @@ class Stages:
         small = self.triangles[::2]
         self.clip[small[:, 1]] = self.clip[small[:, 0]] + random.normal(size=(len(small), 4)) * 0.02
         self.sorts = np.zeros((1, 2), np.int64)
-        self.made = np.zeros((TRIANGLES * (entries.MAX_CORNERS - 2), 8), np.int32)
-        self.corners = np.zeros((entries.CORNER_LISTS, entries.CORNER_ROOM), np.int64)
+        self.made = np.zeros((TRIANGLES * (layout.MAX_CORNERS - 2), 8), np.int32)
+        self.corners = np.zeros((layout.CORNER_LISTS, layout.CORNER_ROOM), np.int64)
         self.counts = np.zeros((1, TILES), np.int64)
         #: What the code of a draw is called with.
         self.told: list[bytes] = []
@@ -236,7 +236,7 @@ class Stages:
         self.make("fill_tiles").bound(self.made, TILES_X, cursors, lists)(0, end, 0)
         self.mesh = (self.made, self.x, self.y, self.z, self.w, self.varyings)
         arrays = [*self.mesh, self.clip, self.codes, self.kinds, self.sorts, self.corners, self.counts, cursors, lists]
-        for test, clear, offset in ((entries.LESS, 1.0, 0.0), (entries.GREATER | entries.EQUAL, 0.2, 1.5)):
+        for test, clear, offset in ((layout.LESS, 1.0, 0.0), (layout.GREATER | layout.EQUAL, 0.2, 1.5)):
             arrays.append(self.tiles(offsets, lists, test, clear, offset))
         arrays.append(self.in_order(offsets, lists))
         return [array.tobytes() for array in arrays] + self.told
@@ -268,7 +268,7 @@ class Stages:
     def in_order(self, offsets: Array, lists: Array) -> Array:
         depth, spans, table = (
             np.zeros(WIDTH * HEIGHT, np.float32),
-            np.zeros(2 * entries.SPAN_ROWS, np.int32),
+            np.zeros(2 * layout.SPAN_ROWS, np.int32),
             np.zeros(NUMBERS),
         )
 

@@ -9,7 +9,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.numpy.pixels.buffer_layout import MANY, Layout, StageLayout
-from passgraph.backends.numpy.pixels.chains import alone
+from passgraph.backends.numpy.pixels.chains import single_stage
 from passgraph.plan.data import PixelStep
 
 #: The border rules as NumPy pads.
@@ -84,10 +84,10 @@ def test_slender_pictures_have_vectors_that_fit_their_rows(kernel: pg.Kernel, wi
             found = program(frame=picture)["out"]
         np.testing.assert_array_equal(found, expected(kernel.name, picture.astype(np.float32), "clamp"))
         assert isinstance(step, PixelStep)
-        layout = Layout.of(alone(step), 16)
+        layout = Layout.of(single_stage(step), 16)
         alike = 1 << min(4 * width, 16).bit_length() - 1  # of four channels
         assert layout.stages[0].lanes == (lanes if kernel is MIXED else alike)
-        assert Layout.of(alone(replace(step, size=(width, 9))), 16).stages[0].lanes == 16
+        assert Layout.of(single_stage(replace(step, size=(width, 9))), 16).stages[0].lanes == 16
 
 
 @pytest.mark.parametrize("width", [2, 5, 13])
@@ -134,7 +134,7 @@ def test_several_rows_at_once_end_with_the_picture(height: int, channels: int) -
         (step,) = program.plan.steps
         found = program(frame=picture)["out"].reshape(picture.shape)
     assert isinstance(step, PixelStep)
-    assert StageLayout(alone(step), 0, 16).rows == min(8, 1 << (height.bit_length() - 1))
+    assert StageLayout(single_stage(step), 0, 16).rows == min(8, 1 << (height.bit_length() - 1))
     around = np.pad(picture, ((3, 1), (0, 0), (0, 0)), "edge")
     above, below = around[:height] * np.float32(0.5), around[4:] * np.float32(0.25)
     np.testing.assert_array_equal(found, above + below + picture)

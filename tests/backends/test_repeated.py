@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.backends.numpy.pixels.body import body_text
 from passgraph.backends.numpy.pixels.buffer_layout import Layout
-from passgraph.backends.numpy.pixels.chains import alone
+from passgraph.backends.numpy.pixels.chains import single_stage
 from passgraph.backends.opencl.opencl_c import OpenCLPrinter
 from passgraph.backends.opencl.storage import ImageLayout
 from passgraph.formats import format_named
@@ -124,7 +124,7 @@ def test_each_function_is_printed_once_and_called_from_everywhere() -> None:
     with pg.compile(long()(pg.Input("color", "rgba32f", (64, 48)), k=(1.0,) * 4, turn=0.5), backend="null") as program:
         (step,) = program.plan.steps
     assert isinstance(step, PixelStep)
-    text = body_text(Layout.of(alone(step), 16).stages[0], "body")
+    text = body_text(Layout.of(single_stage(step), 16).stages[0], "body")
     assert len(re.findall(r"^define internal .*@call_", text, re.MULTILINE)) == 2
     assert len(re.findall(r" = call .*@call_", text)) == 40 + 3
     layout = ImageLayout(format_named("rgba32f"), (64, 48))

@@ -50,7 +50,7 @@ def by_pixels(count: int, backend: str) -> Iterator[Job]:
 
 @contextmanager
 def by_triangles(count: int, backend: str) -> Iterator[Job]:
-    """The surfaces (colour, normals, depth) of a teapot of about so many triangles, 640x360."""
+    """The surfaces (color, normals, depth) of a teapot of about so many triangles, 640x360."""
     import bench_raster
 
     import passgraph as pg

@@ -19,6 +19,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -279,7 +280,8 @@ def machine() -> str:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
         model = next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), model)
     load = statistics.mean(os.getloadavg()) if hasattr(os, "getloadavg") else 0.0
-    return f"{model}, {os.cpu_count()} cores; Python {platform.python_version()}; load average {load:.1f}"
+    cores, version = os.cpu_count(), platform.python_version()
+    return f"{model}, {cores} cores; Python {version}; load average {load:.1f}; taken {date.today()}"
 
 
 def page(outcomes: Sequence[Outcome], growth: str, quick: bool) -> str:
@@ -287,13 +289,12 @@ def page(outcomes: Sequence[Outcome], growth: str, quick: bool) -> str:
     return "\n".join([
         "# Speed",
         "",
-        f"Made by `{command}` on {machine()} (other work on the machine slows all alike, and ratios less than times).",
-        "GL is Mesa's llvmpipe where there is no graphics card; `gl` below is whatever driver the machine has.",
+        f"`{command}` writes this page. Machine: {machine()}. Other work on the",
+        "machine changes times more than ratios. `gl` is the machine's driver, or Mesa's llvmpipe if there is no GPU.",
         "",
         "## Ratios",
         "",
-        "Medians of runs taken in turn; a ratio is of ours to the other's, or the other way round where the wanted",
-        "value is a least one.",
+        "Medians of runs in turns. A ratio is passgraph's time divided by the other's, or the reverse for a minimum.",
         "",
         markdown(outcomes),
         "",

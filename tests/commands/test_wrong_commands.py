@@ -29,6 +29,7 @@ GIVEN = {
     "fuzz": ["--seconds", "0"],
     "bench": ["nowhere.glb", "-o", "folder/that/is/not/here"],
     "plan": ["nowhere.glb", "-e", "soft-shadow"],
+    "view": ["bloom", "nowhere.png", "--no-open"],
 }
 VALUES = [
     "", "x", "-1", "0", "nan", "inf", "1e999", "²", "0x10", "99999999999999999999", "x" * 5000, "/", "/nowhere/x.png",

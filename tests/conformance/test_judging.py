@@ -18,7 +18,7 @@ from passgraph.backends.reference.stage import Storage
 from passgraph.formats import FORMATS
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.verify.conformance import Case, SuiteReport, cases, judge, run
-from passgraph.verify.conformance.judging import told
+from passgraph.verify.conformance.judging import are_decided
 from passgraph.verify.conformance.page import html_of, json_of
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.interval import Interval
@@ -203,7 +203,7 @@ def test_a_sure_nan_is_told_and_a_possible_one_is_not() -> None:
     bounds = Allowed(
         Interval(numbers, numbers, np.array([[[False, True, True]]])), *[np.zeros((1, 1), np.bool_)] * 2, Counter()
     )
-    assert told(bounds, FORMATS["rgb32f"]).tolist() == [[[True, True, False]]]
+    assert are_decided(bounds, FORMATS["rgb32f"]).tolist() == [[[True, True, False]]]
 
 
 def test_what_a_backend_raises_fails_the_case() -> None:

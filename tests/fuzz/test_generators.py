@@ -25,7 +25,7 @@ from passgraph.verify.fuzz.random_draws import draws
 from passgraph.verify.fuzz.random_expressions import CALLS, WHOLE, Features
 from passgraph.verify.fuzz.random_graphs import OPERATIONS as STEPS
 from passgraph.verify.fuzz.random_graphs import graphs
-from passgraph.verify.fuzz.random_kernels import kernel_texts, kernels, whole
+from passgraph.verify.fuzz.random_kernels import kernel_around, kernel_texts, kernels
 from passgraph.verify.fuzz.search import outcome
 from passgraph.verify.fuzz.variants import REWRITINGS, rewritten
 from tests.conftest import require
@@ -181,7 +181,7 @@ def test_after_its_time_nothing_runs() -> None:
 # Rewriting
 
 
-TEXT = whole("""\
+TEXT = kernel_around("""\
     p = c[0, 0]
     x, y, u, v = p.x, p.y, p.zw, p.xyz
     n, a, m = int(p.w), [p.x, p.y, 1.0, 4.0], mat3(p.z)

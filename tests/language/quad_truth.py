@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 from passgraph.backends.reference.interpreter import Interpreter, NumberDomain
-from passgraph.backends.reference.stage import BoundStage, Builtins, _Lanes, given
+from passgraph.backends.reference.stage import BoundStage, Builtins, _Lanes, constant
 from passgraph.language import ir
 from passgraph.language.function_body import Builder
 
@@ -55,7 +55,7 @@ class Walk:
         self.pixels: list[Interpreter[Any, Any]] = []
         for pixel in range(4):
             place = np.stack([x ^ (pixel & 1), y ^ (pixel >> 1)], axis=1)
-            around = _Lanes(stage, {**builtins, "pixel": given(place)})
+            around = _Lanes(stage, {**builtins, "pixel": constant(place)})
             self.pixels.append(Interpreter(self.program, self.domain, around))
 
     def results(self) -> list[NDArray[Any]]:

@@ -56,7 +56,7 @@ def from_disk(kernel: PixelKernel, facts: Facts, monkeypatch: pytest.MonkeyPatch
     [
         Facts(),
         Facts({"reach": 3}, {"color": ImageFacts(3, "mirror", "decode_srgb")}),
-        Facts(stores=(((("quantize", 0.0, 255.0),), (("quantize_half",),)),), simplify=False),
+        Facts(stores=(((("quantize", 255.0),), (("quantize_half",),)),), simplify=False),
     ],
     ids=["plain", "image", "stored"],
 )

@@ -56,8 +56,8 @@ MUTANTS = (
     ),
     _n(
         "floor_modulo",
-        "ir.Constant(I32, 0)), b.add(rest, size), rest)\n    kind",
-        "ir.Constant(I32, 0)), rest, rest)\n    kind",
+        "llvm.Constant(I32, 0)), b.add(rest, size), rest)\n    kind",
+        "llvm.Constant(I32, 0)), rest, rest)\n    kind",
         *PICTURES,
     ),
     _n(
@@ -94,7 +94,7 @@ MUTANTS = (
     _n("StageRows._row", 'b.select(inside, row, memory["zeros"])', "b.select(inside, row, row)", *PICTURES),
     _n(
         "StageRows._copy",
-        'value = b.select(b.icmp_signed("==", inner, x), value, ir.Constant(kind, 0))',
+        'value = b.select(b.icmp_signed("==", inner, x), value, llvm.Constant(kind, 0))',
         'value = b.select(b.icmp_signed("==", inner, x), value, value)',
         *PICTURES,
     ),
@@ -232,7 +232,7 @@ MUTANTS = (
     ),
     Mutant(
         "_Pixel.value",
-        'z = b.select(b.fcmp_ordered(">", z, ir.Constant(F64, 1.0)), ir.Constant(F64, 1.0), z)',
+        'z = b.select(b.fcmp_ordered(">", z, llvm.Constant(F64, 1.0)), llvm.Constant(F64, 1.0), z)',
         "pass",
         "numpy",
         ("draws/offset beyond", "draw states/polygon"),
@@ -279,20 +279,20 @@ MUTANTS = (
     Mutant(
         "_STENCIL",
         "b.xor(held, _FULL)",
-        "b.xor(held, ir.Constant(I32, 127))",
+        "b.xor(held, llvm.Constant(I32, 127))",
         "numpy",
         ("draw states/stencil invert", "draw states/clears"),
     ),
     Mutant(
         "_Merge._stencil_test",
-        "seen = b.and_(held, ir.Constant(I32, stencil.read_mask))",
+        "seen = b.and_(held, llvm.Constant(I32, stencil.read_mask))",
         "seen = held",
         "numpy",
         ("draws/stencil", "draw states/stencil"),
     ),
     Mutant(
         "_Merge._stencil_test",
-        "changed = b.or_(rest, b.and_(changed, ir.Constant(I32, stencil.write_mask)))",
+        "changed = b.or_(rest, b.and_(changed, llvm.Constant(I32, stencil.write_mask)))",
         "pass",
         "numpy",
         ("draws/stencil", "draw states/stencil"),

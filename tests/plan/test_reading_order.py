@@ -22,7 +22,7 @@ from tests.corners import placed
 root = Path(pg.__file__).resolve().parent
 #: Files of nouns, read before: calls into them are answers, not steps of the way.
 NOUNS = {
-    "arguments.py", "errors.py", "formats.py", "graph/geometry.py", "graph/values.py", "graph/targets.py",
+    "arguments.py", "errors.py", "formats.py", "graph/run_values.py", "graph/targets.py",
     "plan/data.py", "plan/work.py",
 }  # fmt: skip
 #: Sorting is asked for twice, and the files of passes and of inputs too.
@@ -31,7 +31,7 @@ MOST = 6
 ORACLES_NOUNS = {
     "verify/report.py",
     *(f"verify/oracle/{name}.py" for name in (
-        "allowed", "domain", "functions", "interval", "merge", "time_limit", "storage", "vectors",
+        "allowed", "domain", "interval", "interval_functions", "merge", "stored_bounds", "time_limit",
     )),
 }  # fmt: skip
 #: A graph is made, run and asked about in one file, and what was found before too; a stage is made and then bounded, of

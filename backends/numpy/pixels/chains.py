@@ -104,7 +104,7 @@ class Stage:
         return tuple(len(output.values) for output in self.step.program.outputs)
 
 
-def alone(step: PixelStep) -> tuple[Stage, ...]:
+def single_stage(step: PixelStep) -> tuple[Stage, ...]:
     """A pass by itself: a chain of one."""
     return (Stage(step, Halo(), ()),)
 

@@ -15,7 +15,7 @@ from passgraph.backends.numpy.machine import llvm
 from passgraph.backends.numpy.machine.llvm import IRBuilder
 from passgraph.backends.numpy.machine.native import function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers
-from passgraph.backends.numpy.raster import entries
+from passgraph.backends.numpy.raster import entries, layout
 from passgraph.backends.numpy.raster.fragments import found_in, image_names, image_sizes, is_deferred
 from passgraph.backends.numpy.raster.layout import TILE
 from passgraph.backends.numpy.raster.paint import Deferred, Ordered, Triangles
@@ -124,7 +124,7 @@ class Raster:
         self.counts = self.cursors = np.zeros((0, 0), np.int64)
         self.starts, self.lists = np.zeros(1, np.int64), np.empty(1, np.int32)
         self.sorts = np.zeros((0, 2), np.int64)  # of each chunk: triangles that are whole, and clipped
-        self.corners = np.zeros((0, entries.CORNER_ROOM), np.int64)
+        self.corners = np.zeros((0, layout.CORNER_ROOM), np.int64)
 
     def __call__(
         self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage], geometry: Geometry,
@@ -185,12 +185,12 @@ class Raster:
             self.sorts = np.zeros((len(chunks), 2), np.int64)
         classify = self.classify.bound(self.triangles, self.codes, self.kinds, self.sorts)
         self.workers.each(lambda number: classify(*chunks[number], number), len(chunks))
-        corners = entries.MAX_CORNERS
+        corners = layout.MAX_CORNERS
         room = [direct + (corners - 2) * clipped for direct, clipped in self.sorts.tolist()]
-        fresh = [entries.NEW_VERTICES * clipped for clipped in self.sorts[:, 1].tolist()]
+        fresh = [layout.NEW_VERTICES * clipped for clipped in self.sorts[:, 1].tolist()]
         self._grow(len(mesh.positions) + sum(fresh), sum(room))
-        if len(self.corners) < entries.CORNER_LISTS * len(chunks):
-            self.corners = np.zeros((entries.CORNER_LISTS * len(chunks), entries.CORNER_ROOM), np.int64)
+        if len(self.corners) < layout.CORNER_LISTS * len(chunks):
+            self.corners = np.zeros((layout.CORNER_LISTS * len(chunks), layout.CORNER_ROOM), np.int64)
         starts = [0, *accumulate(room)]
         frees = [len(mesh.positions) + before for before in (0, *accumulate(fresh))]
         ends: list[tuple[int, int]] = [(0, 0)] * len(chunks)

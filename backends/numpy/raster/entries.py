@@ -1,6 +1,6 @@
-"""The rasteriser's fixed functions as the host calls them, and the numbers that both know.
+"""The rasterizer's fixed functions as the host calls them.
 
-They are written in setup.py, tiles.py and order.py, which are loaded only where their text (``fixed/``) is made anew;
+They are written for numba in setup.py and rasterize.py, which are imported only to make their text (``fixed/``) anew;
 generate.py does that.
 """
 
@@ -12,28 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from passgraph.backends.numpy.machine.shipped import NumbaCode, Shipped
-from passgraph.backends.numpy.raster.layout import TILE
-
-#: A triangle cut by six planes has at most nine corners.
-MAX_CORNERS = 9
-#: Vertices that cutting one triangle makes at most: a plane cuts two edges.
-NEW_VERTICES = 12
-#: Lists of corners that clipping in one chunk needs: the polygon, and what a plane makes of it.
-CORNER_LISTS = 2
-#: Entries of each list: those corners in whole cache lines, as chunks write side by side.
-CORNER_ROOM = 16
-
-#: A triangle's first pixels in the rows of a tile, then as many last ones; vectors may reach three rows farther.
-SPAN_ROWS = TILE + 3
-#: The first pixel of a row without any; its last is -1.
-NOWHERE = 1 << 30
-
-#: A depth test passes where the new depth is on one of these sides of the held one.
-LESS, EQUAL, GREATER = 1, 2, 4
-TESTS = {
-    "never": 0, "less": LESS, "equal": EQUAL, "less_equal": LESS | EQUAL, "greater": GREATER,
-    "not_equal": LESS | GREATER, "greater_equal": GREATER | EQUAL, "always": LESS | EQUAL | GREATER,
-}  # fmt: skip
 
 _FOLDER = Path(__file__).parent
 #: Where the functions are written, what they take from elsewhere, and how they become text.

@@ -12,7 +12,7 @@ from passgraph.backends.base import Block, clear_colour, quantised
 from passgraph.backends.numpy.machine.native import Code
 from passgraph.backends.numpy.machine.shipped import NumbaCode
 from passgraph.backends.numpy.machine.workers import Workers
-from passgraph.backends.numpy.raster import entries
+from passgraph.backends.numpy.raster import entries, layout
 from passgraph.backends.numpy.raster.fragments import context_names, merge_code, shade_code
 from passgraph.backends.numpy.raster.layout import TILE
 from passgraph.backends.numpy.raster.planes import plane_numbers, plane_rows
@@ -110,7 +110,7 @@ class Deferred(Painter):
     def __init__(self, step: DrawStep, workers: Workers) -> None:
         # Without a depth buffer every fragment passes.
         has_depth = step.depth is not None
-        test = entries.TESTS[step.state.depth_compare if has_depth else "always"]
+        test = layout.TESTS[step.state.depth_compare if has_depth else "always"]
         self.test = (int(has_depth), test, int(has_depth and step.state.depth_write))
         self.no_depth = [np.zeros(PIXELS, np.float32) for _ in range(workers.count)]
         super().__init__(step, workers, entries.tiles, None if step.fragment is None else shade_code(step))
@@ -141,7 +141,7 @@ class Ordered(Painter):
     def thread_scratch(self) -> list[Any]:
         """Spans of one triangle, and its planes."""
         return [
-            np.empty(2 * entries.SPAN_ROWS, np.int32),
+            np.empty(2 * layout.SPAN_ROWS, np.int32),
             plane_rows(self.step),
             np.empty(plane_numbers(self.step), np.float64),
         ]

@@ -13,8 +13,22 @@ from numba import types
 from numba.extending import intrinsic
 
 from passgraph.backends.numpy.machine.numba_text import compiled
-from passgraph.backends.numpy.raster.entries import EQUAL, GREATER, LESS, NOWHERE, SPAN_ROWS
-from passgraph.backends.numpy.raster.layout import DEPTH, EDGE1, EDGE2, FRONT, NEARNESS, PLANES, TILE, TO_Y, VARYINGS
+from passgraph.backends.numpy.raster.layout import (
+    DEPTH,
+    EDGE1,
+    EDGE2,
+    EQUAL,
+    FRONT,
+    GREATER,
+    LESS,
+    NEARNESS,
+    NOWHERE,
+    PLANES,
+    SPAN_ROWS,
+    TILE,
+    TO_Y,
+    VARYINGS,
+)
 from passgraph.backends.numpy.raster.setup import edge
 
 _I64 = ir.IntType(64)

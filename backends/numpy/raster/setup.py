@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from passgraph.backends.numpy.machine.numba_text import compiled
-from passgraph.backends.numpy.raster.entries import CORNER_LISTS, MAX_CORNERS, NEW_VERTICES
-from passgraph.backends.numpy.raster.layout import TILE
+from passgraph.backends.numpy.raster.layout import CORNER_LISTS, MAX_CORNERS, NEW_VERTICES, TILE
 
 #: No corner is drawn farther than this many half-screens from the centre: twice the guard band.
 FARTHEST = 16.0

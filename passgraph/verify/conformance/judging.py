@@ -21,7 +21,7 @@ from passgraph.run.compile import compile
 from passgraph.verify.compare import distance
 from passgraph.verify.conformance.case import Case, Picture
 from passgraph.verify.conformance.causes import Found, cause
-from passgraph.verify.kinds import given, reads_at
+from passgraph.verify.kinds import reads_at, reads_in_words
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.kept import Kept
 from passgraph.verify.oracle.pass_bounds import Key, Passes
@@ -80,7 +80,7 @@ class Divergence:
         return (
             f"{self.where}: outside its bounds at {share:.3%} of pixels; worst at column {column}, row {row}, "
             f"channel {self.channel}: {self.got:.9g} where {self.expected:.9g} is expected and {self.low:.9g} to "
-            f"{self.high:.9g} is allowed{given(self.reads)}{'. ' if self.cause else ''}{self.cause}"
+            f"{self.high:.9g} is allowed{reads_in_words(self.reads)}{'. ' if self.cause else ''}{self.cause}"
         )
 
 
@@ -159,7 +159,7 @@ class Judge:
                 bounds = allowed[key]
                 beyond = bounds.values.without(got)
                 share = float(beyond.any(axis=2).mean())
-                figures = share, float(bounds.ambiguous.mean()), float(told(bounds, target.format).mean())
+                figures = share, float(bounds.ambiguous.mean()), float(are_decided(bounds, target.format).mean())
                 known = target.name in self.case.exact
                 divergent = self._divergent(key, got, expected, allowed, beyond) if share else None
                 yield TargetVerdict(frame, step.name, target.name, *figures, known), divergent
@@ -228,7 +228,7 @@ def divergence(
     )  # fmt: skip
 
 
-def told(bounds: Allowed, format_: Format) -> NDArray[np.bool_]:
+def are_decided(bounds: Allowed, format_: Format) -> NDArray[np.bool_]:
     """Of which values the bounds say something: one number within little, or a sure NaN."""
     values = bounds.values
     size = values.magnitude

@@ -235,10 +235,10 @@ def kernel_texts(draw: st.DrawFn, features: Features = Features()) -> str:  # no
     body = "\n".join(writer.lines)
     if draw(st.booleans()):
         body += " + vec4(x, y, v.z, a[n]) + vec4(m * v, u.x)"
-    return whole(body)
+    return kernel_around(body)
 
 
-def whole(body: str) -> str:
+def kernel_around(body: str) -> str:
     """A kernel around some lines, with the declarations and parameters that they name."""
     used = set(re.findall(r"\w+", body))
     needed = [text for name, text in DECLARATIONS.items() if name in used or _DECLARED.get(name) in used]

@@ -108,7 +108,7 @@ def odd_places(backend: str) -> Case:
     return Case(
         "odd-places",
         "Lights on, at and inside geometry",
-        "Near planes of 0, normalised zero vectors and distances of 0 give NaN, which a blur spreads.",
+        "Near planes of 0, normalized zero vectors and distances of 0 give NaN, which a blur spreads.",
         "near is never below a thousandth of far, `normalize` of a zero vector is zero, distances have a floor: every"
         " picture is finite, and near what rays say.",
         ("", "", "passgraph hard"),

@@ -51,7 +51,7 @@ def leaks(backend: str) -> Case:
         "leaks",
         "Moments where one caster hangs over another",
         "Two moments of a mixture of two depths say little: Chebyshev's bound lets light through where both casters are"
-        " in a texel's neighbourhood (a receiver at 0.9 behind casters at 0.2 and 0.8, half and half, keeps 0.36).",
+        " in a texel's neighborhood (a receiver at 0.9 behind casters at 0.2 and 0.8, half and half, keeps 0.36).",
         "A remap takes shares below 0.2 for none, too little here; exponential warps, taken in both directions,"
         " and four moments bound the share more tightly. All blur by one width: a box, 0.1 units wide.",
         ("ray-traced", "vsm, no bleed remap", "passgraph"),

@@ -155,7 +155,7 @@ def distant_depths(backend: str) -> Case:
         "distant-depths",
         "near 0.1, far 1000, depths from 900 to 901",
         "A perspective depth buffer spends its values near the eye: float32 has three left between 900 and 901.",
-        "Depths that are compared with a map are linear, in a float32 colour target beside the depth buffer; only the"
+        "Depths that are compared with a map are linear, in a float32 color target beside the depth buffer; only the"
         " order of surfaces is left to the buffer, and fitted frusta keep near above a thousandth of far.",
         ("asked for", "depth buffer", "linear depth"),
         (
@@ -236,11 +236,11 @@ def coplanar(backend: str) -> Case:
     return Case(
         "coplanar",
         "Two surfaces in one plane, one of them lifted",
-        "A millimetre keeps them apart nearby; the depth buffer's steps grow with the square of the distance, and there"
+        "A millimeter keeps them apart nearby; the depth buffer's steps grow with the square of the distance, and there"
         " one and the other shows, pixel by pixel (z-fighting).",
         "`polygon_offset` moves the upper one's depth by its own slope and by steps of the depth format, at any"
         " distance. Planar shadows are blended once by the stencil; those of `soft_shadow` are no geometry.",
-        ("truth", "lifted by a millimetre", "and polygon offset (−1, −4)"),
+        ("truth", "lifted by a millimeter", "and polygon offset (−1, −4)"),
         tuple(figures),
         tuple((label, linear_to_srgb(np.clip(picture, 0, 1))) for label, picture in strip),
     )
@@ -264,7 +264,7 @@ def summed_area(backend: str) -> Case:
         "The far corner holds the sum of the whole picture; a box is a small difference of four such numbers.",
         "Subtract the picture's mean first, so that sums stay small (or sum integers). passgraph's filters take taps"
         " and need no table.",
-        ("exact", "float32 sums", "centred sums"),
+        ("exact", "float32 sums", "centered sums"),
         tuple(figures),
     )
 
