@@ -8,7 +8,7 @@ from math import cos, pi, sin
 from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Const, Image, dot, isfinite, sqrt, vec2, vec4
+from passgraph import Const, Image, clamp, dot, isfinite, length, sqrt, vec2, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.blur import gaussian_blur
 from passgraph.effects.pictures.decoded import decoded
@@ -46,8 +46,12 @@ def painted(color: Image, tensor: Image, radius: Const[int], sharpness: float) -
     here = color[0, 0]
     base = here if isfinite(here.r + here.g + here.b + here.a) else vec4(0.0)
     sums, squares, weights = [vec4(0.0)] * 8, [0.0] * 8, [0.0] * 8
-    for y in range(-2 * radius, 2 * radius + 1):
-        for x in range(-2 * radius, 2 * radius + 1):
+    # How far the ellipse reaches each way
+    most = 2 * radius
+    far_x = clamp(int(length(vec2(along * edge.x, across * edge.y))), 0, most)
+    far_y = clamp(int(length(vec2(along * edge.y, across * edge.x))), 0, most)
+    for y in range(-far_y, far_y + 1):
+        for x in range(-far_x, far_x + 1):
             at = vec2(float(x), float(y))
             v = vec2(dot(at, edge) / along, (at.y * edge.x - at.x * edge.y) / across)
             c = color[x, y]
