@@ -12,7 +12,7 @@ import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.files import Video
 from tests.commands.told import refused
-from tests.frames.made import video
+from tests.files.made import video
 
 FADE = "vec4 transition(vec2 p) { return mix(getFromColor(p), getToColor(p), progress); }"
 SECONDS = """/*{"INPUTS": [{"NAME": "inputImage", "TYPE": "image"}]}*/

@@ -14,7 +14,7 @@ import tifffile
 
 import passgraph as pg
 from passgraph.tiles.lazy_array import LazyPicture
-from tests.frames.tile_graphs import GRAPHS, frame, kernel, picture, same, untiled
+from tests.files.tile_graphs import GRAPHS, frame, kernel, picture, same, untiled
 
 SIZE = (61, 45)
 GIVEN = picture(*SIZE)

@@ -8,7 +8,7 @@ import pytest
 
 from passgraph.errors import InputError
 from passgraph.files.names import Pattern, folder_files, glob_files, in_order, missing_numbers
-from tests.frames.made import sequence
+from tests.files.made import sequence
 
 
 @pytest.mark.parametrize("text", ["shot.%04d.exr", "shot.####.exr"])

@@ -14,7 +14,7 @@ import zarr
 
 import passgraph as pg
 from passgraph.tiles.tile_run import Job
-from tests.frames.tile_graphs import GRAPHS, frame, inputs, kernel, picture, same, untiled
+from tests.files.tile_graphs import GRAPHS, frame, inputs, kernel, picture, same, untiled
 
 SIZE = (61, 45)
 GIVEN = picture(*SIZE)

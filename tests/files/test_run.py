@@ -17,7 +17,7 @@ import passgraph as pg
 from passgraph.errors import GraphError, InputError
 from passgraph.files import Arrays, Frame, Outcome, Pattern, Pictures, Sink, Still, ToArrays, ToPictures
 from passgraph.files.stored import stored
-from tests.frames.made import ADD, INVERT, SCALED, inverted, picture, sequence, summed, value
+from tests.files.made import ADD, INVERT, SCALED, inverted, picture, sequence, summed, value
 
 
 @pytest.mark.parametrize("jobs", [1, 2, 5])

@@ -17,7 +17,7 @@ from passgraph.effects.effect_table import EFFECTS
 from passgraph.language.lower import lower
 from passgraph.verify.conformance import case_inputs
 from passgraph.verify.conformance.effect_cases import VARIANTS
-from tests.travel.documents import graph
+from tests.serialize.documents import graph
 
 #: Every variant; on gl, where drivers take their time, the first of each effect.
 PICTURES = [

@@ -20,7 +20,7 @@ from passgraph.files import Animation, Arrays, ToAnimation, gif
 from passgraph.files.animation_times import is_animated, times_of
 from passgraph.files.open import open_film, open_sink, open_source
 from tests.commands.told import Outcome, refused
-from tests.frames.made import SCALED, inverted, sequence
+from tests.files.made import SCALED, inverted, sequence
 
 LENGTHS = [40, 70, 100, 0, 300]
 #: What browsers show, in seconds: no time at all is a tenth of a second.

@@ -14,7 +14,7 @@ import pytest
 import passgraph as pg
 from passgraph.effects import gaussian_blur
 from passgraph.tiles.remote_windows import MOST_WINDOWS, WINDOWS
-from tests.frames.tile_graphs import GRAPHS, frame, inputs, kernel, picture, same, untiled
+from tests.files.tile_graphs import GRAPHS, frame, inputs, kernel, picture, same, untiled
 
 SIZE = (41, 29)
 #: Regular, smaller than the reach, of every length, one chunk, one row and one column each, empty ones among them.

@@ -24,7 +24,7 @@ from passgraph.files.open import open_source
 from passgraph.image_files import opened_image
 from passgraph.pictures import load_stored
 from tests.commands.told import Outcome, refused
-from tests.frames.made import ADD, grays, picture, sequence, value, video
+from tests.files.made import ADD, grays, picture, sequence, value, video
 from tests.picture_files import png_16
 
 GRAY = ["apply", "black-and-white", "-b", "reference"]

@@ -16,7 +16,7 @@ from passgraph.language.facts import Facts
 from passgraph.language.lower_cache import Programs, lower_once
 from passgraph.serialize.document import MOST_PARTS
 from passgraph.serialize.encode import VERSION
-from tests.travel.documents import graph, places, spoiled
+from tests.serialize.documents import graph, places, spoiled
 
 FRAME = np.random.default_rng(7).random((6, 8, 4), np.float32)
 DATA = pg.to_data(graph())

@@ -14,7 +14,7 @@ import passgraph as pg
 from passgraph.errors import InputError
 from passgraph.files import Arrays, Pipe, Raw, ToArrays, ToPipe
 from passgraph.files.stored import with_channels
-from tests.frames.made import inverted, picture
+from tests.files.made import inverted, picture
 
 
 def pngs(*pictures: Any) -> bytes:

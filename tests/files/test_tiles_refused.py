@@ -13,7 +13,7 @@ import tifffile
 import passgraph as pg
 from passgraph.effects.pictures.bloom import bloom
 from passgraph.effects.pictures.lens import dirty_lens
-from tests.frames.tile_graphs import GRAPHS, frame, kernel, picture
+from tests.files.tile_graphs import GRAPHS, frame, kernel, picture
 
 KERNELS = """
 def sampled(color: Image) -> vec4: return color.sample(uv() * 0.5)

@@ -14,7 +14,7 @@ import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.errors import InputError
 from passgraph.files import Arrays, Outcome, ToArrays, ToVideo, Video
-from tests.frames.made import INVERT, SCALED, grays, inverted, picture, sequence, summed, value, video
+from tests.files.made import INVERT, SCALED, grays, inverted, picture, sequence, summed, value, video
 
 av: Any = pytest.importorskip("av")
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import passgraph as pg
 from passgraph.language.borders import BORDERS
 from passgraph.verify.fuzz.random_graphs import FORMATS
-from tests.frames.tile_graphs import inputs, kernel, same
+from tests.files.tile_graphs import inputs, kernel, same
 
 BOUNDED = settings(deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow])
 #: Kernels by name, with the images that they take.

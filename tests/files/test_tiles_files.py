@@ -19,7 +19,7 @@ from PIL import Image as pillow
 import passgraph as pg
 from passgraph.tiles.grid import block_of
 from passgraph.tiles.sources import Blocks, open_source
-from tests.frames.tile_graphs import frame, kernel, same, untiled
+from tests.files.tile_graphs import frame, kernel, same, untiled
 
 SIZE = (301, 211)
 TILE = (100, 64)
@@ -314,7 +314,7 @@ def test_a_killed_process_leaves_the_older_file(tmp_path: Path) -> None:
     code = f"""
 import os
 import numpy as np
-from tests.frames.test_tiles_files import tiled, stored
+from tests.files.test_tiles_files import tiled, stored
 tiled(stored("u1"), {str(tmp_path / "out.tif")!r}, progress=lambda done, total: os._exit(9))
 """
     (tmp_path / "out.tif").write_bytes(b"older")
@@ -345,7 +345,7 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
 MEASURED = """
 import sys
 import passgraph as pg
-from tests.frames.tile_graphs import frame, kernel
+from tests.files.tile_graphs import frame, kernel
 from passgraph.effects.pictures.blur import gaussian_blur
 import numpy as np, tifffile
 

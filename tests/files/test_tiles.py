@@ -11,7 +11,7 @@ import scipy.ndimage
 import passgraph as pg
 from passgraph.backends.registry import open_backend
 from passgraph.effects.pictures.blur import gaussian_blur, gaussian_weights
-from tests.frames.tile_graphs import GRAPHS, frame, inputs, kernel, picture, same, untiled
+from tests.files.tile_graphs import GRAPHS, frame, inputs, kernel, picture, same, untiled
 
 SIZE = (41, 29)
 #: Divides nothing, smaller than the halo, one row, one column, larger than the picture.
