@@ -29,6 +29,6 @@ MUTANTS = (
     _row("ldexp", "(exponent - 2 * third + 127)", "(third + 127)", "ldexp"),
     _row("acosh", "near if z < 0.5 else large", "large", "acosh", backend="gl"),
     _row("isfinite", "<= 3.4028234663852886e38", "< 3.4028234663852886e38", "isfinite"),
-    Mutant("known", "element_of(type_) is UINT", "False", "numpy", ("language/uints",)),
+    Mutant("literal", "element_of(type_) is UINT", "False", "numpy", ("language/uints",)),
     Mutant("apply", "if row.unsigned and", "if False and", "numpy", ("language/uints",)),
 )
