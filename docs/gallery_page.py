@@ -33,7 +33,7 @@ WIDTH, GAP = 1280, 8
 #: Height of the letters of a panel's label, in pixels.
 LETTERS = 20
 #: A picture of the page is no larger; qualities of WebP in the order in which they are tried.
-MOST_BYTES, QUALITIES = 250_000, (92, 88, 84, 78, 70, 60, 50)
+MOST_BYTES, QUALITIES = 250_000, (92, 88, 84, 78, 70, 60, 45)
 #: Two backends agree at a pixel where no channel differs by more than this: two steps of 8 bits.
 SAME = 2.0 / 255.0
 #: Pictures whose proportions differ from their panel's by a larger share get borders.
