@@ -161,7 +161,10 @@ class Document:
         if not nested:
             self.wrong(where, f"numbers in at most {MOST_NESTED} lists within lists", value)
         self.count(1 + len(value), where)
-        return tuple(self.numbers(part, f"{where}[{i}]", nested - 1) for i, part in enumerate(value))
+        rows = tuple(self.numbers(part, f"{where}[{i}]", nested - 1) for i, part in enumerate(value))
+        if len({len(row) if isinstance(row, tuple) else None for row in rows}) > 1:
+            self.wrong(where, "a number, or rows of one length", value)
+        return rows
 
 
 def number_data(value: Any) -> Any:

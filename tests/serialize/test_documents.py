@@ -360,3 +360,14 @@ def test_kernels_of_strangers_are_told_by_what_they_are(monkeypatch: pytest.Monk
     )
     programs = [target["made"].made_by.kernel.program for target in (one, other)]  # type: ignore[union-attr]
     assert len({lower_once(program, Facts(), known).key for known in [Programs()] for program in programs}) == 2
+
+
+@pytest.mark.parametrize("default", [[0.0, []], [[1.0], [1.0, 2.0]], [[], 0.0]])
+def test_defaults_of_values_have_rows_of_one_length(default: Any) -> None:
+    """Else a graph would be read that cannot be written again."""
+    gain = pg.kernel(source="def gain(c: Image, by: vec2) -> vec4: return c[0, 0] * by.x")
+    data = pg.to_data(gain(pg.Input("frame"), pg.Value("by", pg.vec2, default=(1.0, 2.0))))
+    assert pg.to_data(pg.from_data(data)) == data
+    data["values"][0]["default"] = default
+    with pytest.raises(pg.InputError, match=r"values\[0\].default.*rows of one length"):
+        pg.from_data(data)
