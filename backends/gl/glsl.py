@@ -26,7 +26,7 @@ SPELLED = spelled({
         "abs": "abs({0})", "round": "roundEven({0})", "bits_from_float": "floatBitsToInt({0})",
     },
     "int": {
-        "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "abs({0})",
+        "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "pg_abs({0})",
         "shift_left": "({0} << ({1} & 31))", "to_float": "float({0})", "float_from_bits": "intBitsToFloat({0})",
     },
     "bool": {"to_float": "({0} ? 1.0 : 0.0)"},
@@ -41,6 +41,8 @@ FUNCTIONS = {
 uniform int pg_nil;
 float pg_hidden(float x) { return intBitsToFloat(floatBitsToInt(x) | pg_nil); }
 """,
+    # Not the built-in: NVIDIA's compiler takes its result as never negative, also of the lowest int.
+    "pg_abs": "int pg_abs(int a) { return max(a, int(0u - uint(a))); }",
     "pg_to_int": """
 int pg_to_int(float x)
 {
