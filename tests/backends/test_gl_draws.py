@@ -491,7 +491,7 @@ def test_state_that_others_left_behind_changes_nothing() -> None:
 
 def test_an_offset_is_the_same_where_the_driver_has_larger_units() -> None:
     """NVIDIA's units are twice Mesa's: a driver's own are measured, and the draw asks for fewer of them."""
-    depths = []
+    depths, units = [], []
     for times in (1.0, 2.0):
         with GLBackend() as backend:
             own = backend.context.gl.PolygonOffset
@@ -502,6 +502,7 @@ def test_an_offset_is_the_same_where_the_driver_has_larger_units() -> None:
             )  # fmt: skip
             with pg.compile({"depth": made.depth, "color": made}, backend=backend, size=SIZE) as program:
                 depths.append(program()["depth"])
-            assert backend.offset_unit() == times
+            units.append(backend.offset_unit())
+    assert units[1] == 2 * units[0]
     assert np.array_equal(*depths)
     assert depths[0].max() == np.float32(0.75 + 4000 * 2.0**-24)

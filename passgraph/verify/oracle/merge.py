@@ -18,14 +18,11 @@ from passgraph.plan.data import DrawStep
 from passgraph.verify.oracle import interval as iv
 from passgraph.verify.oracle.decisions import Track
 from passgraph.verify.oracle.domain import IntervalDomain
-from passgraph.verify.oracle.interval import Bounded, Interval, Lanes
+from passgraph.verify.oracle.interval import Bounded, Float64, Interval, Lanes
 from passgraph.verify.oracle.stored_bounds import stored
 
 Ints = NDArray[np.int64]
 
-#: Hardware may blend in the precision of a format below float32.  It then rounds the source to a step first: numbers
-#: of bits to the nearest, halves to either neighbor (OpenGL leaves the rounding of that conversion open; NVIDIA cuts).
-SOURCE_STEPS = {True: 0.5, False: 1.0}
 #: Of both products a half step each, less what the last rounding absorbs: in steps, or units of a half's value.
 PRODUCT_STEPS = {True: 0.5, False: 1.0}
 #: The least normal half: smaller ones are as far apart as these.
@@ -225,10 +222,21 @@ def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> I
 
 
 def converted(format_: Format, source: Interval) -> Interval:
-    """What a source may be once it has the precision of the target."""
+    """What a source may be before it blends: hardware may give it the precision of a target below float32.
+
+    Bits are rounded to the nearest. Halves are rounded to either neighbor: OpenGL leaves that open, and NVIDIA cuts.
+    """
     if not format_.unit:
         return source
-    _, exponent = np.frexp(np.maximum(source.magnitude, SMALLEST_HALF))
-    step = format_.unit * (1.0 if format_.steps else np.exp2(exponent))
-    off = SOURCE_STEPS[bool(format_.steps)] * step
-    return Interval(source.lo - off, source.hi + off, source.nan)
+    if format_.steps:
+        low, high = (np.rint(ends * format_.steps) / format_.steps for ends in (source.lo, source.hi))
+        return Interval(np.minimum(source.lo, low), np.maximum(source.hi, high), source.nan)
+    return Interval(*(_half_beside(ends, up) for ends, up in ((source.lo, False), (source.hi, True))), source.nan)
+
+
+def _half_beside(values: Float64, up: bool) -> Float64:
+    """The nearest half that is not below each value, or not above it; what no half reaches stays."""
+    _, exponent = np.frexp(np.maximum(np.abs(values), SMALLEST_HALF))
+    step = np.exp2(exponent - 11.0)
+    rounded = (np.ceil if up else np.floor)(values / step) * step
+    return np.where(np.isfinite(values), rounded, values)
