@@ -20,6 +20,8 @@ from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program
 from passgraph.language.ir import own_pixel
 
+#: What a bool is not.
+NEGATED = "({0} ^^ true)"
 #: Type of the arguments → operation → its expression.
 SPELLED = spelled({
     "float": {
@@ -29,7 +31,8 @@ SPELLED = spelled({
         "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "pg_abs({0})",
         "shift_left": "({0} << ({1} & 31))", "to_float": "float({0})", "float_from_bits": "intBitsToFloat({0})",
     },
-    "bool": {"to_float": "({0} ? 1.0 : 0.0)"},
+    # Not "!": NVIDIA's compiler turns !(a < b) into a >= b, which NaN tells apart.
+    "bool": {"to_float": "({0} ? 1.0 : 0.0)", "logical_not": NEGATED},
 })  # fmt: skip
 
 #: Name → definition.  A later one may call an earlier one.
@@ -433,7 +436,7 @@ class GLSL(CLike):
                 self.line(f"pg_varying{k} = {_vec4(sent[4 * k : 4 * k + 4], ('0.0',) * 4)};")
             return
         if program.keep is not None:
-            self.line(f"if (!{self.operand(program.keep)}) {{ discard; }}")
+            self.line(f"if {NEGATED.format(self.operand(program.keep))} {{ discard; }}")
         for k, output in enumerate(program.outputs):
             values = [self.operand(v) for v in output.values]
             self.line(f"pg_out{k} = {_vec4(values, ('0.0', '0.0', '0.0', '1.0'))};")

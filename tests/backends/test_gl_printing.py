@@ -144,6 +144,12 @@ def test_the_size_of_an_int_is_not_the_builtin() -> None:
     assert "= pg_abs(" in text and "= abs(" not in text
 
 
+def test_what_does_not_hold_is_not_left_to_compilers() -> None:
+    """NVIDIA's turns !(a < b) into a >= b, which is false for NaN."""
+    text = shader("def one(color: Image) -> float: return 0.0 if not (color[0, 0].r < 1.0) else 1.0")
+    assert " ^^ true)" in text and "!" not in text
+
+
 def test_the_fragment_shader_of_counts_asks_for_no_compute_shaders() -> None:
     """NVIDIA's compiler refuses the outputs of a shader that does."""
     for stage in ("compute", "fragment"):
