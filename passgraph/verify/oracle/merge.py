@@ -231,7 +231,7 @@ def converted(format_: Format, source: Interval) -> Interval:
     if format_.steps:
         low, high = (np.rint(ends * format_.steps) / format_.steps for ends in (source.lo, source.hi))
         return Interval(np.minimum(source.lo, low), np.maximum(source.hi, high), source.nan)
-    return Interval(*(_half_beside(ends, up) for ends, up in ((source.lo, False), (source.hi, True))), source.nan)
+    return Interval(_half_beside(source.lo, up=False), _half_beside(source.hi, up=True), source.nan)
 
 
 def _half_beside(values: Float64, up: bool) -> Float64:
