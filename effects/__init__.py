@@ -2,7 +2,7 @@
 
 Reading order: annotations, checked, quantities, parameters, effect_table: how a signature is all that is said of an
 effect; `pictures`; `surfaces`, what effects on scenes draw first; `shadows`; then `ambient`, `planar_shadows` and
-`light2d`; `screen`, on an engine's picture and depth.
+`light2d`; `screen`, on an engine's picture and depth; `temporal`, over several frames.
 
 A new effect is a function under `effect` in a file of its own in one of these folders, or in another package that names
 it as an entry point of the group ``passgraph.effects``; the command line, conformance and the tests find it by that.
@@ -71,6 +71,9 @@ if TYPE_CHECKING:
     )
     from passgraph.effects.shadows.soft_shadow import SoftShadow, soft_shadow, soft_shadow_passes
     from passgraph.effects.surfaces.g_buffer import SceneSurfaces, scene_surfaces
+    from passgraph.effects.temporal.jitter import jitter_px, jittered
+    from passgraph.effects.temporal.taa import taa
+    from passgraph.effects.temporal.velocity import camera_velocity
 
 #: Module → what this package has of it; an effect that is its module's only one needs no row.
 _MODULES = {
@@ -86,6 +89,8 @@ _MODULES = {
     "shadows.shadow_choice": "Auto Blur Disc Evsm4 Hard Msm Pcf Pcss Penumbra Vsm",
     "shadows.soft_shadow": "SoftShadow soft_shadow soft_shadow_passes",
     "surfaces.g_buffer": "SceneSurfaces scene_surfaces",
+    "temporal.jitter": "jitter_px jittered",
+    "temporal.velocity": "camera_velocity",
 }
 _HOME = {name: module for module, names in _MODULES.items() for name in names.split()}
 
@@ -133,6 +138,7 @@ __all__ = [
     "bilateral",
     "black_and_white",
     "bloom",
+    "camera_velocity",
     "cas",
     "chromatic_aberration",
     "color_grade",
@@ -152,6 +158,8 @@ __all__ = [
     "gaussian_blur",
     "halftone",
     "hue_saturation",
+    "jitter_px",
+    "jittered",
     "kuwahara",
     "lens_distortion",
     "median",
@@ -169,6 +177,7 @@ __all__ = [
     "soft_shadow",
     "soft_shadow_passes",
     "supersampled",
+    "taa",
     "tone_map",
     "unsharp",
     "vignette",

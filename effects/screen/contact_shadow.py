@@ -13,7 +13,7 @@ from passgraph import Const, Image, dot, floor, ivec2, length, mix, output_size,
 from passgraph.effects.ambient.occlusion_filter import denoise, linearised
 from passgraph.effects.ambient.occlusion_search import facing_normal, linear_depth_step, pattern
 from passgraph.effects.checked import effect
-from passgraph.effects.quantities import FieldOfView, Reach, Share
+from passgraph.effects.quantities import FieldOfView, Reach, Share, combined
 from passgraph.effects.screen.seen_by import camera_of
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.geometry import (
@@ -162,7 +162,7 @@ def share_of_ways(
     normals, frame, toward = (
         depth_normals(depth, view.camera, f"{name} normals"),
         view.frame(),
-        toward_in_view(view.camera, light),
+        combined(toward_light, view.camera, light),
     )
     linear = linearised(depth, frame, into=pg.target(f"{name} linear depth", "r32f"))
     share: pg.Target = way_to_light(
@@ -174,16 +174,6 @@ def share_of_ways(
             into = pg.target(f"{name} ways_{axis}", "rg32f", like=depth)
             share = denoise(share, normals, frame, reach, *direction, into=into, name=f"denoise ways {axis}")
     return share
-
-
-def toward_in_view(camera: pg.Camera | pg.Value, light: pg.Light | pg.Value) -> object:
-    """`toward_light` at each run, of what it brings; else here."""
-    if isinstance(light, pg.Light):
-        shining = light
-        return View(camera).derived(lambda seen_by: toward_light(seen_by, shining))
-    if isinstance(camera, pg.Camera):
-        return light.map(lambda brought: toward_light(camera, brought))
-    return pg.combine(toward_light, camera, light)
 
 
 def toward_light(camera: pg.Camera, light: pg.Light) -> tuple[float, float, float, float]:

@@ -36,7 +36,7 @@ LOG = logging.getLogger("passgraph.engines")
 #: A function from the target "frame" to a target; see :class:`Attachment`.
 Effect: TypeAlias = Callable[..., pg.Target]
 #: Parameters of effects that every frame brings.
-_PER_FRAME = ("depth", "camera")
+_PER_FRAME = ("depth", "camera", "previous_camera")
 _HOLDS = "depth_holds"
 #: Programs kept for frame sizes and formats seen before: windows that are resized, several views of one scene.
 KEPT_PROGRAMS = 4
@@ -134,8 +134,8 @@ class Attachment:
     """An effect in an engine, until :meth:`close`; an adapter's ``attach`` returns it.
 
     The effect is called with the target ``frame``; where its signature has them, also with ``depth`` (distances along
-    the view axis in scene units, "r32f", 0 where nothing is drawn) and ``camera`` (a run value, `passgraph.Camera`).
-    What it returns is written over the frame.  Effects that say that they take linear light
+    the view axis in scene units, "r32f", 0 where nothing is drawn), ``camera`` (a run value, `passgraph.Camera`) and
+    ``previous_camera`` (that of the frame before).  What it returns is written over the frame.  Effects that say that they take linear light
     (`passgraph.effects.checked.effect`) get frames of 8 bits decoded from sRGB.
 
     ``set``, ``enabled`` and ``close`` may be used in any thread, also while a frame is drawn.  Frames without pixels,
@@ -180,6 +180,8 @@ class Attachment:
         self._host: Host | None = None
         #: By what they are planned for, the last used last.
         self._programs: dict[_Facts, pg.Program] = {}
+        #: By the size of frames, what the last one was seen by.
+        self._cameras: dict[tuple[int, int], pg.Camera] = {}
         self._given: dict[str, object] = {}
         self._take(effect, values)
         if camera is not None and not callable(camera):
@@ -388,9 +390,12 @@ class Attachment:
         """What a run of a program is given in this frame."""
         wanted = program.plan.values
         given: dict[str, Any] = {name: value for name, value in self._given.items() if name in wanted}
-        if not wanted.keys().isdisjoint(("camera", _HOLDS)):
+        if not wanted.keys().isdisjoint(("camera", "previous_camera", _HOLDS)):
             view = self._view()
-            given |= {n: v for n, v in (("camera", view.camera), (_HOLDS, view.holds)) if n in wanted}
+            before = self._cameras.get(frame.size, view.camera)
+            self._cameras[frame.size] = view.camera
+            seen = {"camera": view.camera, "previous_camera": before, _HOLDS: view.holds}
+            given |= {name: value for name, value in seen.items() if name in wanted}
         if "depth" in program.inputs:
             given["depth"] = depth
         return {**given, "frame": frame}
@@ -438,8 +443,8 @@ class Attachment:
         if "depth" in self._takes:
             held = pg.Input("depth", facts.depth, facts.size) if bound else pg.Input("depth")
             made["depth"] = distances(held, pg.Value(_HOLDS, pg.HardwareDepth))
-        if "camera" in self._takes:
-            made["camera"] = pg.Value("camera", pg.Camera)
+        for name in {"camera", "previous_camera"} & self._takes:
+            made[name] = pg.Value(name, pg.Camera)
         for name in self._names & given.keys():
             handle = self._handles.get(name)
             is_plain = not isinstance(given[name], (pg.Value, pg.Derived, str))
@@ -458,6 +463,7 @@ class Attachment:
         host, programs = self._host, list(self._programs.values())
         self._host = None
         self._programs.clear()
+        self._cameras.clear()
         for program in programs:
             with suppress(OtherContextError):  # it closes with the host, which can be closed anywhere
                 program.close()

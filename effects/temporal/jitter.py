@@ -1,0 +1,56 @@
+"""Cameras moved by parts of a pixel from frame to frame, for effects that collect samples over frames."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import passgraph as pg
+
+#: Frames after which places repeat.
+PERIOD = 16
+
+
+def radical_inverse(number: int, base: int) -> float:
+    """The digits of a whole number mirrored at the point, from 0 to 1.
+
+    >>> [radical_inverse(number, 2) for number in (1, 2, 3, 4)]
+    [0.5, 0.25, 0.75, 0.125]
+    """
+    share, value = 1.0, 0.0
+    while number:
+        share /= base
+        number, digit = divmod(number, base)
+        value += share * digit
+    return value
+
+
+def jitter_px(frame: int, period: int = PERIOD) -> tuple[float, float]:
+    """Place of a frame's samples, right and down from the pixels' centers, in pixels from -0.5 to 0.5.
+
+    Parameters
+    ----------
+    frame : number of the frame, from 0
+    period : frames after which places repeat; their mean is moved to the center
+
+    Source: J. H. Halton, 1960, in bases 2 and 3.
+
+    >>> jitter_px(0, 1), [round(x, 3) for x in jitter_px(0, 2)]
+    ((0.0, 0.0), [0.125, -0.167])
+    """
+    places = [(radical_inverse(number, 2), radical_inverse(number, 3)) for number in range(1, period + 1)]
+    x, y = places[frame % period]
+    return x - sum(p[0] for p in places) / period, y - sum(p[1] for p in places) / period
+
+
+def jittered(camera: pg.Camera, frame: int, size: tuple[int, int], period: int = PERIOD) -> pg.Camera:
+    """Return a camera whose picture of a size (width, height) is sampled at `jitter_px`.
+
+    Give it to the run that draws the scene; `passgraph.effects.taa` gets the camera without jitter.
+
+    >>> camera = pg.Camera((0, 0, 5), (0, 0, 0))
+    >>> [round(x, 5) for x in jittered(camera, 0, (100, 50), period=2).shift]
+    [0.0025, 0.00667]
+    """
+    x, y = jitter_px(frame, period)
+    across, up = camera.shift
+    return replace(camera, shift=(across + 2.0 * x / size[0], up - 2.0 * y / size[1]))

@@ -1,0 +1,194 @@
+"""Temporal antialiasing: samples of earlier frames, carried to where their surfaces are now."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from typing import Annotated
+
+import passgraph as pg
+from passgraph import Const, Image, dot, floor, ivec2, mix, pixel, sqrt, vec2, vec4
+from passgraph.effects.checked import effect
+from passgraph.effects.quantities import FieldOfView
+from passgraph.effects.screen.seen_by import camera_of
+from passgraph.effects.temporal.velocity import camera_velocity
+from passgraph.scene.camera import DEFAULT_FOV_RAD
+
+#: Distances that differ by less than this share are of one surface.
+SAME_SURFACE = 0.05
+
+
+@pg.function
+def is_finite(c: vec4) -> bool:
+    return dot(c, vec4(0.0)) == 0.0
+
+
+@pg.function
+def to_ycocg(c: vec4) -> vec4:
+    """Luma and two differences of color, whose box around a neighborhood is tighter; alpha stays."""
+    return vec4(0.25 * c.r + 0.5 * c.g + 0.25 * c.b, 0.5 * c.r - 0.5 * c.b, -0.25 * c.r + 0.5 * c.g - 0.25 * c.b, c.a)
+
+
+@pg.function
+def from_ycocg(c: vec4) -> vec4:
+    rest = c.x - c.z
+    return vec4(rest + c.y, c.x + c.z, rest - c.y, c.w)
+
+
+@pg.function
+def catmull_rom(f: float) -> vec4:
+    """Weights of four texels in a row for a place between the middle two."""
+    return vec4(
+        f * (-0.5 + f * (1.0 - 0.5 * f)), 1.0 + f * f * (-2.5 + 1.5 * f), f * (0.5 + f * (2.0 - 1.5 * f)),
+        f * f * (-0.5 + 0.5 * f),
+    )  # fmt: skip
+
+
+@pg.function
+def between_texels(picture: Image, place: vec2) -> vec4:
+    """A picture at a place in texels by a Catmull-Rom spline; the nearest texel where one around is not finite."""
+    base = ivec2(floor(place - 0.5))
+    f = place - 0.5 - vec2(base)
+    across, down = catmull_rom(f.x), catmull_rom(f.y)
+    total = vec4(0.0)
+    for y in range(4):
+        row = vec4(0.0)
+        for x in range(4):
+            row += picture.texel(base + ivec2(x - 1, y - 1)) * across[x]
+        total += row * down[y]
+    return total if is_finite(total) else picture.texel(ivec2(floor(place)))
+
+
+@pg.function
+def stands_before(distance: float, other: float) -> bool:
+    """Whether a surface is nearer than another one, or than the sky (0)."""
+    return distance > 0.0 and (other <= 0.0 or distance < (1.0 - SAME_SURFACE) * other)
+
+
+@pg.function
+def clipped(history: vec4, mean: vec4, half: vec4) -> vec4:
+    """What of the way from a box's middle to a color lies inside."""
+    way = history - mean
+    out = abs(way) / max(half, vec4(1e-20))
+    return mean + way / max(out.x, out.y, out.z, out.w, 1.0)
+
+
+@pg.kernel
+def resolved(
+    color: Image, depth: Image, velocity: Image, history: Image, kept: Image, sigmas: float, most_frames: float,
+    knows_distance: Const[bool], hdr: Const[bool],
+) -> tuple[vec4, vec2]:  # fmt: skip
+    """The picture over all frames; the distance, and of how many frames it is."""
+    here = color[0, 0]
+    distance, way = depth[0, 0].r, velocity[0, 0].rgb
+    if not is_finite(here):
+        return here, vec2(distance, 0.0)
+    # the nearest surface around is followed, so that edges move with what stands in front
+    middle, nearest = to_ycocg(here), distance
+    first, count = vec4(0.0), 0.0
+    for y in range(-1, 2):
+        for x in range(-1, 2):
+            c, z = to_ycocg(color[x, y]) - middle, depth[x, y].r
+            if is_finite(c):
+                first += c
+                count += 1.0
+            if z > 0.0 and (nearest <= 0.0 or z < nearest):
+                nearest, way = z, velocity[x, y].rgb
+    first = first / count
+    second = vec4(0.0)
+    for y in range(-1, 2):
+        for x in range(-1, 2):
+            c = to_ycocg(color[x, y]) - middle - first
+            second += c * c if is_finite(c) else vec4(0.0)
+    spread = sqrt(second / count) * sigmas
+
+    place = vec2(pixel()) + 0.5 - way.xy
+    there = ivec2(floor(place))
+    inside = there.x >= 0 and there.y >= 0 and there.x < history.size.x and there.y < history.size.y
+    frames = kept.texel(there).g if inside else 0.0
+    if knows_distance and frames > 0.0:
+        # hidden before, where all that was seen around it stood nearer
+        hidden = True
+        for y in range(-1, 2):
+            for x in range(-1, 2):
+                hidden = hidden and stands_before(kept.texel(there + ivec2(x, y)).r, way.z)
+        frames = 0.0 if hidden else frames
+    before = between_texels(history, place) if frames > 0.0 else here
+    frames = min(frames, most_frames - 1.0) if is_finite(before) else 0.0
+    if frames <= 0.0:
+        return here, vec2(distance, 1.0)
+    old = clipped(to_ycocg(before), middle + first, spread)
+    share = 1.0 / (frames + 1.0)
+    if hdr:
+        # lamps that some frames hit and others miss count little, and do not flicker
+        new_weight, old_weight = share / (1.0 + max(middle.x, 0.0)), (1.0 - share) / (1.0 + max(old.x, 0.0))
+        share = new_weight / (new_weight + old_weight)
+    return from_ycocg(mix(old, middle, share)), vec2(distance, frames + 1.0)
+
+
+@effect("taa", "picture+depth", linear=True, alpha="premultiplied")
+def taa(
+    color: pg.Target,
+    depth: pg.Target,
+    *,
+    camera: pg.Camera | pg.Value | None = None,
+    previous_camera: pg.Camera | pg.Value | None = None,
+    velocity: pg.Target | None = None,
+    most_frames: Annotated[int, pg.Range(1, 256, "frames")] | pg.Value = 16,
+    sigmas: Annotated[float, pg.Range(0, 16)] | pg.Value = 1.25,
+    hdr: bool = False,
+    vertical_fov_rad: FieldOfView = DEFAULT_FOV_RAD,
+    into: pg.TargetSpec | None = None,
+    name: str = "taa",
+) -> pg.Target:
+    """Smooth edges and flicker over the frames of a moving picture (temporal antialiasing).
+
+    Parameters
+    ----------
+    color : one frame, its camera moved by `passgraph.effects.temporal.jitter.jittered`
+    depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
+        ``color``
+    camera : which both were seen by, without jitter; left out, one of ``vertical_fov_rad`` at the origin
+    previous_camera : the camera of the frame before, without jitter; left out, ``camera``
+    velocity : in place of that of the cameras: red and green are the way of each pixel since the frame before, in
+        pixels, to the right and down
+    most_frames : how many frames count as many as the new one; more are smoother, and follow light that changes later
+    sigmas : how far history may differ from the new frame, in standard deviations of the 3 by 3 pixels around; less
+        leaves fewer ghosts, more is smoother
+    hdr : bright samples count less, so that small lamps do not flicker; edges beside them are as smooth
+    vertical_fov_rad : full vertical angle of view, without ``camera``
+    into : where it goes; left out, float32 with the name ``name``
+    name : of the passes and targets
+
+    History follows the nearest surface of the 3 by 3 pixels, is read by a Catmull-Rom spline, and clipped to a box in
+    YCoCg.  It begins anew where the picture shows what lay outside of it or, with the cameras' velocity, what was
+    hidden before. Pixels that are NaN or infinite stay for one frame, and have no part in others.
+
+    Source: B. Karis, "High Quality Temporal Supersampling", SIGGRAPH 2014; M. Salvi, "An Excursion in Temporal
+    Supersampling", GDC 2016 (variance clipping). Deviation: until ``most_frames`` are there, all count the same.
+
+    Examples
+    --------
+    An edge through the middle of a pixel, seen in 16 frames from a camera that jitters:
+
+    >>> import numpy as np
+    >>> from passgraph.effects.temporal.jitter import jitter_px
+    >>> with pg.compile(taa(pg.Input("frame"), pg.Input("depth"), sigmas=16.0), backend="reference") as program:
+    ...     for number in range(16):
+    ...         edge = np.float32(np.arange(5) + jitter_px(number)[0] > 2.0)[None, :, None] * np.ones((5, 5, 4))
+    ...         shown = program(frame=edge, depth=np.ones((5, 5, 1)))["taa"]
+    >>> shown[2, :, 0].tolist()
+    [0.0, 0.0, 0.5, 1.0, 1.0]
+    """
+    seen_by = camera_of(camera, vertical_fov_rad)
+    knows_distance = velocity is None
+    if velocity is None:
+        velocity = camera_velocity(depth, seen_by, previous_camera or seen_by, name=f"{name}_velocity")
+    spec = into or pg.target(name, "rgba32f", like=color)
+    kept = pg.target(f"{name}_kept", "rg32f", like=color)
+    made, _ = resolved(
+        color, depth, velocity, pg.previous(spec), pg.previous(kept), sigmas, most_frames, knows_distance, hdr,
+        into=(spec, kept), name=name,
+    )  # fmt: skip
+    assert isinstance(made, pg.Target)
+    return made

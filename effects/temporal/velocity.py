@@ -1,0 +1,82 @@
+"""Velocity: where each pixel's surface was in the picture before, from depth and two cameras."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import passgraph as pg
+from passgraph import Image, mat4, output_size, uv, vec2, vec3, vec4
+from passgraph.effects.checked import checked
+from passgraph.effects.quantities import combined
+from passgraph.effects.surfaces.geometry import ViewFrame, line_of_sight, picture_place, view_position
+from passgraph.effects.surfaces.views import View
+
+#: Of the third channel, where the previous camera did not see the place: it lay behind the eye.
+UNSEEN = -1.0
+
+
+@pg.kernel
+def moved(depth: Image, frame: ViewFrame, before: ViewFrame, before_from_now: mat4) -> vec3:
+    """The way of each pixel in pixels, and the distance before; the sky turns, and does not come nearer."""
+    z = depth[0, 0].r
+    drawn = z > 0.0
+    now = view_position(frame, uv(), z) if drawn else line_of_sight(frame, uv())
+    then = (before_from_now * vec4(now, 1.0 if drawn else 0.0)).xyz
+    if -then.z <= 0.0:
+        return vec3(0.0, 0.0, UNSEEN)
+    way = picture_place(frame, now) - picture_place(before, then)
+    if not drawn and not frame.perspective:
+        way = vec2(0.0)
+    return vec3(way * vec2(output_size()), -then.z if drawn else 0.0)
+
+
+def before_from_now(camera: pg.Camera, previous_camera: pg.Camera) -> Any:
+    """Positions in one camera's frame to another's, (4, 4); what is large in the world cancels in float64."""
+    turn, before = camera.view_rotation(), previous_camera.view_rotation()
+    made = before @ turn.T
+    made[:3, 3] = before[:3, :3] @ np.subtract(camera.eye, previous_camera.eye)
+    return made
+
+
+@checked
+def camera_velocity(
+    depth: pg.Target,
+    camera: pg.Camera | pg.Value,
+    previous_camera: pg.Camera | pg.Value,
+    into: pg.TargetSpec | None = None,
+    name: str = "velocity",
+) -> pg.Target:
+    """How far each pixel's surface moved in the picture since the frame before, where only the camera moves.
+
+    Parameters
+    ----------
+    depth : red is the distance along the view axis in scene units, 0 where there is no surface
+    camera : which it was seen by, without jitter
+    previous_camera : the camera of the frame before, without jitter
+    into : where it goes; left out, "rgb32f" of the size of ``depth`` with the name ``name``
+    name : of the pass and target
+
+    Returns
+    -------
+    Red and green: the way from its place in the picture before, pixels, to the right and down. Blue: its distance along
+    the view axis before, scene units; 0 of the sky, and -1 where it lay behind the eye, with a way of 0.
+
+    Examples
+    --------
+    One unit to the right, at a distance at which the picture is 4 units wide:
+
+    >>> import numpy as np
+    >>> before = pg.Camera((0, 0, 0), (0, 0, -1), vertical_fov_rad=2 * np.arctan(0.5), near=0.1)
+    >>> now = pg.Camera((1, 0, 0), (1, 0, -1), vertical_fov_rad=2 * np.arctan(0.5), near=0.1)
+    >>> with pg.compile(camera_velocity(pg.Input("depth"), now, before), backend="reference") as program:
+    ...     program(depth=np.full((8, 8, 1), 4.0))["velocity"][3, 3].tolist()
+    [-2.0, 0.0, 4.0]
+    """
+    into = into or pg.target(name, "rgb32f", like=depth)
+    matrix = combined(before_from_now, camera, previous_camera)
+    made: pg.Target = moved(depth, View(camera).frame(), View(previous_camera).frame(), matrix, into=into, name=name)
+    return made
