@@ -34,7 +34,12 @@ MUTANTS = (
     ),
     _g("FUNCTIONS", "return pg_isnan(x) ? 0 : i;", "return pg_isnan(x) ? 1 : i;", "operations/to_int"),
     _g("FUNCTIONS", "r = r < 0 ? r + b : r;", "r = r < -1 ? r + b : r;", "language/a wide neighbourhood, repeat"),
-    _g("GLSL._place", 'f"pg_nearer({text}, 2 * {count})"', "text", "pictures/far outside, mirror"),
+    _g(
+        "GLSL._place",
+        "f\"pg_nearer({text}, {rule.period.replace('size', count)})\"",
+        "text",
+        "pictures/far outside, mirror",
+    ),
     _g("GLSL._hidden", 'return f"pg_hidden({text})" if zero else text', "return text", "language/written zeros"),
     _g("_Search.walk", "self.found.add(i.index.id)", "pass", "language/unrolled zeros"),
     _g("_Search.is_nonzero", "return i.table in self.tables", "return True", "language/unrolled zeros"),
