@@ -10,7 +10,7 @@ from typing import ClassVar
 from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout
 from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, Listing, spelled
 from passgraph.cached import cached_property
-from passgraph.formats import Format
+from passgraph.formats import Format, format_spelling
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_name, border_program, nearer
 from passgraph.language.emitter import Call, repeated
@@ -42,7 +42,7 @@ def package_text(name: str) -> str:
 
 def element(format_: Format) -> str:
     """The type of a channel in a buffer."""
-    return ELEMENTS[format_.number]
+    return format_spelling(format_, ELEMENTS, __file__)
 
 
 def load_expression(format_: Format, image: str, index: str) -> str:

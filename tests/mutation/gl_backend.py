@@ -175,9 +175,9 @@ MUTANTS = (
         ("pictures/rgba32f 7x5", "pictures/rgba32f 70x66", "pictures/rgba32f"),
     ),
     Mutant(
-        "_INTERNAL",
-        '"u2": (0x822A, 0x822C, 0x8054, 0x805B)',
-        '"u2": (0x8229, 0x822B, 0x8051, 0x8058)',
+        "_SPELLINGS",
+        "(0x822A, 0x822C, 0x8054, 0x805B)",
+        "(0x8229, 0x822B, 0x8051, 0x8058)",
         "gl",
         ("pictures/",),
     ),
