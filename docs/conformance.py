@@ -183,7 +183,7 @@ def main() -> None:
     taken = f"Here {cases}; seconds on two busy cores; taken {date.today()}."
     faults = [f"- {row}: {c['case']}: {c['outcome']}" for row, r in reports.items() for c in r["cases"]
               if c["outcome"] != "passed"]  # fmt: skip
-    parts = [HEAD, f"## The suite\n\n{taken}\n\n{suite_table(reports)}\n"]
+    parts = [HEAD, f"## The suite\n\n{taken} For a card, see [On a graphics card](gpu.md).\n\n{suite_table(reports)}\n"]
     parts += ["\n".join(["Not passed:", "", *faults, ""])] if faults else []
     parts.append("## The check can fail\n\n" + mutant_text(json.loads(MUTANTS.read_text(encoding="utf-8"))) + "\n")
     parts.append("## Chance\n\n" + json.loads(RECORDS.read_text(encoding="utf-8"))["fuzz"] + "\n")

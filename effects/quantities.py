@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import islice
 from math import cos, sin, tan
 from typing import Annotated, Any
 
@@ -35,6 +36,33 @@ def mapped(value: Any, function: Callable[[Any], object]) -> Any:
     ((1.0, 0.0), 'angle')
     """
     return value.map(function) if isinstance(value, (pg.Value, pg.Derived)) else function(value)
+
+
+def combined(function: Callable[..., object], *given: Any) -> Any:
+    """Return what a function makes of numbers and of run values; with any of these, computed at each run.
+
+    >>> combined(max, 1.0, 2.0), combined(max, pg.Value("a"), 2.0, pg.Value("b").map(abs)).name
+    (2.0, 'a+b')
+    """
+    parts: list[tuple[int, Callable[..., object]]] = []
+    sources: list[pg.Value] = []
+    for one in given:
+        if isinstance(one, pg.Derived):
+            sources += one.sources
+            parts.append((len(one.sources), one.function))
+        elif isinstance(one, pg.Value):
+            sources.append(one)
+            parts.append((1, lambda value: value))
+        else:
+            parts.append((0, lambda fixed=one: fixed))
+    if not sources:
+        return function(*given)
+
+    def computed(*values: object) -> object:
+        rest = iter(values)
+        return function(*(part(*islice(rest, count)) for count, part in parts))
+
+    return pg.combine(computed, *sources)
 
 
 def axis_of(angle_rad: float) -> tuple[float, float]:

@@ -33,6 +33,29 @@ def test_a_run_sees_what_was_written_so_many_runs_ago(backend: str, ago: int) ->
         assert float(program(frame=FRAME)["late"][0, 0, 0]) == 7.0
 
 
+@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl", "reference"])
+def test_a_program_goes_on_where_another_one_stands(backend: str) -> None:
+    """Of targets with one name, size and format; of one kept for several runs each of them."""
+
+    def late_by_two(name: str = "now", form: str = "r32f") -> dict[str, pg.Target]:
+        now = KEPT(pg.Input("frame", "r32f", (5, 3)), into=pg.target(name, form, initial=7.0))
+        return {"late": KEPT(pg.previous(now, 2), into=pg.target("late", "r32f")), "now": now}
+
+    with pg.compile(late_by_two(), backend=backend) as first:
+        for number in (1, 2, 3):
+            first(frame=FRAME * number)
+        for outputs, seen in ((late_by_two(), [2.0, 3.0, 4.0]), (late_by_two(form="r16f"), [7.0, 7.0, 4.0])):
+            with pg.compile(outputs, backend=first.backend) as second:
+                second.continue_from(first)
+                assert [float(second(frame=FRAME * n)["late"][0, 0, 0]) for n in (4, 5, 6)] == seen
+        with pg.compile(numbered(), backend=first.backend) as counting:
+            counting(frame=FRAME)
+            counting.continue_from(first)
+            assert float(counting(frame=FRAME)["out"][0, 0, 0]) == 3.0
+        with pg.compile(late_by_two()) as elsewhere, pytest.raises(pg.GraphError, match="history stays on its backend"):
+            elsewhere.continue_from(first)
+
+
 def test_what_is_read_only_from_far_keeps_what_lies_between() -> None:
     now = KEPT(pg.Input("frame"), into=pg.target("now", "r32f"))
     late = KEPT(pg.previous(now, 3), into=pg.target("late", "r32f"))

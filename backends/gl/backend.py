@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, ClassVar
 
@@ -17,6 +17,7 @@ from passgraph.backends.gl import transfers
 from passgraph.backends.gl.capabilities import count_group, loop_trips
 from passgraph.backends.gl.context import Context, OwnContext, device_names
 from passgraph.backends.gl.counts import CountRun, counts
+from passgraph.backends.gl.measured import measure_offset_unit
 from passgraph.backends.gl.passes import DrawRun, Mesh, PixelRun
 from passgraph.backends.gl.programs import Programs
 from passgraph.backends.gl.textures import (
@@ -74,6 +75,7 @@ class GLBackend(Backend):
             #: Invocations that count a row together; 0 where there are no compute shaders.
             self.count_group = count_group(gl)
             self.no_vertices = self.objects.new("VertexArray")
+        self._offset_unit: float | None = None
         self.values: Texture | None = None  # float32 on its way into a texture; the last one stays
         self._gl_formats: dict[Format, GLFormat] = {}
 
@@ -234,6 +236,12 @@ class GLBackend(Backend):
             finally:
                 self.in_run = False
                 self.unbind()
+
+    def offset_unit(self) -> float:
+        """What the driver moves depth by for one unit of a polygon offset (rule 5: 1); the context is current."""
+        if self._offset_unit is None:
+            self._offset_unit = measure_offset_unit(self)
+        return self._offset_unit
 
     def geometry(self, mesh: Geometry) -> Mesh:
         with self.context as gl:

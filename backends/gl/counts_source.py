@@ -11,10 +11,10 @@ from passgraph.backends.printing import Listing
 from passgraph.language.source import NOWHERE
 from passgraph.plan.known import numbers_program
 
-#: What has compute shaders and buffers that they write, where both are extensions.
-_EXTENSIONS = """#version 420 core
-#extension GL_ARB_compute_shader : require
-#extension GL_ARB_shader_storage_buffer_object : require"""
+#: What has buffers that shaders write, and compute shaders, where both are extensions.  A fragment shader asks for
+#: buffers alone: NVIDIA's compiler takes one that asks for compute shaders to be one, and refuses its outputs.
+_BUFFERS = "#version 420 core\n#extension GL_ARB_shader_storage_buffer_object : require"
+_COMPUTE = f"{_BUFFERS}\n#extension GL_ARB_compute_shader : require"
 
 #: One group a row.  llvmpipe takes a fifth less for four texels a trip.
 _MAIN = """layout(local_size_x = GROUP) in;
@@ -114,6 +114,7 @@ def sums_text(quarter: int, output: Placement, dialect: Dialect) -> str:
     return f"{dialect.header}\n{text}"
 
 
-def counting_dialect(dialect: Dialect, is_core: bool) -> Dialect:
-    """The same GLSL with compute shaders: of OpenGL 4.3, or of 4.2 with extensions."""
-    return replace(dialect, version="#version 430 core" if is_core else _EXTENSIONS)
+def counting_dialect(dialect: Dialect, is_core: bool, stage: str) -> Dialect:
+    """The same GLSL for a ``"compute"`` or ``"fragment"`` shader with buffers: 4.3, or 4.2 with extensions."""
+    extended = _COMPUTE if stage == "compute" else _BUFFERS
+    return replace(dialect, version="#version 430 core" if is_core else extended)

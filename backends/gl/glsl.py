@@ -20,16 +20,19 @@ from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_name, border_program
 from passgraph.language.ir import own_pixel
 
+#: What a bool is not.
+NEGATED = "({0} ^^ true)"
 #: Type of the arguments → operation → its expression.
 SPELLED = spelled({
     "float": {
         "abs": "abs({0})", "round": "roundEven({0})", "bits_from_float": "floatBitsToInt({0})",
     },
     "int": {
-        "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "abs({0})",
+        "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "pg_abs({0})",
         "shift_left": "({0} << ({1} & 31))", "to_float": "float({0})", "float_from_bits": "intBitsToFloat({0})",
     },
-    "bool": {"to_float": "({0} ? 1.0 : 0.0)"},
+    # Not "!": NVIDIA's compiler turns !(a < b) into a >= b, which NaN tells apart.
+    "bool": {"to_float": "({0} ? 1.0 : 0.0)", "logical_not": NEGATED},
 })  # fmt: skip
 
 #: Name → definition.  A later one may call an earlier one.
@@ -41,6 +44,8 @@ FUNCTIONS = {
 uniform int pg_nil;
 float pg_hidden(float x) { return intBitsToFloat(floatBitsToInt(x) | pg_nil); }
 """,
+    # Not the built-in: NVIDIA's compiler takes its result as never negative, also of the lowest int.
+    "pg_abs": "int pg_abs(int a) { return max(a, int(0u - uint(a))); }",
     "pg_to_int": """
 int pg_to_int(float x)
 {
@@ -431,7 +436,7 @@ class GLSL(CLike):
                 self.line(f"pg_varying{k} = {_vec4(sent[4 * k : 4 * k + 4], ('0.0',) * 4)};")
             return
         if program.keep is not None:
-            self.line(f"if (!{self.operand(program.keep)}) {{ discard; }}")
+            self.line(f"if {NEGATED.format(self.operand(program.keep))} {{ discard; }}")
         for k, output in enumerate(program.outputs):
             values = [self.operand(v) for v in output.values]
             self.line(f"pg_out{k} = {_vec4(values, ('0.0', '0.0', '0.0', '1.0'))};")

@@ -129,6 +129,10 @@ class DrawRun:
         self.program = backend.programs.draw(step.vertex, step.fragment, step.varyings)
         self.guard = fixed.guard_band(backend.context.gl, step.size, backend.max_viewport)
         self.attributes = step.vertex.attributes
+        factor, units = step.state.polygon_offset
+        self.state = step.state
+        if units:
+            self.state = replace(step.state, polygon_offset=(factor, units / backend.offset_unit()))
 
     def __call__(
         self,
@@ -150,7 +154,7 @@ class DrawRun:
         fixed.set_common(gl, bound, backend.objects.framebuffer(outputs, depth))
         self._clear(gl, bound, outputs, depth)
         fixed.set_guard_band(gl, bound, step.size, self.guard)
-        fixed.set_draw(gl, bound, step.state, outputs, depth)
+        fixed.set_draw(gl, bound, self.state, outputs, depth)
         fixed.bind_images(gl, bound, images)
         fixed.use(gl, bound, program.name, geometry.array)
         geometry.send(self.attributes)

@@ -109,7 +109,7 @@ class Programs:
         """A compute shader that counts the numbers of a picture in bins."""
         key = (f"{bins} in groups of {group}", "", (), placements)
         if key not in self.made:
-            shader = counts_listing(placements, self._counting_dialect, bins, group)
+            shader = counts_listing(placements, self._counting_dialect("compute"), bins, group)
             self.made[key] = self._linked({g.COMPUTE_SHADER: shader}, (numbers_program(),))
         return self.made[key]
 
@@ -117,14 +117,14 @@ class Programs:
         """What writes the counts that are the results of a program."""
         key = (f"sums {quarter}", program.key, (), placements)
         if key not in self.made:
-            shader = sums_text(quarter, placements.output, self._counting_dialect)
-            full = Listing(self._counting_dialect.fullscreen, (NOWHERE,))
+            dialect = self._counting_dialect("fragment")
+            shader = sums_text(quarter, placements.output, dialect)
+            full = Listing(dialect.fullscreen, (NOWHERE,))
             self.made[key] = self._link(full, Listing(shader, (NOWHERE,)), (program,))
         return self.made[key]
 
-    @property
-    def _counting_dialect(self) -> Dialect:
-        return counting_dialect(self.dialect, self.objects.gl.has.version >= (4, 3))
+    def _counting_dialect(self, stage: str) -> Dialect:
+        return counting_dialect(self.dialect, self.objects.gl.has.version >= (4, 3), stage)
 
     def draw(
         self,

@@ -4,9 +4,8 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import hypot
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,7 @@ import passgraph as pg
 from passgraph import Image, dot, mat3, mix, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.black_and_white import REC709
-from passgraph.effects.quantities import NotNegative
+from passgraph.effects.quantities import NotNegative, combined
 
 #: Of D65, the white of Rec. 709: color temperature, and distance from the Planckian locus in CIE 1960 (u, v).
 D65_K, D65_DUV = 6504.0, 0.0032
@@ -153,24 +152,8 @@ def color_grade(
     ...     program(frame=frame)["color_grade"].round(3)[0, 0].tolist() == np.float32([2.88, 0.18, 0.045, 1]).tolist()
     True
     """
-    (kelvins, kelvin), (offsets, offset) = _from_run(temperature_k), _from_run(duv)
-    count = len(kelvins)
-
-    def matrix(*given: Any) -> Float64:
-        return balance(kelvin(*given[:count]), offset(*given[count:]))
-
-    sources = (*kelvins, *offsets)
-    given = pg.combine(matrix, *sources) if sources else matrix()
+    given = combined(balance, temperature_k, duv)
     return graded(
         color, given, contrast, pivot, shadows, highlights, lift, gamma, gain, saturation,
         into=into or pg.target(name, "rgba32f"), name=name,
     )  # fmt: skip
-
-
-def _from_run(value: float | pg.Value | pg.Derived) -> tuple[tuple[pg.Value, ...], Callable[..., float]]:
-    """The run values that a number comes from, and the function from them to it."""
-    if isinstance(value, pg.Derived):
-        return value.sources, value.function  # type: ignore[return-value]
-    if isinstance(value, pg.Value):
-        return (value,), float
-    return (), lambda: value

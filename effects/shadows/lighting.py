@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import passgraph as pg
 from passgraph.effects.pictures.blur import gaussian_blur
-from passgraph.effects.shadows.moment_maps import MomentView, blurred_moments, with_width
+from passgraph.effects.quantities import mapped
+from passgraph.effects.shadows.moment_maps import MomentView, blurred_moments
 from passgraph.effects.shadows.nearest_casters import nearest_casters
 from passgraph.effects.shadows.penumbra_search import add_light_with_penumbrae, find_penumbrae
 from passgraph.effects.shadows.shadow_choice import (
@@ -135,9 +136,7 @@ class Lighting:
             by = look.filter_frame(self.filter)
             return blurred_moments(map_, self.filter, by, self.width is not None, self.map_size, name), by
         width = 0.0 if self.width is None or not isinstance(self.filter, Disc) else self.width
-        if isinstance(width, (pg.Value, pg.Derived)):
-            return map_, with_width(only_width, width)
-        return map_, only_width(float(width))  # type: ignore[arg-type]  # checked to be a number before
+        return map_, mapped(width, lambda number: only_width(float(number)))
 
     def _fitted(self) -> Fit | None:
         """What maps are fitted to; what is blurred or read over a width that a run says may reach beyond any fit."""

@@ -4,7 +4,6 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph import Const, Image, ivec2, output_size, pixel, vec2, vec4
+from passgraph.effects.quantities import combined
 from passgraph.effects.shadows.shadow_choice import Evsm4, MomentFilter, Msm, Vsm
 from passgraph.effects.shadows.shadow_filters import FilterFrame
 from passgraph.effects.shadows.shadow_moments import (
@@ -67,13 +67,13 @@ class MomentView(MapView):
             view, projection = replace(self, width=float(width)).frustum(light)
             return projection @ view @ translation(origin)
 
-        return with_width(matrix, self.width, self.light)
+        return combined(matrix, self.light, self.width)
 
     def frame(self, view: View, map_size: int) -> pg.Derived:
         def made(camera: pg.Camera, light: pg.Light, width: float) -> LightFrame:
             return replace(self, width=float(width))._frame(camera, light, None, map_size)
 
-        return with_width(made, self.width, view.camera, self.light)
+        return combined(made, view.camera, self.light, self.width)
 
     def filter_frame(self, of: MomentFilter) -> pg.Derived:
         """What each run sets of the filter."""
@@ -86,18 +86,7 @@ class MomentView(MapView):
             scale = 2.0 / (far - near)
             return FilterFrame(width, of.bleed, exponent, near, scale, radius, block_of(radius))
 
-        return with_width(frame, self.width, self.light)
-
-
-def with_width(function: Callable[..., object], width: object, *values: pg.Value) -> pg.Derived:
-    """A value from run values and a width, which is a number, a run value or derived from some."""
-    count = len(values)
-    if isinstance(width, pg.Derived):
-        inner = width.function
-        return pg.combine(lambda *given: function(*given[:count], inner(*given[count:])), *values, *width.sources)
-    if isinstance(width, pg.Value):
-        return pg.combine(function, *values, width)
-    return pg.combine(lambda *given: function(*given, width), *values)
+        return combined(frame, self.light, self.width)
 
 
 def depths_of(projection: Float64) -> tuple[float, float]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -48,23 +48,32 @@ def picture_job(
     holds: HardwareDepth | None = None,
 ) -> Job:  # fmt: skip
     """An effect on a picture file; ``holds`` says what ``depth`` means where it is an engine's buffer."""
-    frame = load_frame(path, linear)
-    targets, given = [input_of("frame", frame, linear)], {"frame": frame}
+    pictures = {"frame": load_frame(path, linear)}
     if effect.takes == "picture+depth":
         if depth is None:
             raise InputError(f"effect {effect.name} needs --depth FILE: linear depth of each pixel of {path}")
-        given["depth"] = _load(depth, False)[:, :, :1]
-        if given["depth"].shape[:2] != frame.shape[:2]:
-            raise InputError(f"{depth}: is {_size_text(given['depth'])} pixels, and {path} is {_size_text(frame)}")
-        targets.append(as_distance(input_of("depth", given["depth"]), holds))
+        pictures["depth"] = load_depth(depth)
+        if pictures["depth"].shape[:2] != pictures["frame"].shape[:2]:
+            sizes = [_size_text(pictures[name]) for name in ("depth", "frame")]
+            raise InputError(f"{depth}: is {sizes[0]} pixels, and {path} is {sizes[1]}")
     elif depth is not None:
         raise InputError(f"effect {effect.name} takes no --depth")
-    parameters, pictures = picture_parameters(effect, parameters)
-    if all(map(is_opaque, [frame, *pictures.values()])):
+    return job_of_pictures(effect, pictures, linear, parameters, holds)
+
+
+def job_of_pictures(
+    effect: Effect, pictures: Mapping[str, NDArray[Any]], linear: bool, parameters: dict[str, Any],
+    holds: HardwareDepth | None = None,
+) -> Job:  # fmt: skip
+    """An effect on a picture, "frame", and on its "depth" where it takes one; without alpha to mix where all have 1."""
+    parameters, others = picture_parameters(effect, parameters)
+    if all(map(is_opaque, [pictures["frame"], *others.values()])):
         effect = effect.for_opaque()
-    given |= pictures
-    made = effect_output(effect, targets, parameters)
-    return Job(named_outputs(made), (frame.shape[1], frame.shape[0]), given)
+    targets = [input_of("frame", pictures["frame"], linear)]
+    if "depth" in pictures:
+        targets.append(as_distance(input_of("depth", pictures["depth"]), holds))
+    height, width = pictures["frame"].shape[:2]
+    return Job(named_outputs(effect_output(effect, targets, parameters)), (width, height), {**pictures, **others})
 
 
 def generator_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
@@ -181,18 +190,33 @@ def _load(path: Path, linear: bool) -> NDArray[np.float32]:
 
 def load_frame(path: Path, linear: bool) -> NDArray[Any]:
     """A picture in its file's own type; what is decoded to linear light, and has no format that says so, as float32."""
-    from passgraph.files.stored import as_program_input
     from passgraph.pictures import load_stored
 
-    return as_program_input(load_stored(path), InputSpec("frame", srgb=True), linear)
+    return as_frame(load_stored(path), linear)
+
+
+def as_frame(picture: NDArray[Any], linear: bool) -> NDArray[Any]:
+    """A picture as its file stores it, as the input "frame" takes it."""
+    from passgraph.files.stored import as_program_input
+
+    return as_program_input(picture, InputSpec("frame", srgb=True), linear)
+
+
+def load_depth(path: Path) -> NDArray[np.float32]:
+    """Linear depth, (height, width, 1)."""
+    return _load(path, False)[:, :, :1]
 
 
 def is_opaque(picture: NDArray[Any]) -> bool:
-    """Return True if alpha of (h, w, 4) is 1 everywhere.
+    """Return True if a picture has no alpha, or one of 1 everywhere.
 
     >>> is_opaque(np.full((2, 3, 4), 255, np.uint8)), is_opaque(np.zeros((2, 3, 4), np.float32))
     (True, False)
+    >>> is_opaque(np.zeros((2, 3, 3), np.uint8))
+    True
     """
+    if picture.shape[-1] != 4:
+        return int(picture.shape[-1]) != 2
     if picture.dtype.kind == "f":
         return not bool((picture[..., 3] != 1.0).any())
     # Alpha is a pixel's highest byte or word: one integer a pixel is compared in a third of the time.

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
+from numpy.typing import NDArray
 
 from passgraph.commands.color_spaces import take_color_spaces
 from passgraph.commands.input_values import written_value
@@ -16,19 +18,17 @@ from passgraph.commands.options import backend_option, flag_of, size_option
 from passgraph.commands.sources import (
     RENDER_SIZE,
     accepts,
-    effect_output,
-    input_of,
-    is_opaque,
+    as_frame,
+    generator_job,
+    job_of_pictures,
     job_of_scene,
+    load_depth,
     load_scene,
-    picture_parameters,
     world_job,
 )
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.files.open import open_source
-from passgraph.files.stored import as_program_input
-from passgraph.graph.targets import InputSpec, named_outputs
 from passgraph.viewer.subject import Control, Drawing, Loaded
 
 if TYPE_CHECKING:
@@ -46,6 +46,7 @@ class EffectSubject:
         path, _ = file_and_name(text)
         self.files = [] if path is None else [path]
         self._frames = Frames(inputs[0]) if inputs and self.effect.takes.startswith("picture") else None
+        self._depth: NDArray[np.float32] | None = None
         self._scene: Scene | None = None
         self._check_inputs()
 
@@ -59,6 +60,8 @@ class EffectSubject:
         elif takes == "nothing" and self.inputs:
             raise InputError(f"effect {self.name} reads no picture; leave out {self.inputs[0]}")
         # What is wrong in the effect's file is shown on the page, to be mended; inputs are refused before.
+        if takes == "picture+depth":
+            self._depth = load_depth(Path(self.inputs[1]))
         self.frame(0)
         if takes == "scene":
             self._scene = load_scene(Path(self.inputs[0]) if self.inputs else None)
@@ -74,10 +77,7 @@ class EffectSubject:
         if self._frames is None:
             return effect
         said = {"alpha": effect.alpha, "from_space": None, "to_space": None, "color_config": None}
-        converted = take_color_spaces(effect, tuple(self.inputs), said)
-        first = self.frame(0)["frame"]
-        has_alpha = first.ndim == 3 and first.shape[2] == 4
-        return converted if has_alpha and not is_opaque(first) else converted.for_opaque()
+        return take_color_spaces(effect, tuple(self.inputs), said)
 
     def _draw(self, effect: Effect, values: Mapping[str, Any]) -> Drawing:
         parameters = dict(values)
@@ -95,14 +95,11 @@ class EffectSubject:
         others = self.inputs[2 if effect.takes == "picture+depth" else 1 :]
         pictures = [parameter.name for parameter in effect.parameters if parameter.type == "picture"]
         parameters |= dict(zip(pictures, map(Path, others), strict=False))
-        parameters, brought = picture_parameters(effect, parameters)
         if self._frames is None:
-            return Drawing(named_outputs(effect.made(**parameters)), self.size, brought)
-        first = self.frame(0)
-        linear = self._is_linear
-        targets = [input_of(name, picture, linear and name == "frame") for name, picture in first.items()]
-        height, width = first["frame"].shape[:2]
-        return Drawing(named_outputs(effect_output(effect, targets, parameters)), (width, height), {**brought, **first})
+            job = generator_job(effect, None, self.size, parameters)
+        else:
+            job = job_of_pictures(effect, self.frame(0), self._is_linear, parameters)
+        return Drawing(job.outputs, job.size, job.given)
 
     @property
     def _is_linear(self) -> bool:
@@ -121,12 +118,8 @@ class EffectSubject:
     def frame(self, number: int) -> dict[str, Any]:
         if self._frames is None:
             return {}
-        brought = {"frame": as_program_input(self._frames.read(number), InputSpec("frame", srgb=True), self._is_linear)}
-        if self.effect.takes == "picture+depth":
-            from passgraph.pictures import load
-
-            brought["depth"] = load(Path(self.inputs[1]))[:, :, :1]
-        return brought
+        pictures = {"frame": as_frame(self._frames.read(number), self._is_linear)}
+        return pictures if self._depth is None else {**pictures, "depth": self._depth}
 
     def command(self, values: Mapping[str, Any]) -> str:
         words = ["passgraph", "render", "--effect", self.text] if self.effect.takes in ("scene", "world2d") else [
@@ -145,7 +138,7 @@ class EffectSubject:
 
 
 class Frames:
-    """Frames of a source by their number, counted from 0; the next one costs least."""
+    """Frames of a source by their number, counted from 0; the first and the next one cost least."""
 
     def __init__(self, path: str) -> None:
         self.path = path
@@ -153,20 +146,21 @@ class Frames:
         self.count = self.source.count or 1
         self._next: Iterator[Frame] = iter(self.source)
         self._at = 0
-        self._last: tuple[int, Any] = (-1, None)
+        #: The first frame and the last one that was read, by number.
+        self._kept: dict[int, NDArray[Any]] = {}
 
-    def read(self, number: int) -> Any:
-        """The pixels as the file stores them; those of the last frame are kept."""
-        if number == self._last[0]:
-            return self._last[1]
+    def read(self, number: int) -> NDArray[Any]:
+        """The pixels as the file stores them."""
+        if number in self._kept:
+            return self._kept[number]
         if number < self._at:
             self._next, self._at = iter(self.source), 0
         for frame in self._next:
             self._at += 1
             if self._at > number:
-                pixels = frame.read()
-                self._last = (number, pixels)
-                return pixels
+                first = {0: self._kept[0]} if 0 in self._kept else {}
+                self._kept = {**first, number: frame.read()}
+                return self._kept[number]
         raise InputError(f"{self.path}: has no frame {number + 1}")
 
 

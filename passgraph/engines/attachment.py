@@ -190,7 +190,9 @@ class Attachment:
         return self._effect
 
     def replace(self, effect: Effect, **values: object) -> None:
-        """Run another effect from the next frame on, with the parameters given here; history begins anew.
+        """Run another effect from the next frame on, with the parameters given here.
+
+        History goes on where a target of the effect before has the same name, size and format.
 
         Raises
         ------
@@ -248,7 +250,7 @@ class Attachment:
 
         Run values are just given: numbers of effects that take a `passgraph.Value` there, and every uniform of a shader
         that no pass has its size from. Other parameters plan the effect anew at the next frame, which the log
-        "passgraph.engines" says with the time it took (level INFO); history begins anew then.
+        "passgraph.engines" says with the time it took (level INFO). History goes on as after `replace`.
 
         Raises
         ------
@@ -417,10 +419,12 @@ class Attachment:
             others = [known for known in self._programs if known.structure is not facts.structure]
             is_set = bool(others)
             begin = time.perf_counter()
-            for known in others or list(self._programs)[: max(0, len(self._programs) - KEPT_PROGRAMS + 1)]:
-                self._programs.pop(known).close()
             target = self._graph(facts, self._given, bound=True)
             program = pg.compile({"picture": target}, backend=self._host)
+            if is_set and program.has_history:
+                program.continue_from(self._programs[others[-1]])
+            for known in others or list(self._programs)[: max(0, len(self._programs) - KEPT_PROGRAMS + 1)]:
+                self._programs.pop(known).close()
             if is_set:
                 took = (time.perf_counter() - begin) * 1e3
                 LOG.info("%s: parameters or effect changed: planned and compiled in %.0f ms", self.engine, took)

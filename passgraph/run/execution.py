@@ -375,6 +375,16 @@ class Execution:
         self.runs, self._moves_due, self._static_seen = 0, False, None
         self._begin_history(started=False)
 
+    def continue_from(self, earlier: Execution) -> None:
+        """Take over the number of runs, and history that both have with one name, size and format."""
+        earlier._move_history()
+        held = {(r.name, r.size, r.format): r.id for r in earlier.plan.resources if r.kind == "history"}
+        for resource in self.plan.resources:
+            source = held.get((resource.name, resource.size, resource.format))
+            if source is not None and resource.kind == "history":
+                self.backend.copy(earlier._storage(source), self._storage(resource.id))
+        self.runs = earlier.runs
+
     def _begin_history(self, started: bool) -> None:
         """What every earlier run is taken to have written.  ``started``: memory is new, and 0."""
         for resource in self.plan.resources:

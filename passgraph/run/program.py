@@ -298,6 +298,35 @@ class Program:
                 if self._pass_check is not None:
                     self._pass_check = PassCheck(self._execution.plan)
 
+    def continue_from(self, earlier: Program) -> None:
+        """Begin where another program on this backend stands: its frame index, and history of targets that both have.
+
+        Targets match by name, size and format; history of others begins at their initial values. Both need a plan: a
+        program has one after its first run, or once the formats and sizes of its inputs are known.
+
+        >>> import passgraph as pg
+        >>> text = "def add(total: Image, step: float) -> float: return total[0, 0].r + step"
+        >>> total = pg.target("total", "r32f", (1, 1))
+        >>> by_one, by_ten = (pg.kernel(source=text)(pg.previous(total), step, into=total) for step in (1.0, 10.0))
+        >>> with pg.compile(by_one) as first, pg.compile(by_ten, backend=first.backend) as second:
+        ...     first.run()
+        ...     second.continue_from(first)
+        ...     float(second()["total"][0, 0, 0])
+        11.0
+
+        Raises
+        ------
+        GraphError
+            Where the other program runs on another backend, or one of both is closed.
+        """
+        if earlier.backend is not self.backend:
+            raise GraphError("history stays on its backend; compile both programs with backend=first.backend")
+        _ = self.plan, earlier.plan
+        with self._alone("continued"):
+            assert self._execution is not None and earlier._execution is not None
+            with self.backend.running():
+                self._execution.continue_from(earlier._execution)
+
     def set(self, step: str, name: str, value: object) -> None:
         """Change a plain parameter of a pass, by the pass's name and the parameter's."""
         with self._alone("changed"):

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
+from passgraph.effects.pictures.tone_map import encode_srgb
 
 #: What is shown of a texel: its color, one channel, Rec. 709 luminance, or luminance in false color.
 CHANNELS = ("color", "red", "green", "blue", "alpha", "luminance", "false color")
@@ -59,13 +60,6 @@ def false_color(x: float) -> pg.vec3:
     return pg.vec3(red, green, blue)
 
 
-@pg.function
-def encoded(x: float) -> float:
-    """IEC 61966-2-1."""
-    low = pg.clamp(x, 0.0, 1.0)
-    return 12.92 * low if low <= 0.0031308 else 1.055 * low ** (1.0 / 2.4) - 0.055
-
-
 @pg.kernel
 def look(picture: pg.Image, channel: int, exposure: float, low: float, high: float, srgb: int, mark: int) -> pg.vec4:
     """One texel as bytes hold it; opaque, since alpha that is data would hide the picture."""
@@ -86,7 +80,8 @@ def look(picture: pg.Image, channel: int, exposure: float, low: float, high: flo
     if channel == 6:
         color = false_color(luminance)
     if srgb == 1 and channel != 6:
-        color = pg.vec3(encoded(color.r), encoded(color.g), encoded(color.b))
+        color = pg.clamp(color, 0.0, 1.0)
+        color = pg.vec3(encode_srgb(color.r), encode_srgb(color.g), encode_srgb(color.b))
     if mark == 1:
         total = held.r + held.g + held.b
         if pg.isnan(held.r) or pg.isnan(held.g) or pg.isnan(held.b) or pg.isnan(held.a):

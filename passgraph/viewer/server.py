@@ -197,7 +197,7 @@ class View:
             return PlainTextResponse("expected as=png, exr or npy", 400)
         path = Path(self._folder.name) / f"picture.{suffix}"
         try:
-            pixels = self.session.pixels() if suffix == "png" else self.session.picture()
+            pixels = self.session.picture("shown" if suffix == "png" else "values")
             await asyncio.to_thread(save, path, pixels)
         except PassgraphError as error:
             return PlainTextResponse(str(error), 400)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from math import isfinite
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,11 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.errors import InputError, PassgraphError
 from passgraph.graph.run_values import sources_of
+from passgraph.pictures import scaled
 from passgraph.plan.dependencies import passes_behind
+from passgraph.scene.camera import aim_of
 from passgraph.viewer.display import Look, encode, histogram_of, range_of, shown
-from passgraph.viewer.subject import Drawing, Loaded, Subject, run_values_of
+from passgraph.viewer.subject import Control, Drawing, Loaded, Subject, run_values_of
 
 #: Seconds between looks at the files of a subject, and after the last change until a still is sent exactly.
 POLL_S, SETTLED_S = 0.05, 0.25
@@ -72,11 +74,12 @@ class _Compiled:
     """A drawing on one backend, with the pass that shows one of its targets."""
 
     def __init__(self, drawing: Drawing, target: str, backend: str) -> None:
-        targets = targets_of(drawing)
-        picked = targets.get(target) or next(iter(drawing.outputs.values()))
-        outputs = {"shown": shown(picked), "values": picked}
-        self.target = picked
+        self.targets = targets_of(drawing)
+        self.target = self.targets.get(target) or next(iter(drawing.outputs.values()))
+        outputs = {"shown": shown(self.target), "values": self.target}
         self.program = pg.compile(outputs, backend or None, drawing.size, non_finite="keep", results="stored")
+        #: Run values by name; unlike the program's plan they are there before the first run.
+        self.values = values_of(outputs)
 
     def run(self, given: Mapping[str, Any]) -> pg.Result:
         return self.program(**given)
@@ -101,10 +104,45 @@ def targets_of(drawing: Drawing) -> dict[str, pg.Target]:
     return found
 
 
-def values_of(program: pg.Program) -> dict[str, pg.Value]:
-    """The run values of a program's graph by name; unlike its plan it is there before the first run."""
-    passes = passes_behind(list(program._outputs.values()))
-    return {source.name: source for node in passes for source in sources_of(node.values)}
+def values_of(outputs: Mapping[str, pg.Target]) -> dict[str, pg.Value]:
+    """The run values of a graph by name."""
+    return {source.name: source for node in passes_behind([*outputs.values()]) for source in sources_of(node.values)}
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far two results of one target are apart.
+
+    Attributes
+    ----------
+    apart : of each pixel the largest difference of a channel, (height, width); 0 where one of both is not a number
+    one_is_nan : pixels where one result is NaN and the other is not
+    """
+
+    apart: NDArray[np.float64]
+    one_is_nan: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, a: pg.Result, b: pg.Result) -> Difference:
+        one, other = (scaled(result["values"]).astype(np.float64) for result in (a, b))
+        with np.errstate(invalid="ignore"):
+            apart = np.nan_to_num(np.abs(one - other)).max(axis=2)
+        return cls(apart, np.isnan(one).any(axis=2) != np.isnan(other).any(axis=2))
+
+    def picture(self, gain: float) -> NDArray[np.uint8]:
+        """Differences times gain, black to white; magenta where one result alone is NaN."""
+        level = np.clip(self.apart * min(gain, MOST_GAIN) * 255.0, 0, 255).astype(np.uint8)
+        made = np.dstack([level, level, level, np.full_like(level, 255)])
+        made[self.one_is_nan] = (255, 0, 255, 255)
+        return made
+
+    def facts(self) -> dict[str, Any]:
+        """The largest difference, where it is, and how many pixels differ."""
+        y, x = np.unravel_index(int(self.apart.argmax()), self.apart.shape)
+        return {
+            "largest": float(self.apart[y, x]), "at": [int(x), int(y)],
+            "pixels": int(((self.apart > 0) | self.one_is_nan).sum()),
+        }  # fmt: skip
 
 
 class Session:
@@ -127,8 +165,12 @@ class Session:
         self._key: object = None
         self._handles: dict[str, pg.Value] = {}
         self._error = ""
-        self._number, self._clock = 0, (0, 0)
-        self._last: tuple[dict[str, pg.Result], float] = ({}, 0.0)
+        self._number, self._clock, self._frame = 0, (0, 0), -1
+        #: By slot ("a", "b") what ran last, when it had, how long that took, and the difference of both.
+        self._results: dict[str, pg.Result] = {}
+        self._ran_at, self._is_rough = 0.0, False
+        self._times: dict[str, float] = {}
+        self._difference: Difference | None = None
         self._using = threading.Lock()
         self._inputs: dict[str, Any] = {}
 
@@ -169,9 +211,8 @@ class Session:
 
     def values_at(self, x: int, y: int) -> dict[str, list[float]]:
         """The texel of the target that is shown, on each backend."""
-        results, _ = self._last
         found: dict[str, list[float]] = {}
-        for slot, result in results.items():
+        for slot, result in self._results.items():
             picture = result["values"]
             if 0 <= y < picture.shape[0] and 0 <= x < picture.shape[1]:
                 found[slot] = [_json_number(number) for number in picture[y, x].tolist()]
@@ -179,10 +220,9 @@ class Session:
 
     def statistics(self) -> dict[str, Any]:
         """The range of the target that is shown, how much of it is not finite, and a histogram."""
-        results, _ = self._last
-        if "a" not in results:
+        if "a" not in self._results:
             return {}
-        values = _as_floats(results["a"]["values"])
+        values = scaled(self._results["a"]["values"])
         low, high = range_of(values)
         return {
             "low": low, "high": high, "nan": int(np.isnan(values).any(axis=2).sum()),
@@ -199,7 +239,8 @@ class Session:
             if made_by is None:
                 return {"text": "an input: no kernel computes it"}
             with pg.compile(drawing.outputs, "reference", drawing.size, non_finite="keep") as program:
-                found = program.inspect(x, y, made_by.name, **self._given(program))
+                given = self._given(program.inputs, values_of(drawing.outputs), self._asked)
+                found = program.inspect(x, y, made_by.name, **given)
             return {"text": str(found)}
 
     def profile(self) -> dict[str, Any]:
@@ -209,25 +250,17 @@ class Session:
             if drawing is None:
                 return {"text": "there is no picture yet"}
             with pg.compile(drawing.outputs, self._asked.backend or None, drawing.size, non_finite="keep") as program:
-                times = program.profile(5, **self._given(program))
+                given = self._given(program.inputs, values_of(drawing.outputs), self._asked)
+                times = program.profile(5, **given)
                 plan = program.plan
             return {"text": f"{plan.explain()}\n\n{times}", "svg": plan.svg()}
 
-    def picture(self) -> NDArray[Any]:
-        """The values of the target that is shown, to be saved."""
-        results, _ = self._last
-        if "a" not in results:
+    def picture(self, output: Literal["values", "shown"]) -> NDArray[Any]:
+        """The values of the target that is shown, or the picture as it is shown, (height, width, channels)."""
+        if "a" not in self._results:
             raise InputError("there is no picture yet")
-        values: NDArray[Any] = results["a"]["values"]
-        return values
-
-    def pixels(self) -> NDArray[Any]:
-        """The picture as it is shown."""
-        results, _ = self._last
-        if "a" not in results:
-            raise InputError("there is no picture yet")
-        shown_bytes: NDArray[Any] = results["a"]["shown"]
-        return shown_bytes
+        picture: NDArray[Any] = self._results["a"][output]
+        return picture
 
     # The thread
 
@@ -245,10 +278,8 @@ class Session:
                 self._loaded, dirty = None, True
             if dirty or playing:
                 self._show(asked, advance=playing and not dirty)
-            elif self._is_rough and perf_counter() - self._last[1] > SETTLED_S:
+            elif self._is_rough and perf_counter() - self._ran_at > SETTLED_S:
                 self._send(exact=True)
-
-    _is_rough = False
 
     def _files_changed(self) -> bool:
         stamp: list[int] = []
@@ -265,17 +296,16 @@ class Session:
                 start = perf_counter()
                 self._compile(asked)
                 compiled = perf_counter()
-                results = self._results(asked, advance)
+                results = self._run_programs(asked, advance)
                 ran = perf_counter()
-            self._last, self._error = (results, ran), ""
+            self._results, self._ran_at, self._error = results, ran, ""
+            self._difference = Difference.of(results["a"], results["b"]) if "b" in results else None
             self._times = {"compile_ms": 1e3 * (compiled - start), "run_ms": 1e3 * (ran - compiled)}
             self._send(exact=False)
         except Exception as error:  # whatever a user's file does is shown on the page, and the last picture stays
             self._error = str(error) if isinstance(error, PassgraphError) else f"{type(error).__name__}: {error}"
             self._number += 1
             self.publish(Published(self._number, self._facts()))
-
-    _times: Mapping[str, float] = {}
 
     def _compile(self, asked: Asked) -> None:
         """Programs for what is asked, made anew where more changed than what a run brings."""
@@ -304,7 +334,7 @@ class Session:
         self._drop()
         self._drawing, self._programs, self._key, self._reads_input = drawing, made, key, True
 
-    def _results(self, asked: Asked, advance: bool) -> dict[str, pg.Result]:
+    def _run_programs(self, asked: Asked, advance: bool) -> dict[str, pg.Result]:
         count = self.subject.frame_count()
         clock = (asked.steps, asked.restarts)
         is_restart = clock[1] != self._clock[1]
@@ -322,20 +352,19 @@ class Session:
                 self._inputs = dict(self.subject.frame(frame))
                 self._frame, self._reads_input = frame, False
         self._clock = clock
-        return {slot: one.run(self._given(one.program, asked)) for slot, one in self._programs.items()}
+        return {
+            slot: one.run(self._given(one.program.inputs, one.values, asked)) for slot, one in self._programs.items()
+        }
 
-    _frame = -1
-
-    def _given(self, program: pg.Program, asked: Asked | None = None) -> dict[str, Any]:
-        """What a run of a program is given: inputs, values of controls, and the camera as the page has turned it."""
-        drawing, asked = self._drawing, asked or self._asked
+    def _given(self, inputs: Collection[str], taken: Mapping[str, pg.Value], asked: Asked) -> dict[str, Any]:
+        """What a run is given that takes these: pictures, values of controls, the camera as the page has turned it."""
+        drawing = self._drawing
         assert drawing is not None
         given = {**drawing.given, **self._inputs}
         assert self._loaded is not None
         known = _defaults(self._loaded) | {n: v for n, v in asked.values.items() if v is not None}
         moved = {name: float(known[name]) for name in self._handles if name in known}
-        taken = values_of(program)
-        given = {n: v for n, v in given.items() if n in program.inputs or n in taken}
+        given = {n: v for n, v in given.items() if n in inputs or n in taken}
         given |= {name: value for name, value in moved.items() if name in taken}
         given |= {name: value for name, value in asked.look.values().items() if name in taken}
         camera = given.get("camera", getattr(taken.get("camera"), "default", None))
@@ -344,19 +373,15 @@ class Session:
         return given
 
     def _send(self, *, exact: bool) -> None:
-        results, _ = self._last
-        if not results:
+        if not self._results:
             return
         self._is_rough = not exact
-        pictures = {}
-        asked = self._asked
-        slots = {"": "a", "other": "b", "both": "ab", "difference": "ab"}[asked.compare] if "b" in results else "a"
-        for slot in slots if asked.compare != "difference" else "":
-            pictures[slot] = encode(results[slot]["shown"], exact)
-        if asked.compare == "difference" and "b" in results:
-            pictures["difference"] = encode(difference(results["a"], results["b"], asked.gain), exact)
-        if not pictures:
-            pictures["a"] = encode(results["a"]["shown"], exact)
+        asked, pictures = self._asked, {}
+        if asked.compare == "difference" and self._difference is not None:
+            pictures["difference"] = encode(self._difference.picture(asked.gain), exact)
+        else:
+            slots = {"other": "b", "both": "ab"}.get(asked.compare, "a") if "b" in self._results else "a"
+            pictures = {slot: encode(self._results[slot]["shown"], exact) for slot in slots}
         with self._changed:
             self._wanted = 0
         self._number += 1
@@ -364,28 +389,27 @@ class Session:
 
     def _facts(self) -> dict[str, Any]:
         """The state as the page shows it."""
-        drawing, loaded, compiled = self._drawing, self._loaded, self._programs.get("a")
+        loaded, compiled = self._loaded, self._programs.get("a")
         facts: dict[str, Any] = {
-            "name": self.subject.name, "error": self._error, "times": dict(self._times),
+            "name": self.subject.name, "error": self._error, "times": self._times,
             "frames": self.subject.frame_count(), "frame": max(self._frame, 0),
             "command": "" if loaded is None else self.subject.command(dict(self._asked.values)),
         }  # fmt: skip
         if loaded is not None:
-            facts["controls"] = [vars_of(control) for control in loaded.controls]
-        if drawing is not None and compiled is not None:
+            facts["controls"] = [_control_facts(control) for control in loaded.controls]
+        if compiled is not None:
             facts["targets"] = [
                 {"name": name, "format": "" if target.spec.format is None else target.spec.format.name}
-                for name, target in targets_of(drawing).items()
+                for name, target in compiled.targets.items()
             ]
             facts["target"] = compiled.target.name
             facts["backend"] = compiled.program.backend.name
-            facts["camera"] = "camera" in values_of(compiled.program)
-            results, _ = self._last
-            if "a" in results:
-                height, width = results["a"]["shown"].shape[:2]
+            facts["camera"] = "camera" in compiled.values
+            if "a" in self._results:
+                height, width = self._results["a"]["shown"].shape[:2]
                 facts["size"] = [width, height]
-            if {"a", "b"} <= results.keys():
-                facts["differs"] = differs(results["a"], results["b"])
+            if self._difference is not None:
+                facts["differs"] = self._difference.facts()
         return facts
 
     def _drop(self) -> None:
@@ -394,13 +418,10 @@ class Session:
         self._programs = {}
 
 
-def vars_of(control: Any) -> dict[str, Any]:
+def _control_facts(control: Control) -> dict[str, Any]:
     """A control as JSON holds it; infinite ends are open."""
-    made = {name: getattr(control, name) for name in control.__dataclass_fields__}
-    for end in ("low", "high"):
-        if made[end] is not None and not isfinite(made[end]):
-            made[end] = None
-    return made
+    ends = {end: getattr(control, end) for end in ("low", "high")}
+    return asdict(control) | {end: at if at is not None and isfinite(at) else None for end, at in ends.items()}
 
 
 def _defaults(loaded: Loaded) -> dict[str, Any]:
@@ -412,34 +433,6 @@ def _json_number(number: float) -> Any:
     return number if isinstance(number, int) or isfinite(number) else str(number)
 
 
-def _as_floats(values: NDArray[Any]) -> NDArray[np.float32]:
-    """Stored numbers as kernels read them."""
-    if values.dtype.kind == "u":
-        return values.astype(np.float32) / np.float32(np.iinfo(values.dtype).max)
-    return values.astype(np.float32, copy=False)
-
-
-def difference(a: pg.Result, b: pg.Result, gain: float) -> NDArray[np.uint8]:
-    """How far two results are apart, times gain, in gray to white; magenta where one is NaN and the other is not."""
-    one, other = (_as_floats(result["values"]).astype(np.float64) for result in (a, b))
-    with np.errstate(invalid="ignore"):
-        apart = np.abs(one - other).max(axis=2)
-    alone = np.isnan(one).any(axis=2) != np.isnan(other).any(axis=2)
-    level = np.clip(np.nan_to_num(apart) * min(gain, MOST_GAIN) * 255.0, 0, 255).astype(np.uint8)
-    picture = np.dstack([level, level, level, np.full_like(level, 255)])
-    picture[alone] = (255, 0, 255, 255)
-    return picture
-
-
-def differs(a: pg.Result, b: pg.Result) -> dict[str, Any]:
-    """The largest difference of two results and where it is."""
-    one, other = (_as_floats(result["values"]).astype(np.float64) for result in (a, b))
-    with np.errstate(invalid="ignore"):
-        apart = np.nan_to_num(np.abs(one - other)).max(axis=2)
-    y, x = np.unravel_index(int(apart.argmax()), apart.shape)
-    return {"largest": float(apart[y, x]), "at": [int(x), int(y)], "pixels": int((apart > 0).sum())}
-
-
 def orbited(camera: pg.Camera, right: float, up: float, distance: float) -> pg.Camera:
     """The camera carried round its target by angles in radians, at a multiple of its distance."""
     if (right, up, distance) == (0.0, 0.0, 1.0):
@@ -448,9 +441,7 @@ def orbited(camera: pg.Camera, right: float, up: float, distance: float) -> pg.C
     length = float(np.linalg.norm(away))
     azimuth = float(np.arctan2(away[0], away[2])) + right
     elevation = float(np.clip(np.arcsin(np.clip(away[1] / length, -1, 1)) + up, -1.5, 1.5))
-    cosine = np.cos(elevation)
-    aim = np.array([cosine * np.sin(azimuth), np.sin(elevation), cosine * np.cos(azimuth)])
     factor = float(np.clip(distance, 0.05, 20.0))
-    eye = np.asarray(camera.target) + aim * length * factor
+    eye = np.asarray(camera.target) + np.array(aim_of(azimuth, elevation).back) * length * factor
     far = camera.far if not isfinite(camera.far) else camera.far * max(1.0, factor)
     return replace(camera, eye=tuple(eye.tolist()), far=far, near=camera.near * min(1.0, factor))

@@ -61,10 +61,6 @@ class Control:
             parameter.range.unit or "", parameter.help, parameter.choices,
         )  # fmt: skip
 
-    @property
-    def is_number(self) -> bool:
-        return self.kind in ("float", "int")
-
 
 def _numbers(value: object) -> list[float] | None:
     """A short list of numbers, as vectors of kernels and colors of shaders are."""

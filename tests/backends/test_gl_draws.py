@@ -487,3 +487,22 @@ def test_state_that_others_left_behind_changes_nothing() -> None:
             got = dict(program())
     for name, picture in expected.items():
         np.testing.assert_array_equal(got[name], picture, err_msg=name)
+
+
+def test_an_offset_is_the_same_where_the_driver_has_larger_units() -> None:
+    """NVIDIA's units are twice Mesa's: a driver's own are measured, and the draw asks for fewer of them."""
+    depths, units = [], []
+    for times in (1.0, 2.0):
+        with GLBackend() as backend:
+            own = backend.context.gl.PolygonOffset
+            backend.context.gl.PolygonOffset = lambda factor, units, own=own, times=times: own(factor, times * units)
+            made = pg.draw(
+                Soup(box(0, 0, *SIZE), depth=0.75), vertex=place, fragment=paint, into=pg.target("color", "rgba8"),
+                depth=pg.target("depth", "depth32f"), depth_compare="always", polygon_offset=(0.0, 4000.0),
+            )  # fmt: skip
+            with pg.compile({"depth": made.depth, "color": made}, backend=backend, size=SIZE) as program:
+                depths.append(program()["depth"])
+            units.append(backend.offset_unit())
+    assert units[1] == 2 * units[0]
+    assert np.array_equal(*depths)
+    assert depths[0].max() == np.float32(0.75 + 4000 * 2.0**-24)

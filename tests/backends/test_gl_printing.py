@@ -7,7 +7,8 @@ import math
 import pytest
 
 from passgraph.backends.gl.capabilities import Capabilities
-from passgraph.backends.gl.dialect import dialect_of
+from passgraph.backends.gl.counts_source import counting_dialect
+from passgraph.backends.gl.dialect import GLSL_330, dialect_of
 from passgraph.backends.gl.glsl import GLSL
 from passgraph.graph.calls import kernel
 from passgraph.language import scalar as s
@@ -135,3 +136,22 @@ def test_without_precise_the_least_of_two_asks_for_nan() -> None:
     source = "def one(color: Image) -> float: return min(color[0, 0].r, color[0, 0].g)"
     assert "pg_isnan(t1.x) ? t1.x" in es_shader(source, (3, 0))
     assert "pg_isnan" not in es_shader(source, (3, 2))
+
+
+def test_the_size_of_an_int_is_not_the_builtin() -> None:
+    """Compilers take abs as never negative, also of the lowest int; NVIDIA's then drops a clamp's lower end."""
+    text = shader("def one(color: Image) -> float: return float(abs(int(color[0, 0].r)))")
+    assert "= pg_abs(" in text and "= abs(" not in text
+
+
+def test_what_does_not_hold_is_not_left_to_compilers() -> None:
+    """NVIDIA's turns !(a < b) into a >= b, which is false for NaN."""
+    text = shader("def one(color: Image) -> float: return 0.0 if not (color[0, 0].r < 1.0) else 1.0")
+    assert " ^^ true)" in text and "!" not in text
+
+
+def test_the_fragment_shader_of_counts_asks_for_no_compute_shaders() -> None:
+    """NVIDIA's compiler refuses the outputs of a shader that does."""
+    for stage in ("compute", "fragment"):
+        text = counting_dialect(GLSL_330, is_core=False, stage=stage).header
+        assert ("compute" in text) == (stage == "compute") and "GL_ARB_shader_storage_buffer_object" in text

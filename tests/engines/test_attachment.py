@@ -269,6 +269,27 @@ def test_another_effect_takes_the_place_of_the_first(engine: Engine) -> None:
         assert engine.picture()[0, 0].tolist() == [100, 50, 25, 255]
 
 
+def test_history_goes_on_in_another_effect_where_targets_match(engine: Engine) -> None:
+    add = pg.kernel(source="def add(c: Image, p: Image, by: float) -> vec4: return vec4(p[0, 0].rgb + by, c[0, 0].a)")
+
+    def brighter(frame: pg.Target, by: float, name: str = "sums") -> pg.Target:
+        sums = pg.target(name, "rgba32f", like=frame)
+        return add(frame, pg.previous(sums), by, into=sums)
+
+    with attach(brighter, by=0.25) as attached:
+        attached.draw()
+        attached.replace(lambda frame, by: brighter(frame, by), by=0.5)
+        attached.draw()
+        assert engine.picture()[0, 0, 0] == 191
+        attached.set(by=0.0)
+        attached.draw()
+        assert engine.picture()[0, 0, 0] == 191
+        attached.replace(lambda frame, by: brighter(frame, by, name="others"), by=0.5)
+        attached.draw()
+        assert attached.error is None
+        assert engine.picture()[0, 0, 0] == 128
+
+
 def test_a_warm_effect_compiles_nothing_in_its_first_frame(engine: Engine, compiled: list[object]) -> None:
     with attach(inverse) as attached:
         assert attached.warm_up()

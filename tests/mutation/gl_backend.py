@@ -74,7 +74,7 @@ MUTANTS = (
     _g("GLSL.results", "-({y}) * pg_guard", "({y}) * pg_guard", *SEEN),
     _g(
         "GLSL.results",
-        'f"if (!{self.operand(program.keep)}) {{ discard; }}"',
+        'f"if {NEGATED.format(self.operand(program.keep))} {{ discard; }}"',
         'f"if ({self.operand(program.keep)}) {{ discard; }}"',
         "draw states/discard",
     ),

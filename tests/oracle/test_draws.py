@@ -18,9 +18,12 @@ from passgraph.backends.reference import ReferenceBackend, draw_pass
 from passgraph.backends.reference import draw_pass as reference_draw
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.rasterizer import ScreenTriangles
-from passgraph.graph.draw_state import COMPARE, EQUATIONS, FACTORS, STENCIL_OPERATIONS, Blend, Stencil
+from passgraph.formats import FORMATS
+from passgraph.graph.draw_state import BLENDS, COMPARE, EQUATIONS, FACTORS, STENCIL_OPERATIONS, Blend, Stencil
 from passgraph.verify.compare import BackendReport, compare
 from passgraph.verify.conformance.case_inputs import Soup, soup
+from passgraph.verify.oracle.interval import Interval
+from passgraph.verify.oracle.merge import blended
 from passgraph.verify.oracle.pass_bounds import Passes
 
 SIZE = (67, 49)
@@ -272,3 +275,36 @@ def test_a_side_seen_edge_on_leaves_its_line_open_and_not_its_box() -> None:
     row, column = np.mgrid[0:height, 0:width]
     on_line = (row - column == 1) & (column >= 3) & (column <= 43)
     assert (allowed.ambiguous == on_line).all()
+
+
+def cut_to_half(values: Any) -> Any:
+    """The nearest half toward zero."""
+    near = values.astype(np.float16)
+    beyond = np.abs(near.astype(np.float64)) > np.abs(values)
+    return np.where(beyond, np.nextafter(near, np.float16(0)), near).astype(np.float64)
+
+
+@pytest.mark.parametrize(
+    ("blend", "terms"),
+    [
+        ("add", lambda s, d, a: s + d),
+        ("multiply", lambda s, d, a: s * d),
+        ("alpha", lambda s, d, a: s * a + d * (1 - a)),
+        (Blend("one", "one_minus_source_alpha"), lambda s, d, a: s + d * (1 - a)),
+    ],
+    ids=["add", "multiply", "alpha", "premultiplied"],
+)
+def test_blends_that_cut_their_source_to_halves_are_allowed(blend: Any, terms: Any) -> None:
+    """As an H100 was seen to: the source is cut to a half, then it blends, rounding to the nearest half."""
+    random = np.random.default_rng(7)
+    source = (random.random((4000, 4)) * 2.0 ** random.integers(-8, 3, (4000, 4))).astype(np.float32).astype(np.float64)
+    source[:, 3] = random.random(4000).astype(np.float32)
+    old = random.random((4000, 4)).astype(np.float16).astype(np.float64)
+    blend = BLENDS[blend] if isinstance(blend, str) else blend
+    allowed = blended(FORMATS["rgba16f"], blend, Interval.point(source), Interval.point(old))
+    cut = cut_to_half(source)
+    color = terms(cut, old, cut[:, 3:]).astype(np.float16).astype(np.float64)[:, :3]
+    assert ((allowed.lo[:, :3] <= color) & (color <= allowed.hi[:, :3])).all()
+    # But not anything: four steps beside that are refused for most.
+    step = 4 * np.spacing(color.astype(np.float16)).astype(np.float64)
+    assert ((color + step > allowed.hi[:, :3]) | (color - step < allowed.lo[:, :3])).mean() > 0.8

@@ -54,7 +54,7 @@ class Watched:
 
     def shows(self, x: int, y: int, color: tuple[int, ...]) -> Published:
         """The first state in which a pixel has a color."""
-        return self.until(lambda state: state.pictures and tuple(self.session.pixels()[y, x, :3]) == color)
+        return self.until(lambda state: state.pictures and tuple(self.session.picture("shown")[y, x, :3]) == color)
 
     def __enter__(self) -> Watched:
         return self

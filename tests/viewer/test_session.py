@@ -47,7 +47,7 @@ def test_an_error_names_its_line_and_the_last_picture_stays(tmp_path: Path) -> N
         state = watched.until(lambda one: one.facts["error"])
         assert "mine.py:11" in state.facts["error"]
         assert "gian" in state.facts["error"]
-        assert tuple(watched.session.pixels()[0, 0, :3]) == (51, 51, 51)
+        assert tuple(watched.session.picture("shown")[0, 0, :3]) == (51, 51, 51)
         effect.write_text(KERNEL)
         assert watched.until(lambda one: one.pictures).facts["error"] == ""
 
@@ -146,9 +146,9 @@ def test_a_scene_is_looked_at_from_elsewhere() -> None:
     with Watched("soft-shadow", size=(48, 32)) as watched:
         first = watched.until(lambda one: one.pictures)
         assert first.facts["camera"] is True
-        before = watched.session.pixels().copy()
+        before = watched.session.picture("shown").copy()
         watched.session.ask(orbit=(0.5, 0.1, 1.0))
-        watched.until(lambda one: one.pictures and not np.array_equal(watched.session.pixels(), before))
+        watched.until(lambda one: one.pictures and not np.array_equal(watched.session.picture("shown"), before))
 
 
 def test_an_orbit_keeps_the_target_and_the_distance() -> None:
@@ -226,7 +226,7 @@ def test_what_a_script_has_is_shown(kind: str) -> None:
             assert state.facts["size"] == [8, 4]
             if kind != "effect":
                 session.ask(values={"gain": 4.0})
-                while session.pixels()[0, 0, 0] != 255:
+                while session.picture("shown")[0, 0, 0] != 255:
                     states.get(timeout=60)
         finally:
             session.close()
@@ -256,4 +256,4 @@ def test_color_that_nobody_sees_has_no_part_in_a_blur(tmp_path: Path) -> None:
     pg.save(tmp_path / "cut.png", pixels)
     with Watched("gaussian-blur", str(tmp_path / "cut.png")) as watched:
         watched.until(lambda one: one.pictures)
-        assert watched.session.pixels()[:, :4, 0].max() == 0
+        assert watched.session.picture("shown")[:, :4, 0].max() == 0

@@ -19,15 +19,15 @@ from passgraph.plan.data import DrawStep
 from passgraph.verify.oracle import interval as iv
 from passgraph.verify.oracle.decisions import Track
 from passgraph.verify.oracle.domain import IntervalDomain
-from passgraph.verify.oracle.interval import Bounded, Interval, Lanes
+from passgraph.verify.oracle.interval import Bounded, Float64, Interval, Lanes
 from passgraph.verify.oracle.stored_bounds import stored
 
 Ints = NDArray[np.int64]
 
-#: Steps of a format below float32 that hardware blending may be off: OpenGL lets it compute in the format's own
-#: precision, where source, factors and products are rounded to steps too.  A half each of two products and of
-#: the source, less what the last rounding absorbs.
-BLEND_STEPS = 1.0
+#: Of both products a half step each, less what the last rounding absorbs: in steps, or units of a half's value.
+PRODUCT_STEPS = {True: 0.5, False: 1.0}
+#: The least normal half: smaller ones are as far apart as these.
+SMALLEST_HALF = 2.0**-14
 #: Where OpenGL may stop when a blended half overflows: it leaves the rounding of that conversion open.
 LARGEST_HALF = 65504.0
 
@@ -219,14 +219,37 @@ def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> I
     program = blend_kernel(blend, format_)
     # Nothing in it is decided, so that there is one path.
     domain = IntervalDomain(Track(np.empty((len(source), 0), np.int8), np.arange(len(source))))
-    around = StageValues[Bounded]({"source": source.map(filled), "destination": old.map(filled)})
+    given = converted(format_, source)
+    around = StageValues[Bounded]({"source": given.map(filled), "destination": old.map(filled)})
     (result,) = Interpreter(program, domain, around).run()[0].values()
     assert isinstance(result, Interval)
     made = result.map(lambda x: np.broadcast_to(x.reshape(len(x), source.shape[1]), source.shape))
     if not format_.unit:
         return stored(format_, made)
-    slack = BLEND_STEPS * (format_.unit if format_.steps else format_.unit * np.maximum(made.magnitude, 2.0**-14))
+    size = 1.0 if format_.steps else np.maximum(made.magnitude, SMALLEST_HALF)
+    slack = PRODUCT_STEPS[bool(format_.steps)] * format_.unit * size
     low, high = made.lo - slack, made.hi + slack
     if not format_.steps:  # what overflows may stop at the largest number
         low, high = np.minimum(low, LARGEST_HALF), np.maximum(high, -LARGEST_HALF)
     return stored(format_, Interval(low, high, made.nan))
+
+
+def converted(format_: Format, source: Interval) -> Interval:
+    """What a source may be before it blends: hardware may give it the precision of a target below float32.
+
+    Bits are rounded to the nearest. Halves are rounded to either neighbor: OpenGL leaves that open, and NVIDIA cuts.
+    """
+    if not format_.unit:
+        return source
+    if format_.steps:
+        low, high = (np.rint(ends * format_.steps) / format_.steps for ends in (source.lo, source.hi))
+        return Interval(np.minimum(source.lo, low), np.maximum(source.hi, high), source.nan)
+    return Interval(_half_beside(source.lo, up=False), _half_beside(source.hi, up=True), source.nan)
+
+
+def _half_beside(values: Float64, up: bool) -> Float64:
+    """The nearest half that is not below each value, or not above it; what no half reaches stays."""
+    _, exponent = np.frexp(np.maximum(np.abs(values), SMALLEST_HALF))
+    step = np.exp2(exponent - 11.0)
+    rounded = (np.ceil if up else np.floor)(values / step) * step
+    return np.where(np.isfinite(values), rounded, values)
