@@ -227,9 +227,9 @@ class Backend(ABC):
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         """Compile a pixel pass."""
 
-    def own_way(self, steps: Sequence[PixelStep]) -> str | None:
-        """How this device does what a step, or a chain that it took, is known to do (`PixelStep.known`) in a way of its
-        own, in a few words for ``explain()``; the results must be the same bits.  None where it runs the programs."""
+    def own_way(self, step: PixelStep) -> str | None:
+        """How this device does what a step is known to do (`PixelStep.known`) in a way of its own, in a few words for
+        ``explain()``; the results must be the same bits.  None where it runs the step's program."""
         return None
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:

@@ -9,12 +9,16 @@ from __future__ import annotations
 import difflib
 from dataclasses import dataclass
 from functools import cache
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 from passgraph.arguments import among, shown
 from passgraph.cached import cached_property
-from passgraph.errors import GraphError
+from passgraph.errors import BackendError, GraphError
 
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+T = TypeVar("T")
 #: A prelude function that a value passes through before it is stored, and the numbers that it takes behind the value.
 Store: TypeAlias = tuple[str | float, ...]
 
@@ -48,8 +52,7 @@ class Format:
     @property
     def store(self) -> tuple[tuple[Store, ...], tuple[Store, ...]]:
         """What colour channels and alpha pass through before they are stored, one behind the other."""
-        quantize: dict[str, tuple[Store, ...]] = {"f4": (), "f2": (("quantize_half",),)}
-        alpha = quantize.get(self.number, (("quantize", float(self.steps)),))
+        alpha = (("quantize", float(self.steps)),) if self.steps else format_spelling(self, _STORES, __file__)
         return ((("encode_srgb",), *alpha) if self.srgb else alpha), alpha
 
     @property
@@ -68,6 +71,26 @@ class Format:
         if self.steps:
             return 1 / self.steps
         return 2.0**-11 if self.bits == 16 else 0.0
+
+
+#: What a floating point number passes through before it is stored (`Format.number`).
+_STORES: dict[str, tuple[Store, ...]] = {"f4": (), "f2": (("quantize_half",),)}
+
+
+def format_spelling(format_: Format, spellings: Mapping[str, T], file: str) -> T:
+    """What a backend's file writes for what a channel of a format holds (`Format.number`).
+
+    Raises
+    ------
+    BackendError
+        Where the file has no spelling for it: a new format needs a row there.
+    """
+    if format_.number not in spellings:
+        raise BackendError(
+            f"format {format_.name!r}: {file} spells no numbers of kind {format_.number!r}, only "
+            f"{', '.join(map(repr, spellings))}. Add a row for them there, or use another format"
+        )
+    return spellings[format_.number]
 
 
 #: Ending of a colour format's name → bits and steps of a channel.

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, ChainRunner, DeviceInfo, FloatBlock, PixelRunner, device_number
+from passgraph.backends.base import Backend, DeviceInfo, FloatBlock, PixelRunner, device_number
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl import transfers
-from passgraph.backends.gl.capabilities import compute_of, loop_trips
+from passgraph.backends.gl.capabilities import count_group, loop_trips
 from passgraph.backends.gl.context import Context, OwnContext, device_names
-from passgraph.backends.gl.counts import CountRun, counted, ways_of
+from passgraph.backends.gl.counts import CountRun, counts
 from passgraph.backends.gl.measured import measure_offset_unit
 from passgraph.backends.gl.passes import DrawRun, Mesh, PixelRun
 from passgraph.backends.gl.programs import Programs
@@ -72,7 +72,8 @@ class GLBackend(Backend):
                 not_kept=gl.has.not_kept(),
                 not_written=gl.has.not_drawn(),
             )
-            self.compute = compute_of(gl)
+            #: Invocations that count a row together; 0 where there are no compute shaders.
+            self.count_group = count_group(gl)
             self.no_vertices = self.objects.new("VertexArray")
         self._offset_unit: float | None = None
         self.values: Texture | None = None  # float32 on its way into a texture; the last one stays
@@ -250,26 +251,12 @@ class GLBackend(Backend):
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         with self.context as gl:
             gl.drain()
-            work = counted(self, [step])
-            if work is None:
-                return PixelRun(self, step)
-            counting = CountRun(self, [step], work)
-            return lambda outputs, images, block: counting(outputs, [images], [block])
+            return CountRun(self, step) if counts(self, step) else PixelRun(self, step)
 
-    def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
-        work = counted(self, steps)
-        if work is None:
+    def own_way(self, step: PixelStep) -> str | None:
+        if not counts(self, step):
             return None
-        with self.context as gl:
-            gl.drain()
-            return CountRun(self, steps, work)
-
-    def own_way(self, steps: Sequence[PixelStep]) -> str | None:
-        work = counted(self, steps)
-        if work is None or self.compute is None:
-            return None
-        table = "a table of its invocation" if ways_of(work, self.compute).own else "its group's table"
-        return f"each texel adds to its bin in {table}, in a compute shader"
+        return "each texel adds to its bin in a table of its row, in a compute shader"
 
     def draw_pass(self, step: DrawStep) -> DrawRun:
         with self.context as gl:

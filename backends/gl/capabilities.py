@@ -12,7 +12,7 @@ from passgraph.plan.limits import NONE
 
 Version = tuple[int, int]
 _VERSION, _EXTENSIONS, _EXTENSION_COUNT = 0x1F02, 0x1F03, 0x821D
-_RENDERER, _COMPUTE_IMAGES, _COMPUTE_NUMBERS, _FRAGMENT_BUFFERS = 0x1F01, 0x91BC, 0x8263, 0x90DA
+_RENDERER, _FRAGMENT_BUFFERS = 0x1F01, 0x90DA
 _PROFILE, _COMPATIBLE_BIT, _FLAGS, _NO_ERROR_BIT, _CLIP_DISTANCES = 0x9126, 2, 0x821E, 8, 0x0D32
 #: The oldest of each kind that has all that passes need.
 OLDEST_DESKTOP, OLDEST_ES = (3, 3), (3, 0)
@@ -159,28 +159,13 @@ _SEVERAL_SAMPLES = Where((3, 3), (3, 1))
 _FLOAT_BLENDING = Where((3, 3), None, {"GL_EXT_float_blend": ""})
 
 
-@dataclass(frozen=True)
-class Compute:
-    """What compute shaders may be.
-
-    Attributes
-    ----------
-    images : that one reads
-    numbers : of its parameters, of 4 bytes
-    on_processor : whether it runs on the CPU
-    """
-
-    images: int
-    numbers: int
-    on_processor: bool
-
-
-def compute_of(gl: Any) -> Compute | None:
-    """Those of the current context, whose results fragment shaders can read; None where there are none."""
+def count_group(gl: Any) -> int:
+    """Invocations of a compute shader that count a row together best; 0 where the current context has none whose
+    results fragment shaders can read."""
     lacks = gl.DispatchCompute is None or gl.MemoryBarrier is None or not gl.has.has_buffers
     if lacks or gl.integer(_FRAGMENT_BUFFERS) < 1:
-        return None
-    return Compute(gl.integer(_COMPUTE_IMAGES), gl.integer(_COMPUTE_NUMBERS), on_processor(gl.text(_RENDERER)))
+        return 0
+    return 16 if on_processor(gl.text(_RENDERER)) else 256
 
 
 def capabilities_of(gl: Any) -> Capabilities:

@@ -1,27 +1,26 @@
-"""The shaders that count bins: a compute shader around a pixel program, and the pass that writes what it counted."""
+"""The shaders that count bins: a compute shader, and the pass that writes what it counted."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from passgraph.backends.gl.dialect import Dialect
 from passgraph.backends.gl.glsl import GLSL, functions
 from passgraph.backends.gl.textures import Placement, Placements
 from passgraph.backends.printing import Listing
-from passgraph.language.scalar import ScalarProgram
 from passgraph.language.source import NOWHERE
+from passgraph.plan.known import numbers_program
 
 #: What has buffers that shaders write, and compute shaders, where both are extensions.  A fragment shader asks for
 #: buffers alone: NVIDIA's compiler takes one that asks for compute shaders to be one, and refuses its outputs.
 _BUFFERS = "#version 420 core\n#extension GL_ARB_shader_storage_buffer_object : require"
 _COMPUTE = f"{_BUFFERS}\n#extension GL_ARB_compute_shader : require"
 
-#: ``pg_strips``: rows of a strip, rows counted together, strips of those, rows of the picture that are counted.
+#: One group a row.  llvmpipe takes a fifth less for four texels a trip.
 _MAIN = """layout(local_size_x = GROUP) in;
 layout(std430) buffer Counts { uint pg_counts[]; };
-uniform ivec4 pg_strips;
 const int bins = BINS;
-SHARED
+shared uint table[bins + 1];
 // The entry of a number's bin; 0 for what is in none.
 int pg_bin(float number)
 {
@@ -30,31 +29,24 @@ int pg_bin(float number)
     return float(entry) == number ? entry : 0;
 }
 int pg_entry(int x, int y) { return pg_bin(pg_number(vec2(x, y) + 0.5)); }
+void pg_add(int entry) { if (entry > 0) { atomicAdd(table[entry], 1u); } }
 void main()
 {
-    int me = int(gl_LocalInvocationID.x), group = int(gl_WorkGroupID.x);
-    int together = group / pg_strips.z, width = pg_output_size.x;
-    int y = together * pg_strips.y + (group - together * pg_strips.z) * pg_strips.x;
-    int end = min(min(y + pg_strips.x, (together + 1) * pg_strips.y), pg_strips.w);
-    int whole = width - width % (GROUP * TURNS);
-    OWN
-    for (int i = FIRST; i <= bins; i += STEP) { table[i] = 0u; }
-    MEET
-    for (; y < end; ++y) {
-        int x = me;
-        for (; x < whole; x += GROUP * TURNS) {
-            TOGETHER
-        }
-        for (; x < width; x += GROUP) {
-            int entry0 = pg_entry(x, y);
-            ADD0
-        }
+    int me = int(gl_LocalInvocationID.x), y = int(gl_WorkGroupID.x), width = pg_output_size.x;
+    int whole = width - width % (4 * GROUP), x = me;
+    for (int i = me; i <= bins; i += GROUP) { table[i] = 0u; }
+    barrier();
+    for (; x < whole; x += 4 * GROUP) {
+        int a = pg_entry(x, y), b = pg_entry(x + GROUP, y);
+        int c = pg_entry(x + 2 * GROUP, y), d = pg_entry(x + 3 * GROUP, y);
+        pg_add(a);
+        pg_add(b);
+        pg_add(c);
+        pg_add(d);
     }
-    MEET
-    for (int i = FIRST; i < bins; i += STEP) {
-        uint found = table[i + 1];
-        if (found > 0u) { atomicAdd(pg_counts[together * bins + i], found); }
-    }
+    for (; x < width; x += GROUP) { pg_add(pg_entry(x, y)); }
+    barrier();
+    for (int i = me; i < bins; i += GROUP) { pg_counts[y * bins + i] = table[i + 1]; }
 }
 """
 
@@ -75,22 +67,6 @@ void main()
     pg_out3 = four(first + 3 * QUARTER);
 }
 """
-
-
-@dataclass(frozen=True)
-class Ways:
-    """How invocations count.
-
-    Attributes
-    ----------
-    group : invocations that go through a strip together
-    turns : texels of one in a trip
-    own : whether each has a table of its own, else the group has one
-    """
-
-    group: int
-    turns: int
-    own: bool
 
 
 class Numbers(GLSL):
@@ -118,26 +94,10 @@ class Numbers(GLSL):
         return self.listing()
 
 
-def counts_listing(program: ScalarProgram, placements: Placements, dialect: Dialect, bins: int, ways: Ways) -> Listing:
+def counts_listing(placements: Placements, dialect: Dialect, bins: int, group: int) -> Listing:
     """The compute shader."""
-    numbers = Numbers(program, (), replace(placements, output=Placement()), dialect).function()
-    add = "table[entry{0}] += 1u;" if ways.own else "if (entry{0} > 0) {{ atomicAdd(table[entry{0}], 1u); }}"
-    turns = range(ways.turns)
-    found = [f"int entry{k} = pg_entry(x + {k * ways.group}, y);" for k in turns]
-    text = _MAIN
-    for word, by in {
-        "SHARED": "" if ways.own else "shared uint table[bins + 1];",
-        "OWN": "uint table[bins + 1];" if ways.own else "",
-        "FIRST": "0" if ways.own else "me",
-        "STEP": "1" if ways.own else "GROUP",
-        "MEET": "" if ways.own else "barrier();",
-        "TOGETHER": " ".join([*found, *(add.format(k) for k in turns)]),
-        "ADD0": add.format(0),
-        "GROUP": str(ways.group),
-        "TURNS": str(ways.turns),
-        "BINS": str(bins),
-    }.items():
-        text = text.replace(word, by)
+    numbers = Numbers(numbers_program(), (), replace(placements, output=Placement()), dialect).function()
+    text = _MAIN.replace("GROUP", str(group)).replace("BINS", str(bins))
     return Listing(numbers.text + text, (*numbers.spans, *(NOWHERE,) * text.count("\n")))
 
 

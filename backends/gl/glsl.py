@@ -17,7 +17,7 @@ from passgraph.backends.gl.dialect import GLSL_330, Dialect, foreseen_values
 from passgraph.backends.gl.textures import ALL_PLAIN, Placement, Placements
 from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, Listing, spelled
 from passgraph.language import scalar as s
-from passgraph.language.borders import BORDERS, border_program
+from passgraph.language.borders import BORDERS, border_name, border_program
 from passgraph.language.ir import own_pixel
 
 #: What a bool is not.
@@ -249,13 +249,13 @@ class GLSL(CLike):
         count = f"{self._size(load.image)}.{axis}"
         use, rule = self.program.image(load.image), BORDERS[load.border]
         reach = max(map(abs, use.x if axis == "x" else use.y))
-        if rule.periodic and (not load.relative or reach > NEAR):
-            known, text = None, f"pg_nearer({text}, 2 * {count})"
+        if rule.period and (not load.relative or reach > NEAR):
+            known, text = None, f"pg_nearer({text}, {rule.period.replace('size', count)})"
         elif load.relative and reach > FARTHEST_TEXEL:
             known, text = None, f"clamp({text}, -2 * {count}, 2 * {count})"
         whole = f"{self._pixel()}.{axis} + {text}" if load.relative else text
         if not rule.is_nearest:
-            return self._centre(load.image, axis, f"float(pg_border_{load.border}({whole}, {count}))"), []
+            return self._centre(load.image, axis, f"float({border_name(load.border)}({whole}, {count}))"), []
         # Drivers make an int of the place before they clamp it; what is too large for one comes out at the other edge.
         turned = axis == "y" and self._lies(load.image).bottom_up
         nearer = f"max({text}, -{FARTHEST_TEXEL})" if turned else f"min({text}, {FARTHEST_TEXEL})"
@@ -455,14 +455,14 @@ def varying_place(index: int) -> str:
 def functions() -> dict[str, str]:
     """Every helper function by its name; rules of borders that hardware has not call others."""
     rules = [rule for rule, border in BORDERS.items() if not border.is_nearest]
-    return FUNCTIONS | {f"pg_border_{rule}": _border_function(rule) for rule in rules}
+    return FUNCTIONS | {border_name(rule): _border_function(rule) for rule in rules}
 
 
 def _border_function(rule: str) -> str:
-    """``pg_border_RULE``: a column or row brought inside."""
+    """A column or row brought inside."""
     program = border_program(rule)
     printer = GLSL(program)
-    printer.line(f"int pg_border_{rule}(int i, int size)\n{{")
+    printer.line(f"int {border_name(rule)}(int i, int size)\n{{")
     printer.indented(program.body)
     printer.line(f"    return {printer.operand(program.outputs[0].values[0])};\n}}")
     return printer.listing().text

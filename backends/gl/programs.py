@@ -10,7 +10,7 @@ from typing import Any
 
 from passgraph.backends.base import Block
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.counts_source import Ways, counting_dialect, counts_listing, sums_text
+from passgraph.backends.gl.counts_source import counting_dialect, counts_listing, sums_text
 from passgraph.backends.gl.dialect import Dialect, dialect_of
 from passgraph.backends.gl.glsl import GLSL, NAMES, in_vectors, region_name, vec4_count
 from passgraph.backends.gl.textures import ALL_PLAIN, Objects, Placements, Texture
@@ -18,6 +18,7 @@ from passgraph.backends.printing import Listing
 from passgraph.errors import BackendError
 from passgraph.language.scalar import ScalarProgram
 from passgraph.language.source import NOWHERE
+from passgraph.plan.known import numbers_program
 
 #: Where drivers write the line: "0:12(5): error" (Mesa), "0(12) : error" (NVIDIA), "ERROR: 0:12:" (others).
 _LINE = re.compile(r"\b\d+[:(](\d+)[):(]")
@@ -43,7 +44,6 @@ class LinkedProgram:
     stages: dict[str, StageUniforms] = field(default_factory=dict)
     output_size: int = -1
     output_origin: int = -1
-    strips: int = -1
     guard: int = -1
     #: By unit: where the uniform is that says which part of its texture an image is.
     regions: list[int] = field(default_factory=list)
@@ -105,12 +105,12 @@ class Programs:
         stages = {g.VERTEX_SHADER: Listing(self.dialect.fullscreen, (NOWHERE,)), g.FRAGMENT_SHADER: fragment}
         return self._linked(stages, (), name)
 
-    def counting(self, program: ScalarProgram, placements: Placements, bins: int, ways: Ways) -> LinkedProgram:
-        """A compute shader that counts in bins what a pixel pass's program gives."""
-        key = (f"{bins} {ways}", program.key, (), placements)
+    def counting(self, placements: Placements, bins: int, group: int) -> LinkedProgram:
+        """A compute shader that counts the numbers of a picture in bins."""
+        key = (f"{bins} in groups of {group}", "", (), placements)
         if key not in self.made:
-            shader = counts_listing(program, placements, self._counting_dialect("compute"), bins, ways)
-            self.made[key] = self._linked({g.COMPUTE_SHADER: shader}, (program,))
+            shader = counts_listing(placements, self._counting_dialect("compute"), bins, group)
+            self.made[key] = self._linked({g.COMPUTE_SHADER: shader}, (numbers_program(),))
         return self.made[key]
 
     def sums(self, program: ScalarProgram, placements: Placements, quarter: int) -> LinkedProgram:
@@ -200,7 +200,6 @@ class Programs:
                 unit += 1
         made.output_origin = gl.GetUniformLocation(name, b"pg_output_origin")
         made.output_size = gl.GetUniformLocation(name, b"pg_output_size")
-        made.strips = gl.GetUniformLocation(name, b"pg_strips")
         made.guard = gl.GetUniformLocation(name, b"pg_guard")
         gl.UseProgram(0)
         return made

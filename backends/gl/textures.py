@@ -15,7 +15,7 @@ from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.steps import quantised
 from passgraph.errors import BackendError
-from passgraph.formats import Format
+from passgraph.formats import Format, format_spelling
 
 if TYPE_CHECKING:
     pass
@@ -58,12 +58,11 @@ def placements_of(outputs: Sequence[Texture], images: Sequence[Texture]) -> Plac
 
 #: What a channel holds (`Format.number`) → OpenGL's type, and internal formats of one to four channels.
 FLOAT_TYPE = 0x1406
-_TYPES = {"u1": 0x1401, "u2": 0x1403, "f2": 0x140B, "f4": FLOAT_TYPE}
-_INTERNAL = {
-    "u1": (0x8229, 0x822B, 0x8051, 0x8058),
-    "u2": (0x822A, 0x822C, 0x8054, 0x805B),
-    "f2": (0x822D, 0x822F, 0x881B, 0x881A),
-    "f4": (0x822E, 0x8230, 0x8815, 0x8814),
+_SPELLINGS: dict[str, tuple[int, tuple[int, ...]]] = {
+    "u1": (0x1401, (0x8229, 0x822B, 0x8051, 0x8058)),
+    "u2": (0x1403, (0x822A, 0x822C, 0x8054, 0x805B)),
+    "f2": (0x140B, (0x822D, 0x822F, 0x881B, 0x881A)),
+    "f4": (FLOAT_TYPE, (0x822E, 0x8230, 0x8815, 0x8814)),
 }
 RGBA = 0x1908
 _EXTERNAL = (0x1903, 0x8227, 0x1907, RGBA)  # red, rg, rgb, rgba
@@ -91,9 +90,8 @@ def gl_format_of(format_: Format, padded: bool) -> GLFormat:
     if format_.is_depth:
         return GLFormat(_DEPTH32F, _DEPTH_COMPONENT, FLOAT_TYPE, np.float32, 1)
     channels = 4 if padded else format_.channels
-    number = format_.number
-    internal = _INTERNAL[number][channels - 1]
-    return GLFormat(internal, _EXTERNAL[channels - 1], _TYPES[number], np.dtype(number), channels)
+    kind, internal = format_spelling(format_, _SPELLINGS, __file__)
+    return GLFormat(internal[channels - 1], _EXTERNAL[channels - 1], kind, np.dtype(format_.number), channels)
 
 
 @dataclass(frozen=True, slots=True)

@@ -110,7 +110,7 @@ class NumpyBackend(Backend):
         assert run is not None
         return lambda outputs, images, block: run(outputs, (images,), (block,))
 
-    def own_way(self, steps: Sequence[PixelStep]) -> str | None:
+    def own_way(self, step: PixelStep) -> str | None:
         return "each texel adds to its bin in a table of its row"
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:

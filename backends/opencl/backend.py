@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any, ClassVar
 
@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from passgraph.backends.base import (
     READ,
     Backend,
-    ChainRunner,
     DeviceInfo,
     DrawRunner,
     FloatBlock,
@@ -21,7 +20,6 @@ from passgraph.backends.base import (
     Use,
     device_number,
 )
-from passgraph.backends.counting import work_of
 from passgraph.backends.opencl import transfers
 from passgraph.backends.opencl.programs import MOST_LAYOUTS, Programs, Recent
 from passgraph.backends.opencl.storage import ImageLayout, Storage
@@ -281,28 +279,16 @@ class OpenCLBackend(Backend):
         return DeviceMesh(self, mesh)
 
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
+        from passgraph.backends.opencl.counts import CountsRunner
         from passgraph.backends.opencl.pixel import PixelPassRunner
 
         self.check_open()
-        work = work_of([step])
-        if work is not None:
-            from passgraph.backends.opencl.counts import CountsRunner
+        return (PixelPassRunner if step.known is None else CountsRunner)(self, step)
 
-            return CountsRunner(self, [step], work)
-        return PixelPassRunner(self, step)
-
-    def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
-        work = work_of(steps)
-        if work is None:
-            return None
-        from passgraph.backends.opencl.counts import CountsRunner
-
-        return CountsRunner(self, steps, work).chain
-
-    def own_way(self, steps: Sequence[PixelStep]) -> str | None:
+    def own_way(self, step: PixelStep) -> str | None:
         if self.is_cpu:
-            return "each texel adds to its bin in a table of its strip of rows"
-        return "each texel adds atomically to its bin in a table of its strip of rows, in the memory of a work-group"
+            return "each texel adds to its bin in a table of its row"
+        return "each texel adds atomically to its bin in a table of its row, in the memory of a work-group"
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         from passgraph.backends.opencl.raster import DrawPassRunner

@@ -10,9 +10,9 @@ from typing import ClassVar
 from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout
 from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, Listing, spelled
 from passgraph.cached import cached_property
-from passgraph.formats import Format
+from passgraph.formats import Format, format_spelling
 from passgraph.language import scalar as s
-from passgraph.language.borders import BORDERS, border_program
+from passgraph.language.borders import BORDERS, border_name, border_program, nearer
 from passgraph.language.emitter import Call, repeated
 from passgraph.language.source import NOWHERE, Span
 
@@ -42,7 +42,7 @@ def package_text(name: str) -> str:
 
 def element(format_: Format) -> str:
     """The type of a channel in a buffer."""
-    return ELEMENTS[format_.number]
+    return format_spelling(format_, ELEMENTS, __file__)
 
 
 def load_expression(format_: Format, image: str, index: str) -> str:
@@ -57,16 +57,6 @@ def store_expression(format_: Format, value: str) -> str:
     if format_.steps:
         return f"convert_{element(format_)}_sat_rte(({value}) * {format_.steps}.0f)"
     return f"pg_store_half({value})" if format_.number == "f2" else value
-
-
-def within(border: str, offset: int, count: int) -> int:
-    """An offset of at most twice the picture's side that leads from each of its pixels to the same texel.
-
-    >>> within("clamp", -(2**31), 64), within("repeat", 2**31 - 1, 64), within("mirror", -(2**31), 5)
-    (-128, 127, 2)
-    """
-    far = 2 * count
-    return offset % far if BORDERS[border].periodic else min(max(offset, -far), far)
 
 
 def join(*parts: Listing | str) -> Listing:
@@ -160,12 +150,12 @@ class OpenCLPrinter(CLike):
         use = self.program.image(load.image)
         far = max(map(abs, (use.x, use.y)[axis])) >= INT_LIMIT - count
         if isinstance(offset, s.Lit):
-            number = within(load.border, int(offset.value), count) if far else int(offset.value)
+            number = int(nearer(load.border, int(offset.value), count) if far else offset.value)
             return name if number == 0 else f"({name} {'+' if number > 0 else '-'} {abs(number)})"
         moved = self.operand(offset)
         if far:
-            periodic = BORDERS[load.border].periodic
-            moved = f"pg_int_mod({moved}, {2 * count})" if periodic else f"clamp({moved}, -{2 * count}, {2 * count})"
+            period = BORDERS[load.border].period.replace("size", str(count))
+            moved = f"pg_int_mod({moved}, {period})" if period else f"clamp({moved}, -{2 * count}, {2 * count})"
         return f"({name} + {moved})"
 
     @staticmethod
@@ -176,7 +166,7 @@ class OpenCLPrinter(CLike):
     def _bordered(border: str, position: str, count: int) -> str:
         if BORDERS[border].is_nearest:
             return f"clamp({position}, 0, {count - 1})"
-        return f"pg_border_{border}({position}, {count})"
+        return f"{border_name(border)}({position}, {count})"
 
     def stored(self, format_: Format, value: s.Operand) -> str:
         """What is stored for a result; the steps themselves where it has just been counted in steps: compilers do not
@@ -248,10 +238,10 @@ class OpenCLPrinter(CLike):
 
 @cache
 def border_function(rule: str) -> str:
-    """``pg_border_RULE``: a column or row brought inside."""
+    """A column or row brought inside."""
     program = border_program(rule)
     printer = OpenCLPrinter(program, {"i": "i", "size": "size"})
-    printer.open(f"int pg_border_{rule}(int i, int size)")
+    printer.open(f"int {border_name(rule)}(int i, int size)")
     printer.block(program.body)
     printer.line(f"return {printer.operand(program.outputs[0].values[0])};")
     return printer.close().text

@@ -185,10 +185,10 @@ def pixels_around(block: Inner, size: tuple[int, int]) -> int:
     return size[0] * size[1] - block[2] * block[3]
 
 
-def parameters(images: Sequence[ImageLayout], outputs: Sequence[ImageLayout], *own: str) -> str:
-    """What kernels of a pixel pass take: ``out0`` …, what it reads, buffers of its own and ``cut``."""
+def parameters(images: Sequence[ImageLayout], outputs: Sequence[ImageLayout]) -> str:
+    """What kernels of a pixel pass take: ``out0`` …, what it reads, and ``cut``."""
     found = [f"__global {element(layout.format)}* restrict out{i}" for i, layout in enumerate(outputs)]
-    return ", ".join([*found, *inputs(images), *own, "int4 cut"])
+    return ", ".join([*found, *inputs(images), "int4 cut"])
 
 
 def inputs(images: Sequence[ImageLayout]) -> list[str]:
@@ -229,11 +229,9 @@ class Launch:
     items: tuple[int, int]
     group: tuple[int, int] | None
     cut: Any
-    #: A buffer of its own, where it takes one.
-    own: Any = None
 
     def bind(self, buffers: Sequence[Any]) -> None:
-        self.kernel.set_args(*buffers, *([] if self.own is None else [self.own]), self.cut)
+        self.kernel.set_args(*buffers, self.cut)
 
 
 class PixelPassRunner:
@@ -292,12 +290,12 @@ class PixelPassRunner:
 
     def launch(
         self, program: Any, name: str, items: tuple[int, int], group: tuple[int, int] | None,
-        cut: tuple[int, int, int, int] = (0, 0, 0, 0), own: Any = None,
+        cut: tuple[int, int, int, int] = (0, 0, 0, 0),
     ) -> Launch:  # fmt: skip
-        """A kernel of a built program over some pixels, with a buffer of its own where it takes one."""
+        """A kernel of a built program over some pixels."""
         cl = self.backend.cl
         with self.backend.reported(f"making the kernels of {self.what}"):
-            return Launch(cl.Kernel(program, name), items, group, cl.cltypes.make_int4(*cut), own)
+            return Launch(cl.Kernel(program, name), items, group, cl.cltypes.make_int4(*cut))
 
     def _items(
         self, name: str, size: tuple[int, int], block: Inner, run: int

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import FloatBlock
-from passgraph.backends.opencl.opencl_c import ELEMENTS, element, join, load_expression, package_text
+from passgraph.backends.opencl.opencl_c import element, join, load_expression, package_text
 from passgraph.backends.opencl.storage import ImageLayout, Storage
 from passgraph.backends.steps import numbers_of, values_into
 from passgraph.errors import InputError
@@ -102,7 +102,7 @@ __kernel void pg_numbers(__global const float* restrict values, __global {number
 
 def source_of(format_: Format, run: int) -> str:
     """Kernels between a format's numbers and values; as in passgraph.backends.steps, NaN is held as 0."""
-    number = ELEMENTS[format_.number]
+    number = element(format_)
     value, nearest = load_expression(format_, "numbers", "i"), nearest_number(format_, "values[i]")
     return _SOURCE.format(number=number, run=run, value=value, nearest=nearest)
 

@@ -205,7 +205,7 @@ class Target:
         return replace(self, spec=depth, slot=-1)
 
     def border(self, rule: str) -> Target:
-        """The same content with another rule for reads outside: clamp, zero, repeat or mirror."""
+        """The same content with another rule for reads outside: clamp, zero, repeat, mirror or reflect-101."""
         return replace(self, border_rule=rule)
 
     def filter(self, rule: str, *, hardware: bool = False) -> Target:

@@ -15,12 +15,12 @@ class Border:
     """Where along an axis of ``size`` texels a read of texel ``i``, any int, finds its texel.
 
     ``place`` is an expression of the kernel language, of ``i`` and ``size``, without branches; it leaves texels inside
-    where they are and never leaves 32 bits.  ``periodic``: it is the same 2 · size texels on; else the same beyond
-    2 · size texels outside.  ``blank``: reads outside give 0 instead.
+    where they are and never leaves 32 bits.  ``period``: the number of texels, of ``size`` and more than 1, after which
+    it repeats; without one it is the same beyond 2 · size texels outside.  ``blank``: reads outside give 0 instead.
     """
 
     place: str
-    periodic: bool = False
+    period: str = ""
     blank: bool = False
 
     @property
@@ -33,7 +33,11 @@ class Border:
 BORDERS = {
     "clamp": Border(_NEAREST),
     "zero": Border(_NEAREST, blank=True),
-    "repeat": Border("i % size", periodic=True),
+    "repeat": Border("i % size", period="2 * size"),
     # Mirrored at the outer edge: -1 is 0 and size is size - 1.
-    "mirror": Border("min(i % (2 * size), 2 * size - 1 - i % (2 * size))", periodic=True),
+    "mirror": Border("min(i % (2 * size), 2 * size - 1 - i % (2 * size))", period="2 * size"),
+    # Mirrored at the outer texel, OpenCV's default: -1 is 1 and size is size - 2.
+    "reflect-101": Border(
+        "min(i % max(2 * size - 2, 1), max(2 * size - 2, 1) - i % max(2 * size - 2, 1))", period="2 * max(size - 1, 1)"
+    ),
 }

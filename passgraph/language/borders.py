@@ -22,25 +22,52 @@ def border_program(rule: str) -> s.ScalarProgram:
     LoadBuiltin(to=%2, name='size')
     Op(to=%3, operation='int_mod', on='int', arguments=(%1, %2))
     """
+    return _lowered(f"def place(i: int, size: int) -> int: return {BORDERS[rule].place}")
+
+
+@cache
+def period_program(rule: str) -> s.ScalarProgram:
+    """The period of a rule that has one, lowered: the int ``size`` is a builtin, the period the only output."""
+    return _lowered(f"def place(size: int) -> int: return {BORDERS[rule].period}")
+
+
+def _lowered(text: str) -> s.ScalarProgram:
     from passgraph.language.library import functions_of
     from passgraph.language.lower import lower
     from passgraph.language.parse import parse_kernel
     from passgraph.language.source import Source
 
-    text = f"def place(i: int, size: int) -> int: return {BORDERS[rule].place}"
     return lower(parse_kernel(functions_of(Source("<passgraph borders>", text))["place"], "border"))
 
 
 def border_place(rule: str, place: NDArray[np.int64] | int, size: int) -> NDArray[np.int64]:
     """Where along an axis of ``size`` texels a read finds its texel; ``"zero"`` reads 0 where that moves it.
 
-    >>> {rule: border_place(rule, np.arange(-2, 5), 3).tolist() for rule in ("clamp", "repeat", "mirror")}
-    {'clamp': [0, 0, 0, 1, 2, 2, 2], 'repeat': [1, 2, 0, 1, 2, 0, 1], 'mirror': [1, 0, 0, 1, 2, 2, 1]}
+    >>> {rule: border_place(rule, np.arange(-2, 5), 3).tolist() for rule in ("repeat", "mirror", "reflect-101")}
+    {'repeat': [1, 2, 0, 1, 2, 0, 1], 'mirror': [1, 0, 0, 1, 2, 2, 1], 'reflect-101': [2, 1, 0, 1, 2, 1, 0]}
     """
-    # Nearer the same texel is found, and nothing leaves 32 bits.
-    far = 2 * size
-    near = np.asarray(place) % far if BORDERS[rule].periodic else np.clip(place, -far, far)
+    near = nearer(rule, np.asarray(place), size)
     return np.asarray(computed(border_program(rule), {"i": near, "size": np.int64(size)}))
+
+
+def nearer(rule: str, place: Any, size: int) -> Any:
+    """A place, or an offset of places inside, near the picture, where the rule finds the same texel.
+
+    >>> nearer("clamp", -(2**31), 64), nearer("repeat", 2**31 - 1, 64), nearer("mirror", -(2**31), 5)
+    (np.int64(-128), np.int64(127), np.int64(2))
+    """
+    if BORDERS[rule].period:
+        return place % computed(period_program(rule), {"size": np.int64(size)})
+    return np.clip(place, -2 * size, 2 * size)
+
+
+def border_name(rule: str) -> str:
+    """The name of a rule's function in backends that print text.
+
+    >>> border_name("reflect-101")
+    'pg_border_reflect_101'
+    """
+    return f"pg_border_{rule.replace('-', '_')}"
 
 
 def computed(program: s.ScalarProgram, given: dict[str, Any]) -> Any:

@@ -114,196 +114,83 @@ class _Constant(tuple[Any, ...]):
         def __setitem__(self, index: Any, value: Any) -> None: ...
 
 
-class vec2(_Constant):
+if TYPE_CHECKING:
+    S = TypeVar("S")
+    V2 = TypeVar("V2")
+    V3 = TypeVar("V3")
+    V4 = TypeVar("V4")
+
+    class _Two(_Constant, Generic[S, V2]):
+        """The components of a vector of numbers ``S``, and the vectors made of its first ones."""
+
+        x: S
+        y: S
+        r: S
+        g: S
+        xy: V2
+        rg: V2
+
+    class _Three(_Two[S, V2], Generic[S, V2, V3]):
+        z: S
+        b: S
+        xyz: V3
+        rgb: V3
+
+    class _Four(_Three[S, V2, V3], Generic[S, V2, V3, V4]):
+        w: S
+        a: S
+        xyzw: V4
+        rgba: V4
+else:
+    _Two = _Three = _Four = _Constant
+
+
+class vec2(_Two[float, "vec2"]):
     size = 2
 
-    if TYPE_CHECKING:
-        x: float
-        y: float
-        r: float
-        g: float
-        xy: vec2
-        rg: vec2
 
-
-class vec3(_Constant):
+class vec3(_Three[float, "vec2", "vec3"]):
     size = 3
 
-    if TYPE_CHECKING:
-        x: float
-        y: float
-        z: float
-        r: float
-        g: float
-        b: float
-        xy: vec2
-        xyz: vec3
-        rg: vec2
-        rgb: vec3
 
-
-class vec4(_Constant):
+class vec4(_Four[float, "vec2", "vec3", "vec4"]):
     size = 4
 
-    if TYPE_CHECKING:
-        x: float
-        y: float
-        z: float
-        w: float
-        r: float
-        g: float
-        b: float
-        a: float
-        xy: vec2
-        xyz: vec3
-        xyzw: vec4
-        rg: vec2
-        rgb: vec3
-        rgba: vec4
 
-
-class ivec2(_Constant):
+class ivec2(_Two[int, "ivec2"]):
     size = 2
 
-    if TYPE_CHECKING:
-        x: int
-        y: int
-        r: int
-        g: int
-        xy: ivec2
-        rg: ivec2
 
-
-class ivec3(_Constant):
+class ivec3(_Three[int, "ivec2", "ivec3"]):
     size = 3
 
-    if TYPE_CHECKING:
-        x: int
-        y: int
-        z: int
-        r: int
-        g: int
-        b: int
-        xy: ivec2
-        xyz: ivec3
-        rg: ivec2
-        rgb: ivec3
 
-
-class ivec4(_Constant):
+class ivec4(_Four[int, "ivec2", "ivec3", "ivec4"]):
     size = 4
 
-    if TYPE_CHECKING:
-        x: int
-        y: int
-        z: int
-        w: int
-        r: int
-        g: int
-        b: int
-        a: int
-        xy: ivec2
-        xyz: ivec3
-        xyzw: ivec4
-        rg: ivec2
-        rgb: ivec3
-        rgba: ivec4
 
-
-class uvec2(_Constant):
+class uvec2(_Two[int, "uvec2"]):
     size = 2
 
-    if TYPE_CHECKING:
-        x: int
-        y: int
-        r: int
-        g: int
-        xy: uvec2
-        rg: uvec2
 
-
-class uvec3(_Constant):
+class uvec3(_Three[int, "uvec2", "uvec3"]):
     size = 3
 
-    if TYPE_CHECKING:
-        x: int
-        y: int
-        z: int
-        r: int
-        g: int
-        b: int
-        xy: uvec2
-        xyz: uvec3
-        rg: uvec2
-        rgb: uvec3
 
-
-class uvec4(_Constant):
+class uvec4(_Four[int, "uvec2", "uvec3", "uvec4"]):
     size = 4
 
-    if TYPE_CHECKING:
-        x: int
-        y: int
-        z: int
-        w: int
-        r: int
-        g: int
-        b: int
-        a: int
-        xy: uvec2
-        xyz: uvec3
-        xyzw: uvec4
-        rg: uvec2
-        rgb: uvec3
-        rgba: uvec4
 
-
-class bvec2(_Constant):
+class bvec2(_Two[bool, "bvec2"]):
     size = 2
 
-    if TYPE_CHECKING:
-        x: bool
-        y: bool
-        r: bool
-        g: bool
-        xy: bvec2
-        rg: bvec2
 
-
-class bvec3(_Constant):
+class bvec3(_Three[bool, "bvec2", "bvec3"]):
     size = 3
 
-    if TYPE_CHECKING:
-        x: bool
-        y: bool
-        z: bool
-        r: bool
-        g: bool
-        b: bool
-        xy: bvec2
-        xyz: bvec3
-        rg: bvec2
-        rgb: bvec3
 
-
-class bvec4(_Constant):
+class bvec4(_Four[bool, "bvec2", "bvec3", "bvec4"]):
     size = 4
-
-    if TYPE_CHECKING:
-        x: bool
-        y: bool
-        z: bool
-        w: bool
-        r: bool
-        g: bool
-        b: bool
-        a: bool
-        xy: bvec2
-        xyz: bvec3
-        xyzw: bvec4
-        rg: bvec2
-        rgb: bvec3
-        rgba: bvec4
 
 
 class _MatrixConstant(_Constant):

@@ -13,7 +13,6 @@ from passgraph.language.facts import Facts, Fused, ImageFacts, fused_in, inner_f
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import count, trips
 from passgraph.plan.data import PixelStep, Plan, Step
-from passgraph.plan.known import counting_of
 from passgraph.plan.limits import Limits
 from passgraph.plan.work import Lowered, Work
 
@@ -54,7 +53,6 @@ class Chains:
         """Steps before which a chain that begins with step ``start`` may end, the longest chain first."""
         if not self.plan.options.fuse:
             return
-        yield from self._ends_of_counting(start)
         closed: list[int] = []
         last = start  # that reads what the chain's steps but its last write
         length = 0
@@ -67,22 +65,6 @@ class Chains:
             first, last_reader = self.spans[end - 1]
             last = max(last, last_reader if first >= start else len(self.plan.steps))
         yield from reversed(closed)
-
-    def _ends_of_counting(self, start: int) -> Iterator[int]:
-        """Those of what counts bins together: the longest chain adds most rows up."""
-        steps: list[PixelStep] = []
-        found: list[int] = []
-        for end, step in enumerate(self.plan.steps[start : start + MAX_STEPS], start + 1):
-            if not isinstance(step, PixelStep) or (steps and step.static != steps[0].static):
-                break
-            steps.append(step)
-            if len(steps) == 1:
-                continue
-            if counting_of(steps) is None:
-                break
-            if all(first >= start and last < end for first, last in self.spans[start : end - 1]):
-                found.append(end)
-        yield from reversed(found)
 
     def _alike(self, start: int, number: int) -> bool:
         first, step = self.plan.steps[start], self.plan.steps[number]

@@ -174,12 +174,10 @@ class Program:
         """What the device does in ways of its own, as it was compiled."""
         lines: list[str] = []
         for unit in [] if self._execution is None else self._execution.units:
-            steps = [step for step in unit if isinstance(step, PixelStep)]
-            way = self.backend.own_way(steps) if any(step.known is not None for step in steps) else None
+            step = unit[0]
+            way = self.backend.own_way(step) if isinstance(step, PixelStep) and step.known is not None else None
             if way is not None:
-                *names, last = (step.name for step in steps)
-                what = f"{', '.join(names)} and {last} are" if names else f"{last} is"
-                lines.append(f"- {what} done in a way of this device: {way}")
+                lines.append(f"- {step.name} is done in a way of this device: {way}")
         return lines
 
     def to_data(self) -> dict[str, Any]:

@@ -34,7 +34,7 @@ def output(source: str, border: str, **kernel: object) -> pg.Target:
     return made(pg.Input("color").border(border), into=into, **kernel)
 
 
-@pytest.mark.parametrize("border", ["clamp", "zero", "repeat", "mirror"])
+@pytest.mark.parametrize("border", ["clamp", "zero", "repeat", "mirror", "reflect-101"])
 @pytest.mark.parametrize("offset", ["-1, 0", "1, 0", "0, -2", "0, 3", "-20, 15", "40, -31"])
 def test_offsets_follow_the_border_rule(border: str, offset: str) -> None:
     check(f"def one(color: Image) -> vec4: return color[{offset}]", border=border)
@@ -44,7 +44,7 @@ def test_offsets_follow_the_border_rule(border: str, offset: str) -> None:
 FAR = (-(2**31), 2**31 - 1, -(2**31) + 7, 2**31 - 64, 2**24 + 1, -(2**24) - 1, 3 * 2**21 - 1, 25_200_000, -1_000_001, 0)
 
 
-@pytest.mark.parametrize("border", ["repeat", "mirror"])
+@pytest.mark.parametrize("border", ["repeat", "mirror", "reflect-101"])
 @pytest.mark.parametrize("size", [1, 2, 3, 41, 256, 1001, 8191])
 def test_any_int_finds_its_texel_by_a_periodic_rule(border: str, size: int) -> None:
     """Against exact integers; the places go through all periods of int.  41 · (1 / 41) is less than 1 in float32."""
@@ -64,7 +64,7 @@ def test_any_int_finds_its_texel_by_a_periodic_rule(border: str, size: int) -> N
         np.testing.assert_array_equal(got, border_place(border, at, size))
 
 
-@pytest.mark.parametrize("border", ["repeat", "mirror"])
+@pytest.mark.parametrize("border", ["repeat", "mirror", "reflect-101"])
 @pytest.mark.parametrize("offset", [3, 2**20, 2**20 + 1, 2**30 + 5, -(2**31) + 1])
 def test_any_offset_finds_its_texel_by_a_periodic_rule(border: str, offset: int) -> None:
     columns = np.arange(23, dtype=np.float32).reshape(1, 23)
@@ -72,12 +72,12 @@ def test_any_offset_finds_its_texel_by_a_periodic_rule(border: str, offset: int)
     np.testing.assert_array_equal(got[0], border_place(border, np.arange(23) + offset, 23))
 
 
-@pytest.mark.parametrize("border", ["clamp", "zero", "repeat", "mirror"])
+@pytest.mark.parametrize("border", ["clamp", "zero", "repeat", "mirror", "reflect-101"])
 def test_positions_follow_the_border_rule(border: str) -> None:
     check("def one(color: Image) -> vec4: return color.texel(pixel() * 5 - 20)", border=border)
 
 
-@pytest.mark.parametrize("border", ["clamp", "zero", "repeat", "mirror"])
+@pytest.mark.parametrize("border", ["clamp", "zero", "repeat", "mirror", "reflect-101"])
 def test_offsets_bounded_by_a_loop_follow_the_border_rule(border: str) -> None:
     source = """
 def one(color: Image) -> vec4:

@@ -16,7 +16,13 @@ from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
 
 Picture = NDArray[Any]
-PADS: dict[str, Any] = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric"}
+PADS: dict[str, Any] = {
+    "clamp": "edge",
+    "zero": "constant",
+    "repeat": "wrap",
+    "mirror": "symmetric",
+    "reflect-101": "reflect",
+}
 RESULTS = {1: "float", 2: "vec2", 3: "vec3", 4: "vec4"}
 #: Around register widths of 32 and 64 bytes, and several registers.
 WIDTHS = (1, 2, 31, 65, 200)

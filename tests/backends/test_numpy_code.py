@@ -126,7 +126,7 @@ def test_any_number_of_threads_gives_the_same_bits(threads: int) -> None:
     np.testing.assert_array_equal(run_twice("numpy:1"), run_twice(f"numpy:{threads}"))
 
 
-@pytest.mark.parametrize("border", ["clamp", "zero", "repeat", "mirror"])
+@pytest.mark.parametrize("border", ["clamp", "zero", "repeat", "mirror", "reflect-101"])
 @pytest.mark.parametrize("size", [(1, 1), (2, 3), (5, 1), (16, 16), (33, 20)])
 def test_border_and_interior_agree_with_the_reference(border: str, size: tuple[int, int]) -> None:
     """Footprint wider than some of the pictures: every pixel is then a border pixel."""

@@ -13,7 +13,7 @@ from passgraph.backends.numpy.pixels.chains import single_stage
 from passgraph.plan.data import PixelStep
 
 #: The border rules as NumPy pads.
-PADS = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric"}
+PADS = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric", "reflect-101": "reflect"}
 #: How far the kernels below read: left, right, up, down.
 LEFT, RIGHT, UP, DOWN = 5, 2, 3, 1
 ALIKE = pg.kernel(

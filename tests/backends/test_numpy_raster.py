@@ -122,7 +122,7 @@ def test_kernels_in_lanes_give_the_bits_of_kernels_one_by_one(
     both(monkeypatch, name, mesh(count, size))
 
 
-@pytest.mark.parametrize("border", ["zero", "repeat", "mirror"])
+@pytest.mark.parametrize("border", ["zero", "repeat", "mirror", "reflect-101"])
 def test_borders_give_the_same_texels(monkeypatch: pytest.MonkeyPatch, border: str) -> None:
     both(monkeypatch, "pictures", mesh(30, 0.8), border=border)
 

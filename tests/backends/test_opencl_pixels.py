@@ -43,7 +43,7 @@ def run(device: OpenCLBackend, text: str, picture: Picture, border: str = "clamp
         return program(frame=picture)["out"]
 
 
-PAD = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric"}
+PAD = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric", "reflect-101": "reflect"}
 
 
 @pytest.mark.parametrize("size", [(1, 1), (3, 2), (130, 5), (300, 9)])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.backends.base import Backend
 
-Border = Literal["clamp", "zero", "repeat", "mirror"]
+Border = Literal["clamp", "zero", "repeat", "mirror", "reflect-101"]
 BORDERS: tuple[Border, ...] = get_args(Border)
 #: Widths of pictures that are read: powers of two, whose texel's width is exact, and others.
 WIDTHS = (8, 7, 1)
@@ -52,6 +52,8 @@ def inside(border: Border, at: int, width: int) -> int | None:
         return min(max(at, 0), width - 1)
     if border == "zero":
         return at if 0 <= at < width else None
+    if border == "reflect-101":
+        return 0 if width == 1 else width - 1 - abs(at % (2 * width - 2) - (width - 1))
     m = at % (width if border == "repeat" else 2 * width)
     return m if m < width else 2 * width - 1 - m
 

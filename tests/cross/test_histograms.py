@@ -18,7 +18,6 @@ from passgraph.backends.registry import open_backend
 from passgraph.graph.reductions import count_bins
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
-from passgraph.plan.fuse import Chains
 from tests.conftest import require
 
 Picture = NDArray[Any]
@@ -35,10 +34,10 @@ def device(request: pytest.FixtureRequest) -> Iterator[Backend]:
         if way == "in groups" and name == "opencl":
             opened.is_cpu = False  # type: ignore[attr-defined]
         elif way == "in groups":
-            assert isinstance(opened, GLBackend) and opened.compute is not None
-            opened.compute = replace(opened.compute, on_processor=False)
+            assert isinstance(opened, GLBackend) and opened.count_group == 16
+            opened.count_group = 256
         elif way:
-            opened.compute = None  # type: ignore[attr-defined]
+            opened.count_group = 0  # type: ignore[attr-defined]
         yield opened
 
 
@@ -174,11 +173,9 @@ def test_it_is_told_which_way_counts(device: Backend) -> None:
         with pg.compile(made, backend=device, options=options) as program:
             lines = [line for line in program.explain().splitlines() if "in a way of this device" in line]
             ran = program.profile(1, frame=np.zeros((8, 8), np.uint8)).passes
-        (names,) = [row.passes for row in ran if "counts rows" in row.passes]
-        as_one = ", ".join(names[:-1]) + f" and {names[-1]} are" if names[1:] else f"{names[0]} is"
-        plain = isinstance(device, GLBackend) and device.compute is None
-        assert [line.partition(" done in a way")[0] for line in lines] == ([] if plain else [f"- {as_one}"])
-        assert len(names) == (5 if options.fuse and not plain and device.name != "numpy" else 1)
+        assert [row.passes for row in ran if "counts rows" in row.passes] == [("counts rows",)]
+        plain = isinstance(device, GLBackend) and not device.count_group
+        assert [line.partition(" done in a way")[0] for line in lines] == ([] if plain else ["- counts rows is"])
 
 
 @pytest.mark.parametrize("backend", ["numpy", "opencl", "gl"])
@@ -192,28 +189,6 @@ def test_a_count_beyond_what_floats_hold_is_near(backend: str) -> None:
     assert 0 < abs(counts[3] - width * height) <= 2.0**-20 * width * height
 
 
-@pytest.mark.parametrize(("size", "fits"), [((4096, 4096), 5), ((16_384, 1025), 3)], ids=str)
-def test_rows_are_added_up_as_far_as_every_order_has_the_same_bits(size: tuple[int, int], fits: int) -> None:
-    plan = build({"made": pg.histogram(pg.Input("frame", "r8", size), 16)})
-    assert next(iter(Chains(plan).ends(0))) == fits
-    assert not list(
-        Chains(build({"made": pg.histogram(pg.Input("frame", "r8", size))}, None, {}, pg.Options(fuse=False))).ends(0)
-    )
-
-
-def test_what_somebody_else_looks_at_is_written() -> None:
-    """A picture of numbers, or of counts, that is an output too, is no chain's inside."""
-    made = pg.histogram(pg.Input("frame", "r8", (8, 8)), 16, name="counts")
-    line = made.made_by.images["top"].made_by
-    top = line.images["first"].made_by.images["first"].made_by.images["first"]
-    rows = top.made_by.images["first"]
-    numbers = rows.made_by.images["numbers"]
-    for looked, ends in ((top, [3, 2]), (rows, [2]), (numbers, [])):
-        plan = build({"made": made, "looked": looked})
-        assert [step.name for step in plan.steps[:2]] == ["counts bins", "counts rows"]
-        assert list(Chains(plan).ends(0)) == ends, looked.name
-
-
 LOOPING = """
 def looping(a: Image, b: Image) -> float:
     found = a[1, -1].r
@@ -225,7 +200,7 @@ def looping(a: Image, b: Image) -> float:
 """
 
 
-def test_what_is_fused_into_a_histogram_is_computed_where_it_counts(device: Backend) -> None:
+def test_what_is_fused_into_a_histogram_is_counted(device: Backend) -> None:
     """Of two pictures, one with a border and read by place, in a loop that uses up a device's trips."""
     random = np.random.default_rng(8)
     frame, reach = (random.random((40, 700, 1)).astype(np.float32) for _ in range(2))
@@ -298,5 +273,5 @@ def test_an_opengl_that_has_compute_shaders_by_extensions_counts_in_them() -> No
         opened.context.gl.has = replace(opened.context.gl.has, version=(4, 2))
         with pg.compile(pg.histogram(pg.Input("frame", "r8"), channel=0), backend=opened) as program:
             counts = program(frame=picture)["frame.histogram"][0, :, 0]
-        assert [key for key, *_ in opened.programs.made if key.startswith("256 ")]
+        assert [key for key, *_ in opened.programs.made if key.startswith("256 in groups")]
     assert np.array_equal(counts, np.bincount(picture.ravel(), minlength=256))

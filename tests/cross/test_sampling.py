@@ -18,7 +18,7 @@ from passgraph.verify.compare import compare
 from tests.conftest import require
 
 Floats = NDArray[np.float32]
-Border = Literal["clamp", "zero", "repeat", "mirror"]
+Border = Literal["clamp", "zero", "repeat", "mirror", "reflect-101"]
 BORDERS: tuple[Border, ...] = get_args(Border)
 #: GL filters with fixed-point weights of 8 bits a direction: of the span of the texels, both directions and the
 #: rounding of the position.
@@ -59,6 +59,8 @@ def inside(border: Border, at: int, size: int) -> int | None:
         return at % size
     if border == "mirror":
         return min(at % (2 * size), 2 * size - 1 - at % (2 * size))
+    if border == "reflect-101":
+        return 0 if size == 1 else size - 1 - abs(at % (2 * size - 2) - (size - 1))
     near = min(max(at, 0), size - 1)
     return None if border == "zero" and near != at else near
 
@@ -108,6 +110,26 @@ def test_nearest_finds_the_texel_by_exact_numbers(device: Backend, border: Borde
                 assert got["nearest"][0, lane].tolist() == expected.tolist(), (border, places[0, lane])
             # The filter of the handle makes sample() the same read.
             assert np.array_equal(got["nearest"], got["sample"])
+
+
+@pytest.mark.parametrize("size", [(1, 1), (2, 5), (7, 1), (33, 21)])
+def test_a_filter_with_opencv_s_default_border(device: Backend, size: tuple[int, int]) -> None:
+    """``reflect-101`` is OpenCV's default and SciPy's mirror; small whole numbers, so that every sum is exact."""
+    cv2, ndimage = pytest.importorskip("cv2"), pytest.importorskip("scipy.ndimage")
+    weights = np.random.default_rng(3).integers(-3, 4, (5, 5)).astype(np.float32)
+    given = np.random.default_rng(5).integers(0, 8, (size[1], size[0], 4)).astype(np.float32)
+    text = """
+def k(c: Image, weights: Array[float, 25]) -> vec4:
+    total = vec4(0.0)
+    for y in range(5):
+        for x in range(5):
+            total += c[x - 2, y - 2] * weights[y * 5 + x]
+    return total
+"""
+    handle = pg.Input("c").border("reflect-101")
+    got = run(device, text, size, (handle, given), weights=weights.ravel().tolist())
+    np.testing.assert_array_equal(got, cv2.filter2D(given, cv2.CV_32F, weights))
+    np.testing.assert_array_equal(got, ndimage.correlate(given, weights[:, :, None], mode="mirror"))
 
 
 def test_nearest_at_nan_is_the_first_texel(device: Backend) -> None:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from passgraph.language import scalar as s
-from passgraph.language.borders import BORDERS, border_place, border_program, computed
+from passgraph.language.borders import BORDERS, border_place, border_program, computed, period_program
 
-PADS = {"clamp": "edge", "zero": "edge", "repeat": "wrap", "mirror": "symmetric"}
+PADS = {"clamp": "edge", "zero": "edge", "repeat": "wrap", "mirror": "symmetric", "reflect-101": "reflect"}
 FAR = np.array([-(2**31), -(2**31) + 1, 2**31 - 2, 2**31 - 1, 2**32 + 5])
 
 
@@ -20,8 +20,9 @@ def test_a_rule_leads_inside_and_is_what_its_row_says(rule: str, size: int) -> N
     assert ((far >= 0) & (far < size)).all()
     around = np.arange(-9 * size, 9 * size)
     once = border_place(rule, around, size)
-    if BORDERS[rule].periodic:
-        np.testing.assert_array_equal(border_place(rule, around + 2 * size, size), once)
+    if BORDERS[rule].period:
+        period = computed(period_program(rule), {"size": np.int64(size)})
+        np.testing.assert_array_equal(border_place(rule, around + period, size), once)
     else:
         np.testing.assert_array_equal(once[around < -2 * size], border_place(rule, -2 * size - 1, size))
         np.testing.assert_array_equal(once[around >= 3 * size], border_place(rule, 3 * size, size))

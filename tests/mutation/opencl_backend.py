@@ -223,8 +223,7 @@ MUTANTS = (
     _o("pg_bin", "number <= (float)BINS", "number < (float)BINS", "plans/a histogram", "plans/counts of"),
     _o("pg_bin", "(float)near == number ? near : 0", "near", "plans/counts of wild"),
     _o("pg_counts", "min(PIECE, WIDTH - x)", "PIECE", "plans/a histogram"),
-    _o("pg_end", ", HEIGHT)", ", HEIGHT - 1)", "plans/a histogram"),
-    _o("pg_end", "(together + 1) * EACH", "y + ROWS", "plans/counts of 64 rows"),
-    _o("pg_sum", "(row * TOGETHER + i)", "(row + i)", "plans/counts of 64 rows"),
+    _o("pg_counts", "y < HEIGHT; x += PIECE", "y < HEIGHT - 1; x += PIECE", "plans/a histogram"),
+    _o("_store", "{k * quarter + channel + 1}", "{channel + 1}", "plans/a histogram"),
     _o("pg_counts", "tables[3][entries[i + 3]] += 1;", "tables[3][entries[i + 2]] += 1;", "plans/a histogram"),
 )

@@ -346,6 +346,13 @@ MUTANTS = (
         "opencl",
         ("language/a wide neighbourhood, mirror",),
     ),
+    Mutant(
+        "BORDERS",
+        "max(2 * size - 2, 1) - i % max(2 * size - 2, 1)",
+        "max(2 * size - 1, 1) - i % max(2 * size - 2, 1)",
+        "gl",
+        ("language/a wide neighbourhood, reflect-101",),
+    ),
     # Reads by place
     *(
         Mutant("_LIBRARY", old, new, "numpy", ("pictures/nearest, three times as large",))

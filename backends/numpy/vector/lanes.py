@@ -20,7 +20,7 @@ from passgraph.backends.numpy.machine import llvm
 from passgraph.backends.numpy.machine.llvm import IRBuilder
 from passgraph.formats import Format
 from passgraph.language import scalar as s
-from passgraph.language.borders import BORDERS, border_program
+from passgraph.language.borders import BORDERS, border_program, period_program
 from passgraph.language.emitter import Call
 
 F32, F64, I32, I64, BOOL = llvm.FloatType(), llvm.DoubleType(), llvm.IntType(32), llvm.IntType(64), llvm.IntType(1)
@@ -394,15 +394,20 @@ def floor_modulo(b: Any, value: Any, size: Any) -> Any:
 
 def offset_within(b: Any, rule: str, offset: Any, size: Any) -> Any:
     """An offset that leads from a pixel of a picture to the same texel by the border rule, and never out of 32 bits."""
+    if BORDERS[rule].period:
+        period = _computed(b, period_program(rule), {"size": size})
+        return b.sub(floor_modulo(b, offset, period), period)
     far = b.add(size, size)
-    if BORDERS[rule].periodic:
-        return b.sub(floor_modulo(b, offset, far), far)
     return _at_most(b, _at_least(b, offset, b.sub(llvm.Constant(I32, 0), far)), far)
 
 
 def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
     """A coordinate brought into range; the builder may be a plain one where nothing is a vector."""
-    program, values = border_program(rule), {"i": coordinate, "size": size}
+    return _computed(b, border_program(rule), {"i": coordinate, "size": size})
+
+
+def _computed(b: Any, program: s.ScalarProgram, values: dict[str, Any]) -> Any:
+    """The output of a program of ints without branches."""
     made: dict[int, Any] = {}
     for i in program.body:
         if isinstance(i, s.LoadBuiltin):

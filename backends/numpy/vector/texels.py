@@ -13,17 +13,17 @@ from passgraph.backends.numpy.machine import llvm
 from passgraph.backends.numpy.machine.llvm import IRBuilder
 from passgraph.backends.numpy.storage import FLOAT
 from passgraph.backends.numpy.vector.lanes import F32, I32, I64, Lanes, blank, is_vector, lanes_of
-from passgraph.formats import Format
+from passgraph.formats import Format, format_spelling
 from passgraph.language import scalar as s
 
-_ELEMENTS = {"f4": F32, "f2": llvm.HalfType()}
+_ELEMENTS = {"u1": llvm.IntType(8), "u2": llvm.IntType(16), "f2": llvm.HalfType(), "f4": F32}
 #: Added to a number of a few bits, it leaves the nearest whole one in the lowest bits, halves rounded to even.
 _WHOLE = 1.5 * (1 << 23)
 
 
 def element(held: Format) -> Any:
     """LLVM's type of one number."""
-    return _ELEMENTS.get(held.number) or llvm.IntType(held.bits)
+    return format_spelling(held, _ELEMENTS, __file__)
 
 
 def decoded(b: Lanes, raw: Any, held: Format) -> Any:

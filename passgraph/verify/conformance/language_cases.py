@@ -318,13 +318,18 @@ def _stores() -> Iterator[Case]:
         known[form] = (np.rint(inside * np.float32(steps)) / np.float32(steps)).astype(np.float32)
     for form, expected in known.items():
         graph = partial(_stored, form)
-        yield Case(GROUP, f"stored in {form}", graph, (len(values), 3), (frame,), exact={"stored": expected})
+        yield Case(
+            GROUP, f"stored in {form}", graph, (len(values), 3), (frame,), exact={"stored": expected, "read": expected}
+        )
 
 
 def _stored(form: str) -> Mapping[str, pg.Target]:
     text = "def run(bits: Image) -> float: return float_from_bits(int(bits[0, 0].r) * 65536 + int(bits[0, 0].g))"
-    kernel = pg.kernel(source=text)
-    return {"stored": kernel(pg.Input("bits"), into=pg.target("stored", form))}
+    kernel, copy = pg.kernel(source=text), pg.kernel(source="def copy(a: Image) -> float: return a[0, 0].r")
+    bits = pg.Input("bits")
+    # What is read at its own pixel only is fused, and never stored.
+    stored, between = (kernel(bits, into=pg.target(name, form), name=name) for name in ("stored", "between"))
+    return {"stored": stored, "read": copy(between, into=pg.target("read", "r32f"))}
 
 
 def _specials() -> Mapping[str, Picture]:
@@ -344,7 +349,7 @@ def run(color: Image) -> vec4:
 
 
 #: Border rule → the same as padding.
-PADS = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric"}
+PADS = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric", "reflect-101": "reflect"}
 
 
 def _wide(border: str) -> Mapping[str, pg.Target]:

@@ -7,7 +7,7 @@ there.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import ClassVar
 
@@ -24,8 +24,8 @@ from passgraph.verify.oracle.covered import Corners, Fragments, Triangles, cover
 from passgraph.verify.oracle.decisions import Bounds, Ints
 from passgraph.verify.oracle.interval import Bounded, Interval
 from passgraph.verify.oracle.interval_stage import StageOracle
-from passgraph.verify.oracle.kept import Found, Kept, of_draw, of_pixels
-from passgraph.verify.oracle.merge import State
+from passgraph.verify.oracle.kept import Found, Kept, decides_draw, decides_pixels
+from passgraph.verify.oracle.merge import DrawCall, State
 from passgraph.verify.oracle.stored_bounds import stored
 from passgraph.verify.oracle.time_limit import TimeLimit
 from passgraph.verify.oracle.watch import Watch
@@ -69,9 +69,9 @@ class OracleBackend(ReferenceBackend):
         """Whether bounds of a step are looked for."""
         return not self.watches or id(step) in self.watches
 
-    def asked(self, name: str, find: Callable[[], Found]) -> Found:
+    def bounds(self, deciding: Iterable[object], find: Callable[[], Found]) -> Found:
         """Bounds of a step, from before where they are kept; who watches sees them found."""
-        return find() if self.watches else self.kept.found(name, find)
+        return find() if self.watches else self.kept.found(deciding, find)
 
     def copy(self, source: Storage, destination: Storage) -> None:
         super().copy(source, destination)
@@ -96,8 +96,8 @@ class _PixelPass(ReferencePixelPass):
             super().__call__(outputs, images, block)
         if not self.oracle.wants(self.step):
             return
-        name = of_pixels(self.step, self.stage, outputs, images, block, self.oracle.carried)
-        found = self.oracle.asked(name, partial(self._find, outputs, images, block))
+        deciding = decides_pixels(self.step, self.stage, outputs, images, block, self.oracle.carried)
+        found = self.oracle.bounds(deciding, partial(self._find, outputs, images, block))
         self.oracle.found[id(self.step)] = found.allowed
 
     def _find(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> Found:
@@ -135,11 +135,9 @@ class _DrawPass(ReferenceDrawPass):
     ) -> None:  # fmt: skip
         oracle = self.oracle
         if oracle.wants(self.step):
-            stages = (self.vertex, vertex), (self.fragment, fragment)
-            name = of_draw(
-                self.step, stages, outputs, depth, images, geometry, oracle.snapped, oracle.carried, oracle.stencils
-            )
-            found = oracle.asked(name, partial(self._find, outputs, depth, images, geometry, vertex, fragment))
+            call = DrawCall(outputs, depth, images, geometry, vertex, fragment)
+            deciding = decides_draw(self, call, oracle.snapped, oracle.carried, oracle.stencils)
+            found = oracle.bounds(deciding, partial(self._find, call))
             oracle.found[id(self.step)] = found.allowed
             if depth is not None and found.stencil is not None:
                 oracle.carried[id(depth)] = found.allowed[-1].values.map(np.ravel)
@@ -147,15 +145,9 @@ class _DrawPass(ReferenceDrawPass):
         with oracle.limit.spent():
             super().__call__(outputs, depth, images, geometry, vertex, fragment)
 
-    def _find(
-        self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage], geometry: Geometry,
-        vertex: Block, fragment: Block,
-    ) -> Found:  # fmt: skip
+    def _find(self, call: DrawCall) -> Found:
         """What the draw may leave, from what its targets hold before it."""
-        draw = DrawOracle(
-            self, outputs, depth, images, geometry, vertex, fragment, self.oracle.snapped, self.oracle.carried,
-            self.oracle.watches.get(id(self.step)), self.oracle.limit,
-        )  # fmt: skip
+        draw, depth = DrawOracle(self, call, self.oracle), call.depth
         if depth is not None and self.step.depth_clear is None and id(depth) in self.oracle.carried:
             draw.state.depth = self.oracle.carried[id(depth)].map(np.copy)
             lowest, highest = self.oracle.stencils[id(depth)]
@@ -167,20 +159,17 @@ class DrawOracle:
     """One draw of one run: ``state`` ends up with what its targets may hold, ``untried`` with the number of fragments
     of which time left nothing to say."""
 
-    def __init__(
-        self, made: ReferenceDrawPass, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage],
-        geometry: Geometry, vertex: Block, fragment: Block, snapped: bool, carried: Mapping[int, Interval],
-        watch: Watch | None = None, limit: TimeLimit | None = None,
-    ) -> None:  # fmt: skip
+    def __init__(self, made: ReferenceDrawPass, call: DrawCall, oracle: OracleBackend) -> None:
         self.pass_, self.step = made, made.step
-        self.geometry, self.snapped = geometry, snapped
-        names = [name for name, _ in made.step.images]
-        self.limit, self.untried = limit or TimeLimit(), 0
-        self.vertex = StageOracle(made.vertex, vertex, names, images, carried, limit=self.limit)
+        self.geometry, self.snapped = call.geometry, oracle.snapped
+        self.limit, self.untried = oracle.limit, 0
+        pictures = [name for name, _ in made.step.images], call.images, oracle.carried
+        self.vertex = StageOracle(made.vertex, call.vertex, *pictures, limit=self.limit)
         self.fragment: StageOracle | None = None
         if made.fragment is not None:
-            self.fragment = StageOracle(made.fragment, fragment, names, images, carried, watch, self.limit)
-        self.state = State.before(made.step, outputs, depth)
+            watch = oracle.watches.get(id(made.step))
+            self.fragment = StageOracle(made.fragment, call.fragment, *pictures, watch, self.limit)
+        self.state = State.before(made.step, call.outputs, call.depth)
         self.names: Counter[str] = Counter()
 
     def run(self) -> list[Allowed]:

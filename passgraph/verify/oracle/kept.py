@@ -11,7 +11,7 @@ import io
 import json
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -23,13 +23,14 @@ from numpy.typing import NDArray
 from passgraph import disk_cache, language
 from passgraph.backends import reference, steps
 from passgraph.backends.base import Block, vertex_builtins
+from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.stage import Stage, Storage
-from passgraph.graph.draw_state import Geometry
 from passgraph.language.lower_cache import facts_digest
 from passgraph.language.scope import freeze
-from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.data import PixelStep
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.interval import Interval
+from passgraph.verify.oracle.merge import DrawCall
 
 Ints = NDArray[np.int64]
 
@@ -70,11 +71,13 @@ class Kept:
         self._held: dict[str, Found] = {}
         self._asked = 0
 
-    def found(self, name: str, find: Callable[[], Found]) -> Found:
-        """What ``find`` finds, asked only where nobody has found it before; nothing is kept without a name."""
+    def found(self, deciding: Iterable[object], find: Callable[[], Found]) -> Found:
+        """What ``find`` finds, called only where nobody has found it before; nothing is kept without a name."""
         if self.case:
             self._asked += 1
             name = hashlib.sha256(f"{self.case}\0{self._asked}".encode(errors="surrogatepass")).hexdigest()
+        else:
+            name = _name(deciding)
         if name in self._held:
             return self._held[name]
         data = disk_cache.recall(PART, name) if self.on_disk and name else None
@@ -109,55 +112,33 @@ def texts_digest() -> str:
     return hashlib.sha256("\0".join(told).encode()).hexdigest()
 
 
-def of_pixels(
+def decides_pixels(
     step: PixelStep, stage: Stage, outputs: Sequence[Storage], images: Sequence[Storage], block: Block,
     carried: Mapping[int, Interval],
-) -> str:  # fmt: skip
-    """The name of what a full-screen pass may write; empty where no text tells its facts from others."""
-    return _name(_pixels_told(step, stage, outputs, images, block, carried))
-
-
-def of_draw(
-    step: DrawStep, stages: Sequence[tuple[Stage | None, Block]], outputs: Sequence[Storage], depth: Storage | None,
-    images: Sequence[Storage], geometry: Geometry, snapped: bool, carried: Mapping[int, Interval],
-    stencils: Mapping[int, tuple[Ints, Ints]],
-) -> str:  # fmt: skip
-    """The same of a draw."""
-    return _name(_draw_told(step, stages, outputs, depth, images, geometry, snapped, carried, stencils))
-
-
-def _name(deciding: Iterable[object]) -> str:
-    try:
-        return _digest((texts_digest(), *deciding))
-    except (TypeError, RecursionError):
-        return ""
-
-
-def _pixels_told(
-    step: PixelStep, stage: Stage, outputs: Sequence[Storage], images: Sequence[Storage], block: Block,
-    carried: Mapping[int, Interval],
-) -> Iterable[object]:  # fmt: skip
+) -> Iterator[object]:  # fmt: skip
+    """What decides what a full-screen pass may write."""
     yield "pixels"
     yield step.size
     yield [output.format for output in outputs]
-    yield from _stage_told(stage, block)
-    yield from _images_told(step.images, images, carried)
+    yield from _decides_stage(stage, block)
+    yield from _decides_images(step.images, images, carried)
 
 
-def _draw_told(
-    step: DrawStep, stages: Sequence[tuple[Stage | None, Block]], outputs: Sequence[Storage], depth: Storage | None,
-    images: Sequence[Storage], geometry: Geometry, snapped: bool, carried: Mapping[int, Interval],
+def decides_draw(
+    made: ReferenceDrawPass, call: DrawCall, snapped: bool, carried: Mapping[int, Interval],
     stencils: Mapping[int, tuple[Ints, Ints]],
-) -> Iterable[object]:  # fmt: skip
+) -> Iterator[object]:  # fmt: skip
+    """The same of a draw."""
+    step, depth = made.step, call.depth
     yield "draw"
     yield step.size, step.state, step.clears, step.depth_clear, snapped
-    for stage, block in stages:
+    for stage, block in ((made.vertex, call.vertex), (made.fragment, call.fragment)):
         if stage is None:
             yield "none"
         else:
-            yield from _stage_told(stage, block)
-    yield from _images_told(step.images, images, carried)
-    for output, clear in zip(outputs, step.clears, strict=True):
+            yield from _decides_stage(stage, block)
+    yield from _decides_images(step.images, call.images, carried)
+    for output, clear in zip(call.outputs, step.clears, strict=True):
         yield output.format
         if clear is None:
             yield output.pixels
@@ -165,12 +146,12 @@ def _draw_told(
         yield depth.format
         if step.depth_clear is None:
             yield from (depth.pixels, depth.stencil, carried.get(id(depth)), stencils.get(id(depth)))
-    yield geometry.triangles
-    yield len(geometry.positions)
-    yield vertex_builtins(geometry)
+    yield call.geometry.triangles
+    yield len(call.geometry.positions)
+    yield vertex_builtins(call.geometry)
 
 
-def _stage_told(stage: Stage, block: Block) -> Iterable[object]:
+def _decides_stage(stage: Stage, block: Block) -> Iterator[object]:
     """A kernel as it was read, whatever its file and its names for itself; where its parameters lie, and what they
     are."""
     program = stage.program
@@ -181,17 +162,25 @@ def _stage_told(stage: Stage, block: Block) -> Iterable[object]:
     yield from (block.floats, block.ints)
 
 
-def _images_told(
+def _decides_images(
     names: Sequence[tuple[str, int]], images: Sequence[Storage], carried: Mapping[int, Interval]
-) -> Iterable[object]:
+) -> Iterator[object]:
     for (name, _), image in zip(names, images, strict=True):
         yield name, image.format
         yield image.pixels
         yield carried.get(id(image))
 
 
-def _digest(told: Iterable[object]) -> str:
-    """Of every bit of arrays, and of the representation of what is no array."""
+def _name(deciding: Iterable[object]) -> str:
+    """A digest of every bit of arrays and of the representation of what is no array; empty where that fails, since no
+    text tells some facts from others."""
+    try:
+        return _digest((texts_digest(), *deciding))
+    except (TypeError, RecursionError):
+        return ""
+
+
+def _digest(deciding: Iterable[object]) -> str:
     made = hashlib.sha256()
 
     def add(part: object) -> None:
@@ -211,7 +200,7 @@ def _digest(told: Iterable[object]) -> str:
             made.update(f"{len(text)} ".encode())
             made.update(text)
 
-    for part in told:
+    for part in deciding:
         add(part)
     return made.hexdigest()
 

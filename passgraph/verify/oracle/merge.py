@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.backends.base import Block
 from passgraph.backends.reference.draw_pass import COMPARE, OPERATIONS, filled
 from passgraph.backends.reference.interpreter import Interpreter, StageValues
 from passgraph.backends.reference.stage import Storage
 from passgraph.formats import Format
-from passgraph.graph.draw_state import Blend, Stencil
+from passgraph.graph.draw_state import Blend, Geometry, Stencil
 from passgraph.plan.blending import blend_kernel
 from passgraph.plan.data import DrawStep
 from passgraph.verify.oracle import interval as iv
@@ -29,6 +30,18 @@ PRODUCT_STEPS = {True: 0.5, False: 1.0}
 SMALLEST_HALF = 2.0**-14
 #: Where OpenGL may stop when a blended half overflows: it leaves the rounding of that conversion open.
 LARGEST_HALF = 65504.0
+
+
+@dataclass(frozen=True, eq=False)
+class DrawCall:
+    """What a draw of one run is given: its targets, the pictures that both stages read, vertices and parameters."""
+
+    outputs: Sequence[Storage]
+    depth: Storage | None
+    images: Sequence[Storage]
+    geometry: Geometry
+    vertex: Block
+    fragment: Block
 
 
 @dataclass
