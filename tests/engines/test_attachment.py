@@ -9,6 +9,7 @@ import re
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -267,6 +268,26 @@ def test_another_effect_takes_the_place_of_the_first(engine: Engine) -> None:
         attached.draw()
         assert attached.error is None
         assert engine.picture()[0, 0].tolist() == [100, 50, 25, 255]
+
+
+def test_an_effect_gets_the_camera_of_the_frame_before(engine: Engine) -> None:
+    """The first frame has its own."""
+    tinted = pg.kernel(source="def tinted(c: Image, by: float) -> vec4: return vec4(by, c[0, 0].gba)")
+
+    def way(frame: pg.Target, camera: pg.Value, previous_camera: pg.Value) -> pg.Target:
+        by = pg.combine(lambda now, before: (now.eye[0] - before.eye[0]) / 255.0, camera, previous_camera)
+        return tinted(frame, by)
+
+    eyes = [3.0, 10.0, 30.0]
+    cameras = [replace(CAMERA, eye=(x, 0.0, 5.0), target=(x, 0.0, 0.0)) for x in eyes]
+    with attach(way, camera=lambda: cameras[0]) as attached:
+        seen = []
+        while cameras:
+            attached.draw()
+            assert attached.error is None
+            seen.append(int(engine.picture()[0, 0, 0]))
+            cameras.pop(0)
+    assert seen == [0, 7, 20]
 
 
 def test_history_goes_on_in_another_effect_where_targets_match(engine: Engine) -> None:
