@@ -135,8 +135,8 @@ class Attachment:
 
     The effect is called with the target ``frame``; where its signature has them, also with ``depth`` (distances along
     the view axis in scene units, "r32f", 0 where nothing is drawn), ``camera`` (a run value, `passgraph.Camera`) and
-    ``previous_camera`` (that of the frame before).  What it returns is written over the frame.  Effects that say that they take linear light
-    (`passgraph.effects.checked.effect`) get frames of 8 bits decoded from sRGB.
+    ``previous_camera`` (that of the frame before).  What it returns is written over the frame.  Effects that say that
+    they take linear light (`passgraph.effects.checked.effect`) get frames of 8 bits decoded from sRGB.
 
     ``set``, ``enabled`` and ``close`` may be used in any thread, also while a frame is drawn.  Frames without pixels,
     of windows that are minimised, and frames smaller than the engine says, are left out, the latter with a warning.
