@@ -378,6 +378,7 @@ def _effects() -> Iterator[Call]:
         "depth": pg.Input("depth", "r32f", (8, 4)), "normals": frame("normals"), "camera": pg.Value("camera", Camera),
         "radius": 0.5, "world": light2d.World2D.shipped(), "window": light2d.Window(0, 0, 10, 10), "walls": (),
         "lights": (light2d.Light2D((1, 1)),), "size": (8, 4), "grid": np.zeros((4, 8), np.float32), "threshold": 0.5,
+        "previous_camera": pg.Value("previous_camera", Camera), "number": 3,
         "movers": pg.Value("movers", object), "count": 2, "name": "dimmed", "casters": small_scene(),
     }  # fmt: skip
     for package in (effects, light2d):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import passgraph as pg
+from passgraph import arguments
 
 #: Frames after which places repeat.
 PERIOD = 16
@@ -24,25 +25,27 @@ def radical_inverse(number: int, base: int) -> float:
     return value
 
 
-def jitter_px(frame: int, period: int = PERIOD) -> tuple[float, float]:
-    """Place of a frame's samples, right and down from the pixels' centers, in pixels from -0.5 to 0.5.
+def jitter_px(number: int, period: int = PERIOD) -> tuple[float, float]:
+    """Place of a frame's samples, right and down from the pixels' centers, in pixels from -0.6 to 0.6.
 
     Parameters
     ----------
-    frame : number of the frame, from 0
-    period : frames after which places repeat; their mean is moved to the center
+    number : of the frame, from 0
+    period : frames after which places repeat, 1 to 1024; their mean is moved to the center
 
     Source: J. H. Halton, 1960, in bases 2 and 3.
 
     >>> jitter_px(0, 1), [round(x, 3) for x in jitter_px(0, 2)]
     ((0.0, 0.0), [0.125, -0.167])
     """
-    places = [(radical_inverse(number, 2), radical_inverse(number, 3)) for number in range(1, period + 1)]
-    x, y = places[frame % period]
+    number = arguments.whole_number(number, "jitter: number", 0, 2**62)
+    period = arguments.whole_number(period, "jitter: period", 1, 1024)
+    places = [(radical_inverse(place, 2), radical_inverse(place, 3)) for place in range(1, period + 1)]
+    x, y = places[number % period]
     return x - sum(p[0] for p in places) / period, y - sum(p[1] for p in places) / period
 
 
-def jittered(camera: pg.Camera, frame: int, size: tuple[int, int], period: int = PERIOD) -> pg.Camera:
+def jittered(camera: pg.Camera, number: int, size: tuple[int, int], period: int = PERIOD) -> pg.Camera:
     """Return a camera whose picture of a size (width, height) is sampled at `jitter_px`.
 
     Give it to the run that draws the scene; `passgraph.effects.taa` gets the camera without jitter.
@@ -51,6 +54,11 @@ def jittered(camera: pg.Camera, frame: int, size: tuple[int, int], period: int =
     >>> [round(x, 5) for x in jittered(camera, 0, (100, 50), period=2).shift]
     [0.0025, 0.00667]
     """
-    x, y = jitter_px(frame, period)
+    camera = arguments.instance(camera, pg.Camera, "jitter: camera", "a passgraph.Camera")
+    sides = arguments.several(size, object, "jitter: size", "width and height in pixels")
+    if len(sides) != 2:
+        raise pg.GraphError(f"jitter: size must be width and height in pixels, got {arguments.shown(size)}")
+    width, height = (arguments.whole_number(side, "jitter: size", 1, 65536) for side in sides)
+    x, y = jitter_px(number, period)
     across, up = camera.shift
-    return replace(camera, shift=(across + 2.0 * x / size[0], up - 2.0 * y / size[1]))
+    return replace(camera, shift=(across + 2.0 * x / width, up - 2.0 * y / height))

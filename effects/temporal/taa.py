@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, dot, floor, ivec2, mix, pixel, sqrt, vec2, vec4
+from passgraph import Const, Image, dot, floor, ivec2, mix, pixel, sqrt, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import FieldOfView
 from passgraph.effects.screen.seen_by import camera_of
@@ -76,11 +76,12 @@ def clipped(history: vec4, mean: vec4, half: vec4) -> vec4:
 @pg.kernel
 def resolved(
     color: Image, depth: Image, velocity: Image, history: Image, kept: Image, sigmas: float, most_frames: float,
-    knows_distance: Const[bool], hdr: Const[bool],
+    moves: Const[bool], knows_distance: Const[bool], hdr: Const[bool],
 ) -> tuple[vec4, vec2]:  # fmt: skip
     """The picture over all frames; the distance, and of how many frames it is."""
     here = color[0, 0]
-    distance, way = depth[0, 0].r, velocity[0, 0].rgb
+    distance = depth[0, 0].r
+    way = velocity[0, 0].rgb if moves else vec3(0.0, 0.0, distance)
     if not is_finite(here):
         return here, vec2(distance, 0.0)
     # the nearest surface around is followed, so that edges move with what stands in front
@@ -93,7 +94,8 @@ def resolved(
                 first += c
                 count += 1.0
             if z > 0.0 and (nearest <= 0.0 or z < nearest):
-                nearest, way = z, velocity[x, y].rgb
+                nearest = z
+                way = velocity[x, y].rgb if moves else vec3(0.0, 0.0, z)
     first = first / count
     second = vec4(0.0)
     for y in range(-1, 2):
@@ -149,7 +151,7 @@ def taa(
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
         ``color``
     camera : which both were seen by, without jitter; left out, one of ``vertical_fov_rad`` at the origin
-    previous_camera : the camera of the frame before, without jitter; left out, ``camera``
+    previous_camera : the camera of the frame before, without jitter; left out, pixels stay where they are
     velocity : in place of that of the cameras: red and green are the way of each pixel since the frame before, in
         pixels, to the right and down
     most_frames : how many frames count as many as the new one; more are smoother, and follow light that changes later
@@ -180,15 +182,15 @@ def taa(
     >>> shown[2, :, 0].tolist()
     [0.0, 0.0, 0.5, 1.0, 1.0]
     """
-    seen_by = camera_of(camera, vertical_fov_rad)
-    knows_distance = velocity is None
-    if velocity is None:
-        velocity = camera_velocity(depth, seen_by, previous_camera or seen_by, name=f"{name}_velocity")
+    moves, knows_distance = velocity is not None or previous_camera is not None, velocity is None
+    if velocity is None and previous_camera is not None:
+        seen_by = camera_of(camera, vertical_fov_rad)
+        velocity = camera_velocity(depth, seen_by, previous_camera, name=f"{name}_velocity")
     spec = into or pg.target(name, "rgba32f", like=color)
     kept = pg.target(f"{name}_kept", "rg32f", like=color)
     made, _ = resolved(
-        color, depth, velocity, pg.previous(spec), pg.previous(kept), sigmas, most_frames, knows_distance, hdr,
-        into=(spec, kept), name=name,
+        color, depth, velocity or depth, pg.previous(spec), pg.previous(kept), sigmas, most_frames, moves,
+        knows_distance, hdr, into=(spec, kept), name=name,
     )  # fmt: skip
     assert isinstance(made, pg.Target)
     return made
