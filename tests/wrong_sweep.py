@@ -400,6 +400,8 @@ def _effects() -> Iterator[Call]:
                 }
                 if name in ("lit", "occlusion", "moving_shadows") and package is light2d:
                     good["scene"] = frame()
+                if name == "jittered":
+                    good["camera"] = small_scene().camera
                 yield Call(name, function, good)
 
 
