@@ -114,7 +114,8 @@ def resolved(
         for y in range(-1, 2):
             for x in range(-1, 2):
                 hidden = hidden and stands_before(kept.texel(there + ivec2(x, y)).r, way.z)
-        frames = 0.0 if hidden else frames
+        # a place behind the eye before was in no picture, whatever stands at its pixel
+        frames = 0.0 if hidden or way.z < 0.0 else frames
     before = between_texels(history, place) if frames > 0.0 else here
     frames = min(frames, most_frames - 1.0) if is_finite(before) else 0.0
     if frames <= 0.0:

@@ -155,6 +155,18 @@ def test_what_was_hidden_begins_anew() -> None:
     assert np.abs(mean - last)[:, 16:18].max() > 0.1
 
 
+@pytest.mark.parametrize("backend_name", ["numpy", "gl", "opencl", "reference"], indirect=True)
+def test_what_lay_behind_the_eye_begins_anew(backend_name: str) -> None:
+    """A wall behind a camera that saw the sky, and turns about: the sky is no history of it."""
+    now, before = pg.Value("now", pg.Camera), pg.Value("before", pg.Camera)
+    graph = taa(pg.Input("frame"), pg.Input("depth"), camera=now, previous_camera=before, sigmas=16.0)
+    ahead = looking(0.0)
+    behind = replace(ahead, target=(0.0, 0.0, 1.0))
+    sky = {"frame": 0.5 * wall(0.0), "depth": np.zeros((24, 32, 1), np.float32), "now": ahead, "before": ahead}
+    turned = {"frame": wall(5.0), "depth": np.full((24, 32, 1), 4.0, np.float32), "now": behind, "before": ahead}
+    np.testing.assert_array_equal(converged(graph, [sky, turned], backend_name), wall(5.0))
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_bad_pixel_stays_for_one_frame_and_spreads_nowhere(bad: float) -> None:
     frame = np.full((9, 9, 4), 0.5, np.float32)

@@ -245,6 +245,7 @@ TILED = """
 import hashlib, sys
 import passgraph.backends.numpy.raster.layout as names
 names.TILE = int(sys.argv[1])
+names.SPAN_ROWS = names.TILE + 3  # made of the side when it was imported
 from passgraph.backends.numpy.machine.shipped import Shipped
 Shipped.is_current = lambda *_: False  # what is shipped was made for the side as it is
 from passgraph.verify.conformance import cases
