@@ -48,6 +48,11 @@ def test_a_program_goes_on_where_another_one_stands(backend: str) -> None:
             with pg.compile(outputs, backend=first.backend) as second:
                 second.continue_from(first)
                 assert [float(second(frame=FRAME * n)["late"][0, 0, 0]) for n in (4, 5, 6)] == seen
+        with pg.compile(late_by_two(), backend=first.backend) as used:
+            for number in (90, 91, 92):
+                used(frame=FRAME * number)
+            used.continue_from(first)
+            assert [float(used(frame=FRAME * n)["late"][0, 0, 0]) for n in (4, 5, 6)] == [2.0, 3.0, 4.0]
         with pg.compile(numbered(), backend=first.backend) as counting:
             counting(frame=FRAME)
             counting.continue_from(first)

@@ -293,10 +293,13 @@ class Program:
         [11.0, 12.0, 11.0]
         """
         with self._alone("reset"):
-            if self._execution is not None:
-                self._execution.reset()
-                if self._pass_check is not None:
-                    self._pass_check = PassCheck(self._execution.plan)
+            self._reset()
+
+    def _reset(self) -> None:
+        if self._execution is not None:
+            self._execution.reset()
+            if self._pass_check is not None:
+                self._pass_check = PassCheck(self._execution.plan)
 
     def continue_from(self, earlier: Program) -> None:
         """Begin where another program on this backend stands: its frame index, and history of targets that both have.
@@ -324,6 +327,7 @@ class Program:
         _ = self.plan, earlier.plan
         with self._alone("continued"):
             assert self._execution is not None and earlier._execution is not None
+            self._reset()
             with self.backend.running():
                 self._execution.continue_from(earlier._execution)
 
