@@ -10,8 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from passgraph.backends.base import Block
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
@@ -32,25 +30,25 @@ class CountRun:
     def __init__(self, backend: GLBackend, step: PixelStep) -> None:
         assert step.known is not None
         self.backend, self.step, self.counting = backend, step, step.known
-        self.zeros = np.zeros(step.size[1] * self.counting.bins, np.uint32)
+        self.table_bytes = 4 * step.size[1] * self.counting.bins
 
     def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
         backend = self.backend
         if not backend.in_run:
             with backend.running():
                 return self(outputs, images, block)
-        gl, size = backend.context.gl, images[0].size
+        gl = backend.context.gl
         # What can be refused comes before anything is under way.
         program = backend.programs.counting(placements_of((), images), self.counting.bins, backend.count_group)
         sums = backend.programs.sums(self.step.program, placements_of(outputs, ()), self.counting.quarter)
         gl.BindBuffer(g.SHADER_STORAGE_BUFFER, backend.objects.table())
-        gl.BufferData(g.SHADER_STORAGE_BUFFER, self.zeros.nbytes, self.zeros.ctypes.data, g.STREAM_DRAW)
+        gl.BufferData(g.SHADER_STORAGE_BUFFER, self.table_bytes, None, g.STREAM_DRAW)
         gl.BindBufferBase(g.SHADER_STORAGE_BUFFER, 0, backend.objects.table())
         fixed.bind_images(gl, backend.context.bound, images)
         fixed.use(gl, backend.context.bound, program.name, backend.no_vertices)
-        program.send_size(gl, size)
+        program.send_size(gl, images[0].size)
         program.send_parts(gl, (), images)
-        gl.DispatchCompute(min(size[1], self.step.size[1]), 1, 1)
+        gl.DispatchCompute(self.step.size[1], 1, 1)
         # Mesa never lets go of a program that follows one of compute shaders directly.
         fixed.use(gl, backend.context.bound, 0, backend.no_vertices)
         gl.MemoryBarrier(g.SHADER_STORAGE_BARRIER)

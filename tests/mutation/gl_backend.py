@@ -201,7 +201,7 @@ MUTANTS = (
     ),
     _g("_MAIN", "pg_entry(x + GROUP, y)", "pg_entry(x + 1, y)", "plans/a histogram", "plans/counts of"),
     _g("_SUMS", "four(first + 2 * QUARTER)", "four(first + QUARTER)", "plans/a histogram", "plans/counts of"),
-    _g("CountRun.__call__", "min(size[1], self.step.size[1])", "self.step.size[1]", "plans/counts of wild"),
+    _g("_MAIN", "y < pg_output_size.y ? pg_output_size.x : 0", "pg_output_size.x", "plans/counts of wild"),
     _g(
         "CountRun.__call__",
         "gl.MemoryBarrier(g.SHADER_STORAGE_BARRIER)",
