@@ -44,23 +44,19 @@ def combined(function: Callable[..., object], *given: Any) -> Any:
     >>> combined(max, 1.0, 2.0), combined(max, pg.Value("a"), 2.0, pg.Value("b").map(abs)).name
     (2.0, 'a+b')
     """
-    parts: list[tuple[int, Callable[..., object]]] = []
-    sources: list[pg.Value] = []
-    for one in given:
-        if isinstance(one, pg.Derived):
-            sources += one.sources
-            parts.append((len(one.sources), one.function))
-        elif isinstance(one, pg.Value):
-            sources.append(one)
-            parts.append((1, lambda value: value))
-        else:
-            parts.append((0, lambda fixed=one: fixed))
+    sources = [source for one in given if isinstance(one, (pg.Value, pg.Derived)) for source in one.sources]
     if not sources:
         return function(*given)
 
     def computed(*values: object) -> object:
         rest = iter(values)
-        return function(*(part(*islice(rest, count)) for count, part in parts))
+
+        def now(one: Any) -> object:
+            if isinstance(one, pg.Derived):
+                return one.function(*islice(rest, len(one.sources)))
+            return next(rest) if isinstance(one, pg.Value) else one
+
+        return function(*map(now, given))
 
     return pg.combine(computed, *sources)
 

@@ -13,7 +13,7 @@ from PIL import Image
 
 import passgraph as pg
 from passgraph.viewer.display import CHANNELS, Look, shown
-from passgraph.viewer.session import Published, Session, orbited, targets_of
+from passgraph.viewer.session import Difference, Published, Session, orbited, targets_of
 from passgraph.viewer.show import GivenSubject
 from tests.viewer.subjects import KERNEL, Watched, files
 
@@ -257,3 +257,13 @@ def test_color_that_nobody_sees_has_no_part_in_a_blur(tmp_path: Path) -> None:
     with Watched("gaussian-blur", str(tmp_path / "cut.png")) as watched:
         watched.until(lambda one: one.pictures)
         assert watched.session.picture("shown")[:, :4, 0].max() == 0
+
+
+def test_a_pixel_that_is_nan_on_one_backend_alone_differs() -> None:
+    one, other = (pg.Result({"values": np.full((2, 3, 4), 0.5, np.float32)}) for _ in range(2))
+    one["values"][1, 2, 0] = np.nan
+    other["values"][0, 1, 3] = 0.75
+    found = Difference.of(one, other)
+    assert found.facts() == {"largest": 0.25, "at": [1, 0], "pixels": 2}
+    assert found.picture(1.0)[1, 2].tolist() == [255, 0, 255, 255]
+    assert found.picture(1.0)[0, 1].tolist() == [63, 63, 63, 255]

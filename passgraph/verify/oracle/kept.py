@@ -72,7 +72,10 @@ class Kept:
         self._asked = 0
 
     def found(self, deciding: Iterable[object], find: Callable[[], Found]) -> Found:
-        """What ``find`` finds, called only where nobody has found it before; nothing is kept without a name."""
+        """Return what is kept under the digest of ``deciding``, else call ``find`` and keep its result.
+
+        Nothing is kept where ``deciding`` has no digest.
+        """
         if self.case:
             self._asked += 1
             name = hashlib.sha256(f"{self.case}\0{self._asked}".encode(errors="surrogatepass")).hexdigest()

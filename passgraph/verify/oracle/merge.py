@@ -24,8 +24,6 @@ from passgraph.verify.oracle.stored_bounds import stored
 
 Ints = NDArray[np.int64]
 
-#: Of both products a half step each, less what the last rounding absorbs: in steps, or units of a half's value.
-PRODUCT_STEPS = {True: 0.5, False: 1.0}
 #: The least normal half: smaller ones are as far apart as these.
 SMALLEST_HALF = 2.0**-14
 #: Where OpenGL may stop when a blended half overflows: it leaves the rounding of that conversion open.
@@ -226,8 +224,8 @@ def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> I
     made = result.map(lambda x: np.broadcast_to(x.reshape(len(x), source.shape[1]), source.shape))
     if not format_.unit:
         return stored(format_, made)
-    size = 1.0 if format_.steps else np.maximum(made.magnitude, SMALLEST_HALF)
-    slack = PRODUCT_STEPS[bool(format_.steps)] * format_.unit * size
+    # Both products may be off by half a step. Of bits their sum is a step again; of halves it is rounded once more.
+    slack = format_.unit * (0.5 if format_.steps else np.maximum(made.magnitude, SMALLEST_HALF))
     low, high = made.lo - slack, made.hi + slack
     if not format_.steps:  # what overflows may stop at the largest number
         low, high = np.minimum(low, LARGEST_HALF), np.maximum(high, -LARGEST_HALF)
