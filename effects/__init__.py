@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.dither import dither
     from passgraph.effects.pictures.film_grain import film_grain
     from passgraph.effects.pictures.fxaa import fxaa
+    from passgraph.effects.pictures.god_rays import god_rays
     from passgraph.effects.pictures.halftone import halftone
     from passgraph.effects.pictures.hue_saturation import hue_saturation
     from passgraph.effects.pictures.kuwahara import kuwahara
@@ -156,6 +157,7 @@ __all__ = [
     "fog",
     "fxaa",
     "gaussian_blur",
+    "god_rays",
     "halftone",
     "hue_saturation",
     "jitter_px",

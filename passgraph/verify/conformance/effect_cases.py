@@ -30,6 +30,7 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
     "bloom": [{"levels": 2}, {"levels": 4, "threshold": 0.5}],
     "fxaa": [{}, {"quality": "39", "contrast": 0.05, "least_contrast": 0.02}],
     "film-grain": [{}, {"size_px": 1.5, "colored": True, "seed": 3}],
+    "god-rays": [{"threshold": 0.3}],
     "color-grade": [
         {"temperature_k": 4000.0, "contrast": 1.2, "shadows": (0.8, 1.0, 1.2), "lift": (0.02, 0.0, -0.02),
          "gamma": (1.2, 1.0, 0.9), "saturation": 0.8},
