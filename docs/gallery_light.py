@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import passgraph as pg
-from docs.gallery_inputs import monastery
+from docs.gallery_inputs import monastery, photograph
 from docs.gallery_page import Entry, Panel
-from passgraph.effects import god_rays, soft_shadow_passes, tone_map
+from passgraph.effects import god_rays, soft_shadow_passes, tilt_shift, tone_map
 
+FRAME = pg.Input("frame")
 #: A sky with a sun, where no surface is; the model is dark before it.
 SKY = pg.kernel(
     source="""
@@ -30,10 +31,24 @@ def rays() -> list[Panel]:
     ]
 
 
+def models() -> list[Panel]:
+    given = {"frame": photograph("rocket", 1.0)[80:]}
+    tilted = tilt_shift(FRAME, 0.85, 0.0, 0.1, 7.0)
+    return [
+        Panel("without", tone_map(FRAME, curve="linear"), given),
+        Panel("tilt-shift", tone_map(tilted, curve="linear"), given),
+    ]
+
+
 LIGHT: tuple[Entry, ...] = (
     Entry(
         "God rays", "`samurai_monastry.obj` of pybullet's data",
         "Beams between the roofs: at each pixel the mean of what 216 places on the way to the sun have of the sky.",
         rays, 2,
+    ),
+    Entry(
+        "Tilt-shift", "`skimage.data.rocket()`",
+        "Sharp along a band, and the more blurred the farther from it, so that what is large looks like a model.",
+        models, 2,
     ),
 )  # fmt: skip

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.sepia import sepia
     from passgraph.effects.pictures.sobel import sobel
     from passgraph.effects.pictures.supersampled import supersampled
+    from passgraph.effects.pictures.tilt_shift import tilt_shift
     from passgraph.effects.pictures.tone_map import tone_map
     from passgraph.effects.pictures.unsharp import unsharp
     from passgraph.effects.pictures.vignette import vignette
@@ -180,6 +181,7 @@ __all__ = [
     "soft_shadow_passes",
     "supersampled",
     "taa",
+    "tilt_shift",
     "tone_map",
     "unsharp",
     "vignette",

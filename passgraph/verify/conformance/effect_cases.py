@@ -35,6 +35,7 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
         {"temperature_k": 4000.0, "contrast": 1.2, "shadows": (0.8, 1.0, 1.2), "lift": (0.02, 0.0, -0.02),
          "gamma": (1.2, 1.0, 0.9), "saturation": 0.8},
     ],
+    "tilt-shift": [{"sigma_px": 2.0}, {"sigma_px": 1.0, "angle_rad": 0.5, "y": 0.2}],
     "sobel": [{}, {"weights": "scharr"}],
     "morphology": [{}, {"operation": "open", "radius_px": 2}],
     "kuwahara": [{"radius_px": 2}],
@@ -42,7 +43,10 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
     "dither": [{}, {"pattern": "gradient-noise"}],
     "halftone": [{}, {"colored": False}],
     "hue-saturation": [{"hue_rad": 1.0, "saturation": 1.5}],
-    "depth-of-field": [{"focus_distance": 3.0, "f_number": 1.0, "focal_length_mm": 200.0, "taps": 8, "widest_px": 8}],
+    "depth-of-field": [
+        {"focus_distance": 3.0, "f_number": 1.0, "focal_length_mm": 200.0, "taps": 8, "widest_px": 8, **shape}
+        for shape in ({}, {"blades": 5, "rotation_rad": 0.5, "cats_eye": 0.8})
+    ],
     "outlines": [{}, {"width_px": 2, "crease_rad": 0.2}],
     "soft-shadow": [
         *({**MAPS, "shadow_filter": name, "taps": 8, "radius_px": 3}
