@@ -12,6 +12,7 @@ from passgraph.effects import (
     bilateral,
     cas,
     color_grade,
+    denoise,
     dither,
     halftone,
     hue_saturation,
@@ -82,6 +83,7 @@ def smooth() -> list[Panel]:
     return [
         Panel("with noise", unchanged(FRAME), noisy),
         Panel("bilateral", bilateral(FRAME, 5, 3.0, 0.25), noisy),
+        Panel("denoise", denoise(FRAME, 0.08, 0.06), noisy),
         Panel("kuwahara", kuwahara(FRAME, 5), noisy),
     ]
 
@@ -134,8 +136,9 @@ FILTERS: tuple[Entry, ...] = (
     ),
     Entry(
         "Smoothing that keeps edges", f"{MOTORCYCLE}, with noise",
-        "The bilateral filter takes the noise and leaves the picture; the Kuwahara filter paints it with a brush.",
-        smooth, 3, 1.25,
+        "The bilateral filter takes the noise and leaves the picture. Non-local means keep textures that come again. "
+        "The Kuwahara filter paints the picture with a brush.",
+        smooth, 2, 1.25,
     ),
     Entry(
         "Edges and shapes", MOTORCYCLE,

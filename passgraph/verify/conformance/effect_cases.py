@@ -35,6 +35,7 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
         {"temperature_k": 4000.0, "contrast": 1.2, "shadows": (0.8, 1.0, 1.2), "lift": (0.02, 0.0, -0.02),
          "gamma": (1.2, 1.0, 0.9), "saturation": 0.8},
     ],
+    "denoise": [{"search_radius_px": 1}],
     "tilt-shift": [{"sigma_px": 2.0}, {"sigma_px": 1.0, "angle_rad": 0.5, "y": 0.2}],
     "sobel": [{}, {"weights": "scharr"}],
     "morphology": [{}, {"operation": "open", "radius_px": 2}],
