@@ -13,6 +13,7 @@ from passgraph.effects import (
     cas,
     color_grade,
     denoise,
+    distance_field,
     dither,
     halftone,
     hue_saturation,
@@ -122,6 +123,27 @@ def prints() -> list[Panel]:
     ]
 
 
+def distances() -> list[Panel]:
+    from skimage.data import horse
+
+    shape = np.repeat(1.0 - np.pad(horse(), 20, constant_values=True)[..., None].astype(np.float32), 4, axis=2)
+    unchanged = pg.kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")
+    away = distance_field(FRAME, signed=True)
+    rings = pg.kernel(
+        source="""
+def rings(distance: Image) -> vec4:
+    d = distance[0, 0].r
+    wave = smoothstep(-0.6, 0.6, sin(0.6 * d) / 0.6)
+    return vec4(mix(vec3(0.95, 0.5, 0.1), vec3(0.1, 0.35, 0.6), smoothstep(-1.0, 1.0, d)) * (0.6 + 0.4 * wave), 1.0)
+"""
+    )
+    return [
+        Panel("the shape", unchanged(FRAME), {"frame": shape}),
+        Panel("distance", distance_field(FRAME, unit_px=100.0), {"frame": shape}),
+        Panel("lines of equal distance", rings(away), {"frame": shape}),
+    ]
+
+
 FILTERS: tuple[Entry, ...] = (
     Entry(
         "Color grading", "`skimage.data.coffee()` in linear light",
@@ -144,6 +166,10 @@ FILTERS: tuple[Entry, ...] = (
         "Edges and shapes", MOTORCYCLE,
         "Where luminance rises, and the least and the largest number of each channel within two pixels.",
         shapes, 3, 1.25,
+    ),
+    Entry(
+        "Distance field", "`skimage.data.horse()`",
+        "How far each pixel is from a shape, and from its outside, by flooding in steps that halve.", distances, 3, 1.2,
     ),
     Entry(
         "Lens distortion", f"{MOTORCYCLE}, with a grid",

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.color_grade import color_grade
     from passgraph.effects.pictures.color_transform import color_transform
     from passgraph.effects.pictures.denoise import denoise
+    from passgraph.effects.pictures.distance_field import distance_field
     from passgraph.effects.pictures.dither import dither
     from passgraph.effects.pictures.film_grain import film_grain
     from passgraph.effects.pictures.fxaa import fxaa
@@ -152,6 +153,7 @@ __all__ = [
     "denoise",
     "depth_aware_blur",
     "depth_of_field",
+    "distance_field",
     "dither",
     "effect",
     "film_grain",
