@@ -204,8 +204,9 @@ class Egl:
             # As new as the host's, for what that has; before EGL 1.5 there was no way to say so.
             major, minor = self._version()
             versions = [
-                (_EGL_MAJOR, major, _EGL_MINOR, minor, _EGL_NONE), (_EGL_MAJOR, asked[_EGL_CLIENT_VERSION], _EGL_NONE)
-            ]  # fmt: skip
+                (_EGL_MAJOR, major, _EGL_MINOR, minor, _EGL_NONE),
+                (_EGL_MAJOR, asked[_EGL_CLIENT_VERSION], _EGL_NONE),
+            ]
         made: Handle = None
         api = self.query_api()
         try:

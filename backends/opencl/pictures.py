@@ -137,9 +137,12 @@ class _Addresses:
 
     def __init__(self, start: int, shape: tuple[int, ...], strides: tuple[int, ...], number: np.dtype[Any]) -> None:
         self.__array_interface__ = {
-            "version": 3, "data": (start, True), "shape": shape, "typestr": number.str,
+            "version": 3,
+            "data": (start, True),
+            "shape": shape,
+            "typestr": number.str,
             "strides": tuple(stride * number.itemsize for stride in strides),
-        }  # fmt: skip
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,8 +297,10 @@ def image_picture(context: Any, image: Any, format_: Format | None) -> ImagePict
     held = image.format
     order, type_ = orders.get(held.channel_order), types.get(held.channel_data_type)
     if order is None or type_ is None:
-        raise InputError(f"an image of {held} holds no format; give channels R, RG, RGBA or BGRA in UNORM_INT8, "
-                         "UNORM_INT16, HALF_FLOAT or FLOAT")  # fmt: skip
+        raise InputError(
+            f"an image of {held} holds no format; give channels R, RG, RGBA or BGRA in UNORM_INT8, "
+            "UNORM_INT16, HALF_FLOAT or FLOAT"
+        )
     own = FORMATS[f"{'rgba'[: len(order)]}{type_}"]
     if format_ is not None and (format_.number, format_.channels) != (own.number, own.channels):
         raise InputError(f"the image holds the numbers of {own.name}; {format_.name} has other ones")

@@ -153,8 +153,10 @@ def occlusion(
     """
     frame = View(camera).frame()
     if half_resolution:
-        small = (pg.target(f"{prefix}linear depth", "r32f", like=depth, scale=0.5),
-                 pg.target(f"{prefix}small normals", "rgba16f", like=depth, scale=0.5))  # fmt: skip
+        small = (
+            pg.target(f"{prefix}linear depth", "r32f", like=depth, scale=0.5),
+            pg.target(f"{prefix}small normals", "rgba16f", like=depth, scale=0.5),
+        )
         searched = linearised_half(depth, normals, frame, into=small, name="half size")
     else:
         searched = linearised(depth, frame, into=pg.target(f"{prefix}linear depth", "r32f")), normals
@@ -209,9 +211,12 @@ def ambient_occlusion_passes(
         range_check=range_check, power=power, half_resolution=half_resolution, denoise=denoise,
     )  # fmt: skip
     around, _ = ambient_light(
-        shaded.normals, light, View(camera).up(),
-        into=(pg.target("ambient", "rgb32f"), pg.target("ambient again", "rgb32f")), name="ambient",
-    )  # fmt: skip
+        shaded.normals,
+        light,
+        View(camera).up(),
+        into=(pg.target("ambient", "rgb32f"), pg.target("ambient again", "rgb32f")),
+        name="ambient",
+    )
     lit = dim_ambient(
         shaded.soft_shadow, shaded.base_color, around, found.visibility, bounces,
         into=pg.target("lit", "rgba16f"), name="lit",

@@ -152,15 +152,19 @@ def contact_map(
     if floor:
         slack = 1e-3 * max(top - bottom, threshold)
         heights = pg.draw(
-            merged(floor, origin), vertex=from_above, fragment=height_of,
+            merged(floor, origin),
+            vertex=from_above,
+            fragment=height_of,
             into=pg.target("contact heights", "r32f", size, clear=NO_FLOOR),
             depth=pg.target("contact heights test", "depth32f", size),
             clip_from_local=window.clip(bottom - slack, top + slack),
-        )  # fmt: skip
+        )
     values: dict[str, object] = {
-        "heights": heights or blank, "has_heights": heights is not None, "threshold": threshold,
+        "heights": heights or blank,
+        "has_heights": heights is not None,
+        "threshold": threshold,
         "clip_from_local": window.clip(min(float(low[1]), bottom) - threshold, top + threshold),
-    }  # fmt: skip
+    }
     inside = None
     if floor or low[1] < height - SLACK * threshold:
         inside = pg.draw(
@@ -255,9 +259,7 @@ def share_at(contacts: Image, place: vec2) -> vec3:
 
 
 @pg.kernel
-def look_up(
-    normals: Image, depth: Image, contacts: Image, frame: ViewFrame, map_from_view: mat4, up: vec3
-) -> vec4:  # fmt: skip
+def look_up(normals: Image, depth: Image, contacts: Image, frame: ViewFrame, map_from_view: mat4, up: vec3) -> vec4:
     """On a plane its pixels are known by their place and normal."""
     z = depth[0, 0].r
     at = map_from_view * vec4(view_position(frame, pg.uv(), z), 1.0)

@@ -23,7 +23,7 @@ from passgraph.effects.light2d.world import (
     Window,
     distance_to_edges,
     outlines_of,
-)  # fmt: skip
+)
 from passgraph.effects.quantities import Color
 
 #: The walk through edges is a loop of lights · (2 · edges + 1) · edges trips, of which a kernel may have this many.

@@ -143,10 +143,13 @@ def mixed_light(
     """
     where = {"clip": window.clip, "light": (*light.position, light.radius, light.size)}
     mask: pg.Target = pg.draw(
-        shadow_of(edges, light.position), vertex=in_window, fragment=shadow_width,
-        into=pg.target(f"{name}_mask", "rgba32f", size), blend="max",
+        shadow_of(edges, light.position),
+        vertex=in_window,
+        fragment=shadow_width,
+        into=pg.target(f"{name}_mask", "rgba32f", size),
+        blend="max",
         values={**where, "pixels_per_unit": size[0] / (window.right - window.left)},
-    )  # fmt: skip
+    )
     halves = _halves(mask, levels, name)
     width = mask
     for level, half in enumerate(halves[1:], 1):

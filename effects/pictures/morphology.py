@@ -13,8 +13,11 @@ from passgraph.effects.checked import effect
 Operation = Literal["erode", "dilate", "open", "close"]
 #: Whether each step takes the largest numbers.
 STEPS: dict[Operation, tuple[bool, ...]] = {
-    "erode": (False,), "dilate": (True,), "open": (False, True), "close": (True, False),
-}  # fmt: skip
+    "erode": (False,),
+    "dilate": (True,),
+    "open": (False, True),
+    "close": (True, False),
+}
 
 
 @pg.kernel

@@ -137,7 +137,7 @@ def on_level(levels: Image, at: vec2, size: vec2, number: int) -> vec4:
 @pg.function
 def mipped(
     base: Image, levels: Image, size: vec2, count: int, wrap: int, minify: int, at: vec2, level_by_size: float
-) -> vec4:  # fmt: skip
+) -> vec4:
     """A texture at a fractional level: a mix of the two levels beside it, or the nearer one."""
     color = vec4(0.0)
     level = level_by_size
@@ -202,6 +202,9 @@ class TextureInputs:
         levels, mips = self._mips[key]
         count = 0 if texture.minify == "nearest" else mips.count
         return {
-            "levels": levels, "size": tuple(map(float, mips.size)), "count": count,
-            "wrap": wrap_number(texture.wrap), "minify": MINIFY.index(texture.minify),
-        }  # fmt: skip
+            "levels": levels,
+            "size": tuple(map(float, mips.size)),
+            "count": count,
+            "wrap": wrap_number(texture.wrap),
+            "minify": MINIFY.index(texture.minify),
+        }

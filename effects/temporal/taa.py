@@ -39,9 +39,11 @@ def from_ycocg(c: vec4) -> vec4:
 def catmull_rom(f: float) -> vec4:
     """Weights of four texels in a row for a place between the middle two."""
     return vec4(
-        f * (-0.5 + f * (1.0 - 0.5 * f)), 1.0 + f * f * (-2.5 + 1.5 * f), f * (0.5 + f * (2.0 - 1.5 * f)),
+        f * (-0.5 + f * (1.0 - 0.5 * f)),
+        1.0 + f * f * (-2.5 + 1.5 * f),
+        f * (0.5 + f * (2.0 - 1.5 * f)),
         f * f * (-0.5 + 0.5 * f),
-    )  # fmt: skip
+    )
 
 
 @pg.function

@@ -83,8 +83,9 @@ def pareto_plot(points: Sequence[Point], title: str, path: Path, error: str) -> 
                 axes.plot(*zip(*line, strict=True), color=color, linewidth=0.6, alpha=0.6, zorder=2)
         area = [AREAS[min(sizes.index(p.map_size), len(AREAS) - 1)] for p in own]
         times, errors = zip(*(p.place for p in own), strict=True)
-        axes.scatter(times, errors, s=area, color=color, marker=marker, label=name,
-                     edgecolors="white", linewidths=0.5, zorder=3)  # fmt: skip
+        axes.scatter(
+            times, errors, s=area, color=color, marker=marker, label=name, edgecolors="white", linewidths=0.5, zorder=3
+        )
     for p in best:
         text = p.name if len(sizes) == 1 else f"{p.name}, {p.map_size}"
         axes.annotate(text, p.place, (5, 5), textcoords="offset points", fontsize=7, zorder=4)
@@ -157,10 +158,13 @@ def as_json(results: Sequence[SceneResult], settings: Settings) -> str:
         "settings": asdict(settings),
         "scenes": [
             {
-                "name": result.name, "triangles": result.scene.triangle_count,
+                "name": result.name,
+                "triangles": result.scene.triangle_count,
                 "truth": {
-                    "samples": result.truth.samples, "noise": result.truth.noise,
-                    "best_rmse": result.best_rmse, "penumbra_pixels": int(result.truth.penumbra.sum()),
+                    "samples": result.truth.samples,
+                    "noise": result.truth.noise,
+                    "best_rmse": result.best_rmse,
+                    "penumbra_pixels": int(result.truth.penumbra.sum()),
                     "pixels": int(result.truth.counts.sum()),
                 },
                 "failed": list(result.failed),
@@ -168,7 +172,7 @@ def as_json(results: Sequence[SceneResult], settings: Settings) -> str:
             }
             for result in results
         ],
-    }  # fmt: skip
+    }
     return json.dumps(_without_nan(made), indent=1, allow_nan=False) + "\n"
 
 
@@ -308,9 +312,10 @@ def _table(rows: Sequence[Row]) -> str:
         passes += f"; once: upload {row.passes.upload:.1f}; read back {row.passes.read_back:.1f}"
         kind = " class='front'" if number in best else ""
         cells.append(
-            f"<tr{kind}>" + "".join(f"<td>{escape(c)}</td>" for c in shown)
+            f"<tr{kind}>"
+            + "".join(f"<td>{escape(c)}</td>" for c in shown)
             + f"<td style='text-align:left;font-size:11px'>{escape(passes)}</td></tr>"
-        )  # fmt: skip
+        )
     return f"<table>{''.join(cells)}</table>"
 
 
@@ -330,9 +335,7 @@ def _pictures(result: SceneResult, folder: Path) -> str:
     ]
     for (of, method, map_size), share in result.shares.items():
         if (of, map_size) == (backend, size):
-            both = np.concatenate(
-                [grey(np.where(counts, share, 1.0)), difference(share, result.truth.share, counts)]
-            )  # fmt: skip
+            both = np.concatenate([grey(np.where(counts, share, 1.0)), difference(share, result.truth.share, counts)])
             save(folder / "pictures" / f"{name}-{method}.png", both)
             made.append(_figure(f"{name}-{method}.png", method))
     return "\n".join(made)

@@ -74,16 +74,19 @@ MOST_FRAMES = 100_000
 
 def frames_option(of: str) -> Callable[[Decorated], Decorated]:
     return click.option(
-        "--frames", type=click.IntRange(1, MOST_FRAMES), metavar="NUMBER",
+        "--frames",
+        type=click.IntRange(1, MOST_FRAMES),
+        metavar="NUMBER",
         help=f"Make so many frames of {of}, for what changes with time or over frames (NUMBER..NUMBER).",
-    )  # fmt: skip
+    )
 
 
 bits_option = click.option(
-    "--bits", type=click.Choice(["8", "16"]),
+    "--bits",
+    type=click.Choice(["8", "16"]),
     help="Bits per channel where the format holds them: .png .tif .jxl 8 or 16, .exr 16 (half) or 32.  "
     "[default: as the input, else 8; .exr 32]",
-)  # fmt: skip
+)
 
 
 def video_options(command: Decorated) -> Decorated:
@@ -141,13 +144,17 @@ def command_of(effect: Effect) -> click.Command:
     @click.option("--output", "-o", required=True, type=click.Path(), help=OUTPUT)
     @backend_option
     @click.option(
-        "--jobs", "-j", type=click.IntRange(1, MOST_JOBS), metavar="NUMBER",
+        "--jobs",
+        "-j",
+        type=click.IntRange(1, MOST_JOBS),
+        metavar="NUMBER",
         help="Threads that read and write frames; left out, one a core, at most 8.",
-    )  # fmt: skip
+    )
     @click.option(
-        "--scheduler", metavar="ADDRESS",
+        "--scheduler",
+        metavar="ADDRESS",
         help="Frames are computed by the workers of a dask scheduler, such as tcp://host:8786.",
-    )  # fmt: skip
+    )
     @click.option("--resume", is_flag=True, help="Leave out what is there already, whole and newer than its input.")
     @click.option("--raw", metavar="WxH:LAYOUT@RATE", help="Streams (-) are raw pixels, such as 640x480:rgb24@25.")
     @bits_option
@@ -159,9 +166,11 @@ def command_of(effect: Effect) -> click.Command:
     @check_finite_option
     @profile_option
     @click.option(
-        "--linear/--as-stored", default=effect.linear, show_default=True,
+        "--linear/--as-stored",
+        default=effect.linear,
+        show_default=True,
         help="Decode 8- and 16-bit pictures from sRGB to linear light first.",
-    )  # fmt: skip
+    )
     @color_space_options(effect)
     @click.pass_context
     def command(ctx: click.Context, /, **options: Any) -> int:

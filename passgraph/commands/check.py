@@ -229,9 +229,12 @@ class Golden:
 @click.argument("file", metavar="FILE[:NAME]|EFFECT")
 @click.option("--input", "-i", "inputs", multiple=True, type=InputType(), help="Picture of an input; else one is made.")
 @click.option(
-    "--set", "settings", multiple=True, type=SettingType(),
+    "--set",
+    "settings",
+    multiple=True,
+    type=SettingType(),
     help="A value of the run: a number, a vector (1,2,3), a matrix row by row (1,0;0,1), true or false.",
-)  # fmt: skip
+)
 @click.option("--size", type=SizeType(), help=f"Size of what is made. [default: {MADE_SIZE[0]}x{MADE_SIZE[1]}]")
 @click.option("--backend", "-b", "backends", multiple=True, type=BackendType(), help="Without it all that are here.")
 @most_ambiguous_option

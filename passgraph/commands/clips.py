@@ -61,22 +61,27 @@ class DepthBuffer(click.ParamType):  # type: ignore[type-arg]  # generic in newe
             self.fail(
                 f"{value!r}: expected NEAR:FAR with 0 < NEAR < FAR, then ,reversed or ,orthographic where it is so, "
                 f"such as 0.1:1000 or 0.1:inf,reversed{why}",
-                param, ctx,
-            )  # fmt: skip
+                param,
+                ctx,
+            )
 
 
 def depth_buffer_option() -> click.Option:
     return click.Option(
-        ["--depth-buffer"], type=DepthBuffer(), metavar="NEAR:FAR[,reversed][,orthographic]",
+        ["--depth-buffer"],
+        type=DepthBuffer(),
+        metavar="NEAR:FAR[,reversed][,orthographic]",
         help="The depth is an engine's buffer, from 0 to 1 (16-bit PNG too); FAR may be inf. Left out, a distance.",
-    )  # fmt: skip
+    )
 
 
 def depth_option(required: bool) -> click.Option:
     return click.Option(
-        ["--depth"], required=required, type=click.Path(path_type=Path),
+        ["--depth"],
+        required=required,
+        type=click.Path(path_type=Path),
         help="Picture whose red is each pixel's linear depth (EXR or npy, scene units), or a sequence of them.",
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)

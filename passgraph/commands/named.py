@@ -142,9 +142,10 @@ def _graphs_of_shader(path: Path, name: str | None) -> Mapping[str, Graph]:
 _TEXT = Reader(effects_of_text, _graphs_of_module_or_text)
 #: What reads a file, by its suffix; any other one that is named is the text of a kernel too.
 READERS = {
-    ".py": Reader(effects_of_module, _graphs_of_module_or_text), ".txt": _TEXT,
+    ".py": Reader(effects_of_module, _graphs_of_module_or_text),
+    ".txt": _TEXT,
     **dict.fromkeys((*SUFFIXES, *NOT_READ, EXPORT_SUFFIX), Reader(effects_of_shader, _graphs_of_shader)),
-}  # fmt: skip
+}
 
 
 def reader_of(path: Path) -> Reader:

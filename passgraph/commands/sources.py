@@ -62,9 +62,12 @@ def picture_job(
 
 
 def job_of_pictures(
-    effect: Effect, pictures: Mapping[str, NDArray[Any]], linear: bool, parameters: dict[str, Any],
+    effect: Effect,
+    pictures: Mapping[str, NDArray[Any]],
+    linear: bool,
+    parameters: dict[str, Any],
     holds: HardwareDepth | None = None,
-) -> Job:  # fmt: skip
+) -> Job:
     """An effect on a picture, "frame", and on its "depth" where it takes one; without alpha to mix where all have 1."""
     parameters, others = picture_parameters(effect, parameters)
     if all(map(is_opaque, [pictures["frame"], *others.values()])):

@@ -321,8 +321,10 @@ class Attachment:
                 self.error, self._enabled = error, False
                 LOG.error(
                     "%s: the effect failed and is switched off; the engine's frames are as without it: %s",
-                    self.engine, error, exc_info=not isinstance(error, pg.PassgraphError),
-                )  # fmt: skip
+                    self.engine,
+                    error,
+                    exc_info=not isinstance(error, pg.PassgraphError),
+                )
             finally:
                 self._is_drawing = False
                 if self._closed:

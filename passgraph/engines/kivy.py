@@ -34,7 +34,7 @@ def attach(
     check_has(window, "kivy", "kivy.core.window.Window", "fbind", "funbind", "on_flip", "canvas")
     made = Attachment(
         "kivy", effect, values, frame=lambda host: host.framebuffer(0, srgb=False), camera=camera, isolation=isolation
-    )  # fmt: skip
+    )
     # Handlers go before the event's own, which swaps; bind would forget a method whose object nobody else keeps.
     window.fbind("on_flip", made.draw)
     made.on_close(lambda: window.funbind("on_flip", made.draw))

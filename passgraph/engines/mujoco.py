@@ -93,7 +93,9 @@ def matrices(camera: Any, aspect: float) -> tuple[NDArray[np.float64], NDArray[n
         rows = [[across, 0, 0, -middle / half], [0, above, 0, -lift], [0, 0, depth, far * depth], [0, 0, 0, 1]]
     else:
         rows = [
-            [near * across, 0, middle / half, 0], [0, near * above, lift, 0],
-            [0, 0, near * depth, near * far * depth], [0, 0, -1, 0],
-        ]  # fmt: skip
+            [near * across, 0, middle / half, 0],
+            [0, near * above, lift, 0],
+            [0, 0, near * depth, near * far * depth],
+            [0, 0, -1, 0],
+        ]
     return view, np.array(rows, np.float64)

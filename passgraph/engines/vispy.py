@@ -46,9 +46,7 @@ def attach(
     def matrices() -> View | None:
         return None if view is None else seen.by(*camera_matrices(view))
 
-    made = Attachment(
-        "vispy", effect, values, frame=frame, camera=camera, engine_camera=matrices, isolation=isolation
-    )  # fmt: skip
+    made = Attachment("vispy", effect, values, frame=frame, camera=camera, engine_camera=matrices, isolation=isolation)
 
     def draw() -> None:
         if not canvas.scene.picking:

@@ -262,7 +262,7 @@ def _around(left: g.Expr, right: g.Expr) -> Span:
 
 _QUALIFIERS = frozenset(
     ["const", "in", "out", "inout", "uniform", "varying", "attribute", "invariant", "highp", "mediump", "lowp"]
-)  # fmt: skip
+)
 #: Words that came later and are names in older shaders; as qualifiers they stand before a name.
 _NEWER = frozenset(
     ["centroid", "flat", "smooth", "noperspective", "precise", "buffer", "shared", "coherent", "volatile", "restrict",

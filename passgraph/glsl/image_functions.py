@@ -181,7 +181,7 @@ READS: dict[str, Native] = {
     "textureQueryLevels": _levels,
     "textureQueryLod": _asked,
     "textureQueryLOD": _asked,
-}  # fmt: skip
+}
 
 
 def _fragment(unit: Unit, span: Span) -> Part:

@@ -232,9 +232,12 @@ def _following(low: float, high: float, nan: bool, of_floats: bool) -> _Amount:
 
 
 def _bounded(
-    known: Mapping[Component, Range], before: Sequence[ir.Stmt], tests: Sequence[ir.Stmt], updates: Sequence[ir.Stmt],
+    known: Mapping[Component, Range],
+    before: Sequence[ir.Stmt],
+    tests: Sequence[ir.Stmt],
+    updates: Sequence[ir.Stmt],
     fixed: frozenset[str],
-) -> Count | None:  # fmt: skip
+) -> Count | None:
     """The most trips by a counter that steps grow, or shrink, and that the condition holds below, or above, a bound."""
     start = _Amounts(known)
     start.come_to(before[-_LOOKED_BACK:])
@@ -253,8 +256,11 @@ def _bounded(
             for grows, end, aside in _ends(last.value, tested):
                 trips = _trips_between(first.range, end, aside, step, grows, is_int)
                 if trips is not None:
-                    within = Range(first.range.low, max(first.range.low, end)) if grows else Range(
-                        min(first.range.high, end), first.range.high)  # fmt: skip
+                    within = (
+                        Range(first.range.low, max(first.range.low, end))
+                        if grows
+                        else Range(min(first.range.high, end), first.range.high)
+                    )
                     return Count(trips, False, {counter: within})
     return None
 

@@ -155,8 +155,10 @@ def union(a: Range, b: Range) -> Range:
 def _add(a: Range, b: Range) -> Range:
     (a0, a1), (b0, b1) = _ends(a), _ends(b)
     made = _fitting(a0 + b0, a1 + b1)
-    return Range(made.low if math.isfinite(a.low + b.low) else -math.inf,
-                 made.high if math.isfinite(a.high + b.high) else math.inf)  # fmt: skip
+    return Range(
+        made.low if math.isfinite(a.low + b.low) else -math.inf,
+        made.high if math.isfinite(a.high + b.high) else math.inf,
+    )
 
 
 def _neg(a: Range) -> Range:
@@ -168,8 +170,10 @@ def _neg(a: Range) -> Range:
 def _sub(a: Range, b: Range) -> Range:
     (a0, a1), (b0, b1) = _ends(a), _ends(b)
     made = _fitting(a0 - b1, a1 - b0)
-    return Range(made.low if math.isfinite(a.low) and math.isfinite(b.high) else -math.inf,
-                 made.high if math.isfinite(a.high) and math.isfinite(b.low) else math.inf)  # fmt: skip
+    return Range(
+        made.low if math.isfinite(a.low) and math.isfinite(b.high) else -math.inf,
+        made.high if math.isfinite(a.high) and math.isfinite(b.low) else math.inf,
+    )
 
 
 def _abs(a: Range) -> Range:

@@ -93,9 +93,12 @@ def check(plan: Plan, limits: Limits) -> None:
                 _check_trips(step, program, limits)
         if isinstance(step, DrawStep) and len(step.varyings) > limits.varyings:
             _refuse(
-                step, f"hands over {len(step.varyings)} numbers from vertex to fragment kernel", limits,
-                limits.varyings, "hand over fewer",
-            )  # fmt: skip
+                step,
+                f"hands over {len(step.varyings)} numbers from vertex to fragment kernel",
+                limits,
+                limits.varyings,
+                "hand over fewer",
+            )
 
 
 def _check_picture(resource: Resource, writer: str | None, limits: Limits) -> None:

@@ -19,7 +19,7 @@ from passgraph.graph.targets import (
     Relative,
     Target,
     TargetSpec,
-)  # fmt: skip
+)
 from passgraph.plan.work import Lowered, Work
 
 #: Largest picture that a plan will ask memory for, in bytes: a typing error in a size should not swap a machine to

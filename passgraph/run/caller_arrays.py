@@ -476,9 +476,10 @@ class Lending:
                 first[place] = min(first[place], number)
                 drawn, beside = isinstance(step, DrawStep), len(step.writes) > 1
                 uses[place] = replace(
-                    uses[place], is_drawn=uses[place].is_drawn or drawn,
+                    uses[place],
+                    is_drawn=uses[place].is_drawn or drawn,
                     beside_others=uses[place].beside_others or beside,
-                )  # fmt: skip
+                )
         return [_PlaceUse(*both) for both in zip(uses, first, strict=True)]
 
     @cached_property

@@ -59,9 +59,11 @@ class Scene:
     def __post_init__(self) -> None:
         where = f"scene {arguments.string(self.name, 'the name of a scene')!r}"
         for field, class_, expected in (
-            ("nodes", Node, "pg.Node"), ("lights", Light, "pg.Light"), ("warnings", str, "lines of text"),
+            ("nodes", Node, "pg.Node"),
+            ("lights", Light, "pg.Light"),
+            ("warnings", str, "lines of text"),
             ("cameras", NamedCamera, "a NamedCamera"),
-        ):  # fmt: skip
+        ):
             given = arguments.several(getattr(self, field), class_, f"{where}: {field}", expected, InputError)
             object.__setattr__(self, field, given)
         arguments.instance(self.camera, Camera, f"{where}: camera", "a pg.Camera", InputError)

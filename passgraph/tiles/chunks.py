@@ -97,9 +97,12 @@ def map_blocks(program: Program, array: Any = None, /, **given: Any) -> Any:
     rows = list(_spans(leading.rows, height, halo.up, halo.down, whole=bool(needs.high)))
     columns = list(_spans(leading.columns, width, halo.left, halo.right, whole=bool(needs.wide)))
     shared = _Shared(
-        *digest_and_text(program.to_data(), program.settings()), values, stored, {name: arrays[name] for name in cut},
+        *digest_and_text(program.to_data(), program.settings()),
+        values,
+        stored,
+        {name: arrays[name] for name in cut},
         {name: arrays[name] for name in whole},
-    )  # fmt: skip
+    )
     name, layer = shared.layer(rows, columns)
     from dask.highlevelgraph import HighLevelGraph
 

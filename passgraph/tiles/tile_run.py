@@ -57,9 +57,11 @@ class Bound:
     def settings(self) -> dict[str, Any]:
         """What `passgraph.compile` takes beside the outputs, as plain data; of the backend its name."""
         return {
-            "backend": self.backend.name, "size": self.size, "options": asdict(self.options),
+            "backend": self.backend.name,
+            "size": self.size,
+            "options": asdict(self.options),
             "non_finite": self.non_finite,
-        }  # fmt: skip
+        }
 
 
 def bound(

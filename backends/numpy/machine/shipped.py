@@ -77,8 +77,10 @@ class Shipped:
 
 
 _LLVM = {"i64": "i64", "f64": "double"}
-_DTYPES = {name: np.dtype(kind) for name, kind in (
-    ("i64", np.int64), ("i32", np.int32), ("u8", np.uint8), ("f64", np.float64), ("f32", np.float32))}  # fmt: skip
+_DTYPES = {
+    name: np.dtype(kind)
+    for name, kind in (("i64", np.int64), ("i32", np.int32), ("u8", np.uint8), ("f64", np.float64), ("f32", np.float32))
+}
 
 
 class NumbaCode:

@@ -76,11 +76,12 @@ class Blocks:
         whole = joined(b, [*parts, *[blank(parts[0].type)] * ((1 << (channels - 1).bit_length()) - channels)])
         return [
             picked(
-                b, whole,
+                b,
+                whole,
                 [c * b.lanes + column * self.rows + row for column in range(self.columns) for c in range(channels)],
             )
             for row in range(self.rows)
-        ]  # fmt: skip
+        ]
 
 
 def plane_rows(step: DrawStep) -> int:

@@ -128,10 +128,12 @@ _INT: dict[str, Callable[..., Any]] = {
     "float_from_bits": lambda b, x: b.bitcast(x, F32), "to_float": lambda b, x: b.sitofp(x, F32),
 }  # fmt: skip
 _BOOL: dict[str, Callable[..., Any]] = {
-    "logical_and": lambda b, x, y: b.and_(x, y), "logical_or": lambda b, x, y: b.or_(x, y),
+    "logical_and": lambda b, x, y: b.and_(x, y),
+    "logical_or": lambda b, x, y: b.or_(x, y),
     "logical_not": lambda b, x: b.not_(x),
-    "to_float": lambda b, x: b.uitofp(x, F32), "to_int": lambda b, x: b.zext(x, I32),
-}  # fmt: skip
+    "to_float": lambda b, x: b.uitofp(x, F32),
+    "to_int": lambda b, x: b.zext(x, I32),
+}
 _ROWS = {"float": _FLOAT, "int": _INT, "bool": _BOOL}
 
 

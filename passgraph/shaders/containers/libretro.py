@@ -45,8 +45,11 @@ MAX_CLIMB = 4
 MAX_SCALE = 64.0
 #: What the player calls the rule for reads outside of a picture → what it is called here.
 _BORDERS = {
-    "clamp_to_border": "zero", "clamp_to_edge": "clamp", "repeat": "repeat", "mirrored_repeat": "mirror",
-}  # fmt: skip
+    "clamp_to_border": "zero",
+    "clamp_to_edge": "clamp",
+    "repeat": "repeat",
+    "mirrored_repeat": "mirror",
+}
 _SCALES = ("source", "viewport", "absolute")
 _TRUTH = {"true": True, "1": True, "false": False, "0": False}
 _NAME = re.compile(r"[A-Za-z_]\w{0,63}")

@@ -101,8 +101,11 @@ def _value(data: Any) -> Any:
     import PyOpenColorIO as ocio
 
     read = {
-        ocio.UNIFORM_DOUBLE: "getDouble", ocio.UNIFORM_BOOL: "getBool", ocio.UNIFORM_FLOAT3: "getFloat3",
-        ocio.UNIFORM_VECTOR_INT: "getVectorInt", ocio.UNIFORM_VECTOR_FLOAT: "getVectorFloat",
-    }  # fmt: skip
+        ocio.UNIFORM_DOUBLE: "getDouble",
+        ocio.UNIFORM_BOOL: "getBool",
+        ocio.UNIFORM_FLOAT3: "getFloat3",
+        ocio.UNIFORM_VECTOR_INT: "getVectorInt",
+        ocio.UNIFORM_VECTOR_FLOAT: "getVectorFloat",
+    }
     value = getattr(data, read[data.type])()
     return value if isinstance(value, (bool, float)) else tuple(value)

@@ -211,9 +211,10 @@ def _effect(
         one.channels[channel].picture
         for one in passes
         for channel in CHANNELS
-        if channel in one.channels and one.channels[channel].buffer is None
+        if channel in one.channels
+        and one.channels[channel].buffer is None
         and channel in {p.name for p in one.kernel.parameters}
-    )  # fmt: skip
+    )
     parameters = clock_parameters(used)
     if "iMouse" in used:
         parameters["iMouse"] = ShaderParameter("iMouse", VEC4, (0.0,) * 4, label="pixels from the bottom left")

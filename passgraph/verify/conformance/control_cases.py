@@ -167,7 +167,7 @@ def run(c: Image, n: int) -> tuple[vec4, vec4]:
             t += lifted(p.z, 6.0)
     return vec4(t, p.x, p.y, p.z), vec4(t + 1.0)
 """,
-}  # fmt: skip
+}
 #: The size of what a kernel computes, where it is not that of its picture.
 SMALL = {"a whole picture": (3, 1)}
 

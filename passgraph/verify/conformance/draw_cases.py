@@ -101,9 +101,11 @@ def cases() -> Iterator[Case]:
         yield Case(GROUP, f"stencil {name} three times from {start}", graph, SMALL, exact={"color": 2.0})
     for form in ("r32f", "rg32f", "rgb32f"):
         channels = len(form) - 3
-        for source, destination, factors in (("destination_alpha", "source_alpha", (1, 1)),
-                                             ("one_minus_destination_alpha", "destination_alpha", (0, 1)),
-                                             ("source_alpha", "one_minus_source_alpha", (1, 0))):  # fmt: skip
+        for source, destination, factors in (
+            ("destination_alpha", "source_alpha", (1, 1)),
+            ("one_minus_destination_alpha", "destination_alpha", (0, 1)),
+            ("source_alpha", "one_minus_source_alpha", (1, 0)),
+        ):
             name = f"blend {source}, {destination} into {form}"
             mixed = np.array([factors[0] * 5 + factors[1] * 3] * channels, np.float32)
             graph = partial(_opaque, form, Blend(source, destination))
@@ -187,9 +189,12 @@ def discarding() -> Mapping[str, pg.Target]:
 def _behind(state: Mapping[str, Any]) -> Mapping[str, pg.Target]:
     """A draw in a state, then one in none with a depth of its own, whose clears a last one looks at."""
     first = painted(
-        quad(0.5, (5, 6, 7, 8)), pg.target("color", "rgba32f"), depth=pg.target("first depth", STENCIL_DEPTH),
-        name="first", **state,
-    )  # fmt: skip
+        quad(0.5, (5, 6, 7, 8)),
+        pg.target("color", "rgba32f"),
+        depth=pg.target("first depth", STENCIL_DEPTH),
+        name="first",
+        **state,
+    )
     plain = painted(
         quad(color=_PLAIN), first, depth=pg.target("depth", STENCIL_DEPTH), clear_stencil=0xA5, name="plain"
     )
@@ -294,7 +299,8 @@ def attributes() -> Mapping[str, pg.Target]:
     """Thirteen scalars from vertex to fragment."""
     names = ("normal and uv", "color", "tangent")
     kernels: dict[str, Any] = {
-        "vertex": pg.vertex(source=KERNELS, name="every"), "fragment": pg.fragment(source=KERNELS, name="shown"),
-    }  # fmt: skip
+        "vertex": pg.vertex(source=KERNELS, name="every"),
+        "fragment": pg.fragment(source=KERNELS, name="shown"),
+    }
     made = pg.draw(_Dressed(), into=tuple(pg.target(name, "rgba32f") for name in names), **kernels)
     return dict(zip(names, made, strict=True))

@@ -163,9 +163,12 @@ def _depth_only() -> pg.Target:
 def clears() -> Mapping[str, pg.Target]:
     """Colours, depth and stencil cleared to values of their own; little is drawn over them."""
     color = painted(
-        soup(2, 3, 0.3), pg.target("color", "rgba8", clear=(0.2, 0.4, 0.6, 1.0)), clear_stencil=3,
-        depth=pg.target("depth", STENCIL_DEPTH, clear=0.5), stencil=Stencil("equal", reference=3, passed="invert"),
-    )  # fmt: skip
+        soup(2, 3, 0.3),
+        pg.target("color", "rgba8", clear=(0.2, 0.4, 0.6, 1.0)),
+        clear_stencil=3,
+        depth=pg.target("depth", STENCIL_DEPTH, clear=0.5),
+        stencil=Stencil("equal", reference=3, passed="invert"),
+    )
     marked = painted(
         quad(color=(1, 0, 0, 1)), color, depth=color.depth, depth_compare="always", depth_write=False,
         stencil=Stencil("equal", reference=0xFC), name="mark",

@@ -77,7 +77,7 @@ STEPS: dict[str, Step] = {
     "int(float(a & 0x3FFFFF) * 1024.0)": lambda a, b: min((a & 0x3FFFFF) * 1024, 2**31 - 1),
     "int(float(a >> 8) * 1024.0)": lambda a, b: _clamped((a >> 8) * 1024, -(2**31), 2**31 - 1),
     "int(abs(uint(a)) >> 1)": lambda a, b: (a % 2**32) >> 1,
-}  # fmt: skip
+}
 #: Operations that overflow.
 QUICK = ("abs(a)", "-a", "a // b", "a << b")
 #: What a result is used for, and what is counted of it.

@@ -150,7 +150,7 @@ def run(color: Image) -> vec4:
 """,
         lambda a, x, y: _at(a, -1, 1) + x[..., None],
     ),
-}  # fmt: skip
+}
 
 #: Every kind of parameter at once, so that each lies somewhere else in its block.
 PARAMETERS = """

@@ -126,17 +126,23 @@ def json_of(report: SuiteReport) -> str:
 
 def _entry(verdict: Verdict) -> dict[str, Any]:
     entry: dict[str, Any] = {
-        "case": verdict.id, "outcome": verdict.outcome, "seconds": round(verdict.seconds, 4),
-        "ambiguous": verdict.ambiguous, "told": verdict.told,
-    }  # fmt: skip
+        "case": verdict.id,
+        "outcome": verdict.outcome,
+        "seconds": round(verdict.seconds, 4),
+        "ambiguous": verdict.ambiguous,
+        "told": verdict.told,
+    }
     if verdict.reason:
         entry["reason"] = verdict.reason
     if verdict.divergence is not None:
         found = verdict.divergence
         numbers = {name: getattr(found, name) for name in ("got", "expected", "low", "high")}
         entry["divergence"] = {
-            "where": found.where, "column": found.pixel[0], "row": found.pixel[1], "channel": found.channel,
+            "where": found.where,
+            "column": found.pixel[0],
+            "row": found.pixel[1],
+            "channel": found.channel,
             **{name: value if np.isfinite(value) else str(value) for name, value in numbers.items()},
             "cause": found.cause,
-        }  # fmt: skip
+        }
     return entry

@@ -104,8 +104,10 @@ class Naive:
         """A pass as a graph of its own, and the contents that its results stand for."""
         inputs = {source.content: self._input(source) for source in (*node.reads, *_lent_sizes(node))}
         specs = {spec: replace(spec, size=_size_of(spec, inputs)) for spec in node.writes}
-        images = {name: replace(image, spec=inputs[image.content].spec, made_by=None, slot=0, frames_ago=0)
-                  for name, image in node.images.items()}  # fmt: skip
+        images = {
+            name: replace(image, spec=inputs[image.content].spec, made_by=None, slot=0, frames_ago=0)
+            for name, image in node.images.items()
+        }
         into = tuple(specs[spec] for spec in node.into)
         alone: Pass
         if isinstance(node, DrawPass):

@@ -176,8 +176,11 @@ class Expressions:
         return self.fit(f"({self.of(type_, d)} * {factor})", WHOLE, wanted)
 
     def _quotient(self, d: int, wanted: Range) -> str:
-        divisor = self.of("float", d, (1, 8)) if self.features.wild or self.pick("+", "-") == "+" else (
-            self.of("float", d, (-8, -1)))  # fmt: skip
+        divisor = (
+            self.of("float", d, (1, 8))
+            if self.features.wild or self.pick("+", "-") == "+"
+            else (self.of("float", d, (-8, -1)))
+        )
         return self.fit(f"({self.of('float', d)} {self.pick('/', '/', '//')} {divisor})", WHOLE, wanted)
 
     def _power(self, d: int, wanted: Range) -> str:
@@ -285,8 +288,11 @@ class Expressions:
             return self._applied(self.pick(*COMPARISONS), form, d)
         if form == "logic":
             return self._applied(self.pick(*LOGIC), "bool", d)
-        return self._applied(self.pick(*TESTS), "float", d) if form == "nan" else self._applied(
-            self.pick(*FOLDS), "bvec3", d)  # fmt: skip
+        return (
+            self._applied(self.pick(*TESTS), "float", d)
+            if form == "nan"
+            else self._applied(self.pick(*FOLDS), "bvec3", d)
+        )
 
     def _bvec3(self, d: int) -> str:
         return self._applied(self.pick(*COMPARISONS), "vec3", d, by_name=True)
@@ -339,9 +345,10 @@ class Expressions:
         if form == "inverse":  # of a matrix whose diagonal is the largest
             return self.fit(f"(inverse({matrix} * 0.125 + {'mat' + type_[3]}(2.0)) * {vector})", WHOLE, wanted)
         texts = {
-            "times": f"({matrix} * {vector})", "transposed": f"(transpose({matrix}) * {vector})",
+            "times": f"({matrix} * {vector})",
+            "transposed": f"(transpose({matrix}) * {vector})",
             "outer": f"outer({vector}, {vector})[1]",
-        }  # fmt: skip
+        }
         return self.fit(texts[form], (-math.inf, math.inf), wanted)
 
     def _own(self, type_: str, d: int, wanted: Range) -> str:

@@ -55,7 +55,7 @@ PIXEL_KERNELS = {
     "    result = a[0, 0]\n    if use_b:\n        result = b[0, 0]\n    return result",
     "level": "def level(color: Image, top: Image) -> vec4: return color[0, 0] * 0.5 + top.texel(pixel()) * 0.25",
     "pair": "def pair(color: Image) -> tuple[vec4, vec4]: return color[0, 0] * 0.5, vec4(1.0) - color[0, 0]",
-}  # fmt: skip
+}
 DRAW_KERNELS = """
 class Corner:
     position: vec4

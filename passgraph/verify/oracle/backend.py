@@ -112,16 +112,18 @@ class _PixelPass(ReferencePixelPass):
             first_only=watch is not None,
         )
         untried = self.oracle.limit.end()
-        return Found([
-            Allowed(
-                stored(output.format, values).map(lambda v: v.reshape(height, width, -1)),
-                bounds.ambiguous.reshape(height, width),
-                bounds.unpromised.reshape(height, width),
-                bounds.names,
-                untried,
-            )
-            for output, values in zip(outputs, bounds.outputs, strict=True)
-        ])  # fmt: skip
+        return Found(
+            [
+                Allowed(
+                    stored(output.format, values).map(lambda v: v.reshape(height, width, -1)),
+                    bounds.ambiguous.reshape(height, width),
+                    bounds.unpromised.reshape(height, width),
+                    bounds.names,
+                    untried,
+                )
+                for output, values in zip(outputs, bounds.outputs, strict=True)
+            ]
+        )
 
 
 class _DrawPass(ReferenceDrawPass):

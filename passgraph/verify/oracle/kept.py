@@ -103,9 +103,11 @@ def texts() -> tuple[Path, ...]:
     packages = (Path(__file__), Path(reference.__file__), Path(language.__file__))
     backends = Path(steps.__file__).parent
     return (
-        *(package.parent for package in packages), *(root / name for name in _BESIDE),
-        backends / "base.py", backends / "steps.py",
-    )  # fmt: skip
+        *(package.parent for package in packages),
+        *(root / name for name in _BESIDE),
+        backends / "base.py",
+        backends / "steps.py",
+    )
 
 
 @cache
@@ -128,9 +130,12 @@ def decides_pixels(
 
 
 def decides_draw(
-    made: ReferenceDrawPass, call: DrawCall, snapped: bool, carried: Mapping[int, Interval],
+    made: ReferenceDrawPass,
+    call: DrawCall,
+    snapped: bool,
+    carried: Mapping[int, Interval],
     stencils: Mapping[int, tuple[Ints, Ints]],
-) -> Iterator[object]:  # fmt: skip
+) -> Iterator[object]:
     """The same of a draw."""
     step, depth = made.step, call.depth
     yield "draw"
