@@ -174,10 +174,10 @@ def occlusion(
             clean = denoise_line(clean, searched[1], frame, radius, *direction, into=into, name=f"denoise {axis}")
     into = pg.target(f"{prefix}visibility", "r16f", like=depth)
     if half_resolution:
-        made = enlarge(clean, depth, normals, frame, radius, into=into, name="full size")
+        visibility = enlarge(clean, depth, normals, frame, radius, into=into, name="full size")
     else:
-        made = first_channel(clean, into=into, name="visibility")
-    return Occlusion(made, raw, clean, *searched)
+        visibility = first_channel(clean, into=into, name="visibility")
+    return Occlusion(visibility, raw, clean, *searched)
 
 
 @checked

@@ -107,9 +107,9 @@ class Window:
 
     def clip(self, low: float, high: float) -> Float64:
         """To a clip space whose near plane lies at world y ``high`` and its far plane at ``low``."""
-        made, depth = self.flat, high - low
-        made[2] = 0.0, -2.0 / depth, 0.0, (high + low - 2.0 * float(self.origin[1])) / depth
-        return made
+        matrix, depth = self.flat, high - low
+        matrix[2] = 0.0, -2.0 / depth, 0.0, (high + low - 2.0 * float(self.origin[1])) / depth
+        return matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,13 +319,13 @@ def contact_passes(
     """`contact` with every target on the way; parameters as there."""
     check_names(scene, darkness)
     ground = floor_nodes(scene, floor)
-    made = contact_map(scene, ground, height, threshold, darkness, map_size)
+    field = contact_map(scene, ground, height, threshold, darkness, map_size)
     passes = soft_shadow_passes(scene, display=False)
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
-    share = _share_on_field(ground, view, made, passes) if ground else _share_on_plane(view, made, passes)
+    share = _share_on_field(ground, view, field, passes) if ground else _share_on_plane(view, field, passes)
     lit = multiply(passes.soft_shadow, share, into=pg.target("contact", "rgba16f"))
     picture = tone_map(lit, 0.0, "linear", into=pg.target("picture", "rgba8"), name="picture") if display else lit
-    return Contact(picture, lit, share, made.map, made.heights, passes)
+    return Contact(picture, lit, share, field.map, field.heights, passes)
 
 
 @effect("contact", "scene")

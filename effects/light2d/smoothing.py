@@ -79,15 +79,15 @@ def spline(picture: Image, at: vec2) -> vec4:
     """
     size = vec2(picture.size)
     place = at * size - 0.5
-    whole = floor(place)
-    t = place - whole
+    texel = floor(place)
+    t = place - texel
     u = 1.0 - t
     first = u * u * u / 6.0
     last = t * t * t / 6.0
     second = 2.0 / 3.0 - 0.5 * t * t * (2.0 - t)
     third = 1.0 - first - second - last
-    low = whole - 0.5 + second / (first + second)
-    high = whole + 1.5 + last / (third + last)
+    low = texel - 0.5 + second / (first + second)
+    high = texel + 1.5 + last / (third + last)
     near = low / size
     far = high / size
     left = first.x + second.x

@@ -46,8 +46,8 @@ def ground_of(scene: pg.Scene, height: float) -> Ground:
     flat = [node for node in scene.nodes if float(np.abs(node.bounds[:, 1] - height).max()) <= 1e-6 * extent]
     if flat:
         node = max(flat, key=lambda each: float(np.prod((each.bounds[1] - each.bounds[0])[[0, 2]])))
-        others = [each for each in scene.nodes if each is not node]
-        return Ground(height, node, scene.with_(nodes=others) if others else None)
+        other_nodes = [each for each in scene.nodes if each is not node]
+        return Ground(height, node, scene.with_(nodes=other_nodes) if other_nodes else None)
     half = float(max(high[0] - low[0], high[2] - low[2], 1e-6))
     corners = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1.0]]) * half
     mesh = pg.Mesh.make(corners, [[0, 1, 2], [0, 2, 3]], np.tile([0.0, 1.0, 0.0], (4, 1)), name="plane")
@@ -58,9 +58,9 @@ def ground_of(scene: pg.Scene, height: float) -> Ground:
 
 def mirror(level: float) -> Float64:
     """The reflection in y = ``level``."""
-    made = np.diag([1.0, -1.0, 1.0, 1.0])
-    made[1, 3] = 2.0 * level
-    return made
+    matrix = np.diag([1.0, -1.0, 1.0, 1.0])
+    matrix[1, 3] = 2.0 * level
+    return matrix
 
 
 def projection(light: Float64, level: float) -> Float64:
@@ -76,8 +76,8 @@ def projection(light: Float64, level: float) -> Float64:
     """
     plane = np.array([0.0, 1.0, 0.0, -level])
     towards = float(plane @ light)
-    made: Float64 = towards * np.eye(4) - np.outer(light, plane)
-    return -made if towards < 0.0 else made
+    matrix: Float64 = towards * np.eye(4) - np.outer(light, plane)
+    return -matrix if towards < 0.0 else matrix
 
 
 def homogeneous(light: pg.Light, origin: Float64) -> Float64:
@@ -334,14 +334,14 @@ class Draws:
         def clip(camera: pg.Camera, light: pg.Light, size: tuple[int, int]) -> Float64:
             toward = 1.0 if sees_top(camera, self.ground.height) else -1.0
             flat = projection(homogeneous(light, origin), level + lift * toward)
-            made: Float64 = camera.projection_matrix(size[0] / size[1]) @ view_from_world(camera, origin) @ flat
-            return made
+            matrix: Float64 = camera.projection_matrix(size[0] / size[1]) @ view_from_world(camera, origin) @ flat
+            return matrix
 
         def from_light(light: pg.Light) -> Float64:
-            made: Float64 = translation(origin - np.asarray(light.position)) @ projection(
+            matrix: Float64 = translation(origin - np.asarray(light.position)) @ projection(
                 homogeneous(light, origin), level
             )
-            return made
+            return matrix
 
         return {
             "clip_from_local": pg.combine(clip, self.view.camera, value, pg.OUTPUT_SIZE),

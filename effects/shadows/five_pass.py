@@ -102,11 +102,11 @@ def lit(
         at = vec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w)
         spot = spotlight.sample(at).rgb
     shadow = mask.sample((vec2(pixel()) + 0.5) / vec2(output_size())).r
-    made = color.rgb * (vec3(ambient) + arriving * spot * shadow)
+    shaded = color.rgb * (vec3(ambient) + arriving * spot * shadow)
     if display:
-        made = min(max(made, vec3(0.0)), vec3(1.0))
-        made = vec3(encode_srgb(made.r), encode_srgb(made.g), encode_srgb(made.b))
-    return vec4(made, 1.0)
+        shaded = min(max(shaded, vec3(0.0)), vec3(1.0))
+        shaded = vec3(encode_srgb(shaded.r), encode_srgb(shaded.g), encode_srgb(shaded.b))
+    return vec4(shaded, 1.0)
 
 
 @checked
@@ -239,10 +239,10 @@ def _draw(
     batch: Batch, fragment: Any, into: object, depth: pg.Target | pg.TargetSpec, name: str, values: dict[str, object]
 ) -> pg.Target:
     cull = "none" if batch.material.double_sided else "back"
-    made: pg.Target = pg.draw(
+    result: pg.Target = pg.draw(
         batch.mesh, vertex=place, fragment=fragment, into=into, depth=depth, cull=cull, name=name, values=values
     )
-    return made
+    return result
 
 
 def _check(scene: pg.Scene) -> None:

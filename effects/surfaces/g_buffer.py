@@ -269,12 +269,12 @@ def _draw(
         values |= {"height_scale": material.height_scale}
         values |= _levels("base", material.base_color_texture, "base color", textures, any_input)
         values |= _levels("normal", material.normal_texture, "normals", textures, any_input)
-    made: tuple[pg.Target, ...] = pg.draw(
+    targets: tuple[pg.Target, ...] = pg.draw(
         batch.mesh, vertex=place, fragment=textured if is_textured(material) else plain, into=into,
         depth=depth, cull="none" if material.double_sided else "back",
         name=f"surfaces: {material.name if is_textured(material) else 'untextured'}", values=values,
     )  # fmt: skip
-    return made
+    return targets
 
 
 def _levels(
@@ -300,13 +300,13 @@ def _draw_translucent(
     if texture is not None:
         values["base_map"] = textures.of(texture, "base color")
         values |= _levels("base", texture, "base color", textures, values["base_map"])
-    made: pg.Target = pg.draw(
+    mixed: pg.Target = pg.draw(
         batch.mesh, vertex=place, fragment=tinted if texture is None else tinted_textured, into=color,
         depth=depth, depth_write=False, blend="alpha", color_mask=(True, True, True, False),
         cull="none" if batch.material.double_sided else "back", name=f"translucent: {batch.material.name}",
         values=values,
     )  # fmt: skip
-    return made
+    return mixed
 
 
 # For users: the same as plain pictures

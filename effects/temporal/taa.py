@@ -191,9 +191,9 @@ def taa(
         velocity = camera_velocity(depth, seen_by, previous_camera, name=f"{name}_velocity")
     spec = into or pg.target(name, "rgba32f", like=color)
     kept = pg.target(f"{name}_kept", "rg32f", like=color)
-    made, _ = resolved(
+    smooth, _ = resolved(
         color, depth, velocity or depth, pg.previous(spec), pg.previous(kept), sigmas, most_frames, moves,
         knows_distance, hdr, into=(spec, kept), name=name,
     )  # fmt: skip
-    assert isinstance(made, pg.Target)
-    return made
+    assert isinstance(smooth, pg.Target)
+    return smooth

@@ -299,16 +299,16 @@ def apply_to_many(
     clips = clips_of(sources, output, writing)
     check_writing(writing, clips)
     depths = None if depth is None else depth_of(depth, clips)
-    beside = pictures_beside(effect, given)
-    stills = [path for path in given.values() if isinstance(path, Path) and path not in beside.values()]
-    opened = {name: frames_beside(path, clips, writing.raw) for name, path in beside.items()}
+    companions = pictures_beside(effect, given)
+    stills = [path for path in given.values() if isinstance(path, Path) and path not in companions.values()]
+    opened = {name: frames_beside(path, clips, writing.raw) for name, path in companions.items()}
     further = [*opened.values(), *([depths] if depths else [])]
     if not any(getattr(source, "has_alpha", True) for source in [*sources, *opened.values(), Pictures(stills)]):
         effect = effect.for_opaque()
     check_clips(clips, output, [*stills, *(path for source in further for path in inputs_of(source))])
     tell_of_several(path for clip in clips if isinstance(clip.source, Pictures) for path in inputs_of(clip.source))
     changing = Changing.of(effect, given)
-    parameters, constants = picture_parameters(effect, {n: value for n, value in given.items() if n not in beside})
+    parameters, constants = picture_parameters(effect, {n: value for n, value in given.items() if n not in companions})
     parameters |= {name: Input(name, "rgba32f") for name in opened}
     depth_source = None if depths is None else Converted(depths, red_of)
     pictures = {name: Converted(Held(source, _warn), colors_of) for name, source in opened.items()}

@@ -253,10 +253,10 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
     if writing.rate and any(isinstance(clip.source, (Animation, Video)) for clip in films):
         raise InputError("--rate is for videos made of pictures; frames of a video keep their times; leave it out")
     if writing.bits == 16:
-        made = [path for clip in clips if isinstance(clip.sink, ToPictures) for path, _ in outputs_of(clip)]
-        if not made:
+        paths = [path for clip in clips if isinstance(clip.sink, ToPictures) for path, _ in outputs_of(clip)]
+        if not paths:
             raise InputError("--bits is for picture files, and none is written; name some: -o out.%04d.png")
-        for path in made:
+        for path in paths:
             check_holds_bits(path, 16)
     for clip in clips:
         if isinstance(clip.sink, ToPictures):
@@ -279,9 +279,9 @@ def check_clips(clips: list[Clip], output: str, others: Iterable[Path] = ()) -> 
     for clip in clips:
         if isinstance(clip.sink, Film):
             check_path(clip.sink.path)
-        elif made := outputs_of(clip):
-            check_picture_path(made[0][0])
-            for suffix in {path.suffix: path for path, _ in made}.values():
+        elif outputs := outputs_of(clip):
+            check_picture_path(outputs[0][0])
+            for suffix in {path.suffix: path for path, _ in outputs}.values():
                 check_picture_path(suffix)
 
 

@@ -74,9 +74,9 @@ def fuzz(minutes: float, seed: int, backends: tuple[str, ...], what: str, failur
         opened = list(_opened(backends, stack))
         if replay is not None:
             return _replay(replay, opened)
-        made = not failures.exists()
+        is_new = not failures.exists()
         check_folder(failures)  # before the long work
-        if made:
+        if is_new:
             stack.callback(_remove_empty, failures)
         kinds = KINDS if what == "all" else (what,)
         return _hunt(kinds, opened, seed, minutes * 60, failures)

@@ -172,8 +172,8 @@ class KernelEffect(Effect):
 
         texts = help_of(self.kernel)
         self._check_flat()
-        others = (parameter for parameter in self.kernel.parameters if parameter.name not in self._picture)
-        return tuple(_said(parameter, texts.get(parameter.name, ""), self) for parameter in others)
+        plain = (parameter for parameter in self.kernel.parameters if parameter.name not in self._picture)
+        return tuple(_said(parameter, texts.get(parameter.name, ""), self) for parameter in plain)
 
     def _check_flat(self) -> None:
         for volume in read_as_volumes(self.kernel.program):
@@ -187,7 +187,7 @@ class KernelEffect(Effect):
     def linear(self) -> bool:
         return False
 
-    def made(self, *taken: Any, **given: Any) -> Any:
+    def build(self, *taken: Any, **given: Any) -> Any:
         return self.kernel(**dict(zip(self._picture, taken, strict=True)), **given)
 
     @property

@@ -328,14 +328,14 @@ def options_beside(
     A parameter with the name of one of the command's options gets an option with a prefix: ``--kernel-rate``.
     """
     taken = {name for param in own for name in (*param.opts, *param.secondary_opts, param.name)}
-    made: list[EffectOption] = []
+    options: list[EffectOption] = []
     for option in options_of(effect, kind):
         parameter = option.parameter
         while taken.intersection((*option.opts, *option.secondary_opts, option.name)):
             option = option_of(replace(option.parameter, name=PREFIX + option.parameter.name), kind)
         option.parameter = parameter
-        made.append(option)
-    return made
+        options.append(option)
+    return options
 
 
 def given_parameters(ctx: click.Context) -> dict[str, Any]:

@@ -60,9 +60,11 @@ def attach(
         one = core.mjv_averageCamera(*drawn.camera)
         return seen.by(*matrices(one, viewport[2] / viewport[3]))
 
-    made = Attachment("mujoco", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation)
-    made.on_close(hook(core, "mjr_render", after=made.draw, when=is_ours))
-    return made
+    attachment = Attachment(
+        "mujoco", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation
+    )
+    attachment.on_close(hook(core, "mjr_render", after=attachment.draw, when=is_ours))
+    return attachment
 
 
 def _check_is_drawn_here(scene: Any) -> None:

@@ -271,9 +271,9 @@ class Guard:
 
     def _stencil(self) -> Iterable[Restore]:
         gl, wide = self.gl, ctypes.c_int64(0)
-        for face, asked in _STENCIL.items():
+        for face, parameters in _STENCIL.items():
             numbers = []
-            for what in asked:
+            for what in parameters:
                 # Of 64 bits: the other way of asking cuts masks to 31.
                 gl.GetInteger64v(what, ctypes.byref(wide))
                 numbers.append(wide.value & _ALL_STENCIL)

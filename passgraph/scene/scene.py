@@ -154,8 +154,8 @@ class Scene:
         {True}
         """
         # What nodes share they go on sharing: it is drawn at once.
-        made = {node.material: dataclasses.replace(node.material, double_sided=True) for node in self.nodes}
-        nodes = [dataclasses.replace(node, material=made[node.material]) for node in self.nodes]
+        materials = {node.material: dataclasses.replace(node.material, double_sided=True) for node in self.nodes}
+        nodes = [dataclasses.replace(node, material=materials[node.material]) for node in self.nodes]
         return self.with_(nodes=nodes)
 
     @property

@@ -92,8 +92,8 @@ def _input(transform: str, lut: Any, shape: tuple[int, int, int]) -> Target:
     import PyOpenColorIO as ocio
 
     numbers = np.array(lut.getValues(), np.float32).reshape(shape)
-    made = brought(f"{transform}.{lut.samplerName}", "r32f" if shape[2] == 1 else "rgb32f", numbers)
-    return made.filter("nearest" if lut.interpolation == ocio.INTERP_NEAREST else "linear").border("clamp")
+    texture = brought(f"{transform}.{lut.samplerName}", "r32f" if shape[2] == 1 else "rgb32f", numbers)
+    return texture.filter("nearest" if lut.interpolation == ocio.INTERP_NEAREST else "linear").border("clamp")
 
 
 def _value(data: Any) -> Any:

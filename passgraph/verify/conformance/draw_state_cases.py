@@ -42,8 +42,8 @@ _VERTEX = ("place", "lean")
 def stage(name: str) -> Kernel:
     """One of the kernels above."""
     decorate = pg.vertex if name in _VERTEX else pg.fragment
-    made: Kernel = decorate(source=KERNELS, name=name)
-    return made
+    kernel: Kernel = decorate(source=KERNELS, name=name)
+    return kernel
 
 
 def painted(mesh: Soup, into: Any, *, vertex: str = "place", fragment: str | None = "paint", **state: Any) -> Any:
@@ -60,8 +60,8 @@ def over(mesh: Soup, form: str = "rgba32f", fragment: str = "paint", **state: An
         soup(12, seed=5), pg.target("color", form, clear=0.25), fragment=("one", "two", "three", "paint")[channels - 1],
         depth=pg.target("depth", STENCIL_DEPTH), name="base", stencil=Stencil(passed="increment"),
     )  # fmt: skip
-    made = painted(mesh, base, fragment=fragment, depth=base.depth, name="over", **state)
-    return {"color": made, "depth": made.depth}
+    drawn = painted(mesh, base, fragment=fragment, depth=base.depth, name="over", **state)
+    return {"color": drawn, "depth": drawn.depth}
 
 
 def stencil_seen(mesh: Soup, **state: Any) -> Mapping[str, pg.Target]:

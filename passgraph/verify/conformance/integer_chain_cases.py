@@ -148,6 +148,6 @@ def cases(graph: Callable[..., Mapping[str, pg.Target]]) -> Iterator[Case]:
     color = np.concatenate([_halves_of(pairs[..., 0]), _halves_of(pairs[..., 1])], axis=-1)
     given = tuple(float(value) for value in TABLE)
     for first in STEPS:
-        made, exact = partial(graph, kernel_text(first), given=given), {"result0": partial(totals, first)}
+        make, exact = partial(graph, kernel_text(first), given=given), {"result0": partial(totals, first)}
         frames = ({"color": color},)
-        yield Case(GROUP, f"chains after {first}", made, (side, side), frames, exact=exact, quick=first in QUICK)
+        yield Case(GROUP, f"chains after {first}", make, (side, side), frames, exact=exact, quick=first in QUICK)

@@ -97,9 +97,9 @@ def _bytes(picture: Picture, scale: NDArray[np.float64]) -> NDArray[np.uint8]:
     if colours.shape[2] == 2:
         colours = np.concatenate([colours, np.zeros_like(colours[:, :, :1])], axis=2)
     values = np.nan_to_num(colours.astype(np.float64), nan=scale[0])
-    made = np.rint(np.interp(values, scale, np.linspace(0.0, 255.0, len(scale)))).astype(np.uint8)
-    made[np.isnan(colours).any(axis=2)] = NAN_COLOUR
-    return made
+    pixels = np.rint(np.interp(values, scale, np.linspace(0.0, 255.0, len(scale)))).astype(np.uint8)
+    pixels[np.isnan(colours).any(axis=2)] = NAN_COLOUR
+    return pixels
 
 
 def _data(pixels: NDArray[np.uint8]) -> str:
