@@ -15,6 +15,7 @@ from passgraph.effects import (
     denoise,
     distance_field,
     dither,
+    fill,
     halftone,
     hue_saturation,
     kuwahara,
@@ -144,6 +145,22 @@ def rings(distance: Image) -> vec4:
     ]
 
 
+def holes() -> list[Panel]:
+    random, whole = np.random.default_rng(5), np.ones((200, 250, 4), np.float32)
+    whole[..., :3] = detail(street())[..., :3]
+    scratched, (y, x) = whole.copy(), np.mgrid[:200, :250]
+    for left, top, angle, width in random.random((25, 4)) * (250.0, 200.0, 3.2, 1.5):
+        scratched[np.abs((x - left) * np.sin(angle) - (y - top) * np.cos(angle)) < width] = 0.0
+    sparse = np.where(random.random((200, 250, 1)) < 0.15, whole, np.float32(0.0))
+    unchanged = pg.kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")
+    return [
+        Panel("scratches", unchanged(FRAME), {"frame": scratched}),
+        Panel("filled", fill(FRAME), {"frame": scratched}),
+        Panel("15 % of the pixels", unchanged(FRAME), {"frame": sparse}),
+        Panel("filled", fill(FRAME), {"frame": sparse}),
+    ]
+
+
 FILTERS: tuple[Entry, ...] = (
     Entry(
         "Color grading", "`skimage.data.coffee()` in linear light",
@@ -170,6 +187,10 @@ FILTERS: tuple[Entry, ...] = (
     Entry(
         "Distance field", "`skimage.data.horse()`",
         "How far each pixel is from a shape, and from its outside, by flooding in steps that halve.", distances, 3, 1.2,
+    ),
+    Entry(
+        "Filling holes", f"{MOTORCYCLE}, with pixels missing",
+        "What is transparent is filled from what is known around it; what is known stays.", holes, 2, 1.25,
     ),
     Entry(
         "Lens distortion", f"{MOTORCYCLE}, with a grid",

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.denoise import denoise
     from passgraph.effects.pictures.distance_field import distance_field
     from passgraph.effects.pictures.dither import dither
+    from passgraph.effects.pictures.fill import fill
     from passgraph.effects.pictures.film_grain import film_grain
     from passgraph.effects.pictures.fxaa import fxaa
     from passgraph.effects.pictures.god_rays import god_rays
@@ -156,6 +157,7 @@ __all__ = [
     "distance_field",
     "dither",
     "effect",
+    "fill",
     "film_grain",
     "five_pass",
     "five_pass_targets",
