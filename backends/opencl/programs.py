@@ -32,10 +32,10 @@ class Recent(dict[_Key, _Made]):
         super().__init__()
         self.most = most
 
-    def __setitem__(self, key: _Key, made: _Made) -> None:
+    def __setitem__(self, key: _Key, program: _Made) -> None:
         while len(self) >= self.most and key not in self:
             del self[next(iter(self))]
-        super().__setitem__(key, made)
+        super().__setitem__(key, program)
 
 
 class Programs:

@@ -155,9 +155,9 @@ class DrawPassRunner:
             self.bound[id(kernel)] = arguments
 
 
-def _same(held: Any, given: Any) -> bool:
+def _same(bound: Any, given: Any) -> bool:
     """Numbers by value; buffers by identity, since a freed one's handle may come back as another's."""
-    return held is given or (isinstance(held, np.int32) and isinstance(given, np.int32) and bool(held == given))
+    return bound is given or (isinstance(bound, np.int32) and isinstance(given, np.int32) and bool(bound == given))
 
 
 class Triangles:

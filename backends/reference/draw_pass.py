@@ -106,9 +106,9 @@ def passing(storage: Storage | None, state: DrawState, pixel: Ints, depth: Float
     return passed
 
 
-def allows(stencil: Stencil, held: Bytes) -> Lanes:
+def allows(stencil: Stencil, stored: Bytes) -> Lanes:
     """Whether the stencil test lets fragments pass where these bytes are held."""
-    return COMPARE[stencil.compare](np.int64(stencil.reference & stencil.read_mask), held & stencil.read_mask)
+    return COMPARE[stencil.compare](np.int64(stencil.reference & stencil.read_mask), stored & stencil.read_mask)
 
 
 def _stencil_test(stencil: Stencil, stencils: NDArray[np.uint8], at: Ints, nearer: Lanes) -> Lanes:

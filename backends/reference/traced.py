@@ -285,15 +285,15 @@ class TracedDraw(ReferenceDrawPass):
         told_of = tuple(fragments[order] for order in shown)
         return Drawn(len(mesh.triangles), len(fates), tuple(fragments.values()), told_of, self.step.state)
 
-    def _fragment(self, order: int, told: bool) -> Fragment:
+    def _fragment(self, order: int, with_lines: bool) -> Fragment:
         at, batches = order, iter(self._batches)
         while at >= len(batch := next(batches)):
             at -= len(batch)
         covered = batch.covered.take(slice(at, at + 1))
         piece = int(covered.fragments.triangle[0])
         triangle, front = int(covered.screen.source[piece]), bool(covered.screen.front[piece])
-        corners = self._corners(covered, triangle) if told else ()
-        lines = self._lines(covered, self.bound) if told and self.bound is not None else None
+        corners = self._corners(covered, triangle) if with_lines else ()
+        lines = self._lines(covered, self.bound) if with_lines and self.bound is not None else None
         return Fragment(
             order, triangle, front, float(covered.depth[0]), batch.fates[at], batch.held[at], corners, lines
         )

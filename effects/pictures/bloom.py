@@ -62,12 +62,12 @@ class Covered:
 
 
 @pg.function
-def covered(size: ivec2, made: ivec2) -> Covered:
+def covered(size: ivec2, target_size: ivec2) -> Covered:
     """What this pixel covers of a picture, the target being as large as that; the whole part is exact."""
     begin = pixel() * size
-    first = begin // made
-    low = vec2(begin - first * made) / vec2(made)
-    return Covered(first, low, low + vec2(size) / vec2(made))
+    first = begin // target_size
+    low = vec2(begin - first * target_size) / vec2(target_size)
+    return Covered(first, low, low + vec2(size) / vec2(target_size))
 
 
 @pg.kernel(known_sizes=True)

@@ -72,12 +72,12 @@ OUTPUT_OF_NOTHING = (
 MOST_FRAMES = 100_000
 
 
-def frames_option(of: str) -> Callable[[Decorated], Decorated]:
+def frames_option(subject: str) -> Callable[[Decorated], Decorated]:
     return click.option(
         "--frames",
         type=click.IntRange(1, MOST_FRAMES),
         metavar="NUMBER",
-        help=f"Make so many frames of {of}, for what changes with time or over frames (NUMBER..NUMBER).",
+        help=f"Make so many frames of {subject}, for what changes with time or over frames (NUMBER..NUMBER).",
     )
 
 

@@ -267,12 +267,12 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
         raise InputError("--raw is for streams, and none is read or written; name one: -o -")
 
 
-def check_clips(clips: list[Clip], output: str, others: Iterable[Path] = ()) -> None:
+def check_clips(clips: list[Clip], output: str, more_inputs: Iterable[Path] = ()) -> None:
     """Refuse what cannot be written, what would overwrite an input, and two outputs of one name.
 
-    ``others`` are further files that are read.
+    ``more_inputs`` are further files that are read.
     """
-    inputs = {path for clip in clips for path in inputs_of(clip.source)} | set(others)
+    inputs = {path for clip in clips for path in inputs_of(clip.source)} | set(more_inputs)
     check_apart(inputs, [out for clip in clips for out in outputs_of(clip)])
     if goes_into_folder(output):
         check_folder(Path(output))

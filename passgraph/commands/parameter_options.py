@@ -110,9 +110,9 @@ class Changing:
                 f"{flags}: cannot change over frames, since {self.effect.name} makes its passes for one value; give one"
             ) from error
 
-    def values(self, source: Source, rate: Fraction | None, others: Mapping[str, Any]) -> Values:
+    def values(self, source: Source, rate: Fraction | None, constants: Mapping[str, Any]) -> Values:
         """What the runs of a clip of so many frames a second are given."""
-        known = dict(others)
+        known = dict(constants)
         if self.frame_time is not None and rate is not None:
             known[self.frame_time] = float(1 / rate)
         if not self.ramps:

@@ -223,7 +223,7 @@ def _lights(scene: Scene, view: View) -> list[Light]:
 # Choices
 
 
-def chosen(flag: str, given: str, names: Sequence[str], what: str, others: Sequence[str] = ()) -> int:
+def chosen(flag: str, given: str, names: Sequence[str], what: str, aliases: Sequence[str] = ()) -> int:
     """Which of several is meant, counted from 0: a name, or the other name that each may have, or else a number from 1.
 
     >>> chosen("--camera", "side", ["front", "side"], "camera"), chosen("--camera", "1", ["front", "side"], "camera")
@@ -232,7 +232,7 @@ def chosen(flag: str, given: str, names: Sequence[str], what: str, others: Seque
     0
     """
     found = [at for at, name in enumerate(names) if name == given]
-    found = found or [at for at, name in enumerate(others) if name and name == given]
+    found = found or [at for at, name in enumerate(aliases) if name and name == given]
     if len(found) == 1:
         return found[0]
     if not found and given.isascii() and given.isdigit() and len(given) < 9 and 1 <= int(given) <= len(names):
@@ -240,10 +240,10 @@ def chosen(flag: str, given: str, names: Sequence[str], what: str, others: Seque
     if not names:
         raise InputError(f"{flag} {shown(given)}: the scene has no {what} of its own; leave it out")
     wrong = f"{len(found)} have that name" if found else f"the scene has no such {what}"
-    raise InputError(f"{flag} {shown(given)}: {wrong}; expected a number or a name of {_listed(names, others)}")
+    raise InputError(f"{flag} {shown(given)}: {wrong}; expected a number or a name of {_listed(names, aliases)}")
 
 
-def _listed(names: Sequence[str], others: Sequence[str] = ()) -> str:
-    both = zip_longest(names, others, fillvalue="")
+def _listed(names: Sequence[str], aliases: Sequence[str] = ()) -> str:
+    both = zip_longest(names, aliases, fillvalue="")
     entries = (f"{shown(name)} ({shown(other)})" if other else shown(name) for name, other in both)
     return ", ".join(f"{number} {text}" for number, text in enumerate(entries, 1))

@@ -155,16 +155,16 @@ def _entered(place: assignments.Place, step: str | ir.Expr, span: Span) -> assig
     return place.entry(step)
 
 
-def _replaced(body: Body, whole: ir.Expr, way: Way, value: ir.Expr, span: Span) -> ir.Expr:
-    """``whole`` with the part at the end of ``way`` replaced."""
+def _replaced(body: Body, container: ir.Expr, way: Way, value: ir.Expr, span: Span) -> ir.Expr:
+    """``container`` with the part at the end of ``way`` replaced."""
     step, named = way[0], body.builder.name_it
-    whole = named(whole, span)
+    container = named(container, span)
     if len(way) > 1:
-        inner = plain(part_at(whole, step, span, named), span, "what is assigned to")
+        inner = plain(part_at(container, step, span, named), span, "what is assigned to")
         value = _replaced(body, inner, way[1:], value, span)
     if isinstance(step, str):
-        return with_components(step, whole, value, span, named)
-    element = index_into(whole, step, span)
+        return with_components(step, container, value, span, named)
+    element = index_into(container, step, span)
     return ir.Insert(
-        whole.type, whole, widen(step, INT, span, "an index"), widen(value, element.type, span, "it"), span
+        container.type, container, widen(step, INT, span, "an index"), widen(value, element.type, span, "it"), span
     )

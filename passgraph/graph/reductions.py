@@ -144,9 +144,9 @@ def reduced(top: Image) -> vec4:
 
 
 @function
-def per_texel(total: vec4, size: ivec2, made: ivec2) -> vec4:
+def per_texel(total: vec4, size: ivec2, result_size: ivec2) -> vec4:
     """A sum divided by how many texels it is of."""
-    return total / (float(size.x // made.x) * float(size.y // made.y))
+    return total / (float(size.x // result_size.x) * float(size.y // result_size.y))
 
 
 @kernel
@@ -490,5 +490,5 @@ def _declared(into: object, name: object, otherwise: str, format_: str, what: st
     return spec
 
 
-def _named(name: object, made: TargetSpec) -> str:
-    return made.name if name is None else arguments.text(name, "the name of a pass")
+def _named(name: object, spec: TargetSpec) -> str:
+    return spec.name if name is None else arguments.text(name, "the name of a pass")

@@ -275,7 +275,7 @@ class _Quads:
                 moved.append(statement)
         return tuple(reversed(moved))
 
-    def _assign(self, statement: ir.Assign, world: _World, live: set[_Held], made: list[ir.Stmt]) -> None:
+    def _assign(self, statement: ir.Assign, world: _World, live: set[_Held], moved: list[ir.Stmt]) -> None:
         for pixel in reversed(world.pixels):
             end = world.ends[pixel]
             if end and (statement.name, end) not in live:
@@ -286,7 +286,7 @@ class _Quads:
                 value = self._at(statement.value, pixel, end, live)
             else:
                 value = self._difference(statement, axis, pixel, world, live)
-            self._write(ir.Assign(statement.name + end, value, statement.span), end, made)
+            self._write(ir.Assign(statement.name + end, value, statement.span), end, moved)
 
     def _difference(self, statement: ir.Assign, axis: str, pixel: int, world: _World, live: set[_Held]) -> ir.Expr:
         """The value at the odd pixel minus that at the even one; which is which this pixel's place says."""
@@ -301,23 +301,23 @@ class _Quads:
         world: _World,
         live: set[_Held],
         at_jump: Collection[_Held],
-        made: list[ir.Stmt],
+        moved: list[ir.Stmt],
     ) -> None:
         """A branch or loop for each pixel that needs it, as that one goes; what jumps out, as the leader goes."""
         here = id(statement)
         if isinstance(statement, ir.If) and here in self.feeding.leaving:
-            self._if(statement, world, live, at_jump, made)
+            self._if(statement, world, live, at_jump, moved)
             return
         wanted = [p for p in world.pixels if self._matters(here, world.ends[p], live)]
         worlds = [self._around(world, p) if here in self.feeding.holding else world.alone(p) for p in wanted]
         for inner in reversed(worlds):
             if isinstance(statement, ir.If):
-                self._if(statement, inner, live, at_jump, made)
+                self._if(statement, inner, live, at_jump, moved)
             else:
-                self._for(statement, inner, live, made)
+                self._for(statement, inner, live, moved)
         # Before any of them: they begin with what the pixels hold then.
         for inner in worlds:
-            self._enter(world, inner, live, made)
+            self._enter(world, inner, live, moved)
 
     def _matters(self, block: int, end: str, live: set[_Held]) -> bool:
         """Whether a block is computed for the pixel whose variables end so."""
@@ -330,7 +330,7 @@ class _Quads:
         ends[leader] = world.ends[leader]
         return _World(leader, (ends[0], ends[1], ends[2], ends[3]), world.pixels)
 
-    def _enter(self, world: _World, inner: _World, live: set[_Held], made: list[ir.Stmt]) -> None:
+    def _enter(self, world: _World, inner: _World, live: set[_Held], moved: list[ir.Stmt]) -> None:
         self._visit(len(live))
         for pixel in inner.pixels:
             before, end = world.ends[pixel], inner.ends[pixel]
@@ -339,19 +339,19 @@ class _Quads:
             for name in sorted(name for name, other in live if other == end):
                 live.discard((name, end))
                 variable = ir.Local(self.feeding.types[name], name)
-                self._write(ir.Assign(name + end, self._at(variable, pixel, before, live)), end, made)
+                self._write(ir.Assign(name + end, self._at(variable, pixel, before, live)), end, moved)
 
     def _if(
-        self, statement: ir.If, world: _World, live: set[_Held], at_jump: Collection[_Held], made: list[ir.Stmt]
+        self, statement: ir.If, world: _World, live: set[_Held], at_jump: Collection[_Held], moved: list[ir.Stmt]
     ) -> None:
         in_else = set(live)
         then = self._block(statement.then, world, live, at_jump)
         orelse = self._block(statement.orelse, world, in_else, at_jump)
         live |= in_else
         condition = self._at(statement.condition, world.leader, world.end, live)
-        self._write(ir.If(condition, then, orelse, statement.span), world.end, made)
+        self._write(ir.If(condition, then, orelse, statement.span), world.end, moved)
 
-    def _for(self, statement: ir.For, world: _World, live: set[_Held], made: list[ir.Stmt]) -> None:
+    def _for(self, statement: ir.For, world: _World, live: set[_Held], moved: list[ir.Stmt]) -> None:
         feeding, name = self.feeding, statement.name
         # What a trip may hand to the next one, as far as a derivative anywhere hangs on it.
         handed = {
@@ -372,7 +372,7 @@ class _Quads:
         start, stop, step = (
             self._at(b, world.leader, world.end, live) for b in (statement.start, statement.stop, statement.step)
         )
-        self._write(ir.For(name + world.end, start, stop, step, body, statement.span), world.end, made)
+        self._write(ir.For(name + world.end, start, stop, step, body, statement.span), world.end, moved)
 
     def _visit(self, count: int) -> None:
         self.visits += count
@@ -383,10 +383,10 @@ class _Quads:
                 "inside branches and loops take many: compute them before",
             )
 
-    def _write(self, statement: ir.Stmt, end: str, made: list[ir.Stmt]) -> None:
+    def _write(self, statement: ir.Stmt, end: str, moved: list[ir.Stmt]) -> None:
         if end:
             self.builder.count_statement(statement.span)
-        made.append(statement)
+        moved.append(statement)
 
     # Expressions
 

@@ -74,8 +74,8 @@ def _is_whole(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and type(node.value) is int
 
 
-def _placed(made: Node, where: ast.AST) -> Node:
-    return ast.copy_location(made, where)
+def _placed(node: Node, where: ast.AST) -> Node:
+    return ast.copy_location(node, where)
 
 
 _REFUSED: dict[type[ast.stmt], str] = {

@@ -69,10 +69,12 @@ class Ranges:
             self.found[value.id] = self._range_of(instruction, depth + 1) or unknown
         return self.found[value.id]
 
-    def _range_of(self, made: s.Op | s.Choose, depth: int) -> Range | None:
-        if isinstance(made, s.Choose):
-            return union(self.of(made.then, depth), self.of(made.orelse, depth))
-        return of_operation(made.operation, made.on == "float", [self.of(a, depth) for a in made.arguments])
+    def _range_of(self, instruction: s.Op | s.Choose, depth: int) -> Range | None:
+        if isinstance(instruction, s.Choose):
+            return union(self.of(instruction.then, depth), self.of(instruction.orelse, depth))
+        return of_operation(
+            instruction.operation, instruction.on == "float", [self.of(a, depth) for a in instruction.arguments]
+        )
 
     # Differences: what both sides have in common, a pixel's place say, falls out.
 

@@ -236,10 +236,10 @@ def _number_anew(consumer: Lowered) -> None:
     consumer.values = {_renamed(name, new): value for name, value in consumer.values.items()}
 
 
-def _under(image: ImageFacts, prefixes: Mapping[str, str], made: Mapping[int, Facts]) -> ImageFacts:
+def _under(image: ImageFacts, prefixes: Mapping[str, str], renumbered: Mapping[int, Facts]) -> ImageFacts:
     if image.fused is None:
         return image
-    fused = replace(image.fused, prefix=prefixes[image.fused.prefix], facts=made[id(image.fused.facts)])
+    fused = replace(image.fused, prefix=prefixes[image.fused.prefix], facts=renumbered[id(image.fused.facts)])
     return replace(image, fused=fused)
 
 

@@ -134,10 +134,10 @@ def _find_uncut(plan: Plan, size: tuple[int, int]) -> frozenset[int]:
     return frozenset(uncut)
 
 
-def _check_near(step: PixelStep, plan: Plan, whole: set[int]) -> None:
+def _check_near(step: PixelStep, plan: Plan, uncut: set[int]) -> None:
     for name, resource in step.images:
         read = plan.resources[resource]
-        if resource not in whole and step.program.image(name).absolute:
+        if resource not in uncut and step.program.image(name).absolute:
             _refuse(
                 step,
                 f"reads {read.name!r} at places that it computes (.sample, .texel), which may lie anywhere in it",

@@ -111,11 +111,11 @@ def ways_round(points: Float64, centre: Float64) -> Float64:
     return np.asarray(np.stack([x, y, z], axis=-1).reshape(-1, 3) + centre, dtype=np.float64)
 
 
-def depths(eye: Float64, forward: Float64, points: Float64, others: Float64) -> tuple[float, float]:
-    """Near and far planes that hold the points, and of ``others`` what does not cost precision."""
+def depths(eye: Float64, forward: Float64, points: Float64, wanted: Float64) -> tuple[float, float]:
+    """Near and far planes that hold the points, and of ``wanted`` what does not cost precision."""
     seen = (points - eye) @ forward
     _, radius = sphere_of(np.stack([points.min(axis=0), points.max(axis=0)]))
-    far = max(float(seen.max()), float(((others - eye) @ forward).max()), radius) + 0.05 * radius
+    far = max(float(seen.max()), float(((wanted - eye) @ forward).max()), radius) + 0.05 * radius
     nearest = NEAR_SLACK * float(seen.min())
     return max(nearest, min(NEAR_OF_FAR * far, 0.01 * radius)), far
 

@@ -407,9 +407,9 @@ def _formula(given: object, depth: int = 0) -> Any:
     return given
 
 
-def _by_slot(made: Target | tuple[Target, ...]) -> dict[int, Target]:
+def _by_slot(returned: Target | tuple[Target, ...]) -> dict[int, Target]:
     """What a pass returned, and the depth of a draw that has one."""
-    targets = made if isinstance(made, tuple) else (made,)
+    targets = returned if isinstance(returned, tuple) else (returned,)
     found = {target.slot: target for target in targets}
     if getattr(targets[0].made_by, "depth", None) is not None:
         found.setdefault(-1, targets[0].depth)

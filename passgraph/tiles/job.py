@@ -147,10 +147,10 @@ def _check_blocks(sources: Iterable[Source], memory: int) -> None:
             )
 
 
-def _read_uncut(name: str, source: Source, made: Bound) -> Any:
+def _read_uncut(name: str, source: Source, bound_graph: Bound) -> Any:
     """An input that every tile needs whole."""
     height, width, _ = source.shape
-    return admitted_part(made, name, source.read((0, height, 0, width)))
+    return admitted_part(bound_graph, name, source.read((0, height, 0, width)))
 
 
 def _values(given: object) -> Mapping[str, object]:

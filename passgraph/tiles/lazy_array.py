@@ -87,8 +87,10 @@ class LazyPicture:
     ndim = 3
     dtype: np.dtype[Any] = np.dtype(np.float32)
 
-    def __init__(self, job: Job, windows: Windows, name: str, shape: tuple[int, int, int], held: ExitStack) -> None:
-        self._job, self._windows, self._name, self._held = job, windows, name, held
+    def __init__(
+        self, job: Job, windows: Windows, name: str, shape: tuple[int, int, int], resources: ExitStack
+    ) -> None:
+        self._job, self._windows, self._name, self._held = job, windows, name, resources
         self.shape = shape
         self._closed = False
 

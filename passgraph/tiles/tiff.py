@@ -115,7 +115,7 @@ class TiffSource:
                     self._decode(page, plane * across * down + row * across + column, part, pixels)
         return pixels
 
-    def _decode(self, page: Any, index: int, part: Part, made: Numbers) -> None:
+    def _decode(self, page: Any, index: int, part: Part, pixels: Numbers) -> None:
         top, bottom, left, right = part
         file, size = self._tiff.filehandle, page.databytecounts[index]
         data = None
@@ -130,7 +130,7 @@ class TiffSource:
         block = segment[0]
         y0, y1, x0, x1 = max(top, y), min(bottom, y + len(block)), max(left, x), min(right, x + block.shape[1])
         channels = slice(plane, plane + 1) if self._planar else slice(None)
-        made[y0 - top : y1 - top, x0 - left : x1 - left, channels] = block[y0 - y : y1 - y, x0 - x : x1 - x]
+        pixels[y0 - top : y1 - top, x0 - left : x1 - left, channels] = block[y0 - y : y1 - y, x0 - x : x1 - x]
 
     def close(self) -> None:
         self._tiff.close()

@@ -149,13 +149,13 @@ class _Comparison:
     def _expected(self, backend: Backend) -> dict[Key, Picture]:
         return self.passes.allowed(backend.snaps)[0]
 
-    def _hold_against_first(self, name: str, whole: dict[Key, Picture]) -> None:
+    def _hold_against_first(self, name: str, pictures_of_backend: dict[Key, Picture]) -> None:
         """Whatever pair differs in a pass, one of the two differs from the first backend there."""
         if self.first is None:
-            self.first = name, whole
+            self.first = name, pictures_of_backend
             return
         plan, (first, pictures) = self.passes.plan, self.first
-        for key, picture in whole.items():
+        for key, picture in pictures_of_backend.items():
             if self._differing is not None and key[1] >= self._differing[1]:
                 return
             differ = other_bits(pictures[key], picture)

@@ -73,9 +73,9 @@ class Code:
     It is unloaded with this object: whoever has its address keeps the object, as `function` does.
     """
 
-    def __init__(self, name: str, text: str, loops: int, made: bytes | None) -> None:
+    def __init__(self, name: str, text: str, loops: int, machine_code: bytes | None) -> None:
         self.name, self._text, self._loops = name, text, loops
-        self._object = made
+        self._object = machine_code
         self._address: int | None = None
         self._making = threading.Lock()
 

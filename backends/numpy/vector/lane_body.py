@@ -66,9 +66,9 @@ class LaneBody:
         self.block(self.program.body)
         return [self.operand(value) for output in self.program.outputs for value in output.values]
 
-    def rounded(self, output: s.Output, held: Format) -> list[Any]:
+    def rounded(self, output: s.Output, stored: Format) -> list[Any]:
         """An output's components as the numbers of its format."""
-        return [rounded(self.builder, self.operand(value), held) for value in output.unrounded]
+        return [rounded(self.builder, self.operand(value), stored) for value in output.unrounded]
 
     def operand(self, value: s.Operand) -> Any:
         return constant(value) if isinstance(value, s.Lit) else self.values[value.id]

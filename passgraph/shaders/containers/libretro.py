@@ -165,13 +165,13 @@ class _Values:
                 said[match[1]] = ((match[2] or match[3] or plain).strip(), path)
         self.entries |= said
 
-    def file(self, name: str, beside: Path, what: str) -> Path:
+    def file(self, name: str, preset: Path, what: str) -> Path:
         """A file that a preset names, in the tree around it."""
         plain = name.replace("\\", "/")
-        full = (beside.resolve().parent / plain).resolve() if "\0" not in plain else Path("/")
+        full = (preset.resolve().parent / plain).resolve() if "\0" not in plain else Path("/")
         if Path(plain).is_absolute() or re.match(r"[A-Za-z]:", plain) or not full.is_relative_to(self.root):
             raise InputError(
-                f"{beside}: {what} names {name!r}, which lies outside of {self.root}; files of a preset lie at most "
+                f"{preset}: {what} names {name!r}, which lies outside of {self.root}; files of a preset lie at most "
                 f"{MAX_CLIMB} folders above it"
             )
         return full

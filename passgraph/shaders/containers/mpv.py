@@ -356,14 +356,14 @@ class _Chain:
     shown: dict[str, tuple[Target, tuple[Formula, Formula]]] = field(default_factory=dict)
     offsets: dict[str, tuple[float, float]] = field(default_factory=dict)
 
-    def keep(self, names: Iterable[str], made: Target, size: tuple[Formula, Formula]) -> None:
+    def keep(self, names: Iterable[str], picture: Target, size: tuple[Formula, Formula]) -> None:
         for name in names:
-            self.held[name], self.sizes[name] = made, size
+            self.held[name], self.sizes[name] = picture, size
 
-    def show(self, own: str, hook: str, made: Target, size: tuple[Formula, Formula]) -> None:
+    def show(self, own: str, hook: str, picture: Target, size: tuple[Formula, Formula]) -> None:
         """What a plane, or the picture from a stage on, is now."""
-        self.keep([own] if own in _PLANES else _STAGES[_STAGES.index(hook) :], made, size)
-        self.shown[own] = made, size
+        self.keep([own] if own in _PLANES else _STAGES[_STAGES.index(hook) :], picture, size)
+        self.shown[own] = picture, size
         self.offsets.setdefault(own, (0.0, 0.0))
 
 

@@ -91,9 +91,9 @@ class Growing:
         self.count += 1
         return target(f"t{self.count}", format_, SIZES[size])
 
-    def keep(self, made: Target, size: int) -> None:
-        self.contents.append((made, size))
-        self.written.append(made)
+    def keep(self, target: Target, size: int) -> None:
+        self.contents.append((target, size))
+        self.written.append(target)
 
     def grow(self, operation: str, first: int, second: int, size: int, format_: str, flag: bool, border: str) -> None:
         """Add one pass; ``first`` and ``second`` count contents back from the newest, so that graphs grow deep."""

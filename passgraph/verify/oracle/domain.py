@@ -294,8 +294,8 @@ class IntervalDomain(Domain[Bounded, Lanes]):
     def join(self, one: Lanes, other: Lanes) -> Lanes:
         return self.numbers.join(one, other)
 
-    def without(self, mask: Lanes, gone: Lanes) -> Lanes:
-        return self.numbers.without(mask, gone)
+    def without(self, mask: Lanes, removed: Lanes) -> Lanes:
+        return self.numbers.without(mask, removed)
 
     def merge(self, mask: Lanes, new: Bounded, old: Bounded) -> Bounded:
         if isinstance(new, Interval) or isinstance(old, Interval):

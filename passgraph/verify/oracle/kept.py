@@ -130,17 +130,17 @@ def decides_pixels(
 
 
 def decides_draw(
-    made: ReferenceDrawPass,
+    draw_pass: ReferenceDrawPass,
     call: DrawCall,
     snapped: bool,
     carried: Mapping[int, Interval],
     stencils: Mapping[int, tuple[Ints, Ints]],
 ) -> Iterator[object]:
     """The same of a draw."""
-    step, depth = made.step, call.depth
+    step, depth = draw_pass.step, call.depth
     yield "draw"
     yield step.size, step.state, step.clears, step.depth_clear, snapped
-    for stage, block in ((made.vertex, call.vertex), (made.fragment, call.fragment)):
+    for stage, block in ((draw_pass.vertex, call.vertex), (draw_pass.fragment, call.fragment)):
         if stage is None:
             yield "none"
         else:
