@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import passgraph as pg
 from docs.gallery_inputs import monastery, photograph
+from docs.gallery_looks import MOTORCYCLE, street_light
 from docs.gallery_page import Entry, Panel
-from passgraph.effects import god_rays, soft_shadow_passes, tilt_shift, tone_map
+from passgraph.effects import god_rays, radial_blur, soft_shadow_passes, tilt_shift, tone_map
 
 FRAME = pg.Input("frame")
 #: A sky with a sun, where no surface is; the model is dark before it.
@@ -40,11 +41,22 @@ def models() -> list[Panel]:
     ]
 
 
+def exposures() -> list[Panel]:
+    given = {"frame": street_light()}
+    return [
+        Panel("zoom", tone_map(radial_blur(FRAME, 0.3, x=0.62, y=0.5), curve="linear"), given),
+        Panel("spin", tone_map(radial_blur(FRAME, 0.0, 0.3, 0.62, 0.5), curve="linear"), given),
+    ]
+
+
 LIGHT: tuple[Entry, ...] = (
     Entry(
         "God rays", "`samurai_monastry.obj` of pybullet's data",
         "Beams between the roofs: at each pixel the mean of what 216 places on the way to the sun have of the sky.",
         rays, 2,
+    ),
+    Entry(
+        "Radial blur", MOTORCYCLE, "A camera that zooms, and one that rolls, while its shutter is open.", exposures, 2
     ),
     Entry(
         "Tilt-shift", "`skimage.data.rocket()`",

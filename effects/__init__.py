@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.median import median
     from passgraph.effects.pictures.morphology import morphology
     from passgraph.effects.pictures.pixelate import pixelate
+    from passgraph.effects.pictures.radial_blur import radial_blur
     from passgraph.effects.pictures.sepia import sepia
     from passgraph.effects.pictures.sobel import sobel
     from passgraph.effects.pictures.supersampled import supersampled
@@ -179,6 +180,7 @@ __all__ = [
     "pixelate",
     "planar",
     "planar_passes",
+    "radial_blur",
     "scene_surfaces",
     "sepia",
     "shadowed",

@@ -10,14 +10,12 @@ import passgraph as pg
 from passgraph import Const, Image, dot, ivec2, pixel, uv, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.black_and_white import REC709
-from passgraph.effects.quantities import NotNegative, Share, combined, mapped
+from passgraph.effects.quantities import NotNegative, Place, Share, combined, mapped
 
 #: Passes over half the picture, each over the sums of the one before, and reads in each.
 PASSES, READS = 3, 6
 #: Largest half float: brighter light counts as this much. The largest distance is what infinity was replaced by.
 BRIGHTEST, FARTHEST = 65504.0, 3.4028234e38
-#: The place of the light: 0 to 1 is inside the picture.
-Place = Annotated[float, pg.Range(-8, 9)]
 
 
 @pg.kernel

@@ -12,7 +12,7 @@ from passgraph import Const, Image, dot, exp, output_size, pixel, vec2, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.blur import SIGMAS
 from passgraph.effects.pictures.decoded import decoded
-from passgraph.effects.quantities import Share, axis_of, mapped
+from passgraph.effects.quantities import Place, Share, axis_of, mapped
 
 #: Blurs by less than this many pixels are none.
 LEAST_PX = 0.1
@@ -50,7 +50,7 @@ def blurred(
 @effect("tilt-shift", linear=True, alpha="premultiplied")
 def tilt_shift(
     color: pg.Target,
-    y: Annotated[float, pg.Range(-1, 2)] | pg.Value | pg.Derived = 0.5,
+    y: Place | pg.Value | pg.Derived = 0.5,
     angle_rad: Annotated[float, pg.Range(-7, 7, "radians")] | pg.Value | pg.Derived = 0.0,
     band: Share | pg.Value | pg.Derived = 0.1,
     sigma_px: Annotated[float, pg.Range(0, 32, "px")] = 8.0,
