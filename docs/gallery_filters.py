@@ -12,6 +12,7 @@ from passgraph.effects import (
     bilateral,
     cas,
     color_grade,
+    crt,
     denoise,
     distance_field,
     dither,
@@ -161,6 +162,17 @@ def holes() -> list[Panel]:
     ]
 
 
+def tubes() -> list[Panel]:
+    small = street().reshape(95, 4, 169, 4, 3).mean(axis=(1, 3), dtype=np.float32)
+    given = {"frame": np.asarray(srgb_to_linear(small), np.float32)}
+    large = pg.target("crt", "rgba32f", (1272, 716))
+    soft, sharp = crt(FRAME, 1, into=large), crt(FRAME, 1, 16.0, curve=0.0, mask="grille", into=large)
+    return [
+        Panel("stretched VGA mask", tone_map(soft, curve="linear"), given, middle=0.5),
+        Panel("aperture grille, flat", tone_map(sharp, curve="linear"), given, middle=0.5),
+    ]
+
+
 FILTERS: tuple[Entry, ...] = (
     Entry(
         "Color grading", "`skimage.data.coffee()` in linear light",
@@ -191,6 +203,10 @@ FILTERS: tuple[Entry, ...] = (
     Entry(
         "Filling holes", f"{MOTORCYCLE}, with pixels missing",
         "What is transparent is filled from what is known around it; what is known stays.", holes, 2, 1.25,
+    ),
+    Entry(
+        "A cathode ray tube", f"{MOTORCYCLE}, 169×95",
+        "Lines of the beam, phosphors and some glow: the middle of each picture.", tubes, 2,
     ),
     Entry(
         "Lens distortion", f"{MOTORCYCLE}, with a grid",

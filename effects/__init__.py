@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.chromatic_aberration import chromatic_aberration
     from passgraph.effects.pictures.color_grade import color_grade
     from passgraph.effects.pictures.color_transform import color_transform
+    from passgraph.effects.pictures.crt import crt
     from passgraph.effects.pictures.denoise import denoise
     from passgraph.effects.pictures.distance_field import distance_field
     from passgraph.effects.pictures.dither import dither
@@ -152,6 +153,7 @@ __all__ = [
     "contact",
     "contact_passes",
     "contact_shadow",
+    "crt",
     "denoise",
     "depth_aware_blur",
     "depth_of_field",
