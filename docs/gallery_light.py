@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 import passgraph as pg
-from docs.gallery_inputs import monastery, photograph
-from docs.gallery_looks import MOTORCYCLE, street_light
+from docs.gallery_inputs import engine_pictures, monastery, photograph
+from docs.gallery_looks import MOTORCYCLE, TABLE, street_light
 from docs.gallery_page import Entry, Panel
-from passgraph.effects import god_rays, radial_blur, soft_shadow_passes, tilt_shift, tone_map
+from passgraph.effects import god_rays, radial_blur, soft_shadow_passes, ssr, tilt_shift, tone_map
+from passgraph.effects.surfaces.engine_depth import distances
+from passgraph.truth import first_surfaces
 
 FRAME = pg.Input("frame")
 #: A sky with a sun, where no surface is; the model is dark before it.
@@ -49,11 +53,30 @@ def exposures() -> list[Panel]:
     ]
 
 
+def mirrors() -> list[Panel]:
+    seen, size = engine_pictures((1272, 716)), (1272, 716)
+    bare = first_surfaces(seen.scene.with_(nodes=seen.scene.nodes[:1]), size).depth
+    floor = np.where(np.isclose(seen.holds.depth(bare), seen.depth, rtol=1e-3), np.float32(bare > 0.0), np.float32(0.0))
+    given, depth = {"frame": seen.color, "depth": seen.depth, "floor": floor}, distances(pg.Input("depth"), seen.holds)
+    options = {"reflectance": 0.4, "reach": 2.0, "thickness": 0.06, "steps": 256, "camera": seen.scene.camera}
+    made = ssr(FRAME, depth, mask=pg.Input("floor"), **options)  # type: ignore[arg-type]
+    return [
+        Panel("without", tone_map(FRAME, curve="linear"), {"frame": seen.color}),
+        Panel("a polished floor", tone_map(made, curve="linear"), given),
+    ]
+
+
 LIGHT: tuple[Entry, ...] = (
     Entry(
         "God rays", "`samurai_monastry.obj` of pybullet's data",
         "Beams between the roofs: at each pixel the mean of what 216 places on the way to the sun have of the sky.",
         rays, 2,
+    ),
+    Entry(
+        "Screen-space reflections", TABLE,
+        "The floor mirrors what the picture shows along reflected rays, most at grazing angles. What is hidden or "
+        "outside is missing.",
+        mirrors, 2,
     ),
     Entry(
         "Radial blur", MOTORCYCLE, "A camera that zooms, and one that rolls, while its shutter is open.", exposures, 2
