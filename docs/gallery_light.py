@@ -8,11 +8,13 @@ import passgraph as pg
 from docs.gallery_inputs import engine_pictures, monastery, photograph
 from docs.gallery_looks import MOTORCYCLE, TABLE, street_light
 from docs.gallery_page import Entry, Panel
-from passgraph.effects import god_rays, radial_blur, soft_shadow_passes, ssr, tilt_shift, tone_map
+from passgraph.effects import god_rays, lens_flare, radial_blur, soft_shadow_passes, ssr, tilt_shift, tone_map
 from passgraph.effects.surfaces.engine_depth import distances
 from passgraph.truth import first_surfaces
 
 FRAME = pg.Input("frame")
+#: Panels of scenes are rendered at twice their size.
+LARGE = (1272, 716)
 #: A sky with a sun, where no surface is; the model is dark before it.
 SKY = pg.kernel(
     source="""
@@ -24,15 +26,21 @@ def before_sky(color: Image, depth: Image, at: vec2) -> vec4:
 )
 
 
-def rays() -> list[Panel]:
+def backlit(sun: tuple[float, float]) -> tuple[pg.Target, pg.Target]:
+    """The monastery before a sun at this place of the picture, and its depth."""
     camera = pg.Camera((84.0, 8.0, 84.0), (-9.0, 13.0, -6.0), vertical_fov_rad=0.42, near=1.0, far=260.0)
-    seen, sun = soft_shadow_passes(monastery().with_(camera=camera), display=False), (0.235, 0.27)
+    seen = soft_shadow_passes(monastery().with_(camera=camera), display=False)
     frame: pg.Target = SKY(seen.picture, seen.depth, sun)
-    size = (1272, 716)
-    lit = god_rays(frame, *sun, 1.5, 0.3, decay=0.3, occluders=seen.depth)
+    return frame, seen.depth
+
+
+def rays() -> list[Panel]:
+    sun = (0.235, 0.27)
+    frame, depth = backlit(sun)
+    lit = god_rays(frame, *sun, 1.5, 0.3, decay=0.3, occluders=depth)
     return [
-        Panel("without", tone_map(frame, curve="aces"), size=size),
-        Panel("god rays", tone_map(lit, curve="aces"), size=size),
+        Panel(label, tone_map(made, curve="aces"), size=LARGE)
+        for label, made in (("without", frame), ("god rays", lit))
     ]
 
 
@@ -54,8 +62,8 @@ def exposures() -> list[Panel]:
 
 
 def mirrors() -> list[Panel]:
-    seen, size = engine_pictures((1272, 716)), (1272, 716)
-    bare = first_surfaces(seen.scene.with_(nodes=seen.scene.nodes[:1]), size).depth
+    seen = engine_pictures(LARGE)
+    bare = first_surfaces(seen.scene.with_(nodes=seen.scene.nodes[:1]), LARGE).depth
     floor = np.where(np.isclose(seen.holds.depth(bare), seen.depth, rtol=1e-3), np.float32(bare > 0.0), np.float32(0.0))
     given, depth = {"frame": seen.color, "depth": seen.depth, "floor": floor}, distances(pg.Input("depth"), seen.holds)
     options = {"reflectance": 0.4, "reach": 2.0, "thickness": 0.06, "steps": 256, "camera": seen.scene.camera}
@@ -66,11 +74,24 @@ def mirrors() -> list[Panel]:
     ]
 
 
+def flares() -> list[Panel]:
+    frame, _ = backlit((0.42, 0.13))
+    flare = lens_flare(frame, 2.0, 0.06, 6, 1.35, 2.0, 0.3)
+    return [
+        Panel(label, tone_map(made, curve="aces"), size=LARGE)
+        for label, made in (("without", frame), ("lens flare", flare))
+    ]
+
+
 LIGHT: tuple[Entry, ...] = (
     Entry(
         "God rays", "`samurai_monastry.obj` of pybullet's data",
         "Beams between the roofs: at each pixel the mean of what 216 places on the way to the sun have of the sky.",
         rays, 2,
+    ),
+    Entry(
+        "Lens flare", "`samurai_monastry.obj` of pybullet's data",
+        "Ghosts of the sun on the line through the middle, and its halo.", flares, 2,
     ),
     Entry(
         "Screen-space reflections", TABLE,

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.hue_saturation import hue_saturation
     from passgraph.effects.pictures.kuwahara import kuwahara
     from passgraph.effects.pictures.lens_distortion import lens_distortion
+    from passgraph.effects.pictures.lens_flare import lens_flare
     from passgraph.effects.pictures.median import median
     from passgraph.effects.pictures.morphology import morphology
     from passgraph.effects.pictures.pixelate import pixelate
@@ -175,6 +176,7 @@ __all__ = [
     "jittered",
     "kuwahara",
     "lens_distortion",
+    "lens_flare",
     "median",
     "morphology",
     "occluded",
