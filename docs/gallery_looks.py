@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from passgraph.effects import (
     film_grain,
     fog,
     fxaa,
+    motion_blur,
     outlines,
     soft_shadow,
     soft_shadow_passes,
@@ -64,6 +66,19 @@ def focus() -> list[Panel]:
         Panel("the table, f/1.4", at(3.4, 1.4)),
         Panel("the duck in front, f/5.6", at(DUCK, 5.6)),
     ]
+
+
+def motion() -> list[Panel]:
+    scene = standing()
+    seen, now = soft_shadow_passes(scene, display=False), scene.camera
+    aside = replace(now, eye=(1.2, 1.4, 2.8))
+    near = replace(now, eye=(1.7, 1.71, 2.95))
+
+    def since(before: pg.Camera) -> pg.Target:
+        blurred = motion_blur(seen.picture, seen.depth, camera=now, previous_camera=before)
+        return tone_map(blurred, curve="linear")
+
+    return [Panel("aside", since(aside)), Panel("forward", since(near))]
 
 
 def highlights() -> list[Panel]:
@@ -135,6 +150,10 @@ LOOKS: tuple[Entry, ...] = (
     Entry(
         "Highlights out of focus", "lamps from a random generator",
         "Points become discs, or polygons of the aperture's blades, and keep their light.", highlights, 2,
+    ),
+    Entry(
+        "Motion blur", TABLE,
+        "A shutter that is open for half a frame, from one picture, its depth and two cameras.", motion, 2,
     ),
     Entry(
         "Outlines", f"{TABLE}; `samurai_monastry.obj`",

@@ -72,6 +72,7 @@ if TYPE_CHECKING:
     from passgraph.effects.shadows.soft_shadow import SoftShadow, soft_shadow, soft_shadow_passes
     from passgraph.effects.surfaces.g_buffer import SceneSurfaces, scene_surfaces
     from passgraph.effects.temporal.jitter import jitter_px, jittered
+    from passgraph.effects.temporal.motion_blur import motion_blur
     from passgraph.effects.temporal.taa import taa
     from passgraph.effects.temporal.velocity import camera_velocity
 
@@ -164,6 +165,7 @@ __all__ = [
     "lens_distortion",
     "median",
     "morphology",
+    "motion_blur",
     "occluded",
     "occlusion",
     "outlines",

@@ -413,7 +413,7 @@ def test_effects_of_the_library_take_frames_or_say_that_they_take_none(engine: E
     if library[name].effect.takes.startswith("picture"):
         assert f"`{name}`" in listed or name == "depth_aware_blur"  # which takes a mask
         with attach(library[name], camera=CAMERA, **NEEDED.get(name, {})) as attached:
-            if name in ("color_transform", "depth_of_field", "occluded", "vignette"):
+            if name in ("color_transform", "depth_of_field", "motion_blur", "occluded", "vignette"):
                 attached.draw()
             assert attached.error is None
     else:

@@ -22,6 +22,9 @@ COLOR_CONFIG = "ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1"
 #: Effects that need a package of an extra: left out where it is not installed.
 NEEDS = {"color-transform": "PyOpenColorIO"}
 
+#: Of the frame before; that of a frame is at the origin.
+BEFORE = pg.Camera((1.0, 0.5, -1.0), (0.0, 0.0, -1.0))
+
 #: Effect → variants; each its parameters, and ``light``, which chooses the scene's.
 VARIANTS: dict[str, list[dict[str, Any]]] = {
     "tone-map": [{"curve": curve} for curve in ("linear", "reinhard", "hable", "aces", "agx", "pbr-neutral")],
@@ -42,6 +45,7 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
     "halftone": [{}, {"colored": False}],
     "hue-saturation": [{"hue_rad": 1.0, "saturation": 1.5}],
     "depth-of-field": [{"focus_distance": 3.0, "f_number": 1.0, "focal_length_mm": 200.0, "taps": 8, "widest_px": 8}],
+    "motion-blur": [{"previous_camera": BEFORE, "taps": 4, "longest_px": 8}],
     "outlines": [{}, {"width_px": 2, "crease_rad": 0.2}],
     "soft-shadow": [
         *({**MAPS, "shadow_filter": name, "taps": 8, "radius_px": 3}
@@ -97,7 +101,7 @@ def cases() -> Iterator[Case]:
             continue
         for number, parameters in enumerate(VARIANTS.get(effect.name, [{}])):
             quick = number == 0 or effect.name not in SLOW
-            given = " ".join(f"{name}={value}" for name, value in parameters.items())
+            given = " ".join(f"{name}={value}" for name, value in parameters.items() if value is not BEFORE)
             frame = {}
             if effect.takes.startswith("picture"):
                 frame["frame"] = case_inputs.picture()
