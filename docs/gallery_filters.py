@@ -19,11 +19,14 @@ from passgraph.effects import (
     lens_distortion,
     morphology,
     pixelate,
+    resize,
     sepia,
     sobel,
     tone_map,
     unsharp,
 )
+from passgraph.effects.pictures.resize import FILTERS as FILTERS_OF_SIZE
+from passgraph.effects.pictures.resize import Filter
 from passgraph.srgb import srgb_to_linear
 
 FRAME = pg.Input("frame")
@@ -107,6 +110,15 @@ def lenses() -> list[Panel]:
     ]
 
 
+def sizes() -> list[Panel]:
+    given = {"frame": np.asarray(srgb_to_linear(detail(street())[60:144, 60:165]), np.float32)}
+
+    def enlarged(filter: Filter) -> Panel:
+        return Panel(filter, tone_map(resize(FRAME, 4.0, filter), curve="linear"), given)
+
+    return [enlarged(filter) for filter in FILTERS_OF_SIZE]
+
+
 def prints() -> list[Panel]:
     near = {"frame": detail(street())}
     light = {"frame": np.asarray(srgb_to_linear(detail(street())), np.float32)}
@@ -145,6 +157,10 @@ FILTERS: tuple[Entry, ...] = (
     Entry(
         "Lens distortion", f"{MOTORCYCLE}, with a grid",
         "By the coefficients that OpenCV's calibration gives, and back by the same ones.", lenses, 3,
+    ),
+    Entry(
+        "Sizes", f"{MOTORCYCLE}, in linear light",
+        "105 by 84 pixels, four times as large by each filter.", sizes, 3, 1.25,
     ),
     Entry(
         "Squares, dither and dots", MOTORCYCLE,

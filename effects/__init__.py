@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.median import median
     from passgraph.effects.pictures.morphology import morphology
     from passgraph.effects.pictures.pixelate import pixelate
+    from passgraph.effects.pictures.resize import resize
     from passgraph.effects.pictures.sepia import sepia
     from passgraph.effects.pictures.sobel import sobel
     from passgraph.effects.pictures.supersampled import supersampled
@@ -172,6 +173,7 @@ __all__ = [
     "pixelate",
     "planar",
     "planar_passes",
+    "resize",
     "scene_surfaces",
     "sepia",
     "shadowed",

@@ -37,6 +37,7 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
         {"temperature_k": 4000.0, "contrast": 1.2, "shadows": (0.8, 1.0, 1.2), "lift": (0.02, 0.0, -0.02),
          "gamma": (1.2, 1.0, 0.9), "saturation": 0.8},
     ],
+    "resize": [{"filter": "mitchell"}, {"scale": 1.5}, {"filter": "box", "scale": 0.3}],
     "sobel": [{}, {"weights": "scharr"}],
     "morphology": [{}, {"operation": "open", "radius_px": 2}],
     "kuwahara": [{"radius_px": 2}],
