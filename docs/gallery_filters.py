@@ -13,6 +13,7 @@ from passgraph.effects import (
     cas,
     color_grade,
     dither,
+    fsr1,
     halftone,
     hue_saturation,
     kuwahara,
@@ -111,12 +112,13 @@ def lenses() -> list[Panel]:
 
 
 def sizes() -> list[Panel]:
-    given = {"frame": np.asarray(srgb_to_linear(detail(street())[60:144, 60:165]), np.float32)}
+    shown = np.ascontiguousarray(detail(street())[60:144, 60:165])
+    given = {"frame": np.asarray(srgb_to_linear(shown), np.float32)}
 
     def enlarged(filter: Filter) -> Panel:
         return Panel(filter, tone_map(resize(FRAME, 4.0, filter), curve="linear"), given)
 
-    return [enlarged(filter) for filter in FILTERS_OF_SIZE]
+    return [*map(enlarged, FILTERS_OF_SIZE), Panel("fsr1", fsr1(FRAME, 4.0), {"frame": shown})]
 
 
 def prints() -> list[Panel]:
@@ -159,8 +161,8 @@ FILTERS: tuple[Entry, ...] = (
         "By the coefficients that OpenCV's calibration gives, and back by the same ones.", lenses, 3,
     ),
     Entry(
-        "Sizes", f"{MOTORCYCLE}, in linear light",
-        "105 by 84 pixels, four times as large by each filter.", sizes, 3, 1.25,
+        "Sizes", MOTORCYCLE,
+        "105 by 84 pixels, four times as large: by each filter of `resize`, and along edges.", sizes, 3, 1.25,
     ),
     Entry(
         "Squares, dither and dots", MOTORCYCLE,

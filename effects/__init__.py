@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.color_transform import color_transform
     from passgraph.effects.pictures.dither import dither
     from passgraph.effects.pictures.film_grain import film_grain
+    from passgraph.effects.pictures.fsr1 import fsr1
     from passgraph.effects.pictures.fxaa import fxaa
     from passgraph.effects.pictures.halftone import halftone
     from passgraph.effects.pictures.hue_saturation import hue_saturation
@@ -156,6 +157,7 @@ __all__ = [
     "five_pass",
     "five_pass_targets",
     "fog",
+    "fsr1",
     "fxaa",
     "gaussian_blur",
     "halftone",

@@ -77,6 +77,15 @@ def resized(color: Image, reach: Const[float], b: Const[float], c: Const[float])
     return total / total_weight
 
 
+def sized(spec: pg.TargetSpec, color: pg.Target, scale: float) -> pg.TargetSpec:
+    """A target with a size: its own, or a share of a picture's.
+
+    >>> sized(pg.target("a"), pg.Input("frame"), 0.5).size.scale, sized(pg.target("a", size=(9, 5)), 1, 1).size.width
+    (0.5, 9)
+    """
+    return spec if spec.size is not None else replace(spec, size=Like(color, scale))
+
+
 @effect("resize", alpha="premultiplied")
 def resize(
     color: pg.Target,
@@ -114,8 +123,6 @@ def resize(
     [1.5, 5.5]
     """
     color = decoded(color, f"{name}_light", "rgba32f")
-    spec = into or pg.target(name, "rgba32f")
-    if spec.size is None:
-        spec = replace(spec, size=Like(color, scale))
+    spec = sized(into or pg.target(name, "rgba32f"), color, scale)
     made: pg.Target = resized(color, *FILTERS[filter], into=spec, name=name)
     return made

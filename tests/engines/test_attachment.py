@@ -403,7 +403,7 @@ def test_what_is_no_error_of_ours_is_caught_too(engine: Engine, caplog: pytest.L
 #: What some effects need beside the frame.
 NEEDED = {"color_transform": {"src": "sRGB - Texture", "display": "sRGB - Display"}}
 #: One takes a mask, the others make pictures of another size.
-NOT_IN_ENGINES = ("depth_aware_blur", "resize")
+NOT_IN_ENGINES = ("depth_aware_blur", "fsr1", "resize")
 FRAMES = "What it returns is written over the frame."
 library = {name: getattr(passgraph.effects, name) for name in passgraph.effects.__all__}
 

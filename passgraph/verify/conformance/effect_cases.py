@@ -31,6 +31,7 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
     "color-transform": [{"display": "sRGB - Display", "view": "Un-tone-mapped", "config": COLOR_CONFIG}],
     "gaussian-blur": [{}, {"sigma_px": 1.0, "radius_px": 2}],
     "bloom": [{"levels": 2}, {"levels": 4, "threshold": 0.5}],
+    "fsr1": [{"scale": 1.5}],
     "fxaa": [{}, {"quality": "39", "contrast": 0.05, "least_contrast": 0.02}],
     "film-grain": [{}, {"size_px": 1.5, "colored": True, "seed": 3}],
     "color-grade": [
