@@ -83,9 +83,9 @@ class Programs:
                 return program.build([*self.options, ALL_DECLARED], [self.device])
             except cl.Error:
                 pass  # it may need the driver's own; if not, its line is found in what stands alone
-        made = cl.Program(self.context, text).build(self.options, [self.device])
+        built = cl.Program(self.context, text).build(self.options, [self.device])
         self.declares = False
-        return made
+        return built
 
     def close(self) -> None:
         self.built.clear()

@@ -70,10 +70,10 @@ class MomentView(MapView):
         return combined(matrix, self.light, self.width)
 
     def frame(self, view: View, map_size: int) -> pg.Derived:
-        def made(camera: pg.Camera, light: pg.Light, width: float) -> LightFrame:
+        def frame_of(camera: pg.Camera, light: pg.Light, width: float) -> LightFrame:
             return replace(self, width=float(width))._frame(camera, light, None, map_size)
 
-        return combined(made, view.camera, self.light, self.width)
+        return combined(frame_of, view.camera, self.light, self.width)
 
     def filter_frame(self, of: MomentFilter) -> pg.Derived:
         """What each run sets of the filter."""
@@ -229,13 +229,13 @@ def blurred_moments(
     two = isinstance(of, Vsm)
     kernel = variance_map if two else exponential_map if isinstance(of, Evsm4) else moment_map
     store = "rg32f" if two else "rgba32f"
-    made = kernel(map, by, into=pg.target(f"moments of {name}", store))
+    moments = kernel(map, by, into=pg.target(f"moments of {name}", store))
     if blurred:
         boxes = box_kernels(max(int(WIDEST * map_size), 1), 2 if two else 4)
         for axis, step in (("x", (1, 0)), ("y", (0, 1))):
             said = f"moments of {name} blurred {axis}"
-            blocks = boxes.block(made, by, *step, into=pg.target(f"{said}, blocks", store))
-            made = boxes.box(blocks, made, by, *step, into=pg.target(said, store))
+            blocks = boxes.block(moments, by, *step, into=pg.target(f"{said}, blocks", store))
+            moments = boxes.box(blocks, moments, by, *step, into=pg.target(said, store))
     if isinstance(of, Msm) and of.format == "rgba16":
-        made = pack(made, into=pg.target(f"packed moments of {name}", "rgba16"))
-    return made
+        moments = pack(moments, into=pg.target(f"packed moments of {name}", "rgba16"))
+    return moments

@@ -100,17 +100,17 @@ def compared(share: Float32, truth: Truth, counts: Mask) -> Errors:
     """
     if not counts.any():
         raise InputError("bench: no pixel can be compared; is the light behind every surface that the camera sees?")
-    made, true = np.where(counts, share, 1.0).astype(np.float32), np.where(counts, truth.share, 1.0)
+    computed, true = np.where(counts, share, 1.0).astype(np.float32), np.where(counts, truth.share, 1.0)
     true = true.astype(np.float32)
-    off = made.astype(np.float64) - true
+    off = computed.astype(np.float64) - true
     penumbra = counts & truth.penumbra
     return Errors(
         _root_mean_square(off[counts]),
         _root_mean_square(off[penumbra]) if penumbra.any() else nan,
-        _mean(ssim_map(made, true), counts),
-        _mean(flip_map(_shown(made), _shown(true)), counts),
-        float(np.mean((true[counts] <= 0.01) & (made[counts] > FALSE_SHARE))),
-        float(np.mean((true[counts] >= 0.99) & (made[counts] < 1.0 - FALSE_SHARE))),
+        _mean(ssim_map(computed, true), counts),
+        _mean(flip_map(_shown(computed), _shown(true)), counts),
+        float(np.mean((true[counts] <= 0.01) & (computed[counts] > FALSE_SHARE))),
+        float(np.mean((true[counts] >= 0.99) & (computed[counts] < 1.0 - FALSE_SHARE))),
     )
 
 

@@ -126,8 +126,8 @@ def _on(
 
 def _call(program: Program, given: Mapping[str, Any]) -> Callable[[int], Picture]:
     def call(frame: int) -> Picture:
-        made = program(**given)
-        return made[next(iter(made))]
+        result = program(**given)
+        return result[next(iter(result))]
 
     return call
 
@@ -159,11 +159,11 @@ def _alike(made: Picture, true: Picture) -> NDArray[np.bool_]:
 
 def _shown(picture: Picture) -> Picture:
     """The colour as three channels from 0 to 1; one is grey, and of two the third is 0."""
-    held = np.clip(np.nan_to_num(picture[:, :, :3]), 0.0, 1.0)
-    if held.shape[2] == 1:
-        held = np.repeat(held, 3, axis=2)
-    lacking = np.zeros((*held.shape[:2], 3 - held.shape[2]), np.float32)
-    return np.ascontiguousarray(np.concatenate([held, lacking], axis=2), np.float32)
+    color = np.clip(np.nan_to_num(picture[:, :, :3]), 0.0, 1.0)
+    if color.shape[2] == 1:
+        color = np.repeat(color, 3, axis=2)
+    lacking = np.zeros((*color.shape[:2], 3 - color.shape[2]), np.float32)
+    return np.ascontiguousarray(np.concatenate([color, lacking], axis=2), np.float32)
 
 
 def _shape(picture: Picture) -> str:

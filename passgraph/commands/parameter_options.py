@@ -60,8 +60,8 @@ class FramesOption(EffectOption):
 
     @property
     def is_number(self) -> bool:
-        of = self.parameter.of
-        return self.parameter.type in ("int", "float") or (of is not None and element_of(of) != BOOL)
+        value_type = self.parameter.of
+        return self.parameter.type in ("int", "float") or (value_type is not None and element_of(value_type) != BOOL)
 
 
 def check_no_ramps(effect: Effect, given: Mapping[str, Any]) -> None:
@@ -93,10 +93,10 @@ class Changing:
 
         A frame lasts as long as the effect says where a clip has no rate.
         """
-        made = {name: Value(name) for name in self.ramps}
+        values = {name: Value(name) for name in self.ramps}
         if self.frame_time is not None:
-            made[self.frame_time] = Value(self.frame_time, default=self.effect.parameter(self.frame_time).default)
-        return made
+            values[self.frame_time] = Value(self.frame_time, default=self.effect.parameter(self.frame_time).default)
+        return values
 
     def graph(self, make: Callable[[Mapping[str, Any]], Any]) -> Any:
         """What ``make`` makes with values in the place of what changes."""

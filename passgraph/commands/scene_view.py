@@ -164,10 +164,10 @@ def _cameras(scene: Scene, view: View, aspect: float) -> tuple[list[Camera], lis
         )
     if view.camera is not None or (own and not view.placing):
         at = chosen("--camera", view.camera or "1", own, "camera", lenses)
-        told = view.camera is None and len(own) > 1
+        is_ambiguous = view.camera is None and len(own) > 1
         return [_own(scene.cameras[at].camera, view)], [
             f"camera: {_listed(own[:1])} of {len(own)}; --camera NAME or NUMBER chooses"
-        ] if told else []
+        ] if is_ambiguous else []
     placed: dict[str, Any] = {"distance": view.distance, "aspect": aspect}
     if view.azimuth is not None:
         placed["azimuth_rad"] = _turn(view.azimuth)
@@ -175,8 +175,8 @@ def _cameras(scene: Scene, view: View, aspect: float) -> tuple[list[Camera], lis
         placed["elevation_rad"] = radians(view.elevation)
     if view.fov is not None:
         placed["vertical_fov_rad"] = radians(view.fov)
-    made = scene.turntable(view.turntable, **placed) if view.turntable else [scene.seen_from(**placed).camera]
-    return [camera.zoomed(view.zoom or 1.0) for camera in made], []
+    cameras = scene.turntable(view.turntable, **placed) if view.turntable else [scene.seen_from(**placed).camera]
+    return [camera.zoomed(view.zoom or 1.0) for camera in cameras], []
 
 
 def _own(camera: Camera, view: View) -> Camera:
@@ -245,5 +245,5 @@ def chosen(flag: str, given: str, names: Sequence[str], what: str, others: Seque
 
 def _listed(names: Sequence[str], others: Sequence[str] = ()) -> str:
     both = zip_longest(names, others, fillvalue="")
-    told = (f"{shown(name)} ({shown(other)})" if other else shown(name) for name, other in both)
-    return ", ".join(f"{number} {text}" for number, text in enumerate(told, 1))
+    entries = (f"{shown(name)} ({shown(other)})" if other else shown(name) for name, other in both)
+    return ", ".join(f"{number} {text}" for number, text in enumerate(entries, 1))

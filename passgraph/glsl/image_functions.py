@@ -78,8 +78,8 @@ def _lod(unit: Unit, image: ImageValue, position: ir.Expr, by: str, said: list[P
         return plain(_inlined(unit, "lod_along", [image, *given], span), span, "a level")
     if image.name not in unit.leveled:
         return None
-    made = plain(_inlined(unit, "lod", [image, position], span), span, "a level")
-    return apply("add", [made, *given], span) if given else made
+    level = plain(_inlined(unit, "lod", [image, position], span), span, "a level")
+    return apply("add", [level, *given], span) if given else level
 
 
 #: What a user has to do for a shader that wants smaller levels.
@@ -140,7 +140,7 @@ def _levels(unit: Unit, parts: list[Part], span: Span) -> Part:
     return attribute(_image(parts, span), "levels", span)
 
 
-def _asked(unit: Unit, parts: list[Part], span: Span) -> Part:
+def _query_lod(unit: Unit, parts: list[Part], span: Span) -> Part:
     """``textureQueryLod``: the level that a read there chooses, and the one that it asks for."""
     image = _image(parts, span)
     lod = unit.builder.name_it(
@@ -179,9 +179,9 @@ READS: dict[str, Native] = {
     "texelFetchOffset": _fetched_beside,
     **dict.fromkeys(("textureSize", "textureSize2D"), _size),
     "textureQueryLevels": _levels,
-    "textureQueryLod": _asked,
-    "textureQueryLOD": _asked,
-}  # fmt: skip
+    "textureQueryLod": _query_lod,
+    "textureQueryLOD": _query_lod,
+}
 
 
 def _fragment(unit: Unit, span: Span) -> Part:
@@ -208,9 +208,9 @@ def output_size(unit: Unit, span: Span) -> Part:
 
 def position(unit: Unit, span: Span) -> Part:
     """Where this pixel's centre lies in the picture, (0, 0) at the bottom left and (1, 1) at the top right."""
-    whole = _fragment(unit, span)
-    assert isinstance(whole, ir.Construct)
-    centre = ir.Construct(VEC2, whole.arguments[:2], span)
+    fragment_position = _fragment(unit, span)
+    assert isinstance(fragment_position, ir.Construct)
+    centre = ir.Construct(VEC2, fragment_position.arguments[:2], span)
     return apply("div", [centre, output_size(unit, span)], span)  # type: ignore[list-item]
 
 
@@ -228,8 +228,8 @@ def _grown(name: str, axes: str, unit: Unit, parts: list[Part], span: Span) -> P
     if len(parts) != 1:
         fail(span, f"{name}() takes 1 argument, got {len(parts)}")
     value = plain(parts[0], span, f"the argument of {name}()")
-    made = derivative(name, axes, value, unit.builder, span)
-    return apply("neg", [made], span) if axes == "y" and unit.rows_up else made
+    change = derivative(name, axes, value, unit.builder, span)
+    return apply("neg", [change], span) if axes == "y" and unit.rows_up else change
 
 
 #: Drivers may give coarse ones for those without an ending; here all are fine.

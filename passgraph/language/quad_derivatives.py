@@ -70,22 +70,22 @@ class Feeding:
         if any(map(_asks_for_pixels, _decides(statement))):
             self._varying.add(here)
         if isinstance(statement, ir.If):
-            made = self._block(statement.then, here, loop) | self._block(statement.orelse, here, loop)
+            assigned = self._block(statement.then, here, loop) | self._block(statement.orelse, here, loop)
             if here in self.leaving:
                 self.leaving.add(around)
         else:
             self.types[statement.name] = statement.start.type
             self._hang(statement.name, here)
             self._indices[here] = statement.name
-            made = self._block(statement.body, here, here)
+            assigned = self._block(statement.body, here, here)
             self.leaving.discard(here)  # what it holds leaves it, and nothing around it
             live: set[str] = set()
             self._expose(statement.body, live)
             self.exposed[here] = frozenset(live - {statement.name})
         if here in self.holding:
             self.holding.add(around)
-        self.assigned[here] = made
-        return made
+        self.assigned[here] = assigned
+        return assigned
 
     def _hang(self, node: Node, *others: Node) -> None:
         self._hangs.setdefault(node, set()).update(others)
@@ -124,8 +124,8 @@ class Feeding:
 
     def _common(self) -> frozenset[str]:
         users: dict[Node, list[Node]] = {}
-        for node, others in self._hangs.items():
-            for other in others:
+        for node, dependents in self._hangs.items():
+            for other in dependents:
                 users.setdefault(other, []).append(node)
         own: set[Node] = set()
         pending = list(self._varying)
@@ -135,13 +135,13 @@ class Feeding:
                 own.add(node)
                 pending += users.get(node, ())
         # A pixel runs a block of its own after another has: what that one assigned there is not what it began with.
-        blocks = [(made | {self._indices.get(block, "")}) - {""} for block, made in self.assigned.items()]
+        blocks = [(names | {self._indices.get(block, "")}) - {""} for block, names in self.assigned.items()]
         before = -1
         while before != len(own):
             before = len(own)
-            for made in blocks:
-                if not own.isdisjoint(made):
-                    own |= made
+            for names in blocks:
+                if not own.isdisjoint(names):
+                    own |= names
         return frozenset(name for name in self.types if name not in own)
 
 
@@ -254,26 +254,26 @@ class _Quads:
 
     def run(self) -> tuple[ir.Stmt, ...]:
         world = _World(0, ("", "@x", "@y", "@xy"), self.feeding.pixels)
-        made = self._block(self.body, world, set(), frozenset())
-        return (*self.places.values(), *made)
+        body = self._block(self.body, world, set(), frozenset())
+        return (*self.places.values(), *body)
 
     # Statements
 
     def _block(
         self, statements: tuple[ir.Stmt, ...], world: _World, live: set[_Held], at_jump: Collection[_Held]
     ) -> tuple[ir.Stmt, ...]:
-        made: list[ir.Stmt] = []
+        moved: list[ir.Stmt] = []
         self._visit(len(statements) * len(world.pixels))
         for statement in reversed(statements):
             if isinstance(statement, ir.Assign):
-                self._assign(statement, world, live, made)
+                self._assign(statement, world, live, moved)
             elif isinstance(statement, (ir.If, ir.For)):
-                self._inside(statement, world, live, at_jump, made)
+                self._inside(statement, world, live, at_jump, moved)
             else:
                 live.clear()
                 live.update(at_jump)
-                made.append(statement)
-        return tuple(reversed(made))
+                moved.append(statement)
+        return tuple(reversed(moved))
 
     def _assign(self, statement: ir.Assign, world: _World, live: set[_Held], made: list[ir.Stmt]) -> None:
         for pixel in reversed(world.pixels):
@@ -338,8 +338,8 @@ class _Quads:
                 continue
             for name in sorted(name for name, other in live if other == end):
                 live.discard((name, end))
-                held = ir.Local(self.feeding.types[name], name)
-                self._write(ir.Assign(name + end, self._at(held, pixel, before, live)), end, made)
+                variable = ir.Local(self.feeding.types[name], name)
+                self._write(ir.Assign(name + end, self._at(variable, pixel, before, live)), end, made)
 
     def _if(
         self, statement: ir.If, world: _World, live: set[_Held], at_jump: Collection[_Held], made: list[ir.Stmt]
@@ -396,16 +396,16 @@ class _Quads:
             return expression
         common = self.feeding.common
         live.update((name, end) for name in names(expression) - common)
-        made: dict[int, ir.Expr] = {}
+        moved_parts: dict[int, ir.Expr] = {}
 
         def moved(part: ir.Expr) -> ir.Expr:
-            if id(part) not in made:
+            if id(part) not in moved_parts:
                 self.builder.count_expression(part.span)
                 if isinstance(part, ir.Local):
-                    made[id(part)] = part if part.name in common else replace(part, name=part.name + end)
+                    moved_parts[id(part)] = part if part.name in common else replace(part, name=part.name + end)
                 else:
-                    made[id(part)] = self._moved(ir.with_parts(part, moved), pixel)
-            return made[id(part)]
+                    moved_parts[id(part)] = self._moved(ir.with_parts(part, moved), pixel)
+            return moved_parts[id(part)]
 
         return moved(expression)
 

@@ -317,8 +317,8 @@ def _converted(value: object, type_: Scalar, span: Span) -> ir.Number:
     if type_ is UINT and not 0 <= value <= symbols.UINT_MAX:
         fail(span, f"a uint is a whole number from 0 to {symbols.UINT_MAX}, got {shown(value)}")
     kinds: dict[Scalar, type[Any]] = {BOOL: bool, INT: int, UINT: symbols.uint}
-    made: ir.Number = kinds.get(type_, float)(value)
-    return made
+    number: ir.Number = kinds.get(type_, float)(value)
+    return number
 
 
 def _leaf_count(type_: Type) -> int:

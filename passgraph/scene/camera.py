@@ -219,8 +219,8 @@ class Camera:
     def projection_matrix(self, aspect: float) -> Float64:
         """Camera frame to OpenGL clip space, (4, 4) float64; ``aspect`` is width / height of the picture."""
         half, middle = self.window(aspect)
-        made = orthographic if self.orthographic else perspective
-        return made(*half, self.near, self.far, middle)
+        project = orthographic if self.orthographic else perspective
+        return project(*half, self.near, self.far, middle)
 
     def window(self, aspect: float) -> Window:
         """What is seen in a picture whose width / height is ``aspect``."""
@@ -391,8 +391,8 @@ class Camera:
         if distance is not None and np.array_equal(eye, middle):
             raise InputError(f"camera: distance: {distance:g} is lost beside coordinates of {np.abs(middle).max():g}")
         target = eye - away * (float((eye - middle) @ away) if distance is None else distance)
-        others = points if reach is None else corners_of(reach)
-        return cls(tuple(eye.tolist()), tuple(target.tolist()), aim.up, fov, *depths(eye, -away, points, others))
+        in_reach = points if reach is None else corners_of(reach)
+        return cls(tuple(eye.tolist()), tuple(target.tolist()), aim.up, fov, *depths(eye, -away, points, in_reach))
 
     def turned(self, centre: ArrayLike, angle_rad: float) -> Camera:
         """The camera carried about the vertical through ``centre``, counter-clockwise seen from above.

@@ -54,10 +54,10 @@ class Pieces:
         arrays = [_shaped(piece) for piece in pieces]  # of one channel, where all are to have its value
         if len(arrays) == 1 and arrays[0].shape == self.shape:
             return arrays[0]
-        made = np.empty(self.shape, arrays[0].dtype)
+        full = np.empty(self.shape, arrays[0].dtype)
         for array, (y, x) in zip(arrays, self.places, strict=True):
-            made[y : y + array.shape[0], x : x + array.shape[1]] = array
-        return made
+            full[y : y + array.shape[0], x : x + array.shape[1]] = array
+        return full
 
 
 def _shaped(piece: Any) -> Numbers:
@@ -77,9 +77,9 @@ class _Compiled:
     def of(told: Told, window: tuple[int, int]) -> _Compiled:
         with ExitStack() as stack:
             program = stack.enter_context(compiled(told.text))
-            made = bound(program, None, None, program._non_finite, stack)
-            plan = whole_plan(made, {name: (shape, np.dtype(d)) for name, (shape, d) in told.shapes.items()})
-            windows = Windows(made, plan, footprint(plan), window)
+            bound_program = bound(program, None, None, program._non_finite, stack)
+            plan = whole_plan(bound_program, {name: (shape, np.dtype(d)) for name, (shape, d) in told.shapes.items()})
+            windows = Windows(bound_program, plan, footprint(plan), window)
             stack.callback(windows.close)
             return _Compiled(windows, stack.pop_all())
 
@@ -105,12 +105,12 @@ def computed(
     top, bottom, left, right = tile.window
     key = f"{told.digest} {sorted(told.shapes.items())} {bottom - top} {right - left}"
     here = Programs.here(WINDOWS, MOST_WINDOWS)
-    with here.using(key, lambda: _Compiled.of(told, (right - left, bottom - top))) as made:
-        windows = made.windows
+    with here.using(key, lambda: _Compiled.of(told, (right - left, bottom - top))) as compiled:
+        windows = compiled.windows
         given = {name: admitted_part(windows.bound, name, picture) for name, picture in whole.items()}
         for name, picture in pictures.items():
             if isinstance(picture, Named):
-                picture = made.source(name, picture, told.room).read(tile.window)
+                picture = compiled.source(name, picture, told.room).read(tile.window)
             given[name] = windows.admitted(name, picture, tile.window)
         results = windows.compute(tile.window, given, told.values, stored=told.stored)
     y0, y1, x0, x1 = tile.core

@@ -59,11 +59,11 @@ class Moves:
 
     def __init__(self, workers: Workers) -> None:
         self.workers = workers
-        self._run = lru_cache(maxsize=32)(self._made)
+        self._run = lru_cache(maxsize=32)(self._compile)
 
-    def _made(self, size: tuple[int, int], source: Format, target: Format, is_reversed: bool) -> PixelRun:
+    def _compile(self, size: tuple[int, int], source: Format, target: Format, is_reversed: bool) -> PixelRun:
         step = Move(_program(target.channels, source.channels, is_reversed), size, (source,), (target,))
-        run = PixelRun.made((Stage(step, Halo(), ()),), self.workers)
+        run = PixelRun.compile((Stage(step, Halo(), ()),), self.workers)
         assert run is not None  # a pass by itself
         return run
 
@@ -71,9 +71,9 @@ class Moves:
         """The numbers of one format as those of another; arrays are (height, width, channels), with any strides."""
         if source.size >= LEAST:
             (one, other), is_reversed = _side_by_side(source, target)
-            whole = _whole_pixels(one)
-            source_format = held if whole is one else replace(held, channels=whole.shape[2])
-            read, written = adopted(whole, source_format), adopted(other, wanted)
+            pixels = _whole_pixels(one)
+            source_format = held if pixels is one else replace(held, channels=pixels.shape[2])
+            read, written = adopted(pixels, source_format), adopted(other, wanted)
             if read is not None and written is not None:
                 self._run(read.size, source_format, wanted, is_reversed)((written,), ((read,),), (_NOTHING,))
                 return

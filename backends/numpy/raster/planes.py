@@ -52,8 +52,8 @@ class Blocks:
             [lane % self.rows * count + lane // self.rows * channels + channel for lane in range(b.lanes)]
             for channel in range(channels)
         ]
-        whole = joined(b, loads)
-        return [picked(b, whole, lanes) for lanes in order]
+        block = joined(b, loads)
+        return [picked(b, block, lanes) for lanes in order]
 
     def store(self, places: Sequence[Any], parts: list[Any], masks: list[Any], held: Format) -> None:
         """Each channel, where its mask says so."""
@@ -73,14 +73,15 @@ class Blocks:
         b, channels = self.builder, len(parts)
         if self.rows == channels == 4:
             return transposed(b, parts)
-        whole = joined(b, [*parts, *[blank(parts[0].type)] * ((1 << (channels - 1).bit_length()) - channels)])
+        block = joined(b, [*parts, *[blank(parts[0].type)] * ((1 << (channels - 1).bit_length()) - channels)])
         return [
             picked(
-                b, whole,
+                b,
+                block,
                 [c * b.lanes + column * self.rows + row for column in range(self.columns) for c in range(channels)],
             )
             for row in range(self.rows)
-        ]  # fmt: skip
+        ]
 
 
 def plane_rows(step: DrawStep) -> int:

@@ -51,9 +51,9 @@ def pg_soon(typing_context: Any, array: Any, row: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kind = signature.args[0]
-        made = context.make_array(kind)(context, builder, arguments[0])
-        step = builder.extract_value(made.strides, 0)
-        start = builder.ptrtoint(made.data, _I64)
+        array = context.make_array(kind)(context, builder, arguments[0])
+        step = builder.extract_value(array.strides, 0)
+        start = builder.ptrtoint(array.data, _I64)
         place = builder.inttoptr(builder.add(start, builder.mul(arguments[1], step)), ir.PointerType())
         name, number = "llvm.prefetch.p0", ir.IntType(32)
         declared = ir.FunctionType(ir.VoidType(), [ir.PointerType(), number, number, number])
@@ -277,8 +277,8 @@ def _tiles(
                     for x in range(left, right + 1):
                         if (i0 | i1 | i2) >= 0:
                             z = np.float32(min(max(z_row + z_step * float(x), 0.0), 1.0))
-                            held = depth[np.uint64(row + x)]
-                            if (less and z < held) or (equal and z == held) or (greater and z > held):
+                            stored = depth[np.uint64(row + x)]
+                            if (less and z < stored) or (equal and z == stored) or (greater and z > stored):
                                 ids[np.uint64(place + x)] = n - begin
                                 if writes:
                                     depth[np.uint64(row + x)] = z
@@ -287,11 +287,11 @@ def _tiles(
                     first, last = span(e0, e1, e2, across0, across1, across2, left, right)
                     for x in range(first, last + 1):
                         z = np.float32(min(max(z_row + z_step * float(x), 0.0), 1.0))
-                        held, shown = depth[np.uint64(row + x)], ids[np.uint64(place + x)]
-                        passes = (less & (z < held)) | (equal & (z == held)) | (greater & (z > held))
+                        stored, shown = depth[np.uint64(row + x)], ids[np.uint64(place + x)]
+                        passes = (less & (z < stored)) | (equal & (z == stored)) | (greater & (z > stored))
                         # Storing always, what was there if need be, lets LLVM vectorise; a tile is one thread's.
                         ids[np.uint64(place + x)] = n - begin if passes else shown
-                        depth[np.uint64(row + x)] = z if passes & writes else held
+                        depth[np.uint64(row + x)] = z if passes & writes else stored
                 e0, e1, e2 = e0 + x1 * 256, e1 + (x2 - x1) * 256, e2 - x2 * 256
         if shade != 0:
             visible(ids, slots, lists, begin, end, made, wx, wy, wz, iw, vary, factor, units, rows, table)

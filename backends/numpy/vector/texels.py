@@ -99,12 +99,12 @@ def woven(b: Lanes, numbers: Sequence[Any], held: Format) -> Any:
 def _in_words(b: Lanes, numbers: Sequence[Any], held: Format, bits: int) -> Any:
     """Numbers side by side in words of so many bits, the first in the lowest."""
     word = llvm.IntType(bits)
-    made = None
+    words = None
     for place, number in enumerate(numbers):
         wide = b.zext(number, word)
         part = b.shl(wide, llvm.Constant(word, place * held.bits)) if place else wide
-        made = part if made is None else b.or_(made, part)
-    return made
+        words = part if words is None else b.or_(words, part)
+    return words
 
 
 def _closed_up(b: Lanes, words: Any, held: Format) -> Any:
@@ -116,9 +116,9 @@ def _closed_up(b: Lanes, words: Any, held: Format) -> Any:
     quarters = b.plain.bitcast(
         b.plain.shuffle_vector(raw, blank(raw.type), lanes_of(order)), llvm.VectorType(I32, count // 4)
     )
-    whole = [place for place in range(count // 4) if place % 4 != 3]
-    made = b.plain.shuffle_vector(quarters, blank(quarters.type), lanes_of(whole))
-    return b.plain.bitcast(made, llvm.VectorType(element(held), 3 * b.lanes))
+    filled = [place for place in range(count // 4) if place % 4 != 3]
+    packed = b.plain.shuffle_vector(quarters, blank(quarters.type), lanes_of(filled))
+    return b.plain.bitcast(packed, llvm.VectorType(element(held), 3 * b.lanes))
 
 
 def store(b: Lanes, numbers: Sequence[Any], pointer: Any, held: Format, mask: Any) -> None:
@@ -188,12 +188,12 @@ def scattered(
     name += "".join(letter if letter.isalnum() else "_" for letter in str(picture.type))
     function = module.globals.get(name)
     if function is None:
-        made = llvm.LiteralStructType([b.vector(F32)] * len(wanted))
-        function = llvm.Function(module, llvm.FunctionType(made, [picture.type, pixels.type]), name)
+        returned = llvm.LiteralStructType([b.vector(F32)] * len(wanted))
+        function = llvm.Function(module, llvm.FunctionType(returned, [picture.type, pixels.type]), name)
         function.linkage = "internal"
         function.attributes.add("noinline" if rarely else "alwaysinline")
         inner = Lanes(IRBuilder(function), b.lanes)
-        packed = blank(made)
+        packed = blank(returned)
         where, which = function.args
         put_together = _floats if held.number == FLOAT.number else partial(_words, held)
         for place, value in enumerate(put_together(inner, where, which, channels, wanted)):
@@ -249,8 +249,8 @@ def _floats(b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence
             continue
         loads = [b.load(place, typ=llvm.VectorType(F32, count), align=4) for place in places]
         if count == 2:
-            whole = joined(b, loads)
-            columns = [picked(b, whole, range(column, 2 * b.lanes, 2)) for column in range(2)]
+            words = joined(b, loads)
+            columns = [picked(b, words, range(column, 2 * b.lanes, 2)) for column in range(2)]
         else:
             columns = transposed(b, [joined(b, loads[row::4]) for row in range(4)])
         found |= {number: columns[number - first] for number in here}

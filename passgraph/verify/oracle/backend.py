@@ -112,16 +112,18 @@ class _PixelPass(ReferencePixelPass):
             first_only=watch is not None,
         )
         untried = self.oracle.limit.end()
-        return Found([
-            Allowed(
-                stored(output.format, values).map(lambda v: v.reshape(height, width, -1)),
-                bounds.ambiguous.reshape(height, width),
-                bounds.unpromised.reshape(height, width),
-                bounds.names,
-                untried,
-            )
-            for output, values in zip(outputs, bounds.outputs, strict=True)
-        ])  # fmt: skip
+        return Found(
+            [
+                Allowed(
+                    stored(output.format, values).map(lambda v: v.reshape(height, width, -1)),
+                    bounds.ambiguous.reshape(height, width),
+                    bounds.unpromised.reshape(height, width),
+                    bounds.names,
+                    untried,
+                )
+                for output, values in zip(outputs, bounds.outputs, strict=True)
+            ]
+        )
 
 
 class _DrawPass(ReferenceDrawPass):
@@ -253,11 +255,11 @@ class DrawOracle:
 
         def of_triangle(axes: str) -> dict[str, Callable[[], Bounded]]:
             there = fragments.beside(axes, found) if axes else fragments
-            made: dict[str, Callable[[], Bounded]] = {
+            varyings: dict[str, Callable[[], Bounded]] = {
                 name: partial(_varying, found, there, columns, shape)
                 for name, (columns, shape) in self.pass_.varyings.items()
             }
-            return {"fragment_depth": lambda: depth_of(found, there) if axes else depth, **made}
+            return {"fragment_depth": lambda: depth_of(found, there) if axes else depth, **varyings}
 
         builtins |= on_quads(of_triangle)
         bounds = self.fragment.bounds(len(fragments), builtins, fragments.y * width + fragments.x)

@@ -1,4 +1,4 @@
-; Sources f3971d662bc91b0d2def5b88790cc74b1bae6e0ad5547855351f3c4fb6b1bfe0
+; Sources bf133e72101dd6a763484e8368de2e04293bff03f6d0ec8cbc69be9db1e84354
 ; Made by `python -m passgraph.backends.numpy.raster.generate`.
 
 define internal i32 @fill_tiles(ptr noalias %retptr, ptr noalias %excinfo, i64 %arg.first, i64 %arg.last, i64 %arg.chunk, ptr noalias %arg.made.0, ptr noalias %arg.made.1, i64 %arg.made.2, i64 %arg.made.3, ptr noalias %arg.made.4, i64 %arg.made.5.0, i64 %arg.made.5.1, i64 %arg.made.6.0, i64 %arg.made.6.1, i64 %arg.tiles_x, ptr noalias %arg.cursors.0, ptr noalias %arg.cursors.1, i64 %arg.cursors.2, i64 %arg.cursors.3, ptr noalias %arg.cursors.4, i64 %arg.cursors.5.0, i64 %arg.cursors.5.1, i64 %arg.cursors.6.0, i64 %arg.cursors.6.1, ptr noalias %arg.lists.0, ptr noalias %arg.lists.1, i64 %arg.lists.2, i64 %arg.lists.3, ptr noalias %arg.lists.4, i64 %arg.lists.5.0, i64 %arg.lists.6.0) {
