@@ -77,8 +77,8 @@ def enlarged(color: Image) -> vec4:
         out = vec2(TAPS[i][0], TAPS[i][1]) - f
         turned = vec2(out.x * way.x + out.y * way.y, out.y * way.x - out.x * way.y) * lengths
         square = min(turned.x * turned.x + turned.y * turned.y, 1.0 / lobe)
-        window, base_ = lobe * square - 1.0, 0.4 * square - 1.0
-        w = (1.5625 * base_ * base_ - 0.5625) * window * window
+        window, core = lobe * square - 1.0, 0.4 * square - 1.0
+        w = (1.5625 * core * core - 0.5625) * window * window
         total += colors[i] * w
         weight += w
     lowest = min(colors[3], colors[4], colors[7], colors[8])
@@ -134,7 +134,7 @@ def fsr1(
     """
     color = decoded(color, f"{name}_light", "rgba32f")
     spec = sized(into or pg.target(name, "rgba32f"), color, scale)
-    larger = replace(spec, name=f"{name}_enlarged", format=FORMATS["rgba32f"])
-    enlarged_ = enlarged(color, into=larger, name=larger.name)
-    made: pg.Target = sharpened(enlarged_, sharpness, into=spec, name=name)
-    return made
+    between = replace(spec, name=f"{name}_enlarged", format=FORMATS["rgba32f"])
+    larger = enlarged(color, into=between, name=between.name)
+    picture: pg.Target = sharpened(larger, sharpness, into=spec, name=name)
+    return picture

@@ -124,5 +124,5 @@ def resize(
     """
     color = decoded(color, f"{name}_light", "rgba32f")
     spec = sized(into or pg.target(name, "rgba32f"), color, scale)
-    made: pg.Target = resized(color, *FILTERS[filter], into=spec, name=name)
-    return made
+    picture: pg.Target = resized(color, *FILTERS[filter], into=spec, name=name)
+    return picture

@@ -169,5 +169,5 @@ def motion_blur(
     streaks = streak(depth, velocity, shutter, into=part("streaks", "rgb32f"), name=f"{name}_streaks")
     tiles = longest_of_tile(streaks, side, into=part("tiles", "rg32f", 1.0 / side), name=f"{name}_tiles")
     around = longest_around(tiles, longest, into=part("around", "rg32f", 1.0 / side), name=f"{name}_around")
-    made: pg.Target = blurred(color, streaks, around, longest, side, taps, into=into, name=name)
-    return made
+    picture: pg.Target = blurred(color, streaks, around, longest, side, taps, into=into, name=name)
+    return picture
