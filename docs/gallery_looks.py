@@ -19,6 +19,7 @@ from passgraph.effects import (
     fxaa,
     motion_blur,
     outlines,
+    smaa,
     soft_shadow,
     soft_shadow_passes,
     supersampled,
@@ -38,6 +39,7 @@ def edges() -> list[Panel]:
         Panel("none", shown, size=size, middle=ENLARGED),
         Panel("fxaa", fxaa(shown), size=size, middle=ENLARGED),
         Panel("fxaa, quality 39", fxaa(shown, "39"), size=size, middle=ENLARGED),
+        Panel("smaa", smaa(shown), size=size, middle=ENLARGED),
         Panel("four samples a pixel", supersampled(shown), size=(1920, 1080), middle=ENLARGED),
     ]
 
@@ -131,8 +133,8 @@ TABLE = "`table/table.obj` and `duck.obj` of pybullet's data"
 LOOKS: tuple[Entry, ...] = (
     Entry(
         "Smooth edges", TABLE,
-        "The middle of each picture, enlarged. FXAA smooths edges of the finished picture; four samples a pixel see "
-        "more of the scene, at four times the work.",
+        "The middle of each picture, enlarged. FXAA and SMAA smooth edges of the finished picture; four samples a "
+        "pixel see more of the scene, at four times the work.",
         edges, 2,
     ),
     Entry(

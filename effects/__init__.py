@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.pixelate import pixelate
     from passgraph.effects.pictures.resize import resize
     from passgraph.effects.pictures.sepia import sepia
+    from passgraph.effects.pictures.smaa import smaa
     from passgraph.effects.pictures.sobel import sobel
     from passgraph.effects.pictures.supersampled import supersampled
     from passgraph.effects.pictures.tone_map import tone_map
@@ -179,6 +180,7 @@ __all__ = [
     "scene_surfaces",
     "sepia",
     "shadowed",
+    "smaa",
     "sobel",
     "soft_shadow",
     "soft_shadow_passes",

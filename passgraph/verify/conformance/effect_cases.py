@@ -39,6 +39,7 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
          "gamma": (1.2, 1.0, 0.9), "saturation": 0.8},
     ],
     "resize": [{"filter": "mitchell"}, {"scale": 1.5}, {"filter": "box", "scale": 0.3}],
+    "smaa": [{"steps": 4, "diagonal_steps": 3}, {"steps": 4, "diagonal_steps": 0, "linear": True}],
     "sobel": [{}, {"weights": "scharr"}],
     "morphology": [{}, {"operation": "open", "radius_px": 2}],
     "kuwahara": [{"radius_px": 2}],
