@@ -114,14 +114,14 @@ def arguments_from(function: Callable[..., Any], given: Mapping[str, Any]) -> di
     return {**left, **arguments}
 
 
-def _chosen(of: type[Choice], settings: Mapping[str, Any]) -> Choice:
+def _chosen(class_: type[Choice], settings: Mapping[str, Any]) -> Choice:
     arguments: dict[str, Any] = {}
-    for field, kind in _fields(of):
+    for field, kind in _fields(class_):
         if kind.alternatives:
             arguments[field.name] = _chosen(kind.alternatives[0], settings)
         elif (kind.called or field.name) in settings:
             arguments[field.name] = settings[kind.called or field.name]
-    return of(**arguments)
+    return class_(**arguments)
 
 
 def _settings(alternatives: tuple[type[Choice], ...]) -> Iterator[Parameter]:
@@ -141,15 +141,15 @@ def _settings(alternatives: tuple[type[Choice], ...]) -> Iterator[Parameter]:
         yield Parameter(name, kind.said, default, kind.range, text, tuple(words_of(kind.hint)))
 
 
-def _names(of: type[Choice]) -> set[str]:
-    """What settings lead to, those of a choice inside it among them."""
-    inner = [_names(one) for _, kind in _fields(of) for one in kind.alternatives]
-    return {kind.called or field.name for field, kind in _fields(of) if kind.said}.union(*inner)
+def _names(class_: type[Choice]) -> set[str]:
+    """Return the names of all settings, nested choices included."""
+    inner = [_names(one) for _, kind in _fields(class_) for one in kind.alternatives]
+    return {kind.called or field.name for field, kind in _fields(class_) if kind.said}.union(*inner)
 
 
-def _fields(of: type[Choice]) -> Iterator[tuple[Any, _Kind]]:
-    hints = get_type_hints(of, include_extras=True)
-    for field in dataclasses.fields(of):  # type: ignore[arg-type]
+def _fields(class_: type[Choice]) -> Iterator[tuple[Any, _Kind]]:
+    hints = get_type_hints(class_, include_extras=True)
+    for field in dataclasses.fields(class_):  # type: ignore[arg-type]
         yield field, _Kind.of(hints[field.name])
 
 
@@ -165,7 +165,7 @@ def _arguments(function: Callable[..., Any]) -> Iterator[tuple[str, Any, Any, st
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """What an annotation comes to: of several alternatives the first that text can say."""
+    """The parsed form of an annotation: the first of its alternatives that text can express."""
 
     hint: Any
     said: ParameterType | None

@@ -26,16 +26,16 @@ LOG_CHARACTERS = 2000
 
 
 class Recent(dict[_Key, _Made]):
-    """What was made last, at most so many: layouts of a caller's memory may come and go."""
+    """A bounded dict of the latest programs: layouts of a caller's memory may come and go."""
 
     def __init__(self, most: int) -> None:
         super().__init__()
         self.most = most
 
-    def __setitem__(self, key: _Key, made: _Made) -> None:
+    def __setitem__(self, key: _Key, program: _Made) -> None:
         while len(self) >= self.most and key not in self:
             del self[next(iter(self))]
-        super().__setitem__(key, made)
+        super().__setitem__(key, program)
 
 
 class Programs:

@@ -33,7 +33,7 @@ class Domain(ABC, Generic[V, M]):
 
     @abstractmethod
     def trips(self, start: V, stop: V, step: V) -> Iterator[tuple[V, M]]:
-        """For each trip of ``range(start, stop, step)`` its index, and the lanes whose trips are over.
+        """Yield, for each trip of ``range(start, stop, step)``, its index and the lanes that have finished.
 
         The index never wraps; a step of 0 makes no trip.
         """
@@ -89,8 +89,8 @@ class Domain(ABC, Generic[V, M]):
         """Lanes of either."""
 
     @abstractmethod
-    def without(self, mask: M, gone: M) -> M:
-        """Lanes of ``mask`` that are not in ``gone``."""
+    def without(self, mask: M, removed: M) -> M:
+        """Lanes of ``mask`` that are not in ``removed``."""
 
     @abstractmethod
     def merge(self, mask: M, new: V, old: V) -> V:
@@ -121,7 +121,7 @@ class Part(ABC, Generic[V]):
 
 
 class Surroundings(ABC, Generic[V]):
-    """What a stage reads from outside: parameters, stage values, pictures."""
+    """The inputs of a stage: parameters, builtins, pictures."""
 
     @abstractmethod
     def uniform(self, expression: ir.Uniform) -> V:
@@ -137,7 +137,7 @@ class Surroundings(ABC, Generic[V]):
 
     @abstractmethod
     def property(self, image: str, name: str) -> ir.Number:
-        """What the graph's handle says of an image."""
+        """Return a property of an image's handle."""
 
     @abstractmethod
     def size(self, image: str) -> V:
@@ -238,8 +238,8 @@ class NumberDomain(Domain[Numbers, Lanes]):
     def join(self, one: Lanes, other: Lanes) -> Lanes:
         return one | other
 
-    def without(self, mask: Lanes, gone: Lanes) -> Lanes:
-        return mask & ~gone
+    def without(self, mask: Lanes, removed: Lanes) -> Lanes:
+        return mask & ~removed
 
     def merge(self, mask: Lanes, new: Numbers, old: Numbers) -> Numbers:
         return new if mask.all() else self.select(mask, new, old)

@@ -144,7 +144,7 @@ KEPT_RUNS = 4
 
 @dataclass(frozen=True)
 class Corner:
-    """What the vertex kernel gave for a vertex of the mesh: ``position`` in clip space, and each varying, by name."""
+    """Result of the vertex kernel for one vertex: ``position`` in clip space, and each varying, by name."""
 
     vertex: int
     values: Mapping[str, Any]
@@ -191,7 +191,7 @@ class Fragment:
 
 @dataclass(frozen=True)
 class Drawn:
-    """What a draw does at one pixel.
+    """The trace of a draw at one pixel.
 
     Attributes
     ----------
@@ -274,7 +274,7 @@ class TracedDraw(ReferenceDrawPass):
     # What is told of it
 
     def drawn(self) -> Drawn:
-        """What happened, once it has run."""
+        """Return the trace after the draw has run."""
         fates = [fate for batch in self._batches for fate in batch.fates]
         passed = [order for order, fate in enumerate(fates) if fate == "passed"]
         discarded = [order for order, fate in enumerate(fates) if fate == "discarded"]
@@ -285,15 +285,15 @@ class TracedDraw(ReferenceDrawPass):
         told_of = tuple(fragments[order] for order in shown)
         return Drawn(len(mesh.triangles), len(fates), tuple(fragments.values()), told_of, self.step.state)
 
-    def _fragment(self, order: int, told: bool) -> Fragment:
+    def _fragment(self, order: int, with_lines: bool) -> Fragment:
         at, batches = order, iter(self._batches)
         while at >= len(batch := next(batches)):
             at -= len(batch)
         covered = batch.covered.take(slice(at, at + 1))
         piece = int(covered.fragments.triangle[0])
         triangle, front = int(covered.screen.source[piece]), bool(covered.screen.front[piece])
-        corners = self._corners(covered, triangle) if told else ()
-        lines = self._lines(covered, self.bound) if told and self.bound is not None else None
+        corners = self._corners(covered, triangle) if with_lines else ()
+        lines = self._lines(covered, self.bound) if with_lines and self.bound is not None else None
         return Fragment(
             order, triangle, front, float(covered.depth[0]), batch.fates[at], batch.held[at], corners, lines
         )

@@ -106,7 +106,7 @@ class Window:
         return np.array([[k, 0, 0, 0], [0, 0, -k, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 
     def clip(self, low: float, high: float) -> Float64:
-        """To a clip space whose near plane lies at world y ``high`` and its far plane at ``low``."""
+        """Return the clip matrix with the near plane at world y ``high`` and the far plane at ``low``."""
         matrix, depth = self.flat, high - low
         matrix[2] = 0.0, -2.0 / depth, 0.0, (high + low - 2.0 * float(self.origin[1])) / depth
         return matrix
@@ -365,26 +365,26 @@ def contact() -> None:
     """
 
 
-def _share_on_plane(view: View, made: ContactMap, passes: SoftShadow) -> pg.Target:
+def _share_on_plane(view: View, field: ContactMap, passes: SoftShadow) -> pg.Target:
     def from_view(camera: pg.Camera) -> Float64:
-        eye = translation(np.asarray(camera.eye) - made.window.origin)
-        world: Float64 = made.window.flat @ eye @ camera.view_rotation().T
+        eye = translation(np.asarray(camera.eye) - field.window.origin)
+        world: Float64 = field.window.flat @ eye @ camera.view_rotation().T
         return world
 
     return look_up(
-        passes.normals, passes.depth, made.map, view.frame(), view.camera.map(from_view), view.up(),
+        passes.normals, passes.depth, field.map, view.frame(), view.camera.map(from_view), view.up(),
         into=pg.target("contact share", "rgba16f"),
     )  # fmt: skip
 
 
-def _share_on_field(floor: Sequence[pg.Node], view: View, made: ContactMap, passes: SoftShadow) -> pg.Target:
+def _share_on_field(floor: Sequence[pg.Node], view: View, field: ContactMap, passes: SoftShadow) -> pg.Target:
     origin = np.mean([node.bounds.mean(axis=0) for node in floor], axis=0)
     share: pg.Target = pg.draw(
         merged(floor, origin), vertex=place_floor, fragment=look_up_floor,
         into=pg.target("contact share", "rgba16f", scale=1.0, clear=1.0), depth=passes.base_color.depth,
-        depth_compare="less_equal", depth_write=False, polygon_offset=AGAIN_OFFSET, contacts=made.map,
+        depth_compare="less_equal", depth_write=False, polygon_offset=AGAIN_OFFSET, contacts=field.map,
         cull="none" if any(node.material.double_sided for node in floor) else "back",
         clip_from_local=view.clip_from(origin),
-        map_from_local=made.window.flat @ translation(origin - made.window.origin),
+        map_from_local=field.window.flat @ translation(origin - field.window.origin),
     )  # fmt: skip
     return share

@@ -34,7 +34,7 @@ NOT_WRITTEN_OUT = 64
 
 @dataclass(frozen=True, eq=False)
 class MomentView(MapView):
-    """How a map of moments looks at the scene: farther to each side than a map of depths, by what a blur reads.
+    """The view of a map of moments: wider than a map of depths by the radius of the blur.
 
     ``width`` is half that of edges in scene units: a number or a value.
     """
@@ -43,7 +43,7 @@ class MomentView(MapView):
     width: object = 0.0
 
     def frustum(self, light: pg.Light, seen: Seen | None = None) -> tuple[Float64, Float64]:
-        """As fitted to the casters; widened where the width is a number, as in each run it is."""
+        """Return the matrices fitted to the casters, widened for the blur of each run."""
         view, projection = super().frustum(light)
         if not isinstance(self.width, float):
             return view, projection
@@ -52,7 +52,7 @@ class MomentView(MapView):
         return view, np.diag([inner, inner, 1.0, 1.0]) @ projection
 
     def _radius(self, light: pg.Light, projection: Float64) -> float:
-        """Of the blur, in texels of the widened map; ``projection`` is that of the casters."""
+        """Return the radius of the blur in texels of the widened map; ``projection`` is that of the casters."""
         assert isinstance(self.width, float)
         near, far = depths_of(projection)
         share = self.width * float(projection[0, 0])
@@ -75,16 +75,16 @@ class MomentView(MapView):
 
         return combined(frame_of, view.camera, self.light, self.width)
 
-    def filter_frame(self, of: MomentFilter) -> pg.Derived:
-        """What each run sets of the filter."""
-        exponent = of.exponent if isinstance(of, Evsm4) else 0.0  # the others have no warp
+    def filter_frame(self, filter_: MomentFilter) -> pg.Derived:
+        """Return the run values of the filter."""
+        exponent = filter_.exponent if isinstance(filter_, Evsm4) else 0.0  # the others have no warp
 
         def frame(light: pg.Light, width: float) -> FilterFrame:
             projection = super(MomentView, self).frustum(light)[1]
             near, far = depths_of(projection)
             radius = replace(self, width=float(width))._radius(light, projection)
             scale = 2.0 / (far - near)
-            return FilterFrame(width, of.bleed, exponent, near, scale, radius, block_of(radius))
+            return FilterFrame(width, filter_.bleed, exponent, near, scale, radius, block_of(radius))
 
         return combined(frame, self.light, self.width)
 
@@ -147,7 +147,7 @@ class BoxKernels:
 
 @lru_cache(maxsize=64)
 def box_kernels(reach: int, channels: int) -> BoxKernels:
-    """For any half width up to ``reach`` texels, and of half a texel at least.  Two channels or four.
+    """Return box kernels for any half width from half a texel to ``reach`` texels. Two channels or four.
 
     The outermost texels count by the part of them that the box covers.
     """
@@ -155,28 +155,28 @@ def box_kernels(reach: int, channels: int) -> BoxKernels:
     most = max(int(reach**0.5) + 4, NOT_WRITTEN_OUT)  # blocks to each side: more than √reach where they are just short
 
     @pg.function
-    def block_mean(map: Image, beside: int, dx: int, dy: int) -> vec4:
-        share = 1.0 / float(2 * beside + 1)
+    def block_mean(map: Image, reach: int, dx: int, dy: int) -> vec4:
+        share = 1.0 / float(2 * reach + 1)
         total = map[0, 0] * share
         for i in range(1, longest):
-            if i > beside:
+            if i > reach:
                 break
             total += (map[i * dx, i * dy] + map[-i * dx, -i * dy]) * share
         return total
 
     @pg.function
-    def box_mean(blocks: Image, map: Image, radius: float, beside: int, dx: int, dy: int) -> vec4:
+    def box_mean(blocks: Image, map: Image, radius: float, reach: int, dx: int, dy: int) -> vec4:
         here = pixel()
         # shares first: every partial sum then stays below the largest value
         share = 1.0 / (2.0 * radius)
-        length = 2 * beside + 1
+        length = 2 * reach + 1
         of_block = share * float(length)
         total = blocks[0, 0] * of_block
-        covered = beside  # texels to each side that are in the sum
+        covered = reach  # texels to each side that are in the sum
         for _ in range(most):
             if float(covered + length) + 0.5 > radius:
                 break
-            at = ivec2(dx, dy) * (covered + beside + 1)
+            at = ivec2(dx, dy) * (covered + reach + 1)
             total += (blocks.texel(here + at) + blocks.texel(here - at)) * of_block
             covered += length
         for _ in range(longest):
@@ -208,7 +208,7 @@ def box_kernels(reach: int, channels: int) -> BoxKernels:
 
 
 def blurred_moments(
-    map: pg.Target, of: MomentFilter, by: pg.Derived, blurred: bool, map_size: int, name: str
+    map: pg.Target, filter_: MomentFilter, by: pg.Derived, blurred: bool, map_size: int, name: str
 ) -> pg.Target:
     """The moments of a shadow map, blurred by a box.
 
@@ -226,8 +226,8 @@ def blurred_moments(
     rg32f, rgba32f, or with ``Msm(format="rgba16")`` what
     `passgraph.effects.shadows.shadow_moments.packed_moments` says.
     """
-    two = isinstance(of, Vsm)
-    kernel = variance_map if two else exponential_map if isinstance(of, Evsm4) else moment_map
+    two = isinstance(filter_, Vsm)
+    kernel = variance_map if two else exponential_map if isinstance(filter_, Evsm4) else moment_map
     store = "rg32f" if two else "rgba32f"
     moments = kernel(map, by, into=pg.target(f"moments of {name}", store))
     if blurred:
@@ -236,6 +236,6 @@ def blurred_moments(
             said = f"moments of {name} blurred {axis}"
             blocks = boxes.block(moments, by, *step, into=pg.target(f"{said}, blocks", store))
             moments = boxes.box(blocks, moments, by, *step, into=pg.target(said, store))
-    if isinstance(of, Msm) and of.format == "rgba16":
+    if isinstance(filter_, Msm) and filter_.format == "rgba16":
         moments = pack(moments, into=pg.target(f"packed moments of {name}", "rgba16"))
     return moments

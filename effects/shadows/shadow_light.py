@@ -73,9 +73,9 @@ def add_light(
 
 
 @lru_cache(maxsize=64)
-def add_shadowed_light(of: DecidedFilter) -> Any:
+def add_shadowed_light(filter_: DecidedFilter) -> Any:
     """A kernel that adds one light with its shadow map (or one face of its cube map) to both sums."""
-    share_lit = lookup(of)
+    share_lit = lookup(filter_)
 
     @pg.kernel
     def add_shadowed(

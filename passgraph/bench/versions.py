@@ -25,7 +25,7 @@ Picture = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Difference:
-    """Of two pictures of one size.
+    """The difference of two pictures of one size.
 
     Attributes
     ----------
@@ -132,16 +132,16 @@ def _call(program: Program, given: Mapping[str, Any]) -> Callable[[int], Picture
     return call
 
 
-def difference(made: Picture, true: Picture) -> Difference:
-    """What tells one picture from another.
+def difference(got: Picture, true: Picture) -> Difference:
+    """Measure the difference of two pictures.
 
     >>> black, grey = np.zeros((4, 4, 3), np.float32), np.full((4, 4, 3), 0.25, np.float32)
     >>> difference(grey, black).rmse, difference(grey, black).largest
     (0.25, 0.25)
     """
-    off = np.where(_alike(made, true), 0.0, made.astype(np.float64) - true)
+    off = np.where(_alike(got, true), 0.0, got.astype(np.float64) - true)
     finite = bool(np.isfinite(off).all())
-    colours = [picture[:, :, :3] for picture in (made, true)]
+    colours = [picture[:, :, :3] for picture in (got, true)]
     known = all(np.isfinite(picture).all() for picture in colours)
     span = float(np.ptp(colours[1])) if known else 1.0
     similar = ssim_map(colours[0], colours[1], span or 1.0) if known else None
@@ -149,12 +149,12 @@ def difference(made: Picture, true: Picture) -> Difference:
         rmse=sqrt(float(np.mean(off**2))) if finite else nan,
         largest=float(np.abs(off).max()) if finite else inf,
         ssim=nan if similar is None else float(similar.mean()),
-        flip=float(flip_map(_shown(made), _shown(true)).mean()),
+        flip=float(flip_map(_shown(got), _shown(true)).mean()),
     )
 
 
-def _alike(made: Picture, true: Picture) -> NDArray[np.bool_]:
-    return np.asarray((made == true) | (np.isnan(made) & np.isnan(true)))
+def _alike(got: Picture, true: Picture) -> NDArray[np.bool_]:
+    return np.asarray((got == true) | (np.isnan(got) & np.isnan(true)))
 
 
 def _shown(picture: Picture) -> Picture:

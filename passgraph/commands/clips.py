@@ -1,4 +1,4 @@
-"""From inputs and an output on the command line to sources and sinks of frames, refused before the work."""
+"""Turn command-line inputs and outputs into sources and sinks of frames; errors come before the work."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def depth_option(required: bool) -> click.Option:
 
 @dataclass(frozen=True)
 class Writing:
-    """How outputs are written, as said on the command line."""
+    """Output settings from the command line."""
 
     raw: Raw | None = None
     rate: Fraction | None = None
@@ -174,7 +174,7 @@ def _numbered(text: str) -> dict[int, Path]:
 
 
 def clips_of(sources: list[Source], output: str, writing: Writing) -> list[Clip]:
-    """Where each source goes."""
+    """Pair each source with its output."""
     if goes_into_folder(output):
         return [Clip(source, _into_folder(source, Path(output), writing)) for source in sources]
     if len(sources) != 1 and not (Pattern.is_in(output) and all(isinstance(s, Pictures) for s in sources)):
@@ -267,12 +267,12 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
         raise InputError("--raw is for streams, and none is read or written; name one: -o -")
 
 
-def check_clips(clips: list[Clip], output: str, others: Iterable[Path] = ()) -> None:
+def check_clips(clips: list[Clip], output: str, more_inputs: Iterable[Path] = ()) -> None:
     """Refuse what cannot be written, what would overwrite an input, and two outputs of one name.
 
-    ``others`` are further files that are read.
+    ``more_inputs`` are further files that are read.
     """
-    inputs = {path for clip in clips for path in inputs_of(clip.source)} | set(others)
+    inputs = {path for clip in clips for path in inputs_of(clip.source)} | set(more_inputs)
     check_apart(inputs, [out for clip in clips for out in outputs_of(clip)])
     if goes_into_folder(output):
         check_folder(Path(output))

@@ -1,4 +1,4 @@
-"""How ``passgraph render`` looks at a scene: its camera, its light and the ground under it."""
+"""The view of a scene for ``passgraph render``: camera, light and ground."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FOV = (0.1, 170.0)
 
 @dataclass(frozen=True)
 class View:
-    """What was asked for; None where nothing was said.  Angles are in degrees."""
+    """View options; None if not given. Angles are in degrees."""
 
     azimuth: float | None = None
     elevation: float | None = None
@@ -65,7 +65,7 @@ VIEW_FIELDS = tuple(field.name for field in fields(View))
 
 
 def refuse_view(view: View, effect: str) -> None:
-    """Of flat worlds nothing is to be turned."""
+    """Raise if view options are given for a flat world."""
     if view.given():
         raise InputError(f"effect {effect} draws a flat world, which takes no {', '.join(view.given())}; leave it out")
 
@@ -223,8 +223,8 @@ def _lights(scene: Scene, view: View) -> list[Light]:
 # Choices
 
 
-def chosen(flag: str, given: str, names: Sequence[str], what: str, others: Sequence[str] = ()) -> int:
-    """Which of several is meant, counted from 0: a name, or the other name that each may have, or else a number from 1.
+def chosen(flag: str, given: str, names: Sequence[str], what: str, aliases: Sequence[str] = ()) -> int:
+    """Return the chosen item, counted from 0: by name, by alias, or by number from 1.
 
     >>> chosen("--camera", "side", ["front", "side"], "camera"), chosen("--camera", "1", ["front", "side"], "camera")
     (1, 0)
@@ -232,7 +232,7 @@ def chosen(flag: str, given: str, names: Sequence[str], what: str, others: Seque
     0
     """
     found = [at for at, name in enumerate(names) if name == given]
-    found = found or [at for at, name in enumerate(others) if name and name == given]
+    found = found or [at for at, name in enumerate(aliases) if name and name == given]
     if len(found) == 1:
         return found[0]
     if not found and given.isascii() and given.isdigit() and len(given) < 9 and 1 <= int(given) <= len(names):
@@ -240,10 +240,10 @@ def chosen(flag: str, given: str, names: Sequence[str], what: str, others: Seque
     if not names:
         raise InputError(f"{flag} {shown(given)}: the scene has no {what} of its own; leave it out")
     wrong = f"{len(found)} have that name" if found else f"the scene has no such {what}"
-    raise InputError(f"{flag} {shown(given)}: {wrong}; expected a number or a name of {_listed(names, others)}")
+    raise InputError(f"{flag} {shown(given)}: {wrong}; expected a number or a name of {_listed(names, aliases)}")
 
 
-def _listed(names: Sequence[str], others: Sequence[str] = ()) -> str:
-    both = zip_longest(names, others, fillvalue="")
+def _listed(names: Sequence[str], aliases: Sequence[str] = ()) -> str:
+    both = zip_longest(names, aliases, fillvalue="")
     entries = (f"{shown(name)} ({shown(other)})" if other else shown(name) for name, other in both)
     return ", ".join(f"{number} {text}" for number, text in enumerate(entries, 1))

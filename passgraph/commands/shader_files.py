@@ -100,15 +100,15 @@ class ShaderFileEffect(Effect):
         }
         return named_outputs(self._of_pictures(self.shader(*map(pg.Input, self.shader.images), **values)))
 
-    def _of_pictures(self, made: Any) -> Any:
-        """What was made, where no picture that was brought is read as a volume."""
-        for volume in flat_volumes([made]):
+    def _of_pictures(self, outputs: Any) -> Any:
+        """Return the outputs if no picture is read as a volume; else raise."""
+        for volume in flat_volumes([outputs]):
             raise InputError(
                 f"{self.path}: {volume!r} is a sampler3D, and the command line has pictures only; in Python "
                 f"pg.load_shader({self.path!r}) takes a target that says how many slices it has, "
                 f"{volume}=table.slices(33)"
             )
-        return made
+        return outputs
 
 
 def effects_of_shader(path: Path) -> Mapping[str, Effect]:

@@ -1,4 +1,4 @@
-"""What can be assigned to: a variable, and a way to a part of it."""
+"""Assignable places: a variable and the path to a part of it."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Place:
 
 
 def place_of(body: Body, node: g.Expr) -> Place:
-    """Where an expression that is assigned to lies; indices in it are computed here, once."""
+    """Return the place of an assigned expression; indices in it are computed here, once."""
     if isinstance(node, g.Name):
         binding = body.lookup(node.name, node.span)
         if isinstance(binding, Slot):
@@ -78,7 +78,7 @@ def _type_at(place: Place) -> Type | None:
 
 
 def _elements(type_: Type | None) -> tuple[int, Type | None]:
-    """How many elements [] chooses from, and their type."""
+    """Return the number of elements that [] chooses from, and their type."""
     if isinstance(type_, Array):
         return type_.length, type_.element
     if isinstance(type_, Matrix):
@@ -103,7 +103,7 @@ def perhaps(body: Body, index: ir.Expr, node: g.Expr, type_: Type | None) -> ir.
 
 
 def read_place(body: Body, place: Place) -> Part:
-    """What a place holds."""
+    """Read a place."""
     part = read_variable(place.slot.variable, place.span)
     for step in place.way:
         part = part_at(part, step, place.span, body.builder.name_it)
@@ -155,16 +155,16 @@ def _entered(place: assignments.Place, step: str | ir.Expr, span: Span) -> assig
     return place.entry(step)
 
 
-def _replaced(body: Body, whole: ir.Expr, way: Way, value: ir.Expr, span: Span) -> ir.Expr:
-    """``whole`` with the part at the end of ``way`` replaced."""
+def _replaced(body: Body, container: ir.Expr, way: Way, value: ir.Expr, span: Span) -> ir.Expr:
+    """``container`` with the part at the end of ``way`` replaced."""
     step, named = way[0], body.builder.name_it
-    whole = named(whole, span)
+    container = named(container, span)
     if len(way) > 1:
-        inner = plain(part_at(whole, step, span, named), span, "what is assigned to")
+        inner = plain(part_at(container, step, span, named), span, "what is assigned to")
         value = _replaced(body, inner, way[1:], value, span)
     if isinstance(step, str):
-        return with_components(step, whole, value, span, named)
-    element = index_into(whole, step, span)
+        return with_components(step, container, value, span, named)
+    element = index_into(container, step, span)
     return ir.Insert(
-        whole.type, whole, widen(step, INT, span, "an index"), widen(value, element.type, span, "it"), span
+        container.type, container, widen(step, INT, span, "an index"), widen(value, element.type, span, "it"), span
     )

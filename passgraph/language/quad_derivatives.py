@@ -22,7 +22,7 @@ Node: TypeAlias = str | int
 
 
 class Feeding:
-    """Of a kernel's statements: what they assign and read, and what of it derivatives hang on.
+    """Data flow of a kernel's statements: assignments, reads, and what derivatives depend on.
 
     ``derivatives`` are the variables that take one, with its axis; what each is of stands as its value.
     """
@@ -91,7 +91,7 @@ class Feeding:
         self._hangs.setdefault(node, set()).update(others)
 
     def _expose(self, statements: tuple[ir.Stmt, ...], live: set[str]) -> None:
-        """From what is read after some statements, ``live``, to what is read before they give it a value."""
+        """Turn the variables read after some statements, ``live``, into those read before them."""
         for statement in reversed(statements):
             if isinstance(statement, ir.Assign):
                 live.discard(statement.name)
@@ -165,7 +165,7 @@ def names(expression: ir.Expr) -> set[str]:
 
 
 def _nodes(expression: ir.Expr) -> Iterator[Any]:
-    """What an expression is made of, each part once however often it is named."""
+    """Yield the parts of an expression, each once."""
     pending: list[Any] = [expression]
     seen: set[int] = set()
     while pending:
@@ -187,7 +187,8 @@ _Held = tuple[str, str]
 
 
 def derivative(name: str, axes: str, value: ir.Expr, builder: Builder, span: Span) -> ir.Expr:
-    """How much a typed value grows along ``"x"``, to the right, or ``"y"``, down; the sizes of both, along ``"xy"``.
+    """Return the change of a value along ``"x"``, to the right, or ``"y"``, down; along ``"xy"``, the sum of both
+    magnitudes.
 
     The builder's body computes it; ``name`` is what errors call it.
     """
@@ -275,7 +276,7 @@ class _Quads:
                 moved.append(statement)
         return tuple(reversed(moved))
 
-    def _assign(self, statement: ir.Assign, world: _World, live: set[_Held], made: list[ir.Stmt]) -> None:
+    def _assign(self, statement: ir.Assign, world: _World, live: set[_Held], moved: list[ir.Stmt]) -> None:
         for pixel in reversed(world.pixels):
             end = world.ends[pixel]
             if end and (statement.name, end) not in live:
@@ -286,7 +287,7 @@ class _Quads:
                 value = self._at(statement.value, pixel, end, live)
             else:
                 value = self._difference(statement, axis, pixel, world, live)
-            self._write(ir.Assign(statement.name + end, value, statement.span), end, made)
+            self._write(ir.Assign(statement.name + end, value, statement.span), end, moved)
 
     def _difference(self, statement: ir.Assign, axis: str, pixel: int, world: _World, live: set[_Held]) -> ir.Expr:
         """The value at the odd pixel minus that at the even one; which is which this pixel's place says."""
@@ -301,23 +302,23 @@ class _Quads:
         world: _World,
         live: set[_Held],
         at_jump: Collection[_Held],
-        made: list[ir.Stmt],
+        moved: list[ir.Stmt],
     ) -> None:
         """A branch or loop for each pixel that needs it, as that one goes; what jumps out, as the leader goes."""
         here = id(statement)
         if isinstance(statement, ir.If) and here in self.feeding.leaving:
-            self._if(statement, world, live, at_jump, made)
+            self._if(statement, world, live, at_jump, moved)
             return
         wanted = [p for p in world.pixels if self._matters(here, world.ends[p], live)]
         worlds = [self._around(world, p) if here in self.feeding.holding else world.alone(p) for p in wanted]
         for inner in reversed(worlds):
             if isinstance(statement, ir.If):
-                self._if(statement, inner, live, at_jump, made)
+                self._if(statement, inner, live, at_jump, moved)
             else:
-                self._for(statement, inner, live, made)
+                self._for(statement, inner, live, moved)
         # Before any of them: they begin with what the pixels hold then.
         for inner in worlds:
-            self._enter(world, inner, live, made)
+            self._enter(world, inner, live, moved)
 
     def _matters(self, block: int, end: str, live: set[_Held]) -> bool:
         """Whether a block is computed for the pixel whose variables end so."""
@@ -330,7 +331,7 @@ class _Quads:
         ends[leader] = world.ends[leader]
         return _World(leader, (ends[0], ends[1], ends[2], ends[3]), world.pixels)
 
-    def _enter(self, world: _World, inner: _World, live: set[_Held], made: list[ir.Stmt]) -> None:
+    def _enter(self, world: _World, inner: _World, live: set[_Held], moved: list[ir.Stmt]) -> None:
         self._visit(len(live))
         for pixel in inner.pixels:
             before, end = world.ends[pixel], inner.ends[pixel]
@@ -339,19 +340,19 @@ class _Quads:
             for name in sorted(name for name, other in live if other == end):
                 live.discard((name, end))
                 variable = ir.Local(self.feeding.types[name], name)
-                self._write(ir.Assign(name + end, self._at(variable, pixel, before, live)), end, made)
+                self._write(ir.Assign(name + end, self._at(variable, pixel, before, live)), end, moved)
 
     def _if(
-        self, statement: ir.If, world: _World, live: set[_Held], at_jump: Collection[_Held], made: list[ir.Stmt]
+        self, statement: ir.If, world: _World, live: set[_Held], at_jump: Collection[_Held], moved: list[ir.Stmt]
     ) -> None:
         in_else = set(live)
         then = self._block(statement.then, world, live, at_jump)
         orelse = self._block(statement.orelse, world, in_else, at_jump)
         live |= in_else
         condition = self._at(statement.condition, world.leader, world.end, live)
-        self._write(ir.If(condition, then, orelse, statement.span), world.end, made)
+        self._write(ir.If(condition, then, orelse, statement.span), world.end, moved)
 
-    def _for(self, statement: ir.For, world: _World, live: set[_Held], made: list[ir.Stmt]) -> None:
+    def _for(self, statement: ir.For, world: _World, live: set[_Held], moved: list[ir.Stmt]) -> None:
         feeding, name = self.feeding, statement.name
         # What a trip may hand to the next one, as far as a derivative anywhere hangs on it.
         handed = {
@@ -372,7 +373,7 @@ class _Quads:
         start, stop, step = (
             self._at(b, world.leader, world.end, live) for b in (statement.start, statement.stop, statement.step)
         )
-        self._write(ir.For(name + world.end, start, stop, step, body, statement.span), world.end, made)
+        self._write(ir.For(name + world.end, start, stop, step, body, statement.span), world.end, moved)
 
     def _visit(self, count: int) -> None:
         self.visits += count
@@ -383,10 +384,10 @@ class _Quads:
                 "inside branches and loops take many: compute them before",
             )
 
-    def _write(self, statement: ir.Stmt, end: str, made: list[ir.Stmt]) -> None:
+    def _write(self, statement: ir.Stmt, end: str, moved: list[ir.Stmt]) -> None:
         if end:
             self.builder.count_statement(statement.span)
-        made.append(statement)
+        moved.append(statement)
 
     # Expressions
 
@@ -436,7 +437,7 @@ class _Quads:
         return self._place(f"$odd.{axis}", apply("equal", [last, ir.Literal(INT, 1)], self.body[0].span))
 
     def _step(self, axis: str) -> ir.Expr:
-        """From this pixel to the other one: -1 from an odd one, else 1."""
+        """Return the direction to the quad's other pixel: -1 from an odd one, else 1."""
         step = ir.Select(INT, self._odd(axis), ir.Literal(INT, -1), ir.Literal(INT, 1))
         return self._place(f"$step.{axis}", step)
 

@@ -26,7 +26,7 @@ MAX_INSTRUCTIONS = 2000
 
 
 class Chains:
-    """Where the chains of a plan may begin and end; what hangs on the whole plan is looked up once."""
+    """The places where a plan's chains may begin and end; properties of the whole plan are computed once."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
@@ -86,7 +86,7 @@ MAX_FUSED_IMAGES = 32
 
 @dataclass(frozen=True)
 class Known:
-    """What fusing asks of the whole graph; ``readers`` and ``lengths`` change as passes become one."""
+    """Properties of the whole graph for fusion; ``readers`` and ``lengths`` change as passes are fused."""
 
     static: set[Pass]
     wanted: set[Target]
@@ -137,7 +137,7 @@ def _known(work: Work, limits: Limits) -> Known:
 
 
 def _note_fused(producer: Pass, consumer: Lowered, known: Known) -> None:
-    """What the producer read is now read by the consumer."""
+    """Note that the producer's inputs are now read by the consumer."""
     known.lengths[consumer.node] += known.lengths[producer]
     known.numbers[consumer.node] = _together(known, producer, consumer.node)
     for target in consumer.images.values():
@@ -236,10 +236,10 @@ def _number_anew(consumer: Lowered) -> None:
     consumer.values = {_renamed(name, new): value for name, value in consumer.values.items()}
 
 
-def _under(image: ImageFacts, prefixes: Mapping[str, str], made: Mapping[int, Facts]) -> ImageFacts:
+def _under(image: ImageFacts, prefixes: Mapping[str, str], renumbered: Mapping[int, Facts]) -> ImageFacts:
     if image.fused is None:
         return image
-    fused = replace(image.fused, prefix=prefixes[image.fused.prefix], facts=made[id(image.fused.facts)])
+    fused = replace(image.fused, prefix=prefixes[image.fused.prefix], facts=renumbered[id(image.fused.facts)])
     return replace(image, fused=fused)
 
 

@@ -87,11 +87,11 @@ def _levels(target: Target, work: Work) -> Target:
 
 
 def _pass(
-    made: PixelKernel[Target], images: list[Target], name: str, format_: Format, size: tuple[int, int], work: Work,
+    kernel: PixelKernel[Target], images: list[Target], name: str, format_: Format, size: tuple[int, int], work: Work,
     *values: object,
 ) -> Target:  # fmt: skip
     spec = TargetSpec(name, format_, Absolute(*size))
-    target = made(*images, *values, into=spec, name=name)
+    target = kernel(*images, *values, into=spec, name=name)
     work.sizes[spec] = size
     assert target.made_by is not None
     lowered = Lowered(target.made_by, size, 0)

@@ -85,7 +85,7 @@ def _live(work: Work) -> set[Target]:
 
 
 def _kept(lowered: Lowered, dead: Sequence[Target]) -> list[int]:
-    """Which of its colour targets stay, counted among those that it has."""
+    """Return the color targets that stay, by number."""
     kept = [number for number, target in enumerate(lowered.colours) if target not in dead]
     # Without any there is no fragment program, which may be what says where depth is not written.
     discards = lowered.fragment is not None and lowered.fragment.keep is not None
@@ -105,10 +105,10 @@ def _leave(lowered: Lowered, kept: Sequence[int], work: Work) -> None:
     lowered.images = {name: target for name, target in lowered.images.items() if name in read}
 
 
-def _pixels_with(lowered: Lowered, made: PixelPass, kept: Sequence[int], work: Work) -> PixelPass:
-    kernel = Kernel.of_program(_with_results(made.kernel.program, kept))
+def _pixels_with(lowered: Lowered, node: PixelPass, kept: Sequence[int], work: Work) -> PixelPass:
+    kernel = Kernel.of_program(_with_results(node.kernel.program, kept))
     lowered.program = lower_once(kernel.program, lowered.facts, work.programs)
-    return replace(made, kernel=kernel, into=_chosen(made.into, kept))
+    return replace(node, kernel=kernel, into=_chosen(node.into, kept))
 
 
 def _draw_with(lowered: Lowered, drawn: DrawPass, kept: Sequence[int], work: Work) -> DrawPass:
@@ -132,5 +132,5 @@ def _with_results(program: TypedKernel, kept: Sequence[int]) -> TypedKernel:
 
 
 def _chosen(parts: Sequence[T], kept: Sequence[int]) -> tuple[T, ...]:
-    """Those of each target's parts; none where they stand for none."""
+    """Return the parts of the targets that stay."""
     return tuple(parts[number] for number in kept) if parts else ()

@@ -1,4 +1,4 @@
-"""From a graph, sources and sinks to a job: what is needed, what it costs, and how the picture is cut."""
+"""Prepare a job from a graph, sources and sinks: footprint, cost and tiling."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ INPUTS_ALIVE, RESULTS_ALIVE = 3, 2
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """What is asked for beside sinks, as :func:`passgraph.tiled` describes it."""
+    """The request besides sinks, as :func:`passgraph.tiled` describes it."""
 
     graph: Graph
     source: object
@@ -94,7 +94,7 @@ def _pair(given: object, what: str) -> tuple[int, int]:
 
 
 def _by_name(specs: Mapping[str, InputSpec], given: object) -> dict[str, Any]:
-    """What sources are made of: what was given, or the input's own picture."""
+    """Return the sources by name: the given ones, or the inputs' default pictures."""
     missing = [name for name, spec in specs.items() if spec.default is None]
     if given is not None and not isinstance(given, Mapping):
         if len(missing) != 1:
@@ -147,10 +147,10 @@ def _check_blocks(sources: Iterable[Source], memory: int) -> None:
             )
 
 
-def _read_uncut(name: str, source: Source, made: Bound) -> Any:
+def _read_uncut(name: str, source: Source, bound_graph: Bound) -> Any:
     """An input that every tile needs whole."""
     height, width, _ = source.shape
-    return admitted_part(made, name, source.read((0, height, 0, width)))
+    return admitted_part(bound_graph, name, source.read((0, height, 0, width)))
 
 
 def _values(given: object) -> Mapping[str, object]:

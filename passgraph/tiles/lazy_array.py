@@ -79,7 +79,8 @@ def _nowhere(plan: Plan, _: Mapping[str, Source]) -> dict[str, Any]:
 
 
 class LazyPicture:
-    """What :func:`lazily_tiled` returns: (height, width, channels) float32 by ``picture[rows, columns, channels]``.
+    """A picture computed on demand, returned by :func:`lazily_tiled`: (height, width, channels) float32 by
+    ``picture[rows, columns, channels]``.
 
     It holds its sources, pictures and compiled passes until :meth:`close` (it is a context manager too).
     """
@@ -87,14 +88,16 @@ class LazyPicture:
     ndim = 3
     dtype: np.dtype[Any] = np.dtype(np.float32)
 
-    def __init__(self, job: Job, windows: Windows, name: str, shape: tuple[int, int, int], held: ExitStack) -> None:
-        self._job, self._windows, self._name, self._held = job, windows, name, held
+    def __init__(
+        self, job: Job, windows: Windows, name: str, shape: tuple[int, int, int], resources: ExitStack
+    ) -> None:
+        self._job, self._windows, self._name, self._held = job, windows, name, resources
         self.shape = shape
         self._closed = False
 
     @property
     def grid(self) -> Grid:
-        """How the picture is cut."""
+        """Return the tiling of the picture."""
         return self._job.grid
 
     @property

@@ -1,4 +1,4 @@
-"""What runs in a worker of dask: one window of a picture, with a graph that the worker compiled once."""
+"""The code of a dask worker: one window of a picture, with a graph that the worker compiled once."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WINDOWS, MOST_WINDOWS = "passgraph-windows", 8
 
 @dataclass(frozen=True)
 class Told:
-    """What all windows of a picture share.
+    """Data shared by all windows of a picture.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Told:
 
 @dataclass(frozen=True)
 class Pieces:
-    """Where pieces of a picture lie in a part of it: (first row, first column) of each."""
+    """The places of pieces in a part of a picture: (first row, first column) of each."""
 
     shape: tuple[int, int, int]
     places: Sequence[tuple[int, int]]
@@ -74,11 +74,11 @@ class _Compiled:
     sources: dict[Named, Source] = field(default_factory=dict)
 
     @staticmethod
-    def of(told: Told, window: tuple[int, int]) -> _Compiled:
+    def of(task: Told, window: tuple[int, int]) -> _Compiled:
         with ExitStack() as stack:
-            program = stack.enter_context(compiled(told.text))
+            program = stack.enter_context(compiled(task.text))
             bound_program = bound(program, None, None, program._non_finite, stack)
-            plan = whole_plan(bound_program, {name: (shape, np.dtype(d)) for name, (shape, d) in told.shapes.items()})
+            plan = whole_plan(bound_program, {name: (shape, np.dtype(d)) for name, (shape, d) in task.shapes.items()})
             windows = Windows(bound_program, plan, footprint(plan), window)
             stack.callback(windows.close)
             return _Compiled(windows, stack.pop_all())
@@ -96,23 +96,23 @@ class _Compiled:
 
 
 def computed(
-    told: Told, tile: Tile, pictures: Mapping[str, Numbers | Named], whole: Mapping[str, Any]
+    task: Told, tile: Tile, pictures: Mapping[str, Numbers | Named], whole: Mapping[str, Any]
 ) -> dict[str, NDArray[Any]] | None:
-    """What is right of a window's results; None where a file that is named looks different here."""
+    """Return the exact part of a window's results; None if a named file is different on this machine."""
     files = [picture for picture in pictures.values() if isinstance(picture, Named)]
     if not all(file.is_here for file in files):
         return None
     top, bottom, left, right = tile.window
-    key = f"{told.digest} {sorted(told.shapes.items())} {bottom - top} {right - left}"
+    key = f"{task.digest} {sorted(task.shapes.items())} {bottom - top} {right - left}"
     here = Programs.here(WINDOWS, MOST_WINDOWS)
-    with here.using(key, lambda: _Compiled.of(told, (right - left, bottom - top))) as compiled:
+    with here.using(key, lambda: _Compiled.of(task, (right - left, bottom - top))) as compiled:
         windows = compiled.windows
         given = {name: admitted_part(windows.bound, name, picture) for name, picture in whole.items()}
         for name, picture in pictures.items():
             if isinstance(picture, Named):
-                picture = compiled.source(name, picture, told.room).read(tile.window)
+                picture = compiled.source(name, picture, task.room).read(tile.window)
             given[name] = windows.admitted(name, picture, tile.window)
-        results = windows.compute(tile.window, given, told.values, stored=told.stored)
+        results = windows.compute(tile.window, given, task.values, stored=task.stored)
     y0, y1, x0, x1 = tile.core
     cut = slice(y0 - top, y1 - top), slice(x0 - left, x1 - left)
     return {name: np.ascontiguousarray(result[cut]) for name, result in results.items()}
@@ -127,10 +127,10 @@ class Chunk:
     whole: tuple[str, ...]
 
 
-def chunk(told: Told, asked: Chunk, pieces: Sequence[Sequence[Any]], whole: Sequence[Any]) -> NDArray[Any]:
+def chunk(task: Told, asked: Chunk, pieces: Sequence[Sequence[Any]], whole: Sequence[Any]) -> NDArray[Any]:
     """A chunk of a picture's only result, from pieces of its inputs in the order of ``asked``."""
     joined = {name: at.joined(given) for (name, at), given in zip(asked.pieces.items(), pieces, strict=True)}
-    results = computed(told, asked.tile, joined, dict(zip(asked.whole, whole, strict=True)))
+    results = computed(task, asked.tile, joined, dict(zip(asked.whole, whole, strict=True)))
     assert results is not None  # no file is named
     return next(iter(results.values()))
 

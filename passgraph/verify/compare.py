@@ -149,13 +149,13 @@ class _Comparison:
     def _expected(self, backend: Backend) -> dict[Key, Picture]:
         return self.passes.allowed(backend.snaps)[0]
 
-    def _hold_against_first(self, name: str, whole: dict[Key, Picture]) -> None:
+    def _hold_against_first(self, name: str, pictures_of_backend: dict[Key, Picture]) -> None:
         """Whatever pair differs in a pass, one of the two differs from the first backend there."""
         if self.first is None:
-            self.first = name, whole
+            self.first = name, pictures_of_backend
             return
         plan, (first, pictures) = self.passes.plan, self.first
-        for key, picture in whole.items():
+        for key, picture in pictures_of_backend.items():
             if self._differing is not None and key[1] >= self._differing[1]:
                 return
             differ = other_bits(pictures[key], picture)
@@ -206,7 +206,7 @@ def _both_not_finite(got: Picture, expected: Picture) -> NDArray[np.bool_]:
 
 
 def _places(target: TargetReport, watch: Watch) -> tuple[tuple[Cause, int], ...]:
-    """What leaves a target undecided, and in how many pixels."""
+    """List the causes that leave a target undecided, with their number of pixels."""
     if target.ambiguous > target.most_ambiguous:
         return tuple(watch.decisions.most_common())
     if target.is_vague and target.unpromised <= max(target.most_ambiguous, MOST_UNPROMISED):
@@ -216,7 +216,7 @@ def _places(target: TargetReport, watch: Watch) -> tuple[tuple[Cause, int], ...]
 
 
 def distance(picture: Picture, reference: Picture) -> NDArray[np.float64]:
-    """How far values lie apart; 0 for the same infinity or two NaN, infinite where only one is."""
+    """Return the distance of values; 0 for the same infinity or two NaN, infinite if only one is."""
     a, b = np.asarray(picture, np.float64), np.asarray(reference, np.float64)
     with np.errstate(invalid="ignore"):
         apart = np.abs(a - b)
@@ -259,7 +259,7 @@ def _measured(
 
 
 def _spread(picture: Picture) -> float:
-    """What finite values span, without the outermost twentieths, or their size if that is more."""
+    """Return the span of finite values without the outermost twentieths, or their size if that is more."""
     finite = np.asarray(picture, np.float64)[np.isfinite(picture)]
     if not finite.size:
         return float("inf")

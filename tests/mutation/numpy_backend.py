@@ -136,8 +136,8 @@ MUTANTS = (
     _n("_SHARED_BUILTINS", '("output_size.", "size.", "pixel.1")', '("output_size.", "size.", "pixel.")', "language/"),
     _n(
         "_keep",
-        "made[at, 3] = 1 if area < 0 else 0",
-        "made[at, 3] = 0 if area < 0 else 1",
+        "ready[at, 3] = 1 if area < 0 else 0",
+        "ready[at, 3] = 0 if area < 0 else 1",
         "draw states/several targets",
     ),
     _n(

@@ -470,7 +470,9 @@ MUTANTS = (
     ),
     _reduce("joined", "not first and b.x == a.x", "first and b.x == a.x", "plans/the first place"),
     _reduce("level", "ivec2(SIDE, 0), ivec2(SIDE * SIDE, 1)", "ivec2(SIDE, 0), ivec2(SIDE, 1)"),
-    _reduce("per_texel", "float(size.x // made.x) * float(size.y // made.y)", "float(size.x // made.x)"),
+    _reduce(
+        "per_texel", "float(size.x // result_size.x) * float(size.y // result_size.y)", "float(size.x // result_size.x)"
+    ),
     _reduce("bin_of", "number >= low and number <= high", "number <= high"),
     _reduce("bin_of", "min(place, float(bins - 1)) + 1.0", "place + 1.0"),
     _reduce("count_bins", "4 * pixel().x", "3 * pixel().x"),

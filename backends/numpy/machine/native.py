@@ -73,9 +73,9 @@ class Code:
     It is unloaded with this object: whoever has its address keeps the object, as `function` does.
     """
 
-    def __init__(self, name: str, text: str, loops: int, made: bytes | None) -> None:
+    def __init__(self, name: str, text: str, loops: int, machine_code: bytes | None) -> None:
         self.name, self._text, self._loops = name, text, loops
-        self._object = made
+        self._object = machine_code
         self._address: int | None = None
         self._making = threading.Lock()
 
@@ -95,7 +95,7 @@ class Code:
 
     @property
     def address(self) -> int:
-        """Where the function is, once it is made and loaded."""
+        """Return the function's address; wait until it is compiled and loaded."""
         if self._address is None:
             self.make()
             with _compiling:

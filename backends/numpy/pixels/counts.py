@@ -112,7 +112,7 @@ def _add(b: Lanes, tables: Any, number: Any, table: int) -> None:
     b.plain.store(b.plain.add(b.load(place, typ=I32), llvm.Constant(I32, 1)), place)
 
 
-def _sums(b: Lanes, tables: Any, made: Any, bins: Any) -> None:
+def _sums(b: Lanes, tables: Any, row: Any, bins: Any) -> None:
     """The tables' sums, from entry 1 on, as the floats of a row."""
     with counting(b, _long(0), bins, _long(b.lanes)) as x:
         total = None
@@ -122,4 +122,4 @@ def _sums(b: Lanes, tables: Any, made: Any, bins: Any) -> None:
             total = part if total is None else b.add(total, part)
         numbers = b.add(b.trunc(x, I32), b.counting(I32))
         wanted = b.icmp_signed("<", numbers, b.trunc(bins, I32))
-        b.store_masked(b.sitofp(total, F32), _place(b, made, x, F32), wanted, 4)
+        b.store_masked(b.sitofp(total, F32), _place(b, row, x, F32), wanted, 4)

@@ -24,7 +24,7 @@ class Blocks:
         self.builder, self.rows, self.columns = builder, rows, builder.lanes // rows
 
     def column(self) -> Any:
-        """Of each lane."""
+        """Return the column of each lane."""
         return self._numbers([lane // self.rows for lane in range(self.builder.lanes)])
 
     def row(self) -> Any:
@@ -37,10 +37,10 @@ class Blocks:
         """A vector with one value a row, in each row's lanes."""
         return picked(self.builder, values, [lane % self.rows for lane in range(self.builder.lanes)])
 
-    def load(self, places: Sequence[Any], channels: int, held: Format) -> list[Any]:
+    def load(self, places: Sequence[Any], channels: int, stored: Format) -> list[Any]:
         """Each channel of a block, whose rows begin at ``places``."""
-        numbers = self.numbers(places, channels, element(held), held.bits // 8)
-        return [decoded(self.builder, number, held) for number in numbers]
+        numbers = self.numbers(places, channels, element(stored), stored.bits // 8)
+        return [decoded(self.builder, number, stored) for number in numbers]
 
     def numbers(self, places: Sequence[Any], channels: int, kind: Any, align: int) -> list[Any]:
         """The same as they lie in memory."""
@@ -55,10 +55,10 @@ class Blocks:
         block = joined(b, loads)
         return [picked(b, block, lanes) for lanes in order]
 
-    def store(self, places: Sequence[Any], parts: list[Any], masks: list[Any], held: Format) -> None:
+    def store(self, places: Sequence[Any], parts: list[Any], masks: list[Any], stored: Format) -> None:
         """Each channel, where its mask says so."""
-        numbers = [rounded(self.builder, self.builder.spread(part), held) for part in parts]
-        self.store_numbers(places, numbers, masks, held.bits // 8)
+        numbers = [rounded(self.builder, self.builder.spread(part), stored) for part in parts]
+        self.store_numbers(places, numbers, masks, stored.bits // 8)
 
     def store_numbers(self, places: Sequence[Any], parts: list[Any], masks: list[Any], align: int) -> None:
         """The same of numbers as they lie in memory."""
@@ -137,7 +137,7 @@ class _Pixel:
         return b.fptrunc(value, F32)
 
     def _nearness(self) -> list[Any]:
-        """To the second and the third corner; to all three it is 1."""
+        """Return the shares of the second and the third corner; all three add up to 1."""
         b = self.b
         edges, (area, *more) = (self._plane(EDGE1), self._plane(EDGE2)), self._numbers(NEARNESS)
         parts = [b.fmul(edge, factor) for edge, factor in zip(edges, more, strict=True)]

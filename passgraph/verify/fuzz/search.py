@@ -24,7 +24,7 @@ from passgraph.verify.fuzz.random_kernels import SIDE
 class Judge(Protocol):
     """Runs a case on backends; why it fails, or empty."""
 
-    def __call__(self, case: Case, made: Any, backends: list[Backend], tally: Tally, /) -> str: ...
+    def __call__(self, case: Case, graph: Any, backends: list[Backend], tally: Tally, /) -> str: ...
 
 
 #: Kind → what makes its graphs, what judges them.

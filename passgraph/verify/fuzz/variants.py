@@ -209,11 +209,11 @@ def pair_of(case: Case) -> tuple[Target, Target]:
     return output_of(case, case["text"]), output_of(case, case["other"])
 
 
-def variant_outcome(case: Case, made: tuple[Target, Target], backends: list[Backend], tally: Tally) -> str:
+def variant_outcome(case: Case, both_forms: tuple[Target, Target], backends: list[Backend], tally: Tally) -> str:
     """Equal bits of both forms; where a compiler may contract, the oracle's verdict on the rewritten one."""
-    _, other = made
+    _, other = both_forms
     for backend in backends:
-        pictures = [run({"out": out}, backend, None, **inputs_of(case, out))["out"] for out in made]
+        pictures = [run({"out": out}, backend, None, **inputs_of(case, out))["out"] for out in both_forms]
         tally.verdicts[backend.name] += 1
         if same_bits(*pictures):
             continue

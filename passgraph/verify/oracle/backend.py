@@ -148,7 +148,7 @@ class _DrawPass(ReferenceDrawPass):
             super().__call__(outputs, depth, images, geometry, vertex, fragment)
 
     def _find(self, call: DrawCall) -> Found:
-        """What the draw may leave, from what its targets hold before it."""
+        """Find the allowed results of a draw, from what its targets hold before it."""
         draw, depth = DrawOracle(self, call, self.oracle), call.depth
         if depth is not None and self.step.depth_clear is None and id(depth) in self.oracle.carried:
             draw.state.depth = self.oracle.carried[id(depth)].map(np.copy)
@@ -161,21 +161,21 @@ class DrawOracle:
     """One draw of one run: ``state`` ends up with what its targets may hold, ``untried`` with the number of fragments
     of which time left nothing to say."""
 
-    def __init__(self, made: ReferenceDrawPass, call: DrawCall, oracle: OracleBackend) -> None:
-        self.pass_, self.step = made, made.step
+    def __init__(self, draw_pass: ReferenceDrawPass, call: DrawCall, oracle: OracleBackend) -> None:
+        self.pass_, self.step = draw_pass, draw_pass.step
         self.geometry, self.snapped = call.geometry, oracle.snapped
         self.limit, self.untried = oracle.limit, 0
-        pictures = [name for name, _ in made.step.images], call.images, oracle.carried
-        self.vertex = StageOracle(made.vertex, call.vertex, *pictures, limit=self.limit)
+        pictures = [name for name, _ in draw_pass.step.images], call.images, oracle.carried
+        self.vertex = StageOracle(draw_pass.vertex, call.vertex, *pictures, limit=self.limit)
         self.fragment: StageOracle | None = None
-        if made.fragment is not None:
-            watch = oracle.watches.get(id(made.step))
-            self.fragment = StageOracle(made.fragment, call.fragment, *pictures, watch, self.limit)
-        self.state = State.before(made.step, call.outputs, call.depth)
+        if draw_pass.fragment is not None:
+            watch = oracle.watches.get(id(draw_pass.step))
+            self.fragment = StageOracle(draw_pass.fragment, call.fragment, *pictures, watch, self.limit)
+        self.state = State.before(draw_pass.step, call.outputs, call.depth)
         self.names: Counter[str] = Counter()
 
     def run(self) -> list[Allowed]:
-        """What each of its targets may hold, colours first."""
+        """Return the allowed results of each target, colors first."""
         self._draw()
         state, (width, height) = self.state, self.step.size
         values = [layer.values for layer in state.colours]

@@ -1,4 +1,4 @@
-"""What the interpreter computes with when it looks for bounds: intervals for floats, plain numbers for ints and bools.
+"""The interpreter's domain for bounds: intervals for floats, plain numbers for ints and bools.
 
 An int or bool that hangs on a float is a decision (:mod:`.decisions`): a path of the program has one value for
 it, so control flow, indices and texel positions stay exact.
@@ -294,8 +294,8 @@ class IntervalDomain(Domain[Bounded, Lanes]):
     def join(self, one: Lanes, other: Lanes) -> Lanes:
         return self.numbers.join(one, other)
 
-    def without(self, mask: Lanes, gone: Lanes) -> Lanes:
-        return self.numbers.without(mask, gone)
+    def without(self, mask: Lanes, removed: Lanes) -> Lanes:
+        return self.numbers.without(mask, removed)
 
     def merge(self, mask: Lanes, new: Bounded, old: Bounded) -> Bounded:
         if isinstance(new, Interval) or isinstance(old, Interval):

@@ -1,4 +1,4 @@
-"""What each pixel of a draw's targets may hold, fragment by fragment (rules 6 and 7 of docs/rasterisation.md)."""
+"""Allowed contents of a draw's targets, fragment by fragment (rules 6 and 7 of docs/rasterisation.md)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ LARGEST_HALF = 65504.0
 
 @dataclass(frozen=True, eq=False)
 class DrawCall:
-    """What a draw of one run is given: its targets, the pictures that both stages read, vertices and parameters."""
+    """The inputs of one draw: its targets, the pictures that both stages read, vertices and parameters."""
 
     outputs: Sequence[Storage]
     depth: Storage | None
@@ -125,16 +125,16 @@ class State:
         for layer, colour in zip(self.colours, colours, strict=False):
             self._write(layer, at, colour, surely, perhaps)
 
-    def _tests(self, at: Ints, depth: Interval, surely: Lanes, perhaps: Lanes, held: Interval) -> tuple[Lanes, Lanes]:
+    def _tests(self, at: Ints, depth: Interval, surely: Lanes, perhaps: Lanes, stored: Interval) -> tuple[Lanes, Lanes]:
         state = self.step.state
-        can_pass, can_fail = compared(state.depth_compare, depth, held.take(at))
+        can_pass, can_fail = compared(state.depth_compare, depth, stored.take(at))
         if state.stencil is not None and self.stencil is not None:
             allowed, refused = self._stencil_test(state.stencil, at, surely, perhaps, can_pass, can_fail)
             can_pass, can_fail = can_pass & allowed, can_fail | refused
         perhaps = perhaps & can_pass
         surely = surely & ~can_fail
         if state.depth_write:
-            _put(held, at, depth, surely, perhaps)
+            _put(stored, at, depth, surely, perhaps)
         return surely, perhaps
 
     def _stencil_test(
@@ -182,17 +182,17 @@ class State:
 
 
 def _exactly(pixels: NDArray[np.float32]) -> Interval:
-    """What is stored, exactly, in arrays of its own."""
+    """Return stored values as exact bounds, in arrays of its own."""
     exact = pixels.astype(np.float64)
     return Interval(exact, exact.copy(), np.isnan(exact))
 
 
-def _put(held: Interval, at: Ints, new: Interval, surely: Lanes, perhaps: Lanes) -> None:
+def _put(stored: Interval, at: Ints, new: Interval, surely: Lanes, perhaps: Lanes) -> None:
     """New values in place where they surely come, the hull with the old ones where they may."""
-    old = held.take(at)
+    old = stored.take(at)
     shape = (-1,) + (1,) * (old.ndim - 1)
     value = iv.where(surely.reshape(shape), new, iv.where(perhaps.reshape(shape), iv.hull(old, new), old))
-    held.lo[at], held.hi[at], held.nan[at] = value.lo, value.hi, value.nan
+    stored.lo[at], stored.hi[at], stored.nan[at] = value.lo, value.hi, value.nan
 
 
 def compared(name: str, a: Interval, b: Interval) -> tuple[Lanes, Lanes]:
@@ -233,7 +233,7 @@ def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> I
 
 
 def converted(format_: Format, source: Interval) -> Interval:
-    """What a source may be before it blends: hardware may give it the precision of a target below float32.
+    """Return a source before it blends: hardware may convert it to the precision of a target below float32.
 
     Bits are rounded to the nearest. Halves are rounded to either neighbor: OpenGL leaves that open, and NVIDIA cuts.
     """

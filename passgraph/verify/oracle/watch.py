@@ -41,7 +41,7 @@ class Cause:
 
 @dataclass(eq=False)
 class Watch:
-    """What is seen of one step, along the first path of each pixel.
+    """Observations of one step, along the first path of each pixel.
 
     Attributes
     ----------
@@ -90,10 +90,10 @@ class WatchedInterpreter(Interpreter[Bounded, Lanes]):
         self._note_imprecise(expression, arguments, result)
         return result
 
-    def _note_opened(self, expression: ir.Apply, arguments: Sequence[Bounded], made: Bounded) -> None:
-        if not isinstance(made, Interval):
+    def _note_opened(self, expression: ir.Apply, arguments: Sequence[Bounded], result: Bounded) -> None:
+        if not isinstance(result, Interval):
             return
-        fresh = _special(made)
+        fresh = _special(result)
         for argument in arguments:
             if isinstance(argument, Interval):
                 fresh = fresh & ~_special(argument)
@@ -102,10 +102,10 @@ class WatchedInterpreter(Interpreter[Bounded, Lanes]):
             found = self.watch.opened.setdefault(Cause(expression.operation, expression.span), [])
             found.append(self.pixels[self.track.lanes[lanes]])
 
-    def _note_imprecise(self, expression: ir.Apply, arguments: Sequence[Bounded], made: Bounded) -> None:
-        if not isinstance(made, Interval):
+    def _note_imprecise(self, expression: ir.Apply, arguments: Sequence[Bounded], result: Bounded) -> None:
+        if not isinstance(result, Interval):
             return
-        fresh = _imprecise(made)
+        fresh = _imprecise(result)
         for argument in arguments:
             if isinstance(argument, Interval):
                 fresh = fresh & ~_imprecise(argument)
