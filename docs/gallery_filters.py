@@ -13,17 +13,21 @@ from passgraph.effects import (
     cas,
     color_grade,
     dither,
+    fsr1,
     halftone,
     hue_saturation,
     kuwahara,
     lens_distortion,
     morphology,
     pixelate,
+    resize,
     sepia,
     sobel,
     tone_map,
     unsharp,
 )
+from passgraph.effects.pictures.resize import FILTERS as FILTERS_OF_SIZE
+from passgraph.effects.pictures.resize import Filter
 from passgraph.srgb import srgb_to_linear
 
 FRAME = pg.Input("frame")
@@ -107,6 +111,16 @@ def lenses() -> list[Panel]:
     ]
 
 
+def sizes() -> list[Panel]:
+    shown = np.ascontiguousarray(detail(street())[60:144, 60:165])
+    given = {"frame": np.asarray(srgb_to_linear(shown), np.float32)}
+
+    def enlarged(filter: Filter) -> Panel:
+        return Panel(filter, tone_map(resize(FRAME, 4.0, filter), curve="linear"), given)
+
+    return [*map(enlarged, FILTERS_OF_SIZE), Panel("fsr1", fsr1(FRAME, 4.0), {"frame": shown})]
+
+
 def prints() -> list[Panel]:
     near = {"frame": detail(street())}
     light = {"frame": np.asarray(srgb_to_linear(detail(street())), np.float32)}
@@ -145,6 +159,10 @@ FILTERS: tuple[Entry, ...] = (
     Entry(
         "Lens distortion", f"{MOTORCYCLE}, with a grid",
         "By the coefficients that OpenCV's calibration gives, and back by the same ones.", lenses, 3,
+    ),
+    Entry(
+        "Sizes", MOTORCYCLE,
+        "105 by 84 pixels, four times as large: by each filter of `resize`, and along edges.", sizes, 3, 1.25,
     ),
     Entry(
         "Squares, dither and dots", MOTORCYCLE,

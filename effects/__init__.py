@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.color_transform import color_transform
     from passgraph.effects.pictures.dither import dither
     from passgraph.effects.pictures.film_grain import film_grain
+    from passgraph.effects.pictures.fsr1 import fsr1
     from passgraph.effects.pictures.fxaa import fxaa
     from passgraph.effects.pictures.halftone import halftone
     from passgraph.effects.pictures.hue_saturation import hue_saturation
@@ -43,7 +44,9 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.median import median
     from passgraph.effects.pictures.morphology import morphology
     from passgraph.effects.pictures.pixelate import pixelate
+    from passgraph.effects.pictures.resize import resize
     from passgraph.effects.pictures.sepia import sepia
+    from passgraph.effects.pictures.smaa import smaa
     from passgraph.effects.pictures.sobel import sobel
     from passgraph.effects.pictures.supersampled import supersampled
     from passgraph.effects.pictures.tone_map import tone_map
@@ -72,6 +75,7 @@ if TYPE_CHECKING:
     from passgraph.effects.shadows.soft_shadow import SoftShadow, soft_shadow, soft_shadow_passes
     from passgraph.effects.surfaces.g_buffer import SceneSurfaces, scene_surfaces
     from passgraph.effects.temporal.jitter import jitter_px, jittered
+    from passgraph.effects.temporal.motion_blur import motion_blur
     from passgraph.effects.temporal.taa import taa
     from passgraph.effects.temporal.velocity import camera_velocity
 
@@ -154,6 +158,7 @@ __all__ = [
     "five_pass",
     "five_pass_targets",
     "fog",
+    "fsr1",
     "fxaa",
     "gaussian_blur",
     "halftone",
@@ -164,15 +169,18 @@ __all__ = [
     "lens_distortion",
     "median",
     "morphology",
+    "motion_blur",
     "occluded",
     "occlusion",
     "outlines",
     "pixelate",
     "planar",
     "planar_passes",
+    "resize",
     "scene_surfaces",
     "sepia",
     "shadowed",
+    "smaa",
     "sobel",
     "soft_shadow",
     "soft_shadow_passes",

@@ -28,10 +28,10 @@ NEARLY = 0.9999
 
 
 @pg.kernel
-def perceived(color: Image, linear: Const[bool]) -> float:
+def perceived(color: Image, weights: vec3, linear: Const[bool]) -> float:
     """Luma as displays encode it, 0 to 1; NaN is black."""
     c = color[0, 0].rgb
-    y = min(1.0, max(0.0, dot(c, vec3(REC601[0], REC601[1], REC601[2]))))
+    y = min(1.0, max(0.0, dot(c, weights)))
     return encode_srgb(y) if linear else y
 
 
@@ -146,7 +146,7 @@ def fxaa(
     >>> [round(float(y), 2) for y in smooth[4, 5:12, 0]]
     [0.0, 0.0, 0.02, 0.21, 0.79, 0.98, 1.0]
     """
-    luma = perceived(color, linear, into=pg.target(f"{name}_luma", "r32f", like=color), name=f"{name}_luma")
+    luma = perceived(color, REC601, linear, into=pg.target(f"{name}_luma", "r32f", like=color), name=f"{name}_luma")
     into = into or pg.target(name, "rgba16f" if linear else "rgba8")
     smooth: pg.Target = _smoothing(quality)(color, luma, subpixel, contrast, least_contrast, into=into, name=name)
     return smooth

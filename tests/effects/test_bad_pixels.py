@@ -22,7 +22,8 @@ WITH_DEPTH = [name for name in OF_PICTURES if EFFECTS[name].takes == "picture+de
 #: Most pixels that one bad pixel makes bad, of effects that mix it with its neighbors by what they are.
 REACH = {
     "gaussian-blur": 19 * 19, "depth-aware-blur": 15 * 15, "chromatic-aberration": 12, "dirty-lens": 4,
-    "unsharp": 11 * 11, "sobel": 9, "cas": 5, "morphology": 9, "lens-distortion": 4, "pixelate": 64,
+    "unsharp": 11 * 11, "sobel": 9, "cas": 5, "morphology": 9, "lens-distortion": 4, "pixelate": 64, "resize": 6 * 6,
+    "fsr1": 10 * 10, "smaa": 5,
 }  # fmt: skip
 
 
