@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +45,8 @@ class Inspection:
     events : in the order in which they happened, see `passgraph.backends.reference.traced`
     results : what the kernel returns, by target
     stored : what of that the target's format holds
+    texels : positions that a full-screen pass reads, each once and in order, by image parameter; borders may map those
+        outside of the picture to others
     drawn : of a draw, which triangles cover the pixel and what becomes of each; None for a full-screen pass
 
     Of a draw, parameters, events and results are those of the fragment that is visible, the last that passes its tests
@@ -86,6 +88,7 @@ class Inspection:
     results: Mapping[str, Any]
     stored: Mapping[str, Any]
     drawn: Drawn | None = None
+    texels: Mapping[str, Sequence[tuple[int, int]]] = field(default_factory=dict)
 
     def values(self, name: str) -> list[Any]:
         """Every value that a variable took, in order; of loops those of the trips that are kept."""
@@ -222,7 +225,7 @@ def inspected(known: Known, name: str | None, x: int, y: int) -> Inspection:
         if not isinstance(picture, np.ndarray):
             raise InputError(f"input {given_name!r} is on the device, and the reference inspects; give an array")
     plan = build(dict(known.outputs), known.size, dict(known.bound), OPTIONS)
-    step = _step(plan, name)
+    step = step_named(plan, name)
     width, height = step.size
     x = whole_number(x, f"inspect: x, in pass {step.name!r}", 0, width - 1)
     y = whole_number(y, f"inspect: y, in pass {step.name!r}", 0, height - 1)
@@ -238,7 +241,7 @@ def inspected(known: Known, name: str | None, x: int, y: int) -> Inspection:
     return backend.found
 
 
-def _step(plan: Plan, name: str | None) -> PixelStep | DrawStep:
+def step_named(plan: Plan, name: str | None) -> PixelStep | DrawStep:
     """The pass of this name; the last one where none is given, or several have it and no number is behind it."""
     steps = [step for step in plan.steps if isinstance(step, (PixelStep, DrawStep))]
     if not steps:
@@ -285,9 +288,11 @@ class _Looking(ReferenceBackend):
         stage = Stage(program, step.program, step.facts)
         bound = stage.bind(block, [name for name, _ in step.images], images)
         here = {"pixel": constant(np.array([[x, y]])), "output_size": constant(np.array([step.size], np.int64))}
-        events, results = traced(bound, here)
-        holds = map(_held, outputs, results)
-        self._tell(step, program, bound, events, map(plain, results), dict(zip(self._names(step), holds, strict=True)))
+        lane, results = traced(bound, here)
+        holds = dict(zip(self._names(step), map(_held, outputs, results), strict=True))
+        self._tell(step, program, bound, lane.events, map(plain, results), holds)
+        assert self.found is not None
+        self.found = replace(self.found, texels={image: tuple(read) for image, read in lane.texels.items()})
 
     def _look_at_draw(
         self,
