@@ -12,8 +12,9 @@ import pytest
 from PIL import Image
 
 import passgraph as pg
+from passgraph.viewer.compiled import Difference, targets_of
 from passgraph.viewer.display import CHANNELS, Look, shown
-from passgraph.viewer.session import Difference, Published, Session, orbited, targets_of
+from passgraph.viewer.session import Published, Session, orbited
 from passgraph.viewer.show import GivenSubject
 from tests.viewer.subjects import KERNEL, Watched, files
 
@@ -56,7 +57,7 @@ def test_targets_on_the_way_can_be_shown(tmp_path: Path) -> None:
     picture = files(tmp_path)[1]
     with Watched("gaussian-blur", str(picture)) as watched:
         names = [one["name"] for one in watched.until(lambda one: one.pictures).facts["targets"]]
-        assert len(names) == 2
+        assert names == ["gaussian_blur_x", "gaussian_blur", "frame"]
         watched.session.ask(target=names[0])
         assert watched.until(lambda one: one.facts["target"] == names[0]).pictures
 
@@ -67,9 +68,13 @@ def test_a_texel_and_the_lines_that_make_it(tmp_path: Path) -> None:
         watched.shows(2, 1, (0, 102, 204))
         assert watched.session.values_at(2, 1)["a"] == pytest.approx([0.0, 0.4, 0.8, 1.0])
         assert watched.session.values_at(8, 0) == {}
-        text = watched.session.inspect(2, 1)["text"]
-        assert "gain = 1" in text
-        assert "0.8" in text
+        found = watched.session.inspect(2, 1)
+        assert found["parameters"] == ["gain = 1.0"]
+        assert found["backends"] == ["numpy"]
+        (row,) = found["rows"]
+        assert (row["line"], row["kind"], row["wrong"]) == (11, "returns", [False])
+        assert row["values"] == ["0  0.4  0.8  1"] * 2
+        assert found["texels"] == [{"image": "color", "target": "frame", "at": [(2, 1)]}]
 
 
 def test_two_backends_are_compared(tmp_path: Path) -> None:
@@ -194,9 +199,7 @@ def test_every_content_of_a_target_has_a_name() -> None:
     once = pg.kernel(source="def once(color: Image) -> vec4: return color[0, 0]")
     first = once(pg.Input("frame"), into=pg.target("a", "rgba32f"))
     second = once(first, into=pg.target("a", "rgba32f"))
-    from passgraph.viewer.subject import Drawing
-
-    assert list(targets_of(Drawing({"out": second}, (2, 2)))) == ["a", "a (2)"]
+    assert list(targets_of({"out": second})) == ["a", "a (2)", "frame"]
 
 
 # pg.view
