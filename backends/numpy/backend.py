@@ -114,10 +114,10 @@ class NumpyBackend(Backend):
         return "each texel adds to its bin in a table of its row"
 
     def code(self, step: PixelStep | DrawStep, sizes: Mapping[int, tuple[int, int]]) -> str:
+        from passgraph.backends.numpy.machine.native import lanes
         from passgraph.backends.numpy.pixels.body import body_text
         from passgraph.backends.numpy.pixels.buffer_layout import Layout
         from passgraph.backends.numpy.pixels.chains import single_stage
-        from passgraph.backends.numpy.machine.native import lanes
 
         if not isinstance(step, PixelStep):
             return ""
