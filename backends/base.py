@@ -150,9 +150,9 @@ class Backend(ABC):
     turn: Turn
 
     def __new__(cls, *_: Any, **__: Any) -> Self:
-        made = super().__new__(cls)
-        made.turn = turn_of(made, getattr(cls, "name", cls.__name__))
-        return made
+        backend = super().__new__(cls)
+        backend.turn = turn_of(backend, getattr(cls, "name", cls.__name__))
+        return backend
 
     def __init__(self, device: str | None = None) -> None:
         """Open ``device`` (a number or a part of its name; None takes the first).
@@ -338,5 +338,5 @@ def vertex_attribute(mesh: Geometry, name: str) -> FloatBlock:
 
 def vertex_builtins(mesh: Geometry) -> dict[str, FloatBlock]:
     """What a vertex kernel sees of a mesh, by the names of the representation: (n, components), of one number (n,)."""
-    made = {f"vertex.{name}": vertex_attribute(mesh, name) for name in ATTRIBUTES}
-    return {name: values[:, 0] if values.shape[1] == 1 else values for name, values in made.items()}
+    attributes = {f"vertex.{name}": vertex_attribute(mesh, name) for name in ATTRIBUTES}
+    return {name: values[:, 0] if values.shape[1] == 1 else values for name, values in attributes.items()}

@@ -193,7 +193,7 @@ class Printer(ABC):
         call = self.calls.get(i.to.id)
         if call is not None:
             self.call(call)
-            self.in_calls.update(made.to.id for made in call.instructions)
+            self.in_calls.update(instruction.to.id for instruction in call.instructions)
         return i.to.id in self.in_calls
 
     def call(self, call: Call) -> None:

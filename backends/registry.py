@@ -24,10 +24,10 @@ _OTHER_NAMES = {"opengl": "gl", "glsl": "gl", "moderngl": "gl", "cl": "opencl", 
 
 def backend_names() -> list[str]:
     """Built-in backends first, then those that other packages bring."""
-    return [*BUILT_IN, *sorted(set(_others()) - set(BUILT_IN))]
+    return [*BUILT_IN, *sorted(set(_entry_points()) - set(BUILT_IN))]
 
 
-def _others() -> dict[str, str]:
+def _entry_points() -> dict[str, str]:
     """Name → module and class, of every entry point."""
     from importlib.metadata import entry_points  # as long to load as a small graph to compile
 
@@ -42,7 +42,7 @@ def backend_class(name: str) -> type[Backend]:
     BackendError
         For a name that no installed package provides, or a package that fails to load.
     """
-    path = BUILT_IN.get(name) or _others().get(name)
+    path = BUILT_IN.get(name) or _entry_points().get(name)
     if path is None:
         import difflib
 
@@ -51,12 +51,12 @@ def backend_class(name: str) -> type[Backend]:
         raise BackendError(f"there is no backend {name!r}{hint}; there are {', '.join(backend_names())}")
     module, _, attribute = path.partition(":")
     try:
-        made = getattr(import_module(module), attribute)
+        found = getattr(import_module(module), attribute)
     except (ImportError, AttributeError) as error:
         raise BackendError(f"backend {name!r} ({path}) cannot be loaded: {error}") from error
-    if not (isinstance(made, type) and issubclass(made, Backend)):
+    if not (isinstance(found, type) and issubclass(found, Backend)):
         raise BackendError(f"backend {name!r} ({path}) is not a subclass of passgraph.backends.base.Backend")
-    return made
+    return found
 
 
 def open_backend(name: str | None = None) -> Backend:

@@ -31,8 +31,8 @@ def numbers_of(values: NDArray[Any], format_: Format) -> NDArray[Any]:
 
 
 def _steps(picture: FloatBlock, format_: Format) -> NDArray[Any]:
-    made = np.empty(picture.shape, format_.number)
-    values, steps = picture.reshape(-1), made.reshape(-1)
+    counted = np.empty(picture.shape, format_.number)
+    values, steps = picture.reshape(-1), counted.reshape(-1)
     room = np.empty(min(CHUNK, values.size), np.float32)
     # beside arrays: beside a scalar NumPy takes four times as long for fmax and fmin
     zeros, ones = np.zeros_like(room), np.ones_like(room)
@@ -44,7 +44,7 @@ def _steps(picture: FloatBlock, format_: Format) -> NDArray[Any]:
         np.multiply(part, np.float32(format_.steps), out=part)
         np.rint(part, out=part)
         np.copyto(steps[start : start + CHUNK], part, casting="unsafe")
-    return made
+    return counted
 
 
 def values_of(numbers: NDArray[Any], format_: Format) -> FloatBlock:

@@ -165,13 +165,13 @@ def _check_ranges(value: object, hint: Any, what: str) -> None:
             _check_ranges(part, arguments[0 if repeated else number], what)
 
 
-def check_fields(made: object) -> None:
+def check_fields(instance: object) -> None:
     """Raise where a field of a dataclass is not what its annotation says."""
-    hints = _field_hints(type(made))  # type: ignore[arg-type]  # a class has a hash
-    for field in dataclasses.fields(made):  # type: ignore[arg-type]
-        check(getattr(made, field.name), hints[field.name], f"{type(made).__name__}: {field.name}")
+    hints = _field_hints(type(instance))  # type: ignore[arg-type]  # a class has a hash
+    for field in dataclasses.fields(instance):  # type: ignore[arg-type]
+        check(getattr(instance, field.name), hints[field.name], f"{type(instance).__name__}: {field.name}")
 
 
 @cache
-def _field_hints(of: type[Any]) -> dict[str, Any]:
-    return get_type_hints(of, include_extras=True)
+def _field_hints(class_: type[Any]) -> dict[str, Any]:
+    return get_type_hints(class_, include_extras=True)

@@ -100,10 +100,10 @@ def _surface_depth(depth: Target) -> Target:
     from passgraph.graph.targets import target
     from passgraph.run.finite_checks import SURFACE_DEPTH
 
-    made: Target = kernel(source=_TEXT.format(SURFACE_DEPTH))(
+    distance: Target = kernel(source=_TEXT.format(SURFACE_DEPTH))(
         depth, into=target(f"surfaces of {depth.name}", "r32f", like=depth)
     )
-    return made
+    return distance
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,9 +150,9 @@ def effect(
     one_of(alpha, "effect: alpha", get_args(Alpha))
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
-        made = checked(with_surface_depth(function) if takes == "picture+depth" else function)
-        made.effect = mark  # type: ignore[attr-defined]
-        return made
+        wrapped = checked(with_surface_depth(function) if takes == "picture+depth" else function)
+        wrapped.effect = mark  # type: ignore[attr-defined]
+        return wrapped
 
     return decorate
 

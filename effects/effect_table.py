@@ -85,11 +85,11 @@ class Effect:
         known = ", ".join(p.name for p in self.parameters) or "none"
         raise UnknownNameError(f"effect {self.name!r} has no parameter {shown(name)}; it has {known}")
 
-    def made(self, *taken: Any, **given: Any) -> Any:
+    def build(self, *taken: Any, **given: Any) -> Any:
         """Call the function with arguments by the names of `parameters`.
 
         >>> import passgraph as pg
-        >>> EFFECTS["soft-shadow"].made(pg.Scene.shipped(), shadow_filter="pcss", taps=8).name
+        >>> EFFECTS["soft-shadow"].build(pg.Scene.shipped(), shadow_filter="pcss", taps=8).name
         'picture'
         """
         from passgraph.effects.parameters import arguments_from
@@ -101,10 +101,10 @@ class _Effects(Mapping[str, Effect]):
     """Built-in effects first, then those of other packages, which are asked for when a name is not built in."""
 
     def __getitem__(self, name: str) -> Effect:
-        return _one_built_in(name) or _others()[name]
+        return _one_built_in(name) or _entry_points()[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter({**_built_in(), **_others()})
+        return iter({**_built_in(), **_entry_points()})
 
     def __len__(self) -> int:
         return len(list(iter(self)))
@@ -142,11 +142,11 @@ def _texts() -> list[tuple[str, str]]:
 
 def _marked(module: str, text: str) -> Iterator[Effect]:
     """Effects of one module, which is parsed and not imported: importing all takes a quarter of a second."""
-    for made in (node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)):
-        for mark in made.decorator_list:
+    for function in (node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)):
+        for mark in function.decorator_list:
             if isinstance(mark, ast.Call) and isinstance(mark.func, ast.Name) and mark.func.id == "effect":
                 name, takes, *_ = (*map(ast.literal_eval, mark.args), "picture")
-                yield Effect(name, f"{module}:{made.name}", takes, summary_of(ast.get_docstring(made)))
+                yield Effect(name, f"{module}:{function.name}", takes, summary_of(ast.get_docstring(function)))
 
 
 def function_named(name: str) -> Callable[..., Any] | None:
@@ -156,7 +156,7 @@ def function_named(name: str) -> Callable[..., Any] | None:
 
 
 @cache
-def _others() -> dict[str, Effect]:
+def _entry_points() -> dict[str, Effect]:
     """Effects that other packages bring, by name; their packages are imported."""
     from importlib.metadata import entry_points
 

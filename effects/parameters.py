@@ -78,19 +78,19 @@ def parameters_of(function: Callable[..., Any]) -> tuple[Parameter, ...]:
     >>> [(p.name, p.type, p.default, str(p.range), p.help) for p in parameters_of(dimmed)]
     [('share', 'float', 0.5, '0 to 1', 'of the light that is left')]
     """
-    made: list[Parameter] = []
+    parameters: list[Parameter] = []
     for name, hint, default, text in _arguments(function):
         kind = _Kind.of(hint)
         if kind.alternatives:
             words = tuple(one.word() for one in kind.alternatives)
-            made.append(Parameter(kind.called or name, "choice", words[0], pg.Range(), text, words))
-            made += _settings(kind.alternatives)
+            parameters.append(Parameter(kind.called or name, "choice", words[0], pg.Range(), text, words))
+            parameters += _settings(kind.alternatives)
         elif kind.said is not None:
             words, is_required = tuple(words_of(kind.hint)), default is inspect.Parameter.empty
             default = None if is_required else default
             said = kind.called or name
-            made.append(Parameter(said, kind.said, default, kind.range, text, words, required=is_required))
-    return tuple(made)
+            parameters.append(Parameter(said, kind.said, default, kind.range, text, words, required=is_required))
+    return tuple(parameters)
 
 
 def arguments_from(function: Callable[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
@@ -98,7 +98,7 @@ def arguments_from(function: Callable[..., Any], given: Mapping[str, Any]) -> di
 
     Settings that the chosen class does not have are left aside, as are options of another effect's kind.
     """
-    left, made = dict(given), dict[str, Any]()
+    left, arguments = dict(given), dict[str, Any]()
     for name, hint, _, _ in _arguments(function):
         kind = _Kind.of(hint)
         if kind.alternatives:
@@ -108,20 +108,20 @@ def arguments_from(function: Callable[..., Any], given: Mapping[str, Any]) -> di
             by_word = {one.word(): one for one in kind.alternatives}
             if word not in by_word:
                 raise pg.GraphError(f"{kind.called or name} cannot be {word!r}; it is one of {', '.join(by_word)}")
-            made[name] = _chosen(by_word[word], mine)
+            arguments[name] = _chosen(by_word[word], mine)
         elif kind.called in left:
-            made[name] = left.pop(kind.called)
-    return {**left, **made}
+            arguments[name] = left.pop(kind.called)
+    return {**left, **arguments}
 
 
-def _chosen(of: type[Choice], settings: Mapping[str, Any]) -> Choice:
-    made: dict[str, Any] = {}
-    for field, kind in _fields(of):
+def _chosen(class_: type[Choice], settings: Mapping[str, Any]) -> Choice:
+    arguments: dict[str, Any] = {}
+    for field, kind in _fields(class_):
         if kind.alternatives:
-            made[field.name] = _chosen(kind.alternatives[0], settings)
+            arguments[field.name] = _chosen(kind.alternatives[0], settings)
         elif (kind.called or field.name) in settings:
-            made[field.name] = settings[kind.called or field.name]
-    return of(**made)
+            arguments[field.name] = settings[kind.called or field.name]
+    return class_(**arguments)
 
 
 def _settings(alternatives: tuple[type[Choice], ...]) -> Iterator[Parameter]:
@@ -141,15 +141,15 @@ def _settings(alternatives: tuple[type[Choice], ...]) -> Iterator[Parameter]:
         yield Parameter(name, kind.said, default, kind.range, text, tuple(words_of(kind.hint)))
 
 
-def _names(of: type[Choice]) -> set[str]:
+def _names(class_: type[Choice]) -> set[str]:
     """What settings lead to, those of a choice inside it among them."""
-    inner = [_names(one) for _, kind in _fields(of) for one in kind.alternatives]
-    return {kind.called or field.name for field, kind in _fields(of) if kind.said}.union(*inner)
+    inner = [_names(one) for _, kind in _fields(class_) for one in kind.alternatives]
+    return {kind.called or field.name for field, kind in _fields(class_) if kind.said}.union(*inner)
 
 
-def _fields(of: type[Choice]) -> Iterator[tuple[Any, _Kind]]:
-    hints = get_type_hints(of, include_extras=True)
-    for field in dataclasses.fields(of):  # type: ignore[arg-type]
+def _fields(class_: type[Choice]) -> Iterator[tuple[Any, _Kind]]:
+    hints = get_type_hints(class_, include_extras=True)
+    for field in dataclasses.fields(class_):  # type: ignore[arg-type]
         yield field, _Kind.of(hints[field.name])
 
 

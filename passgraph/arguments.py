@@ -144,9 +144,12 @@ def one_of(value: object, what: str, allowed: Iterable[str], error: type[Passgra
 
 
 def instance(
-    value: object, classes: type[T] | tuple[type[T], ...], what: str, expected: str,
+    value: object,
+    classes: type[T] | tuple[type[T], ...],
+    what: str,
+    expected: str,
     error: type[PassgraphError] = GraphError,
-) -> T:  # fmt: skip
+) -> T:
     """A value of a class; ``expected`` says in words how one is made."""
     if not isinstance(value, classes):
         raise error(f"{what} must be {expected}, got {shown(value)}")
@@ -161,9 +164,12 @@ def function(value: object, what: str, error: type[PassgraphError] = GraphError)
 
 
 def several(
-    value: object, classes: type[T] | tuple[type[T], ...], what: str, expected: str,
+    value: object,
+    classes: type[T] | tuple[type[T], ...],
+    what: str,
+    expected: str,
     error: type[PassgraphError] = GraphError,
-) -> tuple[T, ...]:  # fmt: skip
+) -> tuple[T, ...]:
     """A list or tuple of values of a class."""
     if not isinstance(value, (list, tuple)):
         raise error(f"{what} must be a list or tuple of {expected}, got {shown(value)}")

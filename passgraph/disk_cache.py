@@ -93,10 +93,10 @@ def _opened(path: Path, make: bool) -> int:
                     raise OSError(f"more than {MAX_LINKS} links")
                 pending += list(Path(target).parts[::-1])
                 continue
-            made = os.path.join(way, name)
+            inner_path = os.path.join(way, name)
             inner = _stepped(name, folder, make)
             os.close(folder)
-            folder, way = inner, "/" if os.path.isabs(name) else made
+            folder, way = inner, "/" if os.path.isabs(name) else inner_path
             if pending:
                 _check_ancestor(os.fstat(folder), way)
         _check_own(os.fstat(folder), way)
@@ -249,12 +249,12 @@ def prune(path: Path, folder: int | None = None, most: int = FOLDER_BYTES) -> No
         with suppress(OSError):
             status = os.stat(place, dir_fd=folder, follow_symlinks=False)
             found.append((status.st_mtime, status.st_size, place))
-    held = sum(size for _, size, _ in found)
-    if held <= most:
+    total = sum(size for _, size, _ in found)
+    if total <= most:
         return
     for _, size, place in sorted(found):
-        if held <= most // 2:
+        if total <= most // 2:
             return
         with suppress(OSError):
             os.unlink(place, dir_fd=folder)
-            held -= size
+            total -= size

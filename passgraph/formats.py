@@ -133,8 +133,10 @@ def colour_format(number: str, channels: int) -> Format | None:
     >>> colour_format("u1", 4).name, colour_format("f8", 4)
     ('rgba8', None)
     """
-    plain = (made for made in FORMATS.values() if not made.srgb and not made.is_depth)
-    return next((made for made in plain if (made.number, made.channels) == (number, channels)), None)
+    plain = (candidate for candidate in FORMATS.values() if not candidate.srgb and not candidate.is_depth)
+    return next(
+        (candidate for candidate in plain if (candidate.number, candidate.channels) == (number, channels)), None
+    )
 
 
 def curved(format_: Format, srgb: bool) -> Format | None:

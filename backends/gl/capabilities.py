@@ -46,9 +46,10 @@ OFF = {
     0x0BF2: _DESKTOP,  # logic operation
     0x0B41: _DESKTOP,  # smoothing of polygons
     0x0B20: _DESKTOP,  # and of lines, for which drivers offset polygons otherwise
-    0x809E: _EVERYWHERE, 0x80A0: _EVERYWHERE,  # sample alpha to coverage, sample coverage
+    0x809E: _EVERYWHERE,
+    0x80A0: _EVERYWHERE,  # sample alpha to coverage, sample coverage
     0x8E51: Where((3, 3), (3, 1)),  # sample mask
-}  # fmt: skip
+}
 #: On in no context of ours.
 NEVER_OURS = {
     0x8F9D: _DESKTOP,  # primitive restart
@@ -56,7 +57,7 @@ NEVER_OURS = {
     0x809F: Where((3, 3), None, {"GL_EXT_multisample_compatibility": ""}),  # alpha to one
     0x8C36: Where((4, 0), (3, 2), {"GL_ARB_sample_shading": "", "GL_OES_sample_shading": ""}),  # sampled shading
     0x92E0: Where((4, 3), (3, 2), {"GL_KHR_debug": ""}),  # messages to the host's debug callback
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)

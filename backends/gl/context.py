@@ -250,7 +250,7 @@ class OwnContext(Context):
         self._before: State | None = self.current.state()
         self.current.change(self._before, None)
         try:
-            self.native = self._made(glcontext, index)
+            self.native = self._new_context(glcontext, index)
             self._finalizer = weakref.finalize(self, destroy_later, self.native)
             self._finalizer.atexit = False
             self._state = self._own_state()
@@ -260,7 +260,7 @@ class OwnContext(Context):
         # Loading OpenGL may have brought GLX, which a host may then use.
         self.current.look_for_glx()
 
-    def _made(self, glcontext: Any, index: int) -> Any:
+    def _new_context(self, glcontext: Any, index: int) -> Any:
         """glcontext's object; the thread's rendering API stays what the host has set."""
         linux, egl = sys.platform.startswith("linux"), self.current.egl
         api = egl.query_api() if egl is not None else 0

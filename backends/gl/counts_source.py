@@ -88,9 +88,12 @@ class Numbers(GLSL):
         interface = [line for line in self.interface() if " out " not in line]
         size = "uniform ivec2 pg_output_size;"
         parts = [
-            self.dialect.header, *interface, *([] if size in interface else [size]), self.called(functions()),
+            self.dialect.header,
+            *interface,
+            *([] if size in interface else [size]),
+            self.called(functions()),
             f"float pg_number(vec2 pg_place)\n{{{declared}",
-        ]  # fmt: skip
+        ]
         self.front("\n".join(part for part in parts if part))
         return self.listing()
 

@@ -70,13 +70,16 @@ OPTIONAL = {
         (4, 1), None, {"GL_ARB_viewport_array": "", "GL_OES_viewport_array": "OES", "GL_NV_viewport_array": "NV"}
     ),
     "ClipControl(uu)": Where((4, 5), None, {"GL_ARB_clip_control": "", "GL_EXT_clip_control": "EXT"}),
-}  # fmt: skip
+}
 
 NO_ERROR, OUT_OF_MEMORY = 0, 0x505
 ERRORS = {
-    0x500: "invalid enum", 0x501: "invalid value", 0x502: "invalid operation", OUT_OF_MEMORY: "out of memory",
+    0x500: "invalid enum",
+    0x501: "invalid value",
+    0x502: "invalid operation",
+    OUT_OF_MEMORY: "out of memory",
     0x506: "invalid framebuffer operation",
-}  # fmt: skip
+}
 FRAMEBUFFER, READ_FRAMEBUFFER, DRAW_FRAMEBUFFER = 0x8D40, 0x8CA8, 0x8CA9
 FRAMEBUFFER_COMPLETE, COLOR_ATTACHMENT0 = 0x8CD5, 0x8CE0
 DEPTH_ATTACHMENT, DEPTH_STENCIL_ATTACHMENT = 0x8D00, 0x821A

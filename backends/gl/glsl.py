@@ -253,9 +253,9 @@ class GLSL(CLike):
             known, text = None, f"pg_nearer({text}, {rule.period.replace('size', count)})"
         elif load.relative and reach > FARTHEST_TEXEL:
             known, text = None, f"clamp({text}, -2 * {count}, 2 * {count})"
-        whole = f"{self._pixel()}.{axis} + {text}" if load.relative else text
+        coordinate = f"{self._pixel()}.{axis} + {text}" if load.relative else text
         if not rule.is_nearest:
-            return self._centre(load.image, axis, f"float({border_name(load.border)}({whole}, {count}))"), []
+            return self._centre(load.image, axis, f"float({border_name(load.border)}({coordinate}, {count}))"), []
         # Drivers make an int of the place before they clamp it; what is too large for one comes out at the other edge.
         turned = axis == "y" and self._lies(load.image).bottom_up
         nearer = f"max({text}, -{FARTHEST_TEXEL})" if turned else f"min({text}, {FARTHEST_TEXEL})"
@@ -272,9 +272,9 @@ class GLSL(CLike):
             return place, []
         if known is None:
             # as unsigned, what is below 0 is above all counts
-            return place, [f"uint({whole}) < uint({count})"]
+            return place, [f"uint({coordinate}) < uint({count})"]
         low, high = (known < 0, known > 0) if load.relative else (known < 0, True)
-        return place, [f"{whole} >= 0"] * low + [f"{whole} < {count}"] * high
+        return place, [f"{coordinate} >= 0"] * low + [f"{coordinate} < {count}"] * high
 
     def _centre(self, image: str, axis: str, number: str) -> str:
         """The centre of a column or row in texture coordinates."""
@@ -335,16 +335,16 @@ class GLSL(CLike):
         vector = index // 4
         over_w, step = f"pg_over_w{vector}", self._stepped("gl_FragCoord.w", axes)
         self.declarations.setdefault(over_w, f"PRECISE vec4 {over_w} = pg_varying{vector} * gl_FragCoord.w;")
-        beside = f"pg_varying{vector}{axes}"
-        made = f"PRECISE vec4 {beside} = {self._stepped(over_w, axes)} / {step};"
-        self.declarations.setdefault(beside, made)
-        return f"{beside}.{LETTERS[index % 4]}"
+        moved = f"pg_varying{vector}{axes}"
+        declaration = f"PRECISE vec4 {moved} = {self._stepped(over_w, axes)} / {step};"
+        self.declarations.setdefault(moved, declaration)
+        return f"{moved}.{LETTERS[index % 4]}"
 
     def _depth(self, axes: str) -> str:
         """As it is stored: a polygon offset brings it out of 0 to 1, where drivers leave it to shaders."""
         name = f"pg_depth{axes}"
-        made = f"PRECISE float {name} = clamp({self._stepped('gl_FragCoord.z', axes)}, 0.0, 1.0);"
-        self.declarations.setdefault(name, made)
+        declaration = f"PRECISE float {name} = clamp({self._stepped('gl_FragCoord.z', axes)}, 0.0, 1.0);"
+        self.declarations.setdefault(name, declaration)
         return name
 
     def _stepped(self, plane: str, axes: str) -> str:

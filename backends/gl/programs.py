@@ -184,11 +184,11 @@ class Programs:
         return shader
 
     def _described(self, name: int, programs: tuple[ScalarProgram, ...]) -> LinkedProgram:
-        gl, made, unit = self.objects.gl, LinkedProgram(name), 0
+        gl, linked, unit = self.objects.gl, LinkedProgram(name), 0
         gl.UseProgram(name)
         for program in programs:
             names = NAMES[program.stage]
-            made.stages[program.stage] = StageUniforms(
+            linked.stages[program.stage] = StageUniforms(
                 gl.GetUniformLocation(name, names.floats.encode()),
                 gl.GetUniformLocation(name, names.ints.encode()),
                 program.float_count,
@@ -196,13 +196,13 @@ class Programs:
             )
             for k in range(len(program.images)):
                 gl.Uniform1i(gl.GetUniformLocation(name, f"{names.image}{k}".encode()), unit)
-                made.regions.append(gl.GetUniformLocation(name, region_name(names.image, k).encode()))
+                linked.regions.append(gl.GetUniformLocation(name, region_name(names.image, k).encode()))
                 unit += 1
-        made.output_origin = gl.GetUniformLocation(name, b"pg_output_origin")
-        made.output_size = gl.GetUniformLocation(name, b"pg_output_size")
-        made.guard = gl.GetUniformLocation(name, b"pg_guard")
+        linked.output_origin = gl.GetUniformLocation(name, b"pg_output_origin")
+        linked.output_size = gl.GetUniformLocation(name, b"pg_output_size")
+        linked.guard = gl.GetUniformLocation(name, b"pg_guard")
         gl.UseProgram(0)
-        return made
+        return linked
 
 
 def pointed(log: str, listing: Listing, kernel: str) -> str:

@@ -86,8 +86,8 @@ _ROWS_AT_FIRST = Rows(0, 4)
 
 def guard_band(gl: Functions, size: tuple[int, int], limit: int) -> int:
     """How many times larger than the target the viewport of a draw can be: 8, 4, 2 or 1."""
-    whole = gl.ViewportIndexedf is not None or not (size[0] % 2 or size[1] % 2)
-    return next((times for times in GUARD_BANDS if whole and max(size) * times <= limit), 1)
+    is_exact = gl.ViewportIndexedf is not None or not (size[0] % 2 or size[1] % 2)
+    return next((times for times in GUARD_BANDS if is_exact and max(size) * times <= limit), 1)
 
 
 def set_guard_band(

@@ -137,8 +137,8 @@ def external_of(format_: Format, *, stencil: bool = True) -> tuple[int, int]:
     depth-stencil format both parts, or the depth alone."""
     if format_.is_depth and not stencil:
         return _DEPTH_COMPONENT, FLOAT_TYPE
-    made = gl_format_of(format_, padded=False)
-    return made.external, made.type
+    gl_format = gl_format_of(format_, padded=False)
+    return gl_format.external, gl_format.type
 
 
 def with_stencil(depth: NDArray[np.float32]) -> NDArray[Any]:

@@ -116,13 +116,13 @@ def store(backend: GLBackend, source: Texture, destination: Texture, read: Forma
 
 def _scratch(backend: GLBackend, texture: Texture) -> Texture:
     """A texture of float32 with the channels and the size of another."""
-    held, format_ = backend.values, float_format(texture.format.channels)
-    if held is None or (held.format, held.size) != (format_, texture.size):
-        if held is not None:
+    scratch, format_ = backend.values, float_format(texture.format.channels)
+    if scratch is None or (scratch.format, scratch.size) != (format_, texture.size):
+        if scratch is not None:
             backend.values = None
-            backend.objects.forget(held)
-        backend.values = held = backend.new_texture(format_, texture.size, gl_format_of(format_, padded=False))
-    return held
+            backend.objects.forget(scratch)
+        backend.values = scratch = backend.new_texture(format_, texture.size, gl_format_of(format_, padded=False))
+    return scratch
 
 
 def send(backend: GLBackend, texture: Texture, numbers: NDArray[Any]) -> None:
@@ -200,9 +200,9 @@ def _dtype(texture: Texture) -> np.dtype[Any]:
 
 def _with_alpha(given: NDArray[Any], format_: Format) -> NDArray[Any]:
     """Three channels as four, with an alpha of 1."""
-    made = np.full((*given.shape[:2], 4), format_.steps or 1, format_.number)
-    made[..., :3] = given
-    return made
+    with_alpha = np.full((*given.shape[:2], 4), format_.steps or 1, format_.number)
+    with_alpha[..., :3] = given
+    return with_alpha
 
 
 def _shaped(array: NDArray[Any], texture: Texture) -> NDArray[Any]:

@@ -190,33 +190,34 @@ class Egl:
         query = function(self._library, "eglQueryContext", ctypes.c_uint, handle, handle, number, handle)
         choose = function(self._library, "eglChooseConfig", ctypes.c_uint, handle, handle, handle, number, handle)
         create = function(self._library, "eglCreateContext", handle, handle, handle, handle, handle)
-        asked = {}
+        attributes = {}
         for what in (_EGL_CONFIG_ID, _EGL_CLIENT_TYPE, _EGL_CLIENT_VERSION):
             found = number(0)
             query(host.display, host.context, what, ctypes.byref(found))
-            asked[what] = found.value
+            attributes[what] = found.value
         config, count = handle(), number(0)
-        if asked[_EGL_CONFIG_ID]:
-            wanted = (number * 3)(_EGL_CONFIG_ID, asked[_EGL_CONFIG_ID], _EGL_NONE)
+        if attributes[_EGL_CONFIG_ID]:
+            wanted = (number * 3)(_EGL_CONFIG_ID, attributes[_EGL_CONFIG_ID], _EGL_NONE)
             choose(host.display, wanted, ctypes.byref(config), 1, ctypes.byref(count))
         versions: list[tuple[int, ...]] = [(_EGL_MAJOR, 3, _EGL_MINOR, 3, _EGL_PROFILE, 1, _EGL_NONE)]
-        if asked[_EGL_CLIENT_TYPE] != _EGL_OPENGL:
+        if attributes[_EGL_CLIENT_TYPE] != _EGL_OPENGL:
             # As new as the host's, for what that has; before EGL 1.5 there was no way to say so.
             major, minor = self._version()
             versions = [
-                (_EGL_MAJOR, major, _EGL_MINOR, minor, _EGL_NONE), (_EGL_MAJOR, asked[_EGL_CLIENT_VERSION], _EGL_NONE)
-            ]  # fmt: skip
-        made: Handle = None
+                (_EGL_MAJOR, major, _EGL_MINOR, minor, _EGL_NONE),
+                (_EGL_MAJOR, attributes[_EGL_CLIENT_VERSION], _EGL_NONE),
+            ]
+        shared: Handle = None
         api = self.query_api()
         try:
-            self.bind_api(asked[_EGL_CLIENT_TYPE])
+            self.bind_api(attributes[_EGL_CLIENT_TYPE])
             for version in versions:
-                made = made or create(host.display, config, host.context, (number * len(version))(*version))
+                shared = shared or create(host.display, config, host.context, (number * len(version))(*version))
         finally:
             self.bind_api(api)
-        if not made:
+        if not shared:
             raise BackendError(f"gl: EGL makes no context that shares with the current one: {self.last_error()}")
-        return made
+        return shared
 
     def _version(self) -> tuple[int, int]:
         """Of the current context, as it says itself: many are newer than what was asked for."""
@@ -284,12 +285,12 @@ class Glx:
         first = ctypes.cast(configs, ctypes.POINTER(ctypes.c_void_p))[0]
         version = (number * 7)(_GLX_MAJOR, 3, _GLX_MINOR, 3, _GLX_PROFILE, 1, 0)
         with x_errors_kept() as errors:
-            made: Handle = create(host.display, first, host.context, 1, version)
+            shared: Handle = create(host.display, first, host.context, 1, version)
             sync(host.display)
         free(configs)
-        if not made or errors:
+        if not shared or errors:
             raise BackendError("gl: GLX makes no context that shares with the current one")
-        return made
+        return shared
 
     def destroy(self, host: State, context: Handle) -> None:
         function(self._library, "glXDestroyContext", None, *[ctypes.c_void_p] * 2)(host.display, context)

@@ -106,7 +106,7 @@ class NumpyBackend(Backend):
 
         if step.known is not None:
             return Counts(step, self.workers)
-        run = PixelRun.made(single_stage(step), self.workers)
+        run = PixelRun.compile(single_stage(step), self.workers)
         assert run is not None
         return lambda outputs, images, block: run(outputs, (images,), (block,))
 
@@ -129,7 +129,7 @@ class NumpyBackend(Backend):
 
         # Bins are counted as fast as their numbers are written and read.
         chain = None if any(step.known is not None for step in steps) else stages(steps)
-        return None if chain is None else PixelRun.made(chain, self.workers)
+        return None if chain is None else PixelRun.compile(chain, self.workers)
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         from passgraph.backends.numpy.raster.draw import Raster

@@ -180,12 +180,12 @@ class OpenCLBackend(Backend):
 
     def scratch_buffer(self, purpose: str, size: int) -> Any:
         """A buffer that every draw may use while its commands are queued."""
-        held = self.scratch.get(purpose)
-        if held is None or held.size < size:
-            self.free(held)
+        buffer = self.scratch.get(purpose)
+        if buffer is None or buffer.size < size:
+            self.free(buffer)
             self.scratch.pop(purpose, None)
             # Half as much again, so that slowly growing needs do not allocate each time.
-            roomy = min(size + size // 2, self.max_bytes) if held is not None else size
+            roomy = min(size + size // 2, self.max_bytes) if buffer is not None else size
             self.scratch[purpose] = self.allocate(max(size, roomy), f"scratch memory ({purpose})")
         return self.scratch[purpose]
 

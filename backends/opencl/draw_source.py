@@ -166,10 +166,10 @@ def _vertex(step: DrawStep, layouts: DrawLayouts) -> Listing:
     printer.line("int vertex = (int)get_global_id(0);\nif (vertex >= count) { return; }")
     printer.variables()
     printer.block(program.body)
-    position, *others = program.outputs
+    position, *varyings = program.outputs
     for k, value in enumerate(position.values):
         printer.line(f"clip[4 * vertex + {k}] = {printer.operand(value)};")
-    sent = [value for output in others for value in output.values]
+    sent = [value for output in varyings for value in output.values]
     for k, value in enumerate(sent):
         printer.line(f"sent[{len(sent)} * vertex + {k}] = {printer.operand(value)};")
     return printer.close()

@@ -171,9 +171,9 @@ class OpenCLPrinter(CLike):
     def stored(self, format_: Format, value: s.Operand) -> str:
         """What is stored for a result; the steps themselves where it has just been counted in steps: compilers do not
         see that the division is undone, nor vectorise conversions that saturate."""
-        made = self._operations.get(value.id) if isinstance(value, s.Val) else None
-        if made is not None and (made.operation, made.on) == ("div", "float"):
-            counted, steps = made.arguments
+        operation = self._operations.get(value.id) if isinstance(value, s.Val) else None
+        if operation is not None and (operation.operation, operation.on) == ("div", "float"):
+            counted, steps = operation.arguments
             count = self._operations.get(counted.id) if isinstance(counted, s.Val) else None
             rounded = count is not None and count.operation == "round" and count.to.id not in self.in_calls
             if rounded and isinstance(steps, s.Lit) and steps.value == format_.steps:
@@ -207,28 +207,28 @@ class OpenCLPrinter(CLike):
                 self._function(call)
 
     def _function(self, call: Call) -> None:
-        first, *others = call.wanted
+        first, *rest = call.wanted
         self.names |= {value.id: f"v{value.id}" for value in call.given}
         given = [f"{value.type} v{value.id}" for value in call.given]
-        room = [f"{value.type}* o{place}" for place, value in enumerate(others)]
+        room = [f"{value.type}* o{place}" for place, value in enumerate(rest)]
         name = self.named_calls[call.key]
         self.line(f"__attribute__((noinline)) {first.type} {name}({', '.join(given + room)})\n{{")
         self.depth += 1
         for instruction in call.instructions:
             self.instruction(instruction)
-        for place, value in enumerate(others):
+        for place, value in enumerate(rest):
             self.line(f"*o{place} = {self.operand(value)};")
         self.line(f"return {self.operand(first)};")
         self.depth -= 1
         self.line("}")
 
     def call(self, call: Call) -> None:
-        first, *others = call.wanted
-        for value in others:
+        first, *rest = call.wanted
+        for value in rest:
             self.name(value, f"v{value.id}")
             self.line(f"{value.type} v{value.id};")
         given = [self.operand(value) for value in call.given]
-        self.value(first, f"{self.named_calls[call.key]}({', '.join(given + [f'&v{v.id}' for v in others])})")
+        self.value(first, f"{self.named_calls[call.key]}({', '.join(given + [f'&v{v.id}' for v in rest])})")
 
     def close(self) -> Listing:
         self.depth -= 1

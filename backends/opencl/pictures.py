@@ -119,17 +119,17 @@ class BufferPicture(OpenCLPicture):
         # Channels as one number as wide as all of them together.
         width = max(placement.channels) - lowest + 1
         shape, strides = (self.size[1], self.size[0], width), (placement.row, placement.pixel, 1)
-        made: NDArray[Any] = np.asarray(_Addresses(start, shape, strides, number))
-        return made
+        places: NDArray[Any] = np.asarray(_Addresses(start, shape, strides, number))
+        return places
 
     @cached_property
-    def _told(self) -> str:
+    def _description(self) -> str:
         what = "buffer" if self.array_there is None else "pyopencl array"
         row = abs(self.placement.row) * self.format.bits // 8
         return f"{self.format.name} picture of {self.size[0]}x{self.size[1]} pixels in a {what}, rows {row} bytes apart"
 
     def __str__(self) -> str:
-        return self._told
+        return self._description
 
 
 class _Addresses:
@@ -137,9 +137,12 @@ class _Addresses:
 
     def __init__(self, start: int, shape: tuple[int, ...], strides: tuple[int, ...], number: np.dtype[Any]) -> None:
         self.__array_interface__ = {
-            "version": 3, "data": (start, True), "shape": shape, "typestr": number.str,
+            "version": 3,
+            "data": (start, True),
+            "shape": shape,
+            "typestr": number.str,
             "strides": tuple(stride * number.itemsize for stride in strides),
-        }  # fmt: skip
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,10 +245,10 @@ def array_picture(context: Any, array: Any, format_: Format | None) -> BufferPic
     row, pixel, channel = (stride // number for stride in strides)
     placement = Placement(0, row, pixel, tuple(k * channel for k in range(shape[2])))
     parts = BufferParts(format_ or own, (shape[1], shape[0]), placement, what)
-    made = _in_buffer(context, memory, int(array.offset), parts, is_stored=format_ is None, array=array)
-    if _overlaps_itself(made):
+    picture = _in_buffer(context, memory, int(array.offset), parts, is_stored=format_ is None, array=array)
+    if _overlaps_itself(picture):
         raise InputError(f"{what} has pixels that share memory (strides {array.strides}); give a plain array")
-    return made
+    return picture
 
 
 @dataclass(frozen=True)
@@ -267,11 +270,11 @@ def _in_buffer(
     if start % number:
         raise InputError(f"{parts.what}: begins at byte {start}, which is no multiple of {number}")
     first, last = start + low * number, start + end * number
-    held = int(memory.size)
-    if first < 0 or last > held:
+    capacity = int(memory.size)
+    if first < 0 or last > capacity:
         raise InputError(
             f"{parts.what}: {parts.size[0]}x{parts.size[1]} pixels {parts.format.name} take bytes {first:,} to "
-            f"{last:,}, and the buffer has {held:,}; give a larger one, or check offset and pitch"
+            f"{last:,}, and the buffer has {capacity:,}; give a larger one, or check offset and pitch"
         )
     moved = Placement(placement.first - low, placement.row, placement.pixel, placement.channels)
     kept = _retained(memory)
@@ -291,11 +294,13 @@ def image_picture(context: Any, image: Any, format_: Format | None) -> ImagePict
               cl.channel_order.BGRA: "bgra"}  # fmt: skip
     types = {cl.channel_type.UNORM_INT8: "8", cl.channel_type.UNORM_INT16: "16", cl.channel_type.HALF_FLOAT: "16f",
              cl.channel_type.FLOAT: "32f"}  # fmt: skip
-    held = image.format
-    order, type_ = orders.get(held.channel_order), types.get(held.channel_data_type)
+    image_format = image.format
+    order, type_ = orders.get(image_format.channel_order), types.get(image_format.channel_data_type)
     if order is None or type_ is None:
-        raise InputError(f"an image of {held} holds no format; give channels R, RG, RGBA or BGRA in UNORM_INT8, "
-                         "UNORM_INT16, HALF_FLOAT or FLOAT")  # fmt: skip
+        raise InputError(
+            f"an image of {image_format} holds no format; give channels R, RG, RGBA or BGRA in UNORM_INT8, "
+            "UNORM_INT16, HALF_FLOAT or FLOAT"
+        )
     own = FORMATS[f"{'rgba'[: len(order)]}{type_}"]
     if format_ is not None and (format_.number, format_.channels) != (own.number, own.channels):
         raise InputError(f"the image holds the numbers of {own.name}; {format_.name} has other ones")

@@ -260,7 +260,7 @@ class PixelPassRunner:
         backend.check_open()
         try:
             storages = [*images, *outputs]
-            if [held() for held in self.storages] != storages:
+            if [storage() for storage in self.storages] != storages:
                 self._bind(storages, len(images))
             self.uniforms.update(block)
             enqueue, queue = backend.cl.enqueue_nd_range_kernel, backend.queue

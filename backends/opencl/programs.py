@@ -32,10 +32,10 @@ class Recent(dict[_Key, _Made]):
         super().__init__()
         self.most = most
 
-    def __setitem__(self, key: _Key, made: _Made) -> None:
+    def __setitem__(self, key: _Key, program: _Made) -> None:
         while len(self) >= self.most and key not in self:
             del self[next(iter(self))]
-        super().__setitem__(key, made)
+        super().__setitem__(key, program)
 
 
 class Programs:
@@ -83,9 +83,9 @@ class Programs:
                 return program.build([*self.options, ALL_DECLARED], [self.device])
             except cl.Error:
                 pass  # it may need the driver's own; if not, its line is found in what stands alone
-        made = cl.Program(self.context, text).build(self.options, [self.device])
+        built = cl.Program(self.context, text).build(self.options, [self.device])
         self.declares = False
-        return made
+        return built
 
     def close(self) -> None:
         self.built.clear()

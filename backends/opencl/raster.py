@@ -124,13 +124,13 @@ class DrawPassRunner:
         )
         if layouts not in self.kernels:
             constant = self.vertex_uniforms.fits_constant() and self.fragment_uniforms.fits_constant()
-            made: dict[str, Any] = {}
+            kernels: dict[str, Any] = {}
             sources = draw_sources(self.step, layouts, self.tile, serial=self.serial, constant=constant)
             for names, source in sources.items():
                 built = self.backend.programs.build(source, self.what)
                 with self.backend.reported(f"making the kernels of {self.what}"):
-                    made |= {name: self.backend.cl.Kernel(built, name) for name in names}
-            self.kernels[layouts] = made
+                    kernels |= {name: self.backend.cl.Kernel(built, name) for name in names}
+            self.kernels[layouts] = kernels
         return self.kernels[layouts]
 
     def _vertices(self, kernels: dict[str, Any], geometry: DeviceMesh, read: Sequence[Any]) -> tuple[Any, Any]:
@@ -149,15 +149,15 @@ class DrawPassRunner:
 
     def bind(self, kernel: Any, arguments: Sequence[Any]) -> None:
         """Set a kernel's arguments where they are others than at its last launch."""
-        held = self.bound.get(id(kernel), ())
-        if len(held) != len(arguments) or not all(map(_same, held, arguments)):
+        bound = self.bound.get(id(kernel), ())
+        if len(bound) != len(arguments) or not all(map(_same, bound, arguments)):
             kernel.set_args(*arguments)
             self.bound[id(kernel)] = arguments
 
 
-def _same(held: Any, given: Any) -> bool:
+def _same(bound: Any, given: Any) -> bool:
     """Numbers by value; buffers by identity, since a freed one's handle may come back as another's."""
-    return held is given or (isinstance(held, np.int32) and isinstance(given, np.int32) and bool(held == given))
+    return bound is given or (isinstance(bound, np.int32) and isinstance(given, np.int32) and bool(bound == given))
 
 
 class Triangles:

@@ -122,9 +122,9 @@ def adopted(backend: OpenCLBackend, array: Any, format_: Format) -> Storage | No
     if not plain or format_.stencil or array.nbytes > backend.max_bytes:
         return None
     place, size = (array.ctypes.data, array.nbytes), (array.shape[1], array.shape[0])
-    held = backend.lent.get(place)
-    if held is not None and (held.format, held.size) == (format_, size):
-        return held
+    earlier = backend.lent.get(place)
+    if earlier is not None and (earlier.format, earlier.size) == (format_, size):
+        return earlier
     # Of two buffers over one memory OpenCL promises nothing.
     if any(start < sum(place) and place[0] < start + length for start, length in backend.lent):
         return None
@@ -171,8 +171,8 @@ class Running:
 
     def __exit__(self, *_: object) -> None:
         backend = self.backend
-        lent, backend.lent = backend.lent, self.outer
-        for storage in (lent or {}).values():
+        adopted_storages, backend.lent = backend.lent, self.outer
+        for storage in (adopted_storages or {}).values():
             storage.released = True
             with backend.reported("giving a picture back"):
                 assert storage.lent is not None
@@ -201,8 +201,8 @@ def send(backend: OpenCLBackend, storage: Storage, numbers: NDArray[Any]) -> Non
     if array.flags.c_contiguous and array.dtype == np.dtype(storage.format.number):
         backend.cl.enqueue_copy(backend.queue, storage.buffer, array, is_blocking=True)
         return
-    with _mapped(backend, storage.buffer, array.shape, storage.format.number, writing=True) as held:
-        np.copyto(held, array)
+    with _mapped(backend, storage.buffer, array.shape, storage.format.number, writing=True) as mapped:
+        np.copyto(mapped, array)
 
 
 def receive(backend: OpenCLBackend, storage: Storage, into: NDArray[Any]) -> None:
@@ -242,8 +242,8 @@ def _fetch(backend: OpenCLBackend, buffer: Any, room: NDArray[Any], number: str)
     if room.flags.c_contiguous and room.dtype == np.dtype(number):
         backend.read(buffer, room)
         return
-    with _mapped(backend, buffer, room.shape, number) as held:
-        np.copyto(room, held)
+    with _mapped(backend, buffer, room.shape, number) as mapped:
+        np.copyto(room, mapped)
 
 
 @contextmanager
@@ -253,11 +253,11 @@ def _mapped(
     """A buffer's memory for the host to read, or to write whole."""
     cl, queue = backend.cl, backend.queue
     flags = cl.map_flags.WRITE_INVALIDATE_REGION if writing else cl.map_flags.READ
-    held, _ = cl.enqueue_map_buffer(queue, buffer, flags, 0, shape, np.dtype(number))
+    mapped, _ = cl.enqueue_map_buffer(queue, buffer, flags, 0, shape, np.dtype(number))
     try:
-        yield held
+        yield mapped
     finally:
-        held.base.release(queue)
+        mapped.base.release(queue)
 
 
 @contextmanager

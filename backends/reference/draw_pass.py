@@ -106,9 +106,9 @@ def passing(storage: Storage | None, state: DrawState, pixel: Ints, depth: Float
     return passed
 
 
-def allows(stencil: Stencil, held: Bytes) -> Lanes:
+def allows(stencil: Stencil, stored: Bytes) -> Lanes:
     """Whether the stencil test lets fragments pass where these bytes are held."""
-    return COMPARE[stencil.compare](np.int64(stencil.reference & stencil.read_mask), held & stencil.read_mask)
+    return COMPARE[stencil.compare](np.int64(stencil.reference & stencil.read_mask), stored & stencil.read_mask)
 
 
 def _stencil_test(stencil: Stencil, stencils: NDArray[np.uint8], at: Ints, nearer: Lanes) -> Lanes:
@@ -190,8 +190,8 @@ class ReferenceDrawPass:
         bound = None if self.fragment is None else self.fragment.bind(fragment, names, images)
         with np.errstate(all="ignore"):
             vertices = self._vertices(self.vertex.bind(vertex, names, images), geometry)
-            whole = np.asarray(geometry.triangles, np.int64).reshape(-1, 3)
-            clipped, triangles, sources = clip_triangles(vertices, whole)
+            indices = np.asarray(geometry.triangles, np.int64).reshape(-1, 3)
+            clipped, triangles, sources = clip_triangles(vertices, indices)
             screen = to_window(clipped, triangles, self.step.size, self.step.state)
             screen = replace(screen, source=sources[screen.source])
             for fragments in self._fragments(screen):
@@ -292,20 +292,20 @@ class Covered:
 
     def builtins(self) -> Builtins:
         fragments = self.fragments
-        made = {
+        own = {
             "pixel": lambda: np.stack([fragments.x, fragments.y], axis=1),
             "output_size": constant(np.array([[self.width, self.height]], np.int64)),
             "front_facing": lambda: self.screen.front[fragments.triangle],
         }
-        return made | on_quads(self._of_triangle)
+        return own | on_quads(self._of_triangle)
 
     def _of_triangle(self, axes: str = "") -> Builtins:
         """What the triangles have at a pixel of each quad."""
         if axes:
-            beside = self.fragments.beside(axes, self.screen)
-            return Covered(beside, self.screen, self.vertices, self.draw)._of_triangle()
-        made = {name: self._varying(columns, shape) for name, (columns, shape) in self.draw.varyings.items()}
-        return {"fragment_depth": lambda: self.depth.astype(np.float64), **made}
+            neighbors = self.fragments.beside(axes, self.screen)
+            return Covered(neighbors, self.screen, self.vertices, self.draw)._of_triangle()
+        varyings = {name: self._varying(columns, shape) for name, (columns, shape) in self.draw.varyings.items()}
+        return {"fragment_depth": lambda: self.depth.astype(np.float64), **varyings}
 
     def _varying(self, columns: slice, shape: tuple[int, ...]) -> Callable[[], Numbers]:
         def interpolate() -> Numbers:

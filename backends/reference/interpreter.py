@@ -89,8 +89,8 @@ class Domain(ABC, Generic[V, M]):
         """Lanes of either."""
 
     @abstractmethod
-    def without(self, mask: M, gone: M) -> M:
-        """Lanes of ``mask`` that are not in ``gone``."""
+    def without(self, mask: M, removed: M) -> M:
+        """Lanes of ``mask`` that are not in ``removed``."""
 
     @abstractmethod
     def merge(self, mask: M, new: V, old: V) -> V:
@@ -238,8 +238,8 @@ class NumberDomain(Domain[Numbers, Lanes]):
     def join(self, one: Lanes, other: Lanes) -> Lanes:
         return one | other
 
-    def without(self, mask: Lanes, gone: Lanes) -> Lanes:
-        return mask & ~gone
+    def without(self, mask: Lanes, removed: Lanes) -> Lanes:
+        return mask & ~removed
 
     def merge(self, mask: Lanes, new: Numbers, old: Numbers) -> Numbers:
         return new if mask.all() else self.select(mask, new, old)

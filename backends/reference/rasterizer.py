@@ -48,10 +48,10 @@ def clip_triangles(vertices: Vertices, triangles: Ints) -> tuple[Vertices, Ints,
     finite = np.asarray(np.isfinite(vertices.clip).all(axis=1))
     inside = (distances(vertices.clip) >= 0) & finite[:, None]
     corners: NDArray[np.bool_] = inside[triangles]
-    whole = corners.all(axis=(1, 2))
+    is_inside = corners.all(axis=(1, 2))
     reachable = np.asarray(corners.any(axis=1)).all(axis=1) & np.asarray(finite[triangles]).all(axis=1)
-    cut = np.flatnonzero(reachable & ~whole)
-    kept = np.flatnonzero(whole)
+    cut = np.flatnonzero(reachable & ~is_inside)
+    kept = np.flatnonzero(is_inside)
     rows, parts, sources = [vertices.rows], [triangles[kept]], [kept]
     count = len(vertices.rows)
     for first in range(0, len(cut), POLYGONS_AT_ONCE):
@@ -96,8 +96,8 @@ def _clip_at(polygons: Float64, sizes: Ints, distance: Float64) -> tuple[Float64
     a, b = np.where(leaving, i, j), np.where(leaving, j, i)  # from the inside corner to the outside one
     apart = distance[k, a] - distance[k, b]
     share, rest = -distance[k, b] / apart, distance[k, a] / apart
-    made = polygons[k, a] * share[:, None] + polygons[k, b] * rest[:, None]
-    clipped[k, target[k, i] + inside[k, i]] = made
+    crossings = polygons[k, a] * share[:, None] + polygons[k, b] * rest[:, None]
+    clipped[k, target[k, i] + inside[k, i]] = crossings
     return clipped, emitted.sum(axis=1)
 
 
@@ -178,13 +178,13 @@ def to_window(vertices: Vertices, triangles: Ints, size: tuple[int, int], state:
     def wound(values: NDArray[np.generic]) -> NDArray[np.generic]:
         return np.take_along_axis(values[kept], order, axis=1)
 
-    made = ScreenTriangles(
+    on_screen = ScreenTriangles(
         wound(triangles), wound(x), wound(y), wound(depth[at]), wound(inverse_w[at]),  # type: ignore[arg-type]
         np.abs(area[kept]), front[kept], np.zeros(len(kept)), kept,
     )  # fmt: skip
     if state.polygon_offset == (0.0, 0.0):
-        return made
-    return replace(made, offset=_offset(made, state.polygon_offset))
+        return on_screen
+    return replace(on_screen, offset=_offset(on_screen, state.polygon_offset))
 
 
 def _offset(triangles: ScreenTriangles, polygon_offset: tuple[float, float]) -> Float64:

@@ -135,8 +135,8 @@ def on_quads(of: Callable[[str], Mapping[str, Callable[[], Made]]]) -> dict[str,
         return at(axes)[name]()
 
     own = at("")
-    beside = {ir.other_pixel(name, axes): partial(asked, axes, name) for axes in ir.OTHER_PIXELS for name in own}
-    return {**own, **beside}
+    at_neighbors = {ir.other_pixel(name, axes): partial(asked, axes, name) for axes in ir.OTHER_PIXELS for name in own}
+    return {**own, **at_neighbors}
 
 
 class Stage:

@@ -137,14 +137,14 @@ class Traced(Interpreter[Numbers, Lanes]):
 
 def traced(bound: BoundStage, builtins: Builtins) -> tuple[Traced, list[Numbers]]:
     """One lane of a stage: what happened in it, and its results."""
-    made: list[Traced] = []
+    runs: list[Traced] = []
 
     def make(*parts: Any) -> Traced:
-        made.append(Traced(*parts))
-        return made[0]
+        runs.append(Traced(*parts))
+        return runs[0]
 
     results, _ = bound.run(1, builtins, make)
-    return made[0], results
+    return runs[0], results
 
 
 def is_about_returns(condition: ir.Expr) -> bool:
@@ -305,22 +305,22 @@ class TracedDraw(ReferenceDrawPass):
         fates = [fate for batch in self._batches for fate in batch.fates]
         passed = [order for order, fate in enumerate(fates) if fate == "passed"]
         discarded = [order for order, fate in enumerate(fates) if fate == "discarded"]
-        told = (passed[::-1] + discarded)[:KEPT_RUNS]
-        kept = {*range(len(fates))[:KEPT_ENDS], *range(len(fates))[-KEPT_ENDS:], *told}
-        made = {order: self._fragment(order, order in told) for order in sorted(kept)}
+        shown = (passed[::-1] + discarded)[:KEPT_RUNS]
+        kept = {*range(len(fates))[:KEPT_ENDS], *range(len(fates))[-KEPT_ENDS:], *shown}
+        fragments = {order: self._fragment(order, order in shown) for order in sorted(kept)}
         mesh = self.step.source.geometry
-        told_of = tuple(made[order] for order in told)
-        return Drawn(len(mesh.triangles), len(fates), tuple(made.values()), told_of, self.step.state)
+        told_of = tuple(fragments[order] for order in shown)
+        return Drawn(len(mesh.triangles), len(fates), tuple(fragments.values()), told_of, self.step.state)
 
-    def _fragment(self, order: int, told: bool) -> Fragment:
+    def _fragment(self, order: int, with_lines: bool) -> Fragment:
         at, batches = order, iter(self._batches)
         while at >= len(batch := next(batches)):
             at -= len(batch)
         covered = batch.covered.take(slice(at, at + 1))
         piece = int(covered.fragments.triangle[0])
         triangle, front = int(covered.screen.source[piece]), bool(covered.screen.front[piece])
-        corners = self._corners(covered, triangle) if told else ()
-        lines = self._lines(covered, self.bound) if told and self.bound is not None else None
+        corners = self._corners(covered, triangle) if with_lines else ()
+        lines = self._lines(covered, self.bound) if with_lines and self.bound is not None else None
         return Fragment(
             order, triangle, front, float(covered.depth[0]), batch.fates[at], batch.held[at], corners, lines
         )

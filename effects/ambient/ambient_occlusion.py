@@ -153,8 +153,10 @@ def occlusion(
     """
     frame = View(camera).frame()
     if half_resolution:
-        small = (pg.target(f"{prefix}linear depth", "r32f", like=depth, scale=0.5),
-                 pg.target(f"{prefix}small normals", "rgba16f", like=depth, scale=0.5))  # fmt: skip
+        small = (
+            pg.target(f"{prefix}linear depth", "r32f", like=depth, scale=0.5),
+            pg.target(f"{prefix}small normals", "rgba16f", like=depth, scale=0.5),
+        )
         searched = linearised_half(depth, normals, frame, into=small, name="half size")
     else:
         searched = linearised(depth, frame, into=pg.target(f"{prefix}linear depth", "r32f")), normals
@@ -172,10 +174,10 @@ def occlusion(
             clean = denoise_line(clean, searched[1], frame, radius, *direction, into=into, name=f"denoise {axis}")
     into = pg.target(f"{prefix}visibility", "r16f", like=depth)
     if half_resolution:
-        made = enlarge(clean, depth, normals, frame, radius, into=into, name="full size")
+        visibility = enlarge(clean, depth, normals, frame, radius, into=into, name="full size")
     else:
-        made = first_channel(clean, into=into, name="visibility")
-    return Occlusion(made, raw, clean, *searched)
+        visibility = first_channel(clean, into=into, name="visibility")
+    return Occlusion(visibility, raw, clean, *searched)
 
 
 @checked
@@ -209,9 +211,12 @@ def ambient_occlusion_passes(
         range_check=range_check, power=power, half_resolution=half_resolution, denoise=denoise,
     )  # fmt: skip
     around, _ = ambient_light(
-        shaded.normals, light, View(camera).up(),
-        into=(pg.target("ambient", "rgb32f"), pg.target("ambient again", "rgb32f")), name="ambient",
-    )  # fmt: skip
+        shaded.normals,
+        light,
+        View(camera).up(),
+        into=(pg.target("ambient", "rgb32f"), pg.target("ambient again", "rgb32f")),
+        name="ambient",
+    )
     lit = dim_ambient(
         shaded.soft_shadow, shaded.base_color, around, found.visibility, bounces,
         into=pg.target("lit", "rgba16f"), name="lit",

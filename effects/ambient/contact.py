@@ -107,9 +107,9 @@ class Window:
 
     def clip(self, low: float, high: float) -> Float64:
         """To a clip space whose near plane lies at world y ``high`` and its far plane at ``low``."""
-        made, depth = self.flat, high - low
-        made[2] = 0.0, -2.0 / depth, 0.0, (high + low - 2.0 * float(self.origin[1])) / depth
-        return made
+        matrix, depth = self.flat, high - low
+        matrix[2] = 0.0, -2.0 / depth, 0.0, (high + low - 2.0 * float(self.origin[1])) / depth
+        return matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,15 +152,19 @@ def contact_map(
     if floor:
         slack = 1e-3 * max(top - bottom, threshold)
         heights = pg.draw(
-            merged(floor, origin), vertex=from_above, fragment=height_of,
+            merged(floor, origin),
+            vertex=from_above,
+            fragment=height_of,
             into=pg.target("contact heights", "r32f", size, clear=NO_FLOOR),
             depth=pg.target("contact heights test", "depth32f", size),
             clip_from_local=window.clip(bottom - slack, top + slack),
-        )  # fmt: skip
+        )
     values: dict[str, object] = {
-        "heights": heights or blank, "has_heights": heights is not None, "threshold": threshold,
+        "heights": heights or blank,
+        "has_heights": heights is not None,
+        "threshold": threshold,
         "clip_from_local": window.clip(min(float(low[1]), bottom) - threshold, top + threshold),
-    }  # fmt: skip
+    }
     inside = None
     if floor or low[1] < height - SLACK * threshold:
         inside = pg.draw(
@@ -255,9 +259,7 @@ def share_at(contacts: Image, place: vec2) -> vec3:
 
 
 @pg.kernel
-def look_up(
-    normals: Image, depth: Image, contacts: Image, frame: ViewFrame, map_from_view: mat4, up: vec3
-) -> vec4:  # fmt: skip
+def look_up(normals: Image, depth: Image, contacts: Image, frame: ViewFrame, map_from_view: mat4, up: vec3) -> vec4:
     """On a plane its pixels are known by their place and normal."""
     z = depth[0, 0].r
     at = map_from_view * vec4(view_position(frame, pg.uv(), z), 1.0)
@@ -317,13 +319,13 @@ def contact_passes(
     """`contact` with every target on the way; parameters as there."""
     check_names(scene, darkness)
     ground = floor_nodes(scene, floor)
-    made = contact_map(scene, ground, height, threshold, darkness, map_size)
+    field = contact_map(scene, ground, height, threshold, darkness, map_size)
     passes = soft_shadow_passes(scene, display=False)
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
-    share = _share_on_field(ground, view, made, passes) if ground else _share_on_plane(view, made, passes)
+    share = _share_on_field(ground, view, field, passes) if ground else _share_on_plane(view, field, passes)
     lit = multiply(passes.soft_shadow, share, into=pg.target("contact", "rgba16f"))
     picture = tone_map(lit, 0.0, "linear", into=pg.target("picture", "rgba8"), name="picture") if display else lit
-    return Contact(picture, lit, share, made.map, made.heights, passes)
+    return Contact(picture, lit, share, field.map, field.heights, passes)
 
 
 @effect("contact", "scene")
@@ -363,26 +365,26 @@ def contact() -> None:
     """
 
 
-def _share_on_plane(view: View, made: ContactMap, passes: SoftShadow) -> pg.Target:
+def _share_on_plane(view: View, field: ContactMap, passes: SoftShadow) -> pg.Target:
     def from_view(camera: pg.Camera) -> Float64:
-        eye = translation(np.asarray(camera.eye) - made.window.origin)
-        world: Float64 = made.window.flat @ eye @ camera.view_rotation().T
+        eye = translation(np.asarray(camera.eye) - field.window.origin)
+        world: Float64 = field.window.flat @ eye @ camera.view_rotation().T
         return world
 
     return look_up(
-        passes.normals, passes.depth, made.map, view.frame(), view.camera.map(from_view), view.up(),
+        passes.normals, passes.depth, field.map, view.frame(), view.camera.map(from_view), view.up(),
         into=pg.target("contact share", "rgba16f"),
     )  # fmt: skip
 
 
-def _share_on_field(floor: Sequence[pg.Node], view: View, made: ContactMap, passes: SoftShadow) -> pg.Target:
+def _share_on_field(floor: Sequence[pg.Node], view: View, field: ContactMap, passes: SoftShadow) -> pg.Target:
     origin = np.mean([node.bounds.mean(axis=0) for node in floor], axis=0)
     share: pg.Target = pg.draw(
         merged(floor, origin), vertex=place_floor, fragment=look_up_floor,
         into=pg.target("contact share", "rgba16f", scale=1.0, clear=1.0), depth=passes.base_color.depth,
-        depth_compare="less_equal", depth_write=False, polygon_offset=AGAIN_OFFSET, contacts=made.map,
+        depth_compare="less_equal", depth_write=False, polygon_offset=AGAIN_OFFSET, contacts=field.map,
         cull="none" if any(node.material.double_sided for node in floor) else "back",
         clip_from_local=view.clip_from(origin),
-        map_from_local=made.window.flat @ translation(origin - made.window.origin),
+        map_from_local=field.window.flat @ translation(origin - field.window.origin),
     )  # fmt: skip
     return share

@@ -142,7 +142,7 @@ def horizon_visibility(
     full = 1.0 / falloff  # what is nearer than radius * (1 - falloff) counts in full
     noise = pattern(here)
     seen = 0.0
-    whole = 0.0
+    unoccluded = 0.0
     for i in range(slices):
         angle = (float(i) + noise.x) * (PI / float(slices))
         d = across * cos(angle) + along * sin(angle)
@@ -170,8 +170,8 @@ def horizon_visibility(
                 w = max(found + carried * float(sign) if found > 0.0 else nothing, 1e-20)
                 # from the pixel to the tap, in perspective both times w, which no cosine feels
                 up = lift * (gain * w - same) + away * float(sign) * toward_eye
-                beside = away * sideways
-                squared = up * up + beside * beside
+                off_slice = away * sideways
+                squared = up * up + off_slice * off_slice
                 # one division for two: by the distance, and of it by the radius
                 most = radius * spread(frame, w)
                 scale = 1.0 / (sqrt(max(squared, 1e-30)) * most)
@@ -185,8 +185,8 @@ def horizon_visibility(
         s2 = sqrt(max(1.0 - c2 * c2, 0.0))
         arc = acos(clamp(c1, -1.0, 1.0)) - c1 * s1 - acos(clamp(c2, -1.0, 1.0)) + c2 * s2
         seen += 0.5 * (n_v * (s1 * s1 + s2 * s2) + n_d * arc)
-        whole += n_v + n_d * atan(n_d, n_v)
-    return vec2(shaped(seen / whole, power), linear)
+        unoccluded += n_v + n_d * atan(n_d, n_v)
+    return vec2(shaped(seen / unoccluded, power), linear)
 
 
 TURN = 2.0 * pi

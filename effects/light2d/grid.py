@@ -112,8 +112,8 @@ def occlusion(
         height, width = grid.shape
         covered = Window(window.left, window.top - height * cell, window.left + width * cell, window.top)
         shape, clip = quads([covered.corners]), window.clip
-    made: pg.Target = pg.draw(
+    occluded: pg.Target = pg.draw(
         shape, vertex=in_window, fragment=copied, into=copy, name=name, blend=DARKER,
         values={"clip": clip, "picture": rims},
     )  # fmt: skip
-    return made
+    return occluded

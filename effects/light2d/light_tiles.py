@@ -23,7 +23,7 @@ from passgraph.effects.light2d.world import (
     Window,
     distance_to_edges,
     outlines_of,
-)  # fmt: skip
+)
 from passgraph.effects.quantities import Color
 
 #: The walk through edges is a loop of lights · (2 · edges + 1) · edges trips, of which a kernel may have this many.
@@ -127,8 +127,8 @@ def tile_tables(
         most = layers[int(number) % len(layers)]
         free, hidden, longest = (int(v) for v in (*heads[:, 1:].max(0), pairs.count[mine].max(initial=0)))
         bounds.append((_rounded(free), min(_rounded(hidden), most), min(_rounded(longest), most_edges(most))))
-    made = tuple(layers[int(number) % len(layers)] for number in passes)
-    return TileTables(tuple(tiles), made, tuple(bounds), table)
+    layer_of_pass = tuple(layers[int(number) % len(layers)] for number in passes)
+    return TileTables(tuple(tiles), layer_of_pass, tuple(bounds), table)
 
 
 def _rounded(count: int) -> int:
@@ -344,20 +344,20 @@ class LiveLight:
         passgraph.GraphError
             For more than there is room for.
         """
-        made = tile_tables(self.window, lights, walls, self.size, self.tile_px, (self.shaded,))
-        if len(made.layers) > 1:
+        tables = tile_tables(self.window, lights, walls, self.size, self.tile_px, (self.shaded,))
+        if len(tables.layers) > 1:
             raise pg.GraphError(
                 f"{self.name}: a tile of {self.tile_px} pixels has more than {self.shaded} lights with edges before "
                 "them; raise shaded, or take smaller tiles or shorter lights"
             )
-        if len(made.table) > self.rows:
+        if len(tables.table) > self.rows:
             raise pg.GraphError(
-                f"{self.name}: the lists take {made.table.size // 4} texels, and there is room for "
+                f"{self.name}: the lists take {tables.table.size // 4} texels, and there is room for "
                 f"{self.rows << ROW_BITS}; raise room"
             )
         table = np.zeros((self.rows, 1 << ROW_BITS, 4), np.float32)
-        table[: len(made.table)] = made.table
-        return {f"{self.name}_tiles": made.tiles[0], f"{self.name}_table": table}
+        table[: len(tables.table)] = tables.table
+        return {f"{self.name}_tiles": tables.tiles[0], f"{self.name}_table": table}
 
 
 @checked

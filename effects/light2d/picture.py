@@ -87,8 +87,10 @@ def light2d(
     window = world.fitted(size)
     unit = (window.right - window.left) / size[0]
     ground = tiled_floor(
-        (window.left, window.top, unit, -unit), world.floor, into=pg.target(f"{name}_floor", "rgba16f", size),
-    )  # fmt: skip
+        (window.left, window.top, unit, -unit),
+        world.floor,
+        into=pg.target(f"{name}_floor", "rgba16f", size),
+    )
     light = light_map(window, world.lights, world.walls, size, penumbra, draws, world.ambient, name=f"{name}_light_map")
     shown = lit(ground, light, name=f"{name}_lit")
     cell = unit * max(size) / 64.0

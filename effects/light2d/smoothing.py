@@ -79,15 +79,15 @@ def spline(picture: Image, at: vec2) -> vec4:
     """
     size = vec2(picture.size)
     place = at * size - 0.5
-    whole = floor(place)
-    t = place - whole
+    texel = floor(place)
+    t = place - texel
     u = 1.0 - t
     first = u * u * u / 6.0
     last = t * t * t / 6.0
     second = 2.0 / 3.0 - 0.5 * t * t * (2.0 - t)
     third = 1.0 - first - second - last
-    low = whole - 0.5 + second / (first + second)
-    high = whole + 1.5 + last / (third + last)
+    low = texel - 0.5 + second / (first + second)
+    high = texel + 1.5 + last / (third + last)
     near = low / size
     far = high / size
     left = first.x + second.x
@@ -143,10 +143,13 @@ def mixed_light(
     """
     where = {"clip": window.clip, "light": (*light.position, light.radius, light.size)}
     mask: pg.Target = pg.draw(
-        shadow_of(edges, light.position), vertex=in_window, fragment=shadow_width,
-        into=pg.target(f"{name}_mask", "rgba32f", size), blend="max",
+        shadow_of(edges, light.position),
+        vertex=in_window,
+        fragment=shadow_width,
+        into=pg.target(f"{name}_mask", "rgba32f", size),
+        blend="max",
         values={**where, "pixels_per_unit": size[0] / (window.right - window.left)},
-    )  # fmt: skip
+    )
     halves = _halves(mask, levels, name)
     width = mask
     for level, half in enumerate(halves[1:], 1):

@@ -104,7 +104,7 @@ def world_from(given: object, where: str) -> World2D:
     lights = tuple(_light(item, at) for item, at in _items(root, "lights", MAX_LIGHTS, where))
     movers = tuple(_mover(item, at) for item, at in _items(root, "movers", MAX_MOVERS, where))
     colors = {name: _color(root[name], f"{where}: {name}") for name in ("ambient", "floor") if name in root}
-    return _made(where, lambda: World2D(Window(*window), walls, lights, movers, **colors))
+    return _checked(where, lambda: World2D(Window(*window), walls, lights, movers, **colors))
 
 
 def _wall(given: object, where: str) -> Wall:
@@ -120,14 +120,14 @@ def _wall(given: object, where: str) -> Wall:
     if not isinstance(points, list) or not 2 <= len(points) <= MAX_CORNERS:
         raise pg.InputError(f"{where}.{kind}: expected a list of 2 to {MAX_CORNERS} points [x, y]")
     corners = tuple(_point(point, f"{where}.{kind}[{n}]") for n, point in enumerate(points))
-    return _made(where, lambda: Wall(corners, closed=kind == "polygon"))
+    return _checked(where, lambda: Wall(corners, closed=kind == "polygon"))
 
 
 def _light(given: object, where: str) -> Light2D:
     one = _object(given, where, {"at"}, {"radius", "size", "color"})
     numbers = {name: _number(one[name], f"{where}.{name}") for name in ("radius", "size") if name in one}
     color = _color(one["color"], f"{where}.color") if "color" in one else (1.0, 1.0, 1.0)
-    return _made(where, lambda: Light2D(_point(one["at"], f"{where}.at"), color, **numbers))
+    return _checked(where, lambda: Light2D(_point(one["at"], f"{where}.at"), color, **numbers))
 
 
 def _mover(given: object, where: str) -> Mover:
@@ -184,7 +184,7 @@ def _color(given: object, where: str) -> Color:
     return r, g, b
 
 
-def _made(where: str, make: Callable[[], Made]) -> Made:
+def _checked(where: str, make: Callable[[], Made]) -> Made:
     """What a constructor makes; what it refuses is named by its place in the file."""
     try:
         return make()

@@ -48,8 +48,8 @@ def tent_share(low: float, high: float, centre: float) -> float:
 @pg.function
 def wide_share(low: float, high: float, centre: float) -> float:
     """The same of three reads, a texel apart, the middle one four times."""
-    beside = tent_share(low, high, centre - 1.0) + tent_share(low, high, centre + 1.0)
-    return (4.0 * tent_share(low, high, centre) + beside) / 6.0
+    sides = tent_share(low, high, centre - 1.0) + tent_share(low, high, centre + 1.0)
+    return (4.0 * tent_share(low, high, centre) + sides) / 6.0
 
 
 @pg.struct
@@ -62,12 +62,12 @@ class Covered:
 
 
 @pg.function
-def covered(size: ivec2, made: ivec2) -> Covered:
+def covered(size: ivec2, target_size: ivec2) -> Covered:
     """What this pixel covers of a picture, the target being as large as that; the whole part is exact."""
     begin = pixel() * size
-    first = begin // made
-    low = vec2(begin - first * made) / vec2(made)
-    return Covered(first, low, low + vec2(size) / vec2(made))
+    first = begin // target_size
+    low = vec2(begin - first * target_size) / vec2(target_size)
+    return Covered(first, low, low + vec2(size) / vec2(target_size))
 
 
 @pg.kernel(known_sizes=True)
@@ -76,8 +76,8 @@ def down(color: Image) -> vec4:
 
     Where the size halves exactly these are bilinear reads, four times the centre and once the diagonal neighbours.
     """
-    size, made = color.size, output_size()
-    if size.x == 2 * made.x and size.y == 2 * made.y:
+    size, target_size = color.size, output_size()
+    if size.x == 2 * target_size.x and size.y == 2 * target_size.y:
         at, d = uv(), 1.0 / vec2(size)
         total = color.sample(at) * 4.0
         total += color.sample(at + vec2(d.x, d.y)) + color.sample(at + vec2(-d.x, d.y))
@@ -85,9 +85,9 @@ def down(color: Image) -> vec4:
         return total / 8.0
     # In texels: where twice the width begins, as a whole number and a rest, and how many a pixel covers.
     begin = (2 * pixel() - 1) * size
-    first = begin // (2 * made)
-    rest = vec2(begin - first * (2 * made)) / vec2(2 * made)
-    one = vec2(size) / vec2(made)
+    first = begin // (2 * target_size)
+    rest = vec2(begin - first * (2 * target_size)) / vec2(2 * target_size)
+    one = vec2(size) / vec2(target_size)
     total = vec4(0.0)
     for y in range(5):
         near_y = overlap(float(y), rest.y + 0.5 * one.y, one.y)
@@ -105,15 +105,15 @@ def up(color: Image) -> vec4:
 
     Where the size is not doubled exactly it is the mean over a pixel of three bilinear reads each way, as wide.
     """
-    size, made = color.size, output_size()
-    if 2 * size.x == made.x and 2 * size.y == made.y:
+    size, target_size = color.size, output_size()
+    if 2 * size.x == target_size.x and 2 * size.y == target_size.y:
         at, d = uv(), 0.5 / vec2(size)
         total = color.sample(at + vec2(-2.0 * d.x, 0.0)) + color.sample(at + vec2(2.0 * d.x, 0.0))
         total += color.sample(at + vec2(0.0, -2.0 * d.y)) + color.sample(at + vec2(0.0, 2.0 * d.y))
         total += (color.sample(at + vec2(d.x, d.y)) + color.sample(at + vec2(-d.x, d.y))) * 2.0
         total += (color.sample(at + vec2(d.x, -d.y)) + color.sample(at - d)) * 2.0
         return total / 12.0
-    over = covered(size, made)
+    over = covered(size, target_size)
     total = vec4(0.0)
     for y in range(-2, 4):
         share_y = wide_share(over.low.y, over.high.y, float(y) + 0.5)
@@ -130,10 +130,12 @@ def add_glow(color: Image, glow: Image, intensity: float) -> vec4:
     A glow of half the size rounded up is not read where the pixel lies but over all of it.
     """
     c = color[0, 0]
-    size, made = glow.size, output_size()
-    if (size.x == made.x or 2 * size.x == made.x) and (size.y == made.y or 2 * size.y == made.y):
+    size, target_size = glow.size, output_size()
+    if (size.x == target_size.x or 2 * size.x == target_size.x) and (
+        size.y == target_size.y or 2 * size.y == target_size.y
+    ):
         return vec4(c.rgb + glow.sample(uv()).rgb * intensity, c.a)
-    over = covered(size, made)
+    over = covered(size, target_size)
     light = vec3(0.0)
     for y in range(-1, 3):
         share_y = tent_share(over.low.y, over.high.y, float(y) + 0.5)

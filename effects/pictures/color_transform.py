@@ -83,9 +83,7 @@ def color_transform(
     found = _config(config)
     if not (dst or display or look or file):
         display = found.getDefaultDisplay()
-    steps = {
-        "exposure_stops": (exposure_stops, 0.0), "contrast": (contrast, 1.0), "gamma": (gamma, 1.0)
-    }  # fmt: skip
+    steps = {"exposure_stops": (exposure_stops, 0.0), "contrast": (contrast, 1.0), "gamma": (gamma, 1.0)}
     changed = {step: value for step, (value, neutral) in steps.items() if not _is_same(value, neutral)}
     if changed and display is None:
         raise pg.GraphError(
@@ -106,9 +104,10 @@ def color_transform(
 
 #: What OpenColorIO calls the uniforms of its exposure and contrast transform.
 _UNIFORMS = {
-    "exposure_stops": "ocio_exposure_contrast_exposureVal", "contrast": "ocio_exposure_contrast_contrastVal",
+    "exposure_stops": "ocio_exposure_contrast_exposureVal",
+    "contrast": "ocio_exposure_contrast_contrastVal",
     "gamma": "ocio_exposure_contrast_gammaVal",
-}  # fmt: skip
+}
 
 
 def _is_same(value: object, neutral: float) -> bool:

@@ -25,5 +25,5 @@ def decoded(color: pg.Target, name: str, stored: str = "rgba16f") -> pg.Target:
     format = color.spec.format
     if format is None or not format.srgb:
         return color
-    made: pg.Target = as_it_is(color, into=pg.target(name, stored, like=color), name=name)
-    return made.border(color.border_rule)
+    linear: pg.Target = as_it_is(color, into=pg.target(name, stored, like=color), name=name)
+    return linear.border(color.border_rule)

@@ -59,9 +59,9 @@ def bell(bits: int) -> float:
 def noise(index: int, seed: int, colored: Const[bool]) -> vec4:
     """Whole numbers by chance, new ones for each pixel and index."""
     at = pixel()
-    made = hashed(at.x, at.y, index ^ (seed * 0x9E3779B9))
-    first = bell(made.x)
-    return vec4(first, bell(made.y), bell(made.z), 0.0) if colored else vec4(first, first, first, 0.0)
+    hashes = hashed(at.x, at.y, index ^ (seed * 0x9E3779B9))
+    first = bell(hashes.x)
+    return vec4(first, bell(hashes.y), bell(hashes.z), 0.0) if colored else vec4(first, first, first, 0.0)
 
 
 @pg.kernel
@@ -115,9 +115,9 @@ def film_grain(
     deviation = BYTES_DEVIATION
     if size_px > 0.0:
         sigma, radius = 0.5 * size_px, ceil(0.5 * SIGMAS * size_px)
-        first, *others = gaussian_weights(sigma, radius)
+        first, *rest = gaussian_weights(sigma, radius)
         # of the mean of independent numbers; repeated, the picture's border has as many of them as its middle
-        deviation *= first**2 + 2.0 * sum(weight**2 for weight in others)
+        deviation *= first**2 + 2.0 * sum(weight**2 for weight in rest)
         wide = pg.target(f"{name}_grain", "rgba32f", like=color)
         grain = gaussian_blur(grain.border("repeat"), sigma, radius, into=wide, name=f"{name}_grain")
     amplitude = mapped(strength, lambda given: given / deviation)

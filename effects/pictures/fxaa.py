@@ -43,7 +43,7 @@ def _smoothing(quality: Quality) -> Any:
     farthest = last
 
     @pg.function
-    def beside(luma: Image, at: ivec2, along: ivec2, across: ivec2, away: float) -> float:
+    def luma_at(luma: Image, at: ivec2, along: ivec2, across: ivec2, away: float) -> float:
         """Luma on the border of two rows, so many texels along it: as a bilinear read there."""
         base = at + along * int(away)
         mean = luma.texel(base).r + luma.texel(base + across).r
@@ -86,11 +86,11 @@ def _smoothing(quality: Quality) -> Any:
         found_back, found_ahead = False, False
         for i in range(len(places)):
             if not found_back:
-                end_back = beside(luma, at, -along, across, places[i]) - border
+                end_back = luma_at(luma, at, -along, across, places[i]) - border
                 found_back = abs(end_back) >= NEARLY * 0.25 * steep
                 back = places[i] if found_back else farthest
             if not found_ahead:
-                end_ahead = beside(luma, at, along, across, places[i]) - border
+                end_ahead = luma_at(luma, at, along, across, places[i]) - border
                 found_ahead = abs(end_ahead) >= NEARLY * 0.25 * steep
                 ahead = places[i] if found_ahead else farthest
             if found_back and found_ahead:
@@ -148,5 +148,5 @@ def fxaa(
     """
     luma = perceived(color, linear, into=pg.target(f"{name}_luma", "r32f", like=color), name=f"{name}_luma")
     into = into or pg.target(name, "rgba16f" if linear else "rgba8")
-    made: pg.Target = _smoothing(quality)(color, luma, subpixel, contrast, least_contrast, into=into, name=name)
-    return made
+    smooth: pg.Target = _smoothing(quality)(color, luma, subpixel, contrast, least_contrast, into=into, name=name)
+    return smooth

@@ -35,7 +35,7 @@ def dirt_texture(size: tuple[int, int], seed: int = 1) -> NDArray[np.float32]:
     rng = np.random.default_rng(seed)
     x, y = np.meshgrid((np.arange(width) + 0.5) / height, (np.arange(height) + 0.5) / height)
     wide = width / height
-    made = np.zeros((height, width), np.float64)
+    dirt = np.zeros((height, width), np.float64)
 
     def seen_from(radius: float) -> tuple[tuple[slice, slice], Float64, Float64]:
         """The pixels around a place by chance, and their way from it."""
@@ -48,19 +48,19 @@ def dirt_texture(size: tuple[int, int], seed: int = 1) -> NDArray[np.float32]:
     for _ in range(260):  # dust
         radius, dark = rng.uniform(0.002, 0.009), rng.uniform(0.15, 0.6)
         part, u, v = seen_from(radius)
-        made[part] += dark * np.clip(2.0 - 2.0 * np.hypot(u, v) / radius, 0, 1)
+        dirt[part] += dark * np.clip(2.0 - 2.0 * np.hypot(u, v) / radius, 0, 1)
     for _ in range(40):  # drops that have dried: a disc with a brighter rim
         radius, dark = rng.uniform(0.015, 0.06), rng.uniform(0.03, 0.14)
         part, u, v = seen_from(radius)
-        made[part] += dark * _dried(np.hypot(u, v) / radius)
+        dirt[part] += dark * _dried(np.hypot(u, v) / radius)
     for _ in range(14):  # smears: long and soft
         long, thin, turn = rng.uniform(0.1, 0.35), rng.uniform(0.01, 0.04), rng.uniform(0, np.pi)
         dark = rng.uniform(0.04, 0.12)
         part, u, v = seen_from(long)
         along, across = u * np.cos(turn) + v * np.sin(turn), v * np.cos(turn) - u * np.sin(turn)
-        made[part] += dark * np.clip(1.0 - (along / long) ** 2 - (across / thin) ** 2, 0, 1)
+        dirt[part] += dark * np.clip(1.0 - (along / long) ** 2 - (across / thin) ** 2, 0, 1)
     texels = np.ones((height, width, 4), np.float32)
-    texels[:, :, :3] = np.clip(made, 0.0, 1.0)[:, :, None]
+    texels[:, :, :3] = np.clip(dirt, 0.0, 1.0)[:, :, None]
     return texels
 
 

@@ -35,16 +35,16 @@ LOOPS = _pairs("0-19 19-69 69-118")
 def middle_within(color: Image, channel: int, reach: int) -> float:
     """Of one channel of the texels up to 1 or 2 away; arrays of single numbers are short enough to be values."""
     side = 2 * reach + 1
-    held = [0.0] * 25
+    sorted_values = [0.0] * 25
     for i in range(side * side):
-        held[i] = color[i % side - reach, i // side - reach][channel]
+        sorted_values[i] = color[i % side - reach, i // side - reach][channel]
     for loop in range(reach - 1, 2 * reach - 1):
         first, end = LOOPS[loop].x, LOOPS[loop].y
         for i in range(first, min(end, first + 64)):  # whose limit is known where nothing is simplified, too
-            a, b = held[EXCHANGES[i].x], held[EXCHANGES[i].y]
-            held[EXCHANGES[i].x] = min(a, b)
-            held[EXCHANGES[i].y] = max(a, b)
-    return held[side * side // 2]
+            a, b = sorted_values[EXCHANGES[i].x], sorted_values[EXCHANGES[i].y]
+            sorted_values[EXCHANGES[i].x] = min(a, b)
+            sorted_values[EXCHANGES[i].y] = max(a, b)
+    return sorted_values[side * side // 2]
 
 
 @pg.function

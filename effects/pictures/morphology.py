@@ -13,8 +13,11 @@ from passgraph.effects.checked import effect
 Operation = Literal["erode", "dilate", "open", "close"]
 #: Whether each step takes the largest numbers.
 STEPS: dict[Operation, tuple[bool, ...]] = {
-    "erode": (False,), "dilate": (True,), "open": (False, True), "close": (True, False),
-}  # fmt: skip
+    "erode": (False,),
+    "dilate": (True,),
+    "open": (False, True),
+    "close": (True, False),
+}
 
 
 @pg.kernel
@@ -60,11 +63,11 @@ def morphology(
     """
     if radius_px == 0:
         return color
-    made, steps = color, STEPS[operation]
+    shape, steps = color, STEPS[operation]
     for number, largest in enumerate(steps, 1):
         label = f"{name}_{number}"
-        made = extreme(made, radius_px, True, largest, into=pg.target(f"{label}_x", "rgba32f", like=color))
+        shape = extreme(shape, radius_px, True, largest, into=pg.target(f"{label}_x", "rgba32f", like=color))
         last = (into or pg.target(name, "rgba32f")) if number == len(steps) else pg.target(label, "rgba32f", like=color)
-        made = extreme(made.border(color.border_rule), radius_px, False, largest, into=last, name=f"{label}_y")
-        made = made if number == len(steps) else made.border(color.border_rule)
-    return made
+        shape = extreme(shape.border(color.border_rule), radius_px, False, largest, into=last, name=f"{label}_y")
+        shape = shape if number == len(steps) else shape.border(color.border_rule)
+    return shape

@@ -26,11 +26,11 @@ def luminances(color: Image) -> float:
 @pg.kernel
 def steepness(light: Image, middle: float, strength: float) -> vec4:
     """The root mean square of both slopes, in luminance per two pixels."""
-    beside = 0.5 - 0.5 * middle
+    side_weight = 0.5 - 0.5 * middle
     dx = middle * (light[1, 0].r - light[-1, 0].r)
-    dx += beside * (light[1, -1].r - light[-1, -1].r + light[1, 1].r - light[-1, 1].r)
+    dx += side_weight * (light[1, -1].r - light[-1, -1].r + light[1, 1].r - light[-1, 1].r)
     dy = middle * (light[0, 1].r - light[0, -1].r)
-    dy += beside * (light[-1, 1].r - light[-1, -1].r + light[1, 1].r - light[1, -1].r)
+    dy += side_weight * (light[-1, 1].r - light[-1, -1].r + light[1, 1].r - light[1, -1].r)
     return vec4(vec3(strength * sqrt(0.5 * (dx * dx + dy * dy))), 1.0)
 
 

@@ -93,7 +93,7 @@ def drawn(
 ) -> pg.Target:
     """A picture stretched over a target."""
     values: dict[str, object] = {"clip": WHOLE_CLIP, "picture": picture, "factor": factor}
-    made: pg.Target = pg.draw(
+    stretched: pg.Target = pg.draw(
         whole(), vertex=in_window, fragment=copied, into=into, name=name, values=values, blend=blend
     )
-    return made
+    return stretched

@@ -46,8 +46,8 @@ def ground_of(scene: pg.Scene, height: float) -> Ground:
     flat = [node for node in scene.nodes if float(np.abs(node.bounds[:, 1] - height).max()) <= 1e-6 * extent]
     if flat:
         node = max(flat, key=lambda each: float(np.prod((each.bounds[1] - each.bounds[0])[[0, 2]])))
-        others = [each for each in scene.nodes if each is not node]
-        return Ground(height, node, scene.with_(nodes=others) if others else None)
+        other_nodes = [each for each in scene.nodes if each is not node]
+        return Ground(height, node, scene.with_(nodes=other_nodes) if other_nodes else None)
     half = float(max(high[0] - low[0], high[2] - low[2], 1e-6))
     corners = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1.0]]) * half
     mesh = pg.Mesh.make(corners, [[0, 1, 2], [0, 2, 3]], np.tile([0.0, 1.0, 0.0], (4, 1)), name="plane")
@@ -58,9 +58,9 @@ def ground_of(scene: pg.Scene, height: float) -> Ground:
 
 def mirror(level: float) -> Float64:
     """The reflection in y = ``level``."""
-    made = np.diag([1.0, -1.0, 1.0, 1.0])
-    made[1, 3] = 2.0 * level
-    return made
+    matrix = np.diag([1.0, -1.0, 1.0, 1.0])
+    matrix[1, 3] = 2.0 * level
+    return matrix
 
 
 def projection(light: Float64, level: float) -> Float64:
@@ -76,8 +76,8 @@ def projection(light: Float64, level: float) -> Float64:
     """
     plane = np.array([0.0, 1.0, 0.0, -level])
     towards = float(plane @ light)
-    made: Float64 = towards * np.eye(4) - np.outer(light, plane)
-    return -made if towards < 0.0 else made
+    matrix: Float64 = towards * np.eye(4) - np.outer(light, plane)
+    return -matrix if towards < 0.0 else matrix
 
 
 def homogeneous(light: pg.Light, origin: Float64) -> Float64:
@@ -200,7 +200,7 @@ def lit_plane(
 @pg.vertex
 def flatten(
     vertex: pg.Vertex, clip_from_local: mat4, above_row: vec4, beyond_row: vec4, spot_from_local: mat4
-) -> Shade:  # fmt: skip
+) -> Shade:
     """A caster onto the plane, away from the light."""
     local = vec4(vertex.position, 1.0)
     above, beyond = dot(above_row, local), dot(beyond_row, local)
@@ -253,9 +253,11 @@ class Draws:
         self.side = self.view.camera.map(lambda camera: 1.0 if sees_top(camera, ground.height) else -1.0)
         columns = pg.combine(lights_from, self.view.camera, *self.lights)
         self.light_values: dict[str, object] = {
-            "lights": columns.map(itemgetter(0)), "colors": columns.map(itemgetter(1)),
-            "axes": columns.map(itemgetter(2)), "ambient": (ambient,) * 3,
-        }  # fmt: skip
+            "lights": columns.map(itemgetter(0)),
+            "colors": columns.map(itemgetter(1)),
+            "axes": columns.map(itemgetter(2)),
+            "ambient": (ambient,) * 3,
+        }
 
     def plane(self, into: Any, depth: Any, name: str, face: object, **state: Any) -> Any:
         """The plane's node, whatever side the eye is on."""
@@ -263,9 +265,12 @@ class Draws:
         origin = node.bounds.mean(axis=0)
         mesh = merged([node], origin)
         values = {
-            **self._placed(origin, np.eye(4)), **self._map(node.material), **self.light_values,
-            "face": face, "side": self.side,
-        }  # fmt: skip
+            **self._placed(origin, np.eye(4)),
+            **self._map(node.material),
+            **self.light_values,
+            "face": face,
+            "side": self.side,
+        }
         return pg.draw(
             mesh, vertex=place_lit, fragment=lit_plane, into=into, depth=depth, name=name, values=values, **state
         )
@@ -276,10 +281,12 @@ class Draws:
             material, blends = batch.material, batch.material.alpha_mode == "blend"
             matrix = mirror(self.ground.height - float(batch.origin[1])) if mirrored else np.eye(4)
             values = {
-                **self._placed(batch.origin, matrix), **self._map(material), **self.light_values,
+                **self._placed(batch.origin, matrix),
+                **self._map(material),
+                **self.light_values,
                 "keep": self.side if mirrored else 0.0,
                 "cutoff": material.alpha_cutoff if material.alpha_mode == "mask" else -1.0,
-            }  # fmt: skip
+            }
             into = pg.draw(
                 batch.mesh, vertex=place_lit, fragment=lit_object, into=into, depth=into.depth,
                 stencil=pg.Stencil("equal", 1) if mirrored else None, blend="alpha" if blends else None,
@@ -305,10 +312,12 @@ class Draws:
         for number, value in enumerate(self.lights):
             bit = 2 << number
             values = {
-                **self._flattened(value, origin, lift), "translucent": translucent,
+                **self._flattened(value, origin, lift),
+                "translucent": translucent,
                 "darkness": pg.combine(self._darkness_on(origin, darkness), self.view.camera, value),
-                "axis": value.map(lambda light: light.direction), "cone": value.map(cone),
-            }  # fmt: skip
+                "axis": value.map(lambda light: light.direction),
+                "cone": value.map(cone),
+            }
             into = pg.draw(
                 mesh, vertex=flatten, fragment=darken, into=into, depth=into.depth, depth_write=False,
                 stencil=pg.Stencil("equal", 1, read_mask=1 | bit, write_mask=bit, passed="invert"),
@@ -325,14 +334,14 @@ class Draws:
         def clip(camera: pg.Camera, light: pg.Light, size: tuple[int, int]) -> Float64:
             toward = 1.0 if sees_top(camera, self.ground.height) else -1.0
             flat = projection(homogeneous(light, origin), level + lift * toward)
-            made: Float64 = camera.projection_matrix(size[0] / size[1]) @ view_from_world(camera, origin) @ flat
-            return made
+            matrix: Float64 = camera.projection_matrix(size[0] / size[1]) @ view_from_world(camera, origin) @ flat
+            return matrix
 
         def from_light(light: pg.Light) -> Float64:
-            made: Float64 = translation(origin - np.asarray(light.position)) @ projection(
+            matrix: Float64 = translation(origin - np.asarray(light.position)) @ projection(
                 homogeneous(light, origin), level
             )
-            return made
+            return matrix
 
         return {
             "clip_from_local": pg.combine(clip, self.view.camera, value, pg.OUTPUT_SIZE),
@@ -422,10 +431,13 @@ def planar_passes(
     )  # fmt: skip
     reflection = draws.objects(marked, "2 reflection", True)
     plane = draws.plane(
-        reflection, reflection.depth, "3 plane",
+        reflection,
+        reflection.depth,
+        "3 plane",
         side.map(lambda up: (*top, top_opacity) if up > 0.0 else (*bottom, bottom_opacity)),
-        blend="alpha", color_mask=(True, True, True, False),
-    )  # fmt: skip
+        blend="alpha",
+        color_mask=(True, True, True, False),
+    )
     objects = draws.objects(plane, "4 objects", False)
     shadowed = draws.shadows(objects, darkness, lift)
     result = shadowed

@@ -60,13 +60,13 @@ def aperture_places(count: int, blades: int, crowded: bool = False) -> tuple[tup
     >>> [round(value, 2) for value in aperture_places(4, 0)[3]]
     [0.74, 0.57, 0.94, 1.0]
     """
-    made = []
+    places = []
     for number in range(count):
         share, angle = (number + 0.5) / count, number * GOLDEN_ANGLE
         out = share if crowded else sqrt(share)
         far = out * _rim(angle, blades)
-        made.append((far * sin(angle), far * cos(angle), out, 2.0 * out if crowded else 1.0))
-    return tuple(made)
+        places.append((far * sin(angle), far * cos(angle), out, 2.0 * out if crowded else 1.0))
+    return tuple(places)
 
 
 def _rim(angle: float, blades: int) -> float:

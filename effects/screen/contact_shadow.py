@@ -144,8 +144,8 @@ def contact_shadow(
     seen_by = camera_of(camera, vertical_fov_rad)
     view = View(seen_by)
     share = share_of_ways(depth, view, light or DEFAULT_LIGHT, reach, thickness, steps, denoised, name)
-    made: pg.Target = take_light(color, share, darkness, into=into or pg.target(name, "rgba32f"), name=name)
-    return made
+    shadowed: pg.Target = take_light(color, share, darkness, into=into or pg.target(name, "rgba32f"), name=name)
+    return shadowed
 
 
 def share_of_ways(

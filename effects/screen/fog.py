@@ -115,9 +115,9 @@ def fog(
     0.6321
     """
     view = View(camera_of(camera, vertical_fov_rad))
-    made: pg.Target = fogged(
+    foggy: pg.Target = fogged(
         color, depth, view.frame(), view.up(), view.derived(lambda seen_by: seen_by.eye[1] - height), fog_color,
         density, falloff, start, view.derived(lambda seen_by: seen_by.back), most, float(sky),
         into=into or pg.target(name, "rgba32f"), name=name,
     )  # fmt: skip
-    return made
+    return foggy

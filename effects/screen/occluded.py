@@ -76,5 +76,5 @@ def occluded(
         method=method, slices=slices, steps=steps, thickness=thickness, power=power,
         half_resolution=half_resolution,
     )  # fmt: skip
-    made: pg.Target = dim(color, found.visibility, into=into or pg.target(name, "rgba32f"), name=name)
-    return made
+    dimmed: pg.Target = dim(color, found.visibility, into=into or pg.target(name, "rgba32f"), name=name)
+    return dimmed

@@ -63,10 +63,10 @@ def lined(
         step = step_back(frame, depth, here, by)
         line = max(line, smoothstep(1.0, FULL, step / least))
         # on one side of the crease only, and not where depth jumps
-        beside = pixel() + by
-        inside = beside.x < depth.size.x and beside.y < depth.size.y
-        if crease_cosine > -1.0 and inside and abs(step) < least and depth.texel(beside).r > 0.0:
-            bent = dot(n, unpack_normal(normals.texel(beside).xy))
+        neighbor = pixel() + by
+        inside = neighbor.x < depth.size.x and neighbor.y < depth.size.y
+        if crease_cosine > -1.0 and inside and abs(step) < least and depth.texel(neighbor).r > 0.0:
+            bent = dot(n, unpack_normal(normals.texel(neighbor).xy))
             line = max(line, 1.0 if bent < crease_cosine else 0.0)
     return vec4(mix(c.rgb, line_color, clamp(line * opacity, 0.0, 1.0)), c.a)
 
@@ -124,9 +124,9 @@ def outlines(
     normals = depth_normals(depth, seen_by, f"{name}_normals")
     # below any cosine where creases are left out
     cosine = cos(crease_rad) if crease_rad < pi else -2.0
-    made: Any = lined(
+    drawing: Any = lined(
         color, depth, normals, View(seen_by).frame(), line_color, opacity, jump, cosine, width_px,
         into=into or pg.target(name, "rgba32f"), name=name,
     )  # fmt: skip
-    assert isinstance(made, pg.Target)
-    return made
+    assert isinstance(drawing, pg.Target)
+    return drawing

@@ -107,5 +107,5 @@ def shadowed(
     sums = lighting.sums((ambient, ambient, ambient) if isinstance(ambient, (int, float)) else ambient)
     share = shares(*sums, depth, into=pg.target(f"{name} shares", "rgba16f", like=depth), name="shares of light")
     blurred = blurred_shadows(share, seen, view, chosen, width, notes)
-    made: pg.Target = take_shares(color, blurred, into=into or pg.target(name, "rgba32f"), name=name)
-    return made
+    result: pg.Target = take_shares(color, blurred, into=into or pg.target(name, "rgba32f"), name=name)
+    return result

@@ -102,11 +102,11 @@ def lit(
         at = vec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w)
         spot = spotlight.sample(at).rgb
     shadow = mask.sample((vec2(pixel()) + 0.5) / vec2(output_size())).r
-    made = color.rgb * (vec3(ambient) + arriving * spot * shadow)
+    shaded = color.rgb * (vec3(ambient) + arriving * spot * shadow)
     if display:
-        made = min(max(made, vec3(0.0)), vec3(1.0))
-        made = vec3(encode_srgb(made.r), encode_srgb(made.g), encode_srgb(made.b))
-    return vec4(made, 1.0)
+        shaded = min(max(shaded, vec3(0.0)), vec3(1.0))
+        shaded = vec3(encode_srgb(shaded.r), encode_srgb(shaded.g), encode_srgb(shaded.b))
+    return vec4(shaded, 1.0)
 
 
 @checked
@@ -142,13 +142,16 @@ def five_pass_targets(
     picture = textures.of(spotlight or round_spot(), "base color").border("clamp")
     frame = look.frame(view, map_size)
     common: dict[str, object] = {
-        "kind": KINDS.index(default.kind), "map_from_view": frame.map(lambda light: light.map_from_view),
+        "kind": KINDS.index(default.kind),
+        "map_from_view": frame.map(lambda light: light.map_from_view),
         "light_place": frame.map(lambda light: light.place),
-    }  # fmt: skip
+    }
     for_mask: dict[str, object] = {
-        "depth_row": frame.map(lambda light: light.depth_row), "map": map_,
-        "light_texel": frame.map(lambda light: light.texel), "light_bias": frame.map(lambda light: light.bias),
-    }  # fmt: skip
+        "depth_row": frame.map(lambda light: light.depth_row),
+        "map": map_,
+        "light_texel": frame.map(lambda light: light.texel),
+        "light_bias": frame.map(lambda light: light.bias),
+    }
     for_light = {"light_color": frame.map(lambda light: light.color), "spotlight": picture}
 
     into: pg.Target | pg.TargetSpec = pg.target("mask", mask_format, scale=1.0, clear=1.0)
@@ -222,21 +225,24 @@ def _surface(batch: Batch, view: View, textures: TextureInputs, stand_in: pg.Tar
     material = batch.material
     texture = material.base_color_texture
     return {
-        "clip_from_local": view.clip_from(batch.origin), "view_from_local": view.view_from(batch.origin),
+        "clip_from_local": view.clip_from(batch.origin),
+        "view_from_local": view.view_from(batch.origin),
         "base_map": stand_in if texture is None else textures.of(texture, "base color"),
-        "has_base": texture is not None, "cutoff": material.alpha_cutoff,
-        "masked": material.alpha_mode == "mask", "double_sided": material.double_sided,
-    }  # fmt: skip
+        "has_base": texture is not None,
+        "cutoff": material.alpha_cutoff,
+        "masked": material.alpha_mode == "mask",
+        "double_sided": material.double_sided,
+    }
 
 
 def _draw(
     batch: Batch, fragment: Any, into: object, depth: pg.Target | pg.TargetSpec, name: str, values: dict[str, object]
 ) -> pg.Target:
     cull = "none" if batch.material.double_sided else "back"
-    made: pg.Target = pg.draw(
+    result: pg.Target = pg.draw(
         batch.mesh, vertex=place, fragment=fragment, into=into, depth=depth, cull=cull, name=name, values=values
     )
-    return made
+    return result
 
 
 def _check(scene: pg.Scene) -> None:

@@ -35,11 +35,11 @@ def tap_weights(kernel: BlurKernel = "normalised") -> tuple[float, ...]:
         return exp(-x * x / (2.0 * rho * rho)) / (ROOT_TAU * rho)
 
     slip = 1 if kernel == "faithful" else 0
-    made = [g(0, CENTER_RHO)]
+    weights = [g(0, CENTER_RHO)]
     for i in range(1, 2 * PAIRS + 1, 2):
-        made += [2.0 * g(i, RHO), 2.0 * g(i + slip, RHO)]
-    total = 1.0 if kernel == "faithful" else sum(made)
-    return tuple(weight / total for weight in made)
+        weights += [2.0 * g(i, RHO), 2.0 * g(i + slip, RHO)]
+    total = 1.0 if kernel == "faithful" else sum(weights)
+    return tuple(weight / total for weight in weights)
 
 
 @pg.kernel
@@ -101,19 +101,19 @@ def blur_mask(
     1.1374
     """
     across = _pass(mask, kernel, weights, 1, 0, pg.target("mask_x", mask_format), "pass 3: blur x")
-    made = _pass(
+    down = _pass(
         across.border(mask.border_rule), kernel, weights, 0, 1,
         pg.target("mask_blurred", mask_format), "pass 4: blur y",
     )  # fmt: skip
-    return across, made
+    return across, down
 
 
 def _pass(
     mask: pg.Target, kernel: BlurKernel, weights: WeightsFrom, dx: int, dy: int, into: pg.TargetSpec, name: str
 ) -> pg.Target:
-    made: pg.Target
+    blurred: pg.Target
     if weights == "host":
-        made = blur_with(mask, tap_weights(kernel), dx, dy, into=into, name=name)
+        blurred = blur_with(mask, tap_weights(kernel), dx, dy, into=into, name=name)
     else:
-        made = blur_computing(mask, int(kernel == "faithful"), dx, dy, into=into, name=name)
-    return made
+        blurred = blur_computing(mask, int(kernel == "faithful"), dx, dy, into=into, name=name)
+    return blurred

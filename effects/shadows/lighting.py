@@ -114,11 +114,11 @@ class Lighting:
             *common, map_, nearest, frame, seen_by, kind, face,
             into=pg.target(f"penumbrae of {name}", "rg16f", like=self.seen.depth, scale=0.5),
         )  # fmt: skip
-        made: tuple[pg.Target, pg.Target] = add_light_with_penumbrae(
+        sums: tuple[pg.Target, pg.Target] = add_light_with_penumbrae(
             free, shadowed, *common, self.seen.depth if rises is None else rises, map_, penumbrae, frame, seen_by,
             kind, face, rises is not None, into=_pair(name), name=name,
         )  # fmt: skip
-        return made
+        return sums
 
     def _view(self, light: pg.Value, face: int) -> MapView:
         if isinstance(self.filter, MomentFilter):

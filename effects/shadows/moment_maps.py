@@ -70,21 +70,21 @@ class MomentView(MapView):
         return combined(matrix, self.light, self.width)
 
     def frame(self, view: View, map_size: int) -> pg.Derived:
-        def made(camera: pg.Camera, light: pg.Light, width: float) -> LightFrame:
+        def frame_of(camera: pg.Camera, light: pg.Light, width: float) -> LightFrame:
             return replace(self, width=float(width))._frame(camera, light, None, map_size)
 
-        return combined(made, view.camera, self.light, self.width)
+        return combined(frame_of, view.camera, self.light, self.width)
 
-    def filter_frame(self, of: MomentFilter) -> pg.Derived:
+    def filter_frame(self, filter_: MomentFilter) -> pg.Derived:
         """What each run sets of the filter."""
-        exponent = of.exponent if isinstance(of, Evsm4) else 0.0  # the others have no warp
+        exponent = filter_.exponent if isinstance(filter_, Evsm4) else 0.0  # the others have no warp
 
         def frame(light: pg.Light, width: float) -> FilterFrame:
             projection = super(MomentView, self).frustum(light)[1]
             near, far = depths_of(projection)
             radius = replace(self, width=float(width))._radius(light, projection)
             scale = 2.0 / (far - near)
-            return FilterFrame(width, of.bleed, exponent, near, scale, radius, block_of(radius))
+            return FilterFrame(width, filter_.bleed, exponent, near, scale, radius, block_of(radius))
 
         return combined(frame, self.light, self.width)
 
@@ -155,28 +155,28 @@ def box_kernels(reach: int, channels: int) -> BoxKernels:
     most = max(int(reach**0.5) + 4, NOT_WRITTEN_OUT)  # blocks to each side: more than √reach where they are just short
 
     @pg.function
-    def block_mean(map: Image, beside: int, dx: int, dy: int) -> vec4:
-        share = 1.0 / float(2 * beside + 1)
+    def block_mean(map: Image, reach: int, dx: int, dy: int) -> vec4:
+        share = 1.0 / float(2 * reach + 1)
         total = map[0, 0] * share
         for i in range(1, longest):
-            if i > beside:
+            if i > reach:
                 break
             total += (map[i * dx, i * dy] + map[-i * dx, -i * dy]) * share
         return total
 
     @pg.function
-    def box_mean(blocks: Image, map: Image, radius: float, beside: int, dx: int, dy: int) -> vec4:
+    def box_mean(blocks: Image, map: Image, radius: float, reach: int, dx: int, dy: int) -> vec4:
         here = pixel()
         # shares first: every partial sum then stays below the largest value
         share = 1.0 / (2.0 * radius)
-        length = 2 * beside + 1
+        length = 2 * reach + 1
         of_block = share * float(length)
         total = blocks[0, 0] * of_block
-        covered = beside  # texels to each side that are in the sum
+        covered = reach  # texels to each side that are in the sum
         for _ in range(most):
             if float(covered + length) + 0.5 > radius:
                 break
-            at = ivec2(dx, dy) * (covered + beside + 1)
+            at = ivec2(dx, dy) * (covered + reach + 1)
             total += (blocks.texel(here + at) + blocks.texel(here - at)) * of_block
             covered += length
         for _ in range(longest):
@@ -208,7 +208,7 @@ def box_kernels(reach: int, channels: int) -> BoxKernels:
 
 
 def blurred_moments(
-    map: pg.Target, of: MomentFilter, by: pg.Derived, blurred: bool, map_size: int, name: str
+    map: pg.Target, filter_: MomentFilter, by: pg.Derived, blurred: bool, map_size: int, name: str
 ) -> pg.Target:
     """The moments of a shadow map, blurred by a box.
 
@@ -226,16 +226,16 @@ def blurred_moments(
     rg32f, rgba32f, or with ``Msm(format="rgba16")`` what
     `passgraph.effects.shadows.shadow_moments.packed_moments` says.
     """
-    two = isinstance(of, Vsm)
-    kernel = variance_map if two else exponential_map if isinstance(of, Evsm4) else moment_map
+    two = isinstance(filter_, Vsm)
+    kernel = variance_map if two else exponential_map if isinstance(filter_, Evsm4) else moment_map
     store = "rg32f" if two else "rgba32f"
-    made = kernel(map, by, into=pg.target(f"moments of {name}", store))
+    moments = kernel(map, by, into=pg.target(f"moments of {name}", store))
     if blurred:
         boxes = box_kernels(max(int(WIDEST * map_size), 1), 2 if two else 4)
         for axis, step in (("x", (1, 0)), ("y", (0, 1))):
             said = f"moments of {name} blurred {axis}"
-            blocks = boxes.block(made, by, *step, into=pg.target(f"{said}, blocks", store))
-            made = boxes.box(blocks, made, by, *step, into=pg.target(said, store))
-    if isinstance(of, Msm) and of.format == "rgba16":
-        made = pack(made, into=pg.target(f"packed moments of {name}", "rgba16"))
-    return made
+            blocks = boxes.block(moments, by, *step, into=pg.target(f"{said}, blocks", store))
+            moments = boxes.box(blocks, moments, by, *step, into=pg.target(said, store))
+    if isinstance(filter_, Msm) and filter_.format == "rgba16":
+        moments = pack(moments, into=pg.target(f"packed moments of {name}", "rgba16"))
+    return moments

@@ -86,16 +86,16 @@ def nearest_casters(map: pg.Target, map_size: int, name: str) -> pg.Target:
     """
     said = f"nearest casters of {name}"
     side = -(-map_size // LEAST_BLOCK)
-    made = nearest_of_blocks(map, LEAST_BLOCK, into=pg.target(f"{said}, 0", "r32f", (side, side)))
+    nearest = nearest_of_blocks(map, LEAST_BLOCK, into=pg.target(f"{said}, 0", "r32f", (side, side)))
     wider = -(-side // MOST_BLOCKS)
     if wider > 1:
         side = -(-side // wider)
-        made = nearest_of_blocks(made, wider, into=pg.target(f"{said}, wider", "r32f", (side, side)))
+        nearest = nearest_of_blocks(nearest, wider, into=pg.target(f"{said}, wider", "r32f", (side, side)))
     steps = ((within_one, "r32f"), (within_four, "rg32f"), (within_sixteen, "rgb32f"), (within_sixty_four, "rgba32f"))
     for number, (kernel, format) in enumerate(steps, 1):
         named = f"{said}, {number}" if number < len(steps) else said
-        made = kernel(made, into=pg.target(named, format, (side, side)))
-    return made
+        nearest = kernel(nearest, into=pg.target(named, format, (side, side)))
+    return nearest
 
 
 @pg.function

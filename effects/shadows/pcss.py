@@ -11,7 +11,7 @@ from passgraph import Image, vec3
 from passgraph.effects.shadows.nearest_casters import search_reach
 from passgraph.effects.shadows.shadow_filters import (
     FilterFrame,
-    beside,
+    at_offset,
     caster_at,
     mean_of,
     reach_of,
@@ -50,7 +50,7 @@ def pcss(taps: int) -> Any:
         total = 0.0
         count = 0.0
         for i in range(taps):
-            caster = caster_at(map, receiver, beside(receiver, places[i] * search), kind, face)
+            caster = caster_at(map, receiver, at_offset(receiver, places[i] * search), kind, face)
             if caster < NOTHING:
                 total += caster
                 count += 1.0
@@ -59,7 +59,9 @@ def pcss(taps: int) -> Any:
         reach = reach_of(light, receiver, total / count, kind)
         lit = 0.0
         for i in range(taps):
-            lit += 1.0 if caster_at(map, receiver, beside(receiver, places[i] * reach), kind, face) >= NOTHING else 0.0
+            lit += (
+                1.0 if caster_at(map, receiver, at_offset(receiver, places[i] * reach), kind, face) >= NOTHING else 0.0
+            )
         return mean_of(lit, taps)
 
     return percentage_closer

@@ -15,7 +15,7 @@ from passgraph.effects.shadows.nearest_casters import search_reach
 from passgraph.effects.shadows.shadow_filters import (
     DEPTH_SLACK_TEXELS,
     Receiver,
-    beside,
+    at_offset,
     caster_at,
     limit_at,
     mean_of,
@@ -126,7 +126,7 @@ def find_penumbrae(taps: int) -> Any:
         far, far_count, near, near_count = 0.0, 0.0, 0.0, 0.0
         for i in range(taps):
             offset = search_places[i] * (search + margin)
-            caster = caster_at(map, receiver, beside(receiver, offset), kind, face)
+            caster = caster_at(map, receiver, at_offset(receiver, offset), kind, face)
             reach = reach_of(light, receiver, caster, kind)
             if caster < NOTHING and length(offset) <= reach + margin:
                 inverse = 1.0 / max(receiver.depth - caster, 1e-6 * receiver.depth)
@@ -157,13 +157,13 @@ def find_penumbrae(taps: int) -> Any:
         lit, blocked, hidden = 0.0, 0.0, 0.0
         for i in range(compared):
             offset = places[i] * widest
-            caster = caster_at(map, receiver, beside(receiver, offset), kind, face)
+            caster = caster_at(map, receiver, at_offset(receiver, offset), kind, face)
             reach = reach_of(light, receiver, caster, kind)
             found = caster < NOTHING
             if not found and not both:
                 lit += 1.0
             elif not found or length(offset) > WIDER * reach + margin:
-                nearer = beside(receiver, places[i] * (reach if found else layers.near))
+                nearer = at_offset(receiver, places[i] * (reach if found else layers.near))
                 caster = caster_at(map, receiver, nearer, kind, face)
                 if caster >= NOTHING:
                     lit += 1.0
@@ -220,7 +220,7 @@ class Found:
 @pg.function
 def found_at(map: Image, receiver: Receiver, offset: vec2, kind: int, face: int) -> Found:
     """The caster ``offset`` scene units beside a receiver."""
-    place = floor(receiver.place + beside(receiver, offset))
+    place = floor(receiver.place + at_offset(receiver, offset))
     texel, away = ivec2(place), place + 0.5 - receiver.place
     limit = limit_at(receiver, away, kind)
     size = vec2(map.size)

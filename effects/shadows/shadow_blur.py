@@ -61,14 +61,14 @@ def along_surfaces(radius: int) -> Any:
         for i in range(-radius, radius + 1):
             step = i * stride + phase
             tap = here + ivec2(step * dx, step * dy)
-            beside = tap + ivec2(half * dx, half * dy)
+            neighbor = tap + ivec2(half * dx, half * dy)
             t = (float(step) + 0.5 * float(half)) / reach
             window = max(1.0 - t * t, 0.0)
             z = depth.texel(tap).r
             off = (spread(frame, z) * (terms.x + float(step) * slope) + terms.y * z - plane) * steep
             w = window * window * max(1.0 - off * off, 0.0)
             w = w if z > 0.0 else 0.0
-            total += (shadows.texel(tap) + shadows.texel(beside)) * (0.5 * w)
+            total += (shadows.texel(tap) + shadows.texel(neighbor)) * (0.5 * w)
             weight += w
         return total / weight
 

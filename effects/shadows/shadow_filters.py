@@ -136,7 +136,7 @@ def receiver_at(map: Image, light: LightFrame, position: vec3, surface: vec3, li
 
 
 @pg.function
-def beside(receiver: Receiver, offset: vec2) -> vec2:
+def at_offset(receiver: Receiver, offset: vec2) -> vec2:
     """An offset across the light's axis, in scene units, in texels of the map."""
     return receiver.right * offset.x + receiver.above * offset.y
 
@@ -291,7 +291,9 @@ def disc(taps: int) -> Any:
         reach = min(by.width, receiver.farthest)
         lit = 0.0
         for i in range(taps):
-            lit += 1.0 if caster_at(map, receiver, beside(receiver, places[i] * reach), kind, face) >= NOTHING else 0.0
+            lit += (
+                1.0 if caster_at(map, receiver, at_offset(receiver, places[i] * reach), kind, face) >= NOTHING else 0.0
+            )
         return mean_of(lit, taps)
 
     return mean_of_disc

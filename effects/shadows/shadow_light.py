@@ -73,9 +73,9 @@ def add_light(
 
 
 @lru_cache(maxsize=64)
-def add_shadowed_light(of: DecidedFilter) -> Any:
+def add_shadowed_light(filter_: DecidedFilter) -> Any:
     """A kernel that adds one light with its shadow map (or one face of its cube map) to both sums."""
-    share_lit = lookup(of)
+    share_lit = lookup(filter_)
 
     @pg.kernel
     def add_shadowed(
@@ -124,15 +124,15 @@ def parts(free: Image, shadowed: Image, color: Image, depth: Image) -> Parts:
 @pg.kernel
 def split(free: Image, shadowed: Image, color: Image, depth: Image, background_alpha: float) -> tuple[vec4, vec4]:
     """RTT1, the textured scene without shadows, and RTT2, white objects with shadows only."""
-    made = parts(free, shadowed, color, depth)
-    return vec4(made.lit, 1.0 if depth[0, 0].r > 0.0 else background_alpha), made.share
+    lighting = parts(free, shadowed, color, depth)
+    return vec4(lighting.lit, 1.0 if depth[0, 0].r > 0.0 else background_alpha), lighting.share
 
 
 @pg.kernel
 def split_rgb(free: Image, shadowed: Image, color: Image, depth: Image) -> tuple[vec3, vec4]:
     """`split` for 96-bit targets."""
-    made = parts(free, shadowed, color, depth)
-    return made.lit, made.share
+    lighting = parts(free, shadowed, color, depth)
+    return lighting.lit, lighting.share
 
 
 @pg.kernel

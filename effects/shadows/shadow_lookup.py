@@ -18,9 +18,9 @@ from passgraph.effects.shadows.shadow_moments import (
 
 
 @lru_cache(maxsize=64)
-def lookup(of: DecidedFilter) -> Any:
+def lookup(filter_: DecidedFilter) -> Any:
     """The kernel function of a filter: the share of the light that arrives, 0 to 1."""
-    match of:
+    match filter_:
         case Blur():
             return bilinear
         case Hard():
@@ -38,4 +38,4 @@ def lookup(of: DecidedFilter) -> Any:
         case Msm(format=format):
             return lookup_by(moment_bound if format == "rgba32f" else moment_bound_16)
         case _:
-            raise AssertionError(f"{of} has a pass of its own")
+            raise AssertionError(f"{filter_} has a pass of its own")

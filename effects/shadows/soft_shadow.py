@@ -105,15 +105,15 @@ def soft_shadow_passes(
     wide = hdr_format == "rgb32f"
     without_surface: dict[str, Any] = {} if wide else {"background_alpha": background_alpha}
     if not lighting.maps:
-        made = (lit_rgb if wide else lit)(
+        light = (lit_rgb if wide else lit)(
             free,
             seen.color,
             seen.depth,
             **without_surface,
             into=pg.target("unshadowed", hdr_format, notes=tuple(notes)),
         )
-        picture = _shown(made, exposure_stops, curve) if display else made
-        return SoftShadow(picture, made, made, None, None, seen.depth, seen.normals, seen.color, (), tuple(notes))
+        picture = _shown(light, exposure_stops, curve) if display else light
+        return SoftShadow(picture, light, light, None, None, seen.depth, seen.normals, seen.color, (), tuple(notes))
     unshadowed, shadows = (split_rgb if wide else split)(
         free, shadowed, seen.color, seen.depth, **without_surface,
         into=(pg.target("unshadowed", hdr_format), pg.target("shadows", "rgba16f")),

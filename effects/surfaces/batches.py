@@ -47,9 +47,9 @@ def batches(scene: pg.Scene) -> list[Batch]:
         look: object = id(node.material) if is_textured(node.material) else _plain(node.material)
         key = (look, node.material.double_sided, node.receives, number if alone else None)
         groups.setdefault(key, []).append(node)
-    made = [_batch(nodes) for nodes in groups.values()]
+    merged = [_batch(nodes) for nodes in groups.values()]
     # what blends is drawn behind everything opaque
-    return sorted(made, key=lambda batch: batch.material.alpha_mode == "blend")
+    return sorted(merged, key=lambda batch: batch.material.alpha_mode == "blend")
 
 
 def bounds_of(nodes: Sequence[pg.Node]) -> Float64:

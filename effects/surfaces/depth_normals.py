@@ -99,5 +99,5 @@ def depth_normals(depth: pg.Target, camera: pg.Camera | pg.Value, name: str = "n
     True
     """
     into = pg.target(name, "rgba16f", like=depth)
-    made: pg.Target = normals_of_depth(depth.border("zero"), View(camera).frame(), into=into, name=name)
-    return made
+    normals: pg.Target = normals_of_depth(depth.border("zero"), View(camera).frame(), into=into, name=name)
+    return normals

@@ -45,9 +45,9 @@ def to_distance(depth: Image, frame: DepthFrame) -> float:
 def depth_frame(holds: pg.HardwareDepth) -> DepthFrame:
     """What a depth buffer holds, for kernels."""
     make: Any = DepthFrame  # its fields are tuples on the host, vectors in kernels
-    made = make(holds.ends, not holds.orthographic, holds.reversed_z)
-    assert isinstance(made, DepthFrame)
-    return made
+    frame = make(holds.ends, not holds.orthographic, holds.reversed_z)
+    assert isinstance(frame, DepthFrame)
+    return frame
 
 
 @checked
@@ -78,7 +78,7 @@ def distances(
     ...     program(depth=np.float32([[1.0, 0.05, 0.0]]))["distance"][..., 0].tolist()
     [[0.5, 10.0, 0.0]]
     """
-    made = into or pg.target(name, "r32f", like=depth)
+    spec = into or pg.target(name, "r32f", like=depth)
     frame = depth_frame(holds) if isinstance(holds, pg.HardwareDepth) else holds.map(depth_frame)
-    target: pg.Target = to_distance(depth, frame, into=made, name=name)
+    target: pg.Target = to_distance(depth, frame, into=spec, name=name)
     return target

@@ -162,9 +162,7 @@ def textured(
     shown = n
     if has_normals:
         level = level_at(surface.uv, normal_size)
-        texel = mipped(
-            normal_map, normal_levels, normal_size, normal_count, normal_wrap, normal_minify, at, level
-        ).xyz  # fmt: skip
+        texel = mipped(normal_map, normal_levels, normal_size, normal_count, normal_wrap, normal_minify, at, level).xyz
         shown = bent(texel * 2.0 - 1.0, surface, n)
     return (
         vec4(color.rgb, receives),
@@ -240,15 +238,21 @@ def _matrices(batch: Batch, view: View) -> dict[str, pg.Derived]:
 
 
 def _draw(
-    batch: Batch, view: View, textures: TextureInputs,
-    into: tuple[pg.Target | pg.TargetSpec, ...], depth: pg.Target | pg.TargetSpec,
-) -> tuple[pg.Target, ...]:  # fmt: skip
+    batch: Batch,
+    view: View,
+    textures: TextureInputs,
+    into: tuple[pg.Target | pg.TargetSpec, ...],
+    depth: pg.Target | pg.TargetSpec,
+) -> tuple[pg.Target, ...]:
     material = batch.material
     values: dict[str, object] = {
-        "double_sided": material.double_sided, "receives": float(batch.receives),
-        "masked": material.alpha_mode == "mask", "cutoff": material.alpha_cutoff,
-        "in_perspective": view.in_perspective(), **_matrices(batch, view),
-    }  # fmt: skip
+        "double_sided": material.double_sided,
+        "receives": float(batch.receives),
+        "masked": material.alpha_mode == "mask",
+        "cutoff": material.alpha_cutoff,
+        "in_perspective": view.in_perspective(),
+        **_matrices(batch, view),
+    }
     if is_textured(material):
         maps: dict[str, tuple[pg.Texture | None, Use]] = {
             "base_map": (material.base_color_texture, "base color"),
@@ -258,17 +262,19 @@ def _draw(
         inputs = {key: textures.of(texture, use) for key, (texture, use) in maps.items() if texture is not None}
         any_input = next(iter(inputs.values()))  # stands in for maps that are not there; their code is left out
         values |= {key: inputs.get(key, any_input) for key in maps}
-        values |= {f"has_{word}": f"{key}" in inputs for word, key in
-                   (("base", "base_map"), ("normals", "normal_map"), ("heights", "height_map"))}  # fmt: skip
+        values |= {
+            f"has_{word}": f"{key}" in inputs
+            for word, key in (("base", "base_map"), ("normals", "normal_map"), ("heights", "height_map"))
+        }
         values |= {"height_scale": material.height_scale}
         values |= _levels("base", material.base_color_texture, "base color", textures, any_input)
         values |= _levels("normal", material.normal_texture, "normals", textures, any_input)
-    made: tuple[pg.Target, ...] = pg.draw(
+    targets: tuple[pg.Target, ...] = pg.draw(
         batch.mesh, vertex=place, fragment=textured if is_textured(material) else plain, into=into,
         depth=depth, cull="none" if material.double_sided else "back",
         name=f"surfaces: {material.name if is_textured(material) else 'untextured'}", values=values,
     )  # fmt: skip
-    return made
+    return targets
 
 
 def _levels(
@@ -294,13 +300,13 @@ def _draw_translucent(
     if texture is not None:
         values["base_map"] = textures.of(texture, "base color")
         values |= _levels("base", texture, "base color", textures, values["base_map"])
-    made: pg.Target = pg.draw(
+    mixed: pg.Target = pg.draw(
         batch.mesh, vertex=place, fragment=tinted if texture is None else tinted_textured, into=color,
         depth=depth, depth_write=False, blend="alpha", color_mask=(True, True, True, False),
         cull="none" if batch.material.double_sided else "back", name=f"translucent: {batch.material.name}",
         values=values,
     )  # fmt: skip
-    return made
+    return mixed
 
 
 # For users: the same as plain pictures

@@ -311,9 +311,9 @@ def _square(needed: Float64, share: float) -> Float64:
     grid = _grid(float((high - low).max()))
     (x0, x1), (y0, y1) = (_rounded(float(low[i]), float(high[i]), grid) for i in (0, 1))
     half = 0.5 * max(x1 - x0, y1 - y0) * share
-    made = np.diag([1.0 / half, 1.0 / half, 1.0, 1.0])
-    made[:2, 3] = -0.5 * (x0 + x1) / half, -0.5 * (y0 + y1) / half
-    return made if half < 1.0 else np.eye(4)
+    window = np.diag([1.0 / half, 1.0 / half, 1.0, 1.0])
+    window[:2, 3] = -0.5 * (x0 + x1) / half, -0.5 * (y0 + y1) / half
+    return window if half < 1.0 else np.eye(4)
 
 
 def _oblong(needed: Float64, turn: float, near: float, slope: float, share: float) -> Float64:
@@ -337,20 +337,20 @@ def _oblong(needed: Float64, turn: float, near: float, slope: float, share: floa
     fine = _grid(float(np.ptp(across)))
     a0, a1 = _rounded(float(across.min()), float(across.max()), fine)
     middle, half = 0.5 * (a0 + a1), 0.5 * (a1 - a0)
-    made = np.eye(4)
+    window = np.eye(4)
     if flat:
-        made[0, :2], made[0, 3] = axes[0] / half, -middle / half
-        made[1, :2], made[1, 3] = axes[1] * (2.0 / extent), -(t0 + t1) / extent
-        made[:2] /= share
-        return made
+        window[0, :2], window[0, 3] = axes[0] / half, -middle / half
+        window[1, :2], window[1, 3] = axes[1] * (2.0 / extent), -(t0 + t1) / extent
+        window[:2] /= share
+        return window
     # along: -1 at t0 and 1 at t1, linear in t over w
     alpha = (2.0 * centre + extent) / extent
     beta = -centre - alpha * t0
     w_row = np.array([*axes[1], 0.0, centre - t0])
-    made[0] = (np.array([*axes[0], 0.0, 0.0]) - middle * w_row) / half / share
-    made[1] = np.array([*(alpha * axes[1]), 0.0, beta]) / share
-    made[3] = w_row
+    window[0] = (np.array([*axes[0], 0.0, 0.0]) - middle * w_row) / half / share
+    window[1] = np.array([*(alpha * axes[1]), 0.0, beta]) / share
+    window[3] = w_row
     # 1 at the window's near edge, so that depths stay within the clip volume
     edge = (-share * (centre - t0) - beta) / (alpha + share) + centre - t0
-    made[[0, 1, 3]] /= edge
-    return made
+    window[[0, 1, 3]] /= edge
+    return window

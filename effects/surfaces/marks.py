@@ -86,9 +86,9 @@ def lines(starts: ArrayLike, ends: ArrayLike, colors: ArrayLike | None = None) -
     ([1.0, 2.0, 3.0], [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     """
     places = _rows(starts, 3, "lines: starts")
-    others = _rows(ends, 3, "lines: ends", len(places))
+    other_ends = _rows(ends, 3, "lines: ends", len(places))
     tints = None if colors is None else _rows(colors, 4, "lines: colors", len(places))
-    return _marks(len(places), positions=places, normals=others, colors=tints)
+    return _marks(len(places), positions=places, normals=other_ends, colors=tints)
 
 
 def instances(mesh: Geometry, count: int) -> FrozenGeometry:

@@ -137,7 +137,7 @@ def on_level(levels: Image, at: vec2, size: vec2, number: int) -> vec4:
 @pg.function
 def mipped(
     base: Image, levels: Image, size: vec2, count: int, wrap: int, minify: int, at: vec2, level_by_size: float
-) -> vec4:  # fmt: skip
+) -> vec4:
     """A texture at a fractional level: a mix of the two levels beside it, or the nearer one."""
     color = vec4(0.0)
     level = level_by_size
@@ -181,8 +181,8 @@ class TextureInputs:
                 kind = "rgba16f" if use == "base color" else "rgba8"
             name = f"{texture.name} ({use} {len(self._made)})"
             picture = np.ascontiguousarray(pixels)
-            made = pg.Input(name, kind, texture.size, static=True, border=texture.wrap, default=picture)
-            self._made[key] = made.filter(texture.magnify)
+            picture_input = pg.Input(name, kind, texture.size, static=True, border=texture.wrap, default=picture)
+            self._made[key] = picture_input.filter(texture.magnify)
         return self._made[key]
 
     def levels(self, texture: Texture, use: Use) -> dict[str, object]:
@@ -194,14 +194,17 @@ class TextureInputs:
             size = (mips.picture.shape[1], mips.picture.shape[0])
             name = f"{texture.name} ({use} levels {len(self._mips)})"
             if mips.count:
-                made = pg.Input(name, kind, size, static=True, default=mips.picture)
-                made = made.filter("linear" if texture.minify == MINIFY[0] else "nearest")
+                picture_input = pg.Input(name, kind, size, static=True, default=mips.picture)
+                picture_input = picture_input.filter("linear" if texture.minify == MINIFY[0] else "nearest")
             else:
-                made = self.of(texture, use)
-            self._mips[key] = made, mips
+                picture_input = self.of(texture, use)
+            self._mips[key] = picture_input, mips
         levels, mips = self._mips[key]
         count = 0 if texture.minify == "nearest" else mips.count
         return {
-            "levels": levels, "size": tuple(map(float, mips.size)), "count": count,
-            "wrap": wrap_number(texture.wrap), "minify": MINIFY.index(texture.minify),
-        }  # fmt: skip
+            "levels": levels,
+            "size": tuple(map(float, mips.size)),
+            "count": count,
+            "wrap": wrap_number(texture.wrap),
+            "minify": MINIFY.index(texture.minify),
+        }

@@ -58,15 +58,15 @@ class View:
 
     def view_from(self, origin: Float64) -> pg.Derived:
         """Positions relative to ``origin`` (world) to the camera's frame, (4, 4)."""
-        made: pg.Derived = self.camera.map(lambda camera: view_from_world(camera, origin))
-        return made
+        matrix: pg.Derived = self.camera.map(lambda camera: view_from_world(camera, origin))
+        return matrix
 
     def clip_from(self, origin: Float64) -> pg.Derived:
         """Positions relative to ``origin`` (world) to clip space, (4, 4)."""
 
         def matrix(camera: pg.Camera, size: tuple[int, int]) -> Float64:
-            made: Float64 = camera.projection_matrix(size[0] / size[1]) @ view_from_world(camera, origin)
-            return made
+            clip: Float64 = camera.projection_matrix(size[0] / size[1]) @ view_from_world(camera, origin)
+            return clip
 
         return pg.combine(matrix, self.camera, pg.OUTPUT_SIZE)
 
@@ -86,9 +86,9 @@ class View:
 def view_frame(camera: pg.Camera) -> ViewFrame:
     """The camera as kernels see it."""
     make: Any = ViewFrame  # its fields are tuples on the host, vectors in kernels
-    made = make(camera.window(1.0).half[1], camera.aspect or 0.0, camera.shift, not camera.orthographic)
-    assert isinstance(made, ViewFrame)
-    return made
+    frame = make(camera.window(1.0).half[1], camera.aspect or 0.0, camera.shift, not camera.orthographic)
+    assert isinstance(frame, ViewFrame)
+    return frame
 
 
 def view_from_world(camera: pg.Camera, origin: Float64) -> Float64:
@@ -111,12 +111,12 @@ class MapView:
 
     def frustum(self, light: pg.Light, seen: Seen | None = None) -> tuple[Float64, Float64]:
         """View and projection matrix, (4, 4) each, for the light and, where the map is fitted, the camera of a run."""
-        view, projection = self._whole(light)
+        view, projection = self._whole_scene(light)
         if self.fit is None or seen is None:
             return view, projection
         return view, self.fit.window(light, (view, projection), *seen) @ projection
 
-    def _whole(self, light: pg.Light) -> tuple[Float64, Float64]:
+    def _whole_scene(self, light: pg.Light) -> tuple[Float64, Float64]:
         """The map of all casters."""
         default = self.light.default
         assert isinstance(default, pg.Light)
@@ -147,15 +147,15 @@ class MapView:
 
     def depth_row(self, origin: Float64) -> pg.Derived:
         """What gives the depth of positions relative to ``origin``, in scene units along the light's axis."""
-        return self.light.map(lambda light: -(self._whole(light)[0] @ translation(origin))[2])
+        return self.light.map(lambda light: -(self._whole_scene(light)[0] @ translation(origin))[2])
 
     def frame(self, view: View, map_size: int) -> pg.Derived:
         """The light for the picture's kernels."""
 
-        def made(camera: pg.Camera, light: pg.Light, size: tuple[int, int]) -> LightFrame:
+        def frame_of(camera: pg.Camera, light: pg.Light, size: tuple[int, int]) -> LightFrame:
             return self._frame(camera, light, size, map_size)
 
-        return pg.combine(made, view.camera, self.light, pg.OUTPUT_SIZE)
+        return pg.combine(frame_of, view.camera, self.light, pg.OUTPUT_SIZE)
 
     def _frame(self, camera: pg.Camera, light: pg.Light, size: tuple[int, int] | None, map_size: int) -> LightFrame:
         rotation = camera.view_rotation()
@@ -171,15 +171,15 @@ class MapView:
         scale, shift = float(projection[2, 2]), float(projection[2, 3])
         near = (shift + 1.0) / scale if directional else shift / (scale - 1.0)
         make: Any = LightFrame  # its fields are numpy arrays on the host, vectors and matrices in kernels
-        made = make(
+        frame = make(
             projection @ light_from_view, -light_from_view[2],
             rotation[:3, :3] @ toward, rotation[:3, :3] @ light.direction, rotation[:3, :3].T,
             np.array(light.color) * light.intensity, (cos(light.cone_outer_rad), cos(light.cone_inner_rad)),
             2.0 / (float(np.linalg.norm(projection[0, :2])) * map_size), DEPTH_ROUNDING * reach,
             light.radius, near,
         )  # fmt: skip
-        assert isinstance(made, LightFrame)
-        return made
+        assert isinstance(frame, LightFrame)
+        return frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,10 +255,12 @@ def _plane_below(node: pg.Node, scene: pg.Scene, box: Float64) -> tuple[Float64,
     planes = _outer_planes(points, points[node.mesh.triangles], 1e-6 * extent)
     if planes is None:
         return None
-    others = np.concatenate([np.zeros((0, 3)), *(_world(other, centre) for other in scene.nodes if other is not node)])
+    other_vertices = np.concatenate(
+        [np.zeros((0, 3)), *(_world(other, centre) for other in scene.nodes if other is not node)]
+    )
     slack = 1e-4 * extent
     for normal, offset in planes:
-        if not len(others) or float((others @ normal).min()) - offset >= -slack:
+        if not len(other_vertices) or float((other_vertices @ normal).min()) - offset >= -slack:
             return normal, offset + float(normal @ centre)
     return None
 

@@ -39,9 +39,11 @@ def from_ycocg(c: vec4) -> vec4:
 def catmull_rom(f: float) -> vec4:
     """Weights of four texels in a row for a place between the middle two."""
     return vec4(
-        f * (-0.5 + f * (1.0 - 0.5 * f)), 1.0 + f * f * (-2.5 + 1.5 * f), f * (0.5 + f * (2.0 - 1.5 * f)),
+        f * (-0.5 + f * (1.0 - 0.5 * f)),
+        1.0 + f * f * (-2.5 + 1.5 * f),
+        f * (0.5 + f * (2.0 - 1.5 * f)),
         f * f * (-0.5 + 0.5 * f),
-    )  # fmt: skip
+    )
 
 
 @pg.function
@@ -189,9 +191,9 @@ def taa(
         velocity = camera_velocity(depth, seen_by, previous_camera, name=f"{name}_velocity")
     spec = into or pg.target(name, "rgba32f", like=color)
     kept = pg.target(f"{name}_kept", "rg32f", like=color)
-    made, _ = resolved(
+    smooth, _ = resolved(
         color, depth, velocity or depth, pg.previous(spec), pg.previous(kept), sigmas, most_frames, moves,
         knows_distance, hdr, into=(spec, kept), name=name,
     )  # fmt: skip
-    assert isinstance(made, pg.Target)
-    return made
+    assert isinstance(smooth, pg.Target)
+    return smooth

@@ -37,9 +37,9 @@ def moved(depth: Image, frame: ViewFrame, before: ViewFrame, before_from_now: ma
 def before_from_now(camera: pg.Camera, previous_camera: pg.Camera) -> Any:
     """Positions in one camera's frame to another's, (4, 4); what is large in the world cancels in float64."""
     turn, before = camera.view_rotation(), previous_camera.view_rotation()
-    made = before @ turn.T
-    made[:3, 3] = before[:3, :3] @ np.subtract(camera.eye, previous_camera.eye)
-    return made
+    matrix = before @ turn.T
+    matrix[:3, 3] = before[:3, :3] @ np.subtract(camera.eye, previous_camera.eye)
+    return matrix
 
 
 @checked
@@ -78,5 +78,7 @@ def camera_velocity(
     """
     into = into or pg.target(name, "rgb32f", like=depth)
     matrix = combined(before_from_now, camera, previous_camera)
-    made: pg.Target = moved(depth, View(camera).frame(), View(previous_camera).frame(), matrix, into=into, name=name)
-    return made
+    velocity: pg.Target = moved(
+        depth, View(camera).frame(), View(previous_camera).frame(), matrix, into=into, name=name
+    )
+    return velocity

@@ -83,8 +83,9 @@ def pareto_plot(points: Sequence[Point], title: str, path: Path, error: str) -> 
                 axes.plot(*zip(*line, strict=True), color=color, linewidth=0.6, alpha=0.6, zorder=2)
         area = [AREAS[min(sizes.index(p.map_size), len(AREAS) - 1)] for p in own]
         times, errors = zip(*(p.place for p in own), strict=True)
-        axes.scatter(times, errors, s=area, color=color, marker=marker, label=name,
-                     edgecolors="white", linewidths=0.5, zorder=3)  # fmt: skip
+        axes.scatter(
+            times, errors, s=area, color=color, marker=marker, label=name, edgecolors="white", linewidths=0.5, zorder=3
+        )
     for p in best:
         text = p.name if len(sizes) == 1 else f"{p.name}, {p.map_size}"
         axes.annotate(text, p.place, (5, 5), textcoords="offset points", fontsize=7, zorder=4)
@@ -100,9 +101,9 @@ def pareto_plot(points: Sequence[Point], title: str, path: Path, error: str) -> 
     axes.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0), title="method")
     if maps:
         axes.text(0.0, -0.13, maps[2:], transform=axes.transAxes, fontsize=7)
-    with NewFile(path) as made:
-        figure.savefig(made.temporary)
-        made.complete()
+    with NewFile(path) as file:
+        figure.savefig(file.temporary)
+        file.complete()
 
 
 def _plain_ticks(axis: Any) -> None:
@@ -152,15 +153,18 @@ def csv_text(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> str:
 
 def as_json(results: Sequence[SceneResult], settings: Settings) -> str:
     """Everything but the pictures; NaN is null."""
-    made = {
+    document = {
         "machine": {"system": platform.platform(), "processor": processor(), "python": platform.python_version()},
         "settings": asdict(settings),
         "scenes": [
             {
-                "name": result.name, "triangles": result.scene.triangle_count,
+                "name": result.name,
+                "triangles": result.scene.triangle_count,
                 "truth": {
-                    "samples": result.truth.samples, "noise": result.truth.noise,
-                    "best_rmse": result.best_rmse, "penumbra_pixels": int(result.truth.penumbra.sum()),
+                    "samples": result.truth.samples,
+                    "noise": result.truth.noise,
+                    "best_rmse": result.best_rmse,
+                    "penumbra_pixels": int(result.truth.penumbra.sum()),
                     "pixels": int(result.truth.counts.sum()),
                 },
                 "failed": list(result.failed),
@@ -168,8 +172,8 @@ def as_json(results: Sequence[SceneResult], settings: Settings) -> str:
             }
             for result in results
         ],
-    }  # fmt: skip
-    return json.dumps(_without_nan(made), indent=1, allow_nan=False) + "\n"
+    }
+    return json.dumps(_without_nan(document), indent=1, allow_nan=False) + "\n"
 
 
 def _without_nan(value: Any) -> Any:
@@ -239,11 +243,11 @@ DIFFERENCE_GAIN = 2.0
 def difference(share: Float32, truth: Float32, counts: Mask) -> NDArray[np.float32]:
     """Red where there is too much light, blue where there is too little, white where they agree; (h, w, 3)."""
     off = np.clip(np.where(counts, share - truth, 0.0) * DIFFERENCE_GAIN, -1.0, 1.0)
-    made = np.ones((*off.shape, 3), np.float32)
-    made[:, :, 1] -= np.abs(off)
-    made[:, :, 2] -= np.maximum(off, 0.0)
-    made[:, :, 0] -= np.maximum(-off, 0.0)
-    return made
+    shown = np.ones((*off.shape, 3), np.float32)
+    shown[:, :, 1] -= np.abs(off)
+    shown[:, :, 2] -= np.maximum(off, 0.0)
+    shown[:, :, 0] -= np.maximum(-off, 0.0)
+    return shown
 
 
 def write_report(
@@ -287,16 +291,16 @@ def _head(settings: Settings) -> str:
 
 
 def _section(result: SceneResult, folder: Path) -> str:
-    made = [f"<h2>{escape(result.name)}</h2><p>{escape(truth_line(result))}</p>"]
-    made += [f"<p>Left out: {escape(reason)}</p>" for reason in result.failed]
+    lines = [f"<h2>{escape(result.name)}</h2><p>{escape(truth_line(result))}</p>"]
+    lines += [f"<p>Left out: {escape(reason)}</p>" for reason in result.failed]
     for backend in dict.fromkeys(row.backend for row in result.rows):
         rows = [row for row in result.rows if row.backend == backend]
         plot = plot_name(result.name, backend)
         points = [Point(row.method, row.series, row.frame.wall, row.errors.rmse, row.map_size) for row in rows]
         pareto_plot(points, f"{result.name}, {backend}", folder / plot, "RMSE of the shadow factor")
-        made.append(f"<h3>{escape(backend)}</h3><img src='{plot}' alt='time against error'>{_table(rows)}")
-    made.append(_pictures(result, folder))
-    return "\n".join(made)
+        lines.append(f"<h3>{escape(backend)}</h3><img src='{plot}' alt='time against error'>{_table(rows)}")
+    lines.append(_pictures(result, folder))
+    return "\n".join(lines)
 
 
 def _table(rows: Sequence[Row]) -> str:
@@ -308,9 +312,10 @@ def _table(rows: Sequence[Row]) -> str:
         passes += f"; once: upload {row.passes.upload:.1f}; read back {row.passes.read_back:.1f}"
         kind = " class='front'" if number in best else ""
         cells.append(
-            f"<tr{kind}>" + "".join(f"<td>{escape(c)}</td>" for c in shown)
+            f"<tr{kind}>"
+            + "".join(f"<td>{escape(c)}</td>" for c in shown)
             + f"<td style='text-align:left;font-size:11px'>{escape(passes)}</td></tr>"
-        )  # fmt: skip
+        )
     return f"<table>{''.join(cells)}</table>"
 
 
@@ -323,19 +328,17 @@ def _pictures(result: SceneResult, folder: Path) -> str:
     size, name = sizes[len(sizes) // 2], file_name(result.name)
     counts = result.counts[backend]
     save(folder / "pictures" / f"{name}-truth.png", grey(np.where(counts, result.truth.share, 1.0)))
-    made = [
+    figures = [
         f"<h3>Pictures: {escape(backend)}, maps of {size}</h3><p>Below each the difference, twice: red has too much "
         "light, blue too little.</p>",
         _figure(f"{name}-truth.png", "rays"),
     ]
-    for (of, method, map_size), share in result.shares.items():
-        if (of, map_size) == (backend, size):
-            both = np.concatenate(
-                [grey(np.where(counts, share, 1.0)), difference(share, result.truth.share, counts)]
-            )  # fmt: skip
+    for (measured_on, method, map_size), share in result.shares.items():
+        if (measured_on, map_size) == (backend, size):
+            both = np.concatenate([grey(np.where(counts, share, 1.0)), difference(share, result.truth.share, counts)])
             save(folder / "pictures" / f"{name}-{method}.png", both)
-            made.append(_figure(f"{name}-{method}.png", method))
-    return "\n".join(made)
+            figures.append(_figure(f"{name}-{method}.png", method))
+    return "\n".join(figures)
 
 
 def grey(share: NDArray[np.floating]) -> NDArray[np.float32]:

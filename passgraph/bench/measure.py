@@ -150,29 +150,29 @@ def _counts(scene: Scene, device: Backend, size: tuple[int, int], truth: Truth) 
     """Where the truth counts, the rasteriser sees the same surface, and light arrives by the shading normal too."""
     passes = passes_of(scene, 64, filter=Hard())
     with compile([passes.depth, passes.unshadowed], backend=device, size=size) as program:
-        made = program()
-    lit = made[passes.unshadowed.name][:, :, :3].max(axis=2) > 0.0
-    return np.asarray(truth.counts & lit & truth.same_surface(made[passes.depth.name][:, :, 0]))
+        drawn = program()
+    lit = drawn[passes.unshadowed.name][:, :, :3].max(axis=2) > 0.0
+    return np.asarray(truth.counts & lit & truth.same_surface(drawn[passes.depth.name][:, :, 0]))
 
 
 def _measure_on(device: Backend, backend: str, scene: Scene, map_size: int, settings: Settings, drawn: _Drawn) -> None:
     """All methods at one map size."""
-    made = _graphs(scene, map_size, settings.methods, f"{backend}, map {map_size}", drawn.failed)
-    for name, graph in made.items():
+    graphs = _graphs(scene, map_size, settings.methods, f"{backend}, map {map_size}", drawn.failed)
+    for name, graph in graphs.items():
         with compile(graph.share, backend=device, size=settings.size) as program:
             red = program()[graph.share.name][:, :, 0]
         drawn.shares[backend, name, map_size] = np.clip(graph.scale * red + graph.offset, 0.0, 1.0)
     light = scene.lights[0]
     with ExitStack() as stack:
         programs: dict[str, Program] = {}
-        for name, targets in {**{n: g.picture for n, g in made.items()}, NO_SHADOWS: None}.items():
+        for name, targets in {**{n: g.picture for n, g in graphs.items()}, NO_SHADOWS: None}.items():
             graph_of = frame_without_shadows(scene, map_size) if targets is None else targets
             programs[name] = stack.enter_context(compile(graph_of, backend=device, size=settings.size))
         times = frame_times(programs, light, settings.frames)
     base = times.pop(NO_SHADOWS)
     for name, frame in times.items():
         over = FrameTime(frame.wall - base.wall, frame.cpu - base.cpu)
-        watched = partial(_compiled, made[name].picture, settings.size)
+        watched = partial(_compiled, graphs[name].picture, settings.size)
         each = pass_times(watched, device, light, max(settings.frames // 3, 1))
         drawn.times[backend, name, map_size] = frame, over, each
 
@@ -182,11 +182,11 @@ def _compiled(picture: Target, size: tuple[int, int], device: Backend) -> Progra
 
 
 def _graphs(scene: Scene, map_size: int, methods: Sequence[str], where: str, failed: list[str]) -> dict[str, Made]:
-    made = {}
+    graphs = {}
     for name in methods:
         method: Method = METHODS[name]
         try:
-            made[name] = method.make(scene, map_size)
+            graphs[name] = method.make(scene, map_size)
         except PassgraphError as error:
             failed.append(f"{name} ({where}): {error}")
-    return made
+    return graphs

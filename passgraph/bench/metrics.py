@@ -21,7 +21,7 @@ Picture = NDArray[Any]
 SMALLEST_SIDE = 11
 
 
-def ssim_map(made: Picture, true: Picture, span: float = 1.0) -> Picture | None:
+def ssim_map(got: Picture, true: Picture, span: float = 1.0) -> Picture | None:
     """Structural similarity of each pixel, 1 is equal; None where a picture is too small for its window.
 
     Source: Z. Wang et al., "Image Quality Assessment: From Error Visibility to Structural Similarity", 2004.
@@ -31,27 +31,27 @@ def ssim_map(made: Picture, true: Picture, span: float = 1.0) -> Picture | None:
     made, true : (h, w) or (h, w, channels); channels are averaged
     span : the difference of the highest and lowest value that the pictures can have
     """
-    if min(made.shape[:2]) < SMALLEST_SIDE:
+    if min(got.shape[:2]) < SMALLEST_SIDE:
         return None
     from skimage.metrics import structural_similarity
 
     measured: Any = structural_similarity
-    axis = None if made.ndim == 2 else 2
+    axis = None if got.ndim == 2 else 2
     _, each = measured(
-        made, true, data_range=span, gaussian_weights=True, sigma=1.5, use_sample_covariance=False, full=True,
+        got, true, data_range=span, gaussian_weights=True, sigma=1.5, use_sample_covariance=False, full=True,
         channel_axis=axis,
     )  # fmt: skip
     return np.asarray(each if axis is None else each.mean(axis=2))
 
 
-def flip_map(made: Picture, true: Picture) -> Picture:
+def flip_map(got: Picture, true: Picture) -> Picture:
     """Perceived difference of each pixel on a display, 0 is equal; pictures are (h, w, 3), sRGB, 0 to 1.
 
     Source: P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2020.
     """
     import flip_evaluator
 
-    each, _, _ = flip_evaluator.evaluate(true, made, "LDR", applyMagma=False, computeMeanError=False)
+    each, _, _ = flip_evaluator.evaluate(true, got, "LDR", applyMagma=False, computeMeanError=False)
     return np.asarray(each)[:, :, 0]
 
 
@@ -100,17 +100,17 @@ def compared(share: Float32, truth: Truth, counts: Mask) -> Errors:
     """
     if not counts.any():
         raise InputError("bench: no pixel can be compared; is the light behind every surface that the camera sees?")
-    made, true = np.where(counts, share, 1.0).astype(np.float32), np.where(counts, truth.share, 1.0)
+    computed, true = np.where(counts, share, 1.0).astype(np.float32), np.where(counts, truth.share, 1.0)
     true = true.astype(np.float32)
-    off = made.astype(np.float64) - true
+    off = computed.astype(np.float64) - true
     penumbra = counts & truth.penumbra
     return Errors(
         _root_mean_square(off[counts]),
         _root_mean_square(off[penumbra]) if penumbra.any() else nan,
-        _mean(ssim_map(made, true), counts),
-        _mean(flip_map(_shown(made), _shown(true)), counts),
-        float(np.mean((true[counts] <= 0.01) & (made[counts] > FALSE_SHARE))),
-        float(np.mean((true[counts] >= 0.99) & (made[counts] < 1.0 - FALSE_SHARE))),
+        _mean(ssim_map(computed, true), counts),
+        _mean(flip_map(_shown(computed), _shown(true)), counts),
+        float(np.mean((true[counts] <= 0.01) & (computed[counts] > FALSE_SHARE))),
+        float(np.mean((true[counts] >= 0.99) & (computed[counts] < 1.0 - FALSE_SHARE))),
     )
 
 

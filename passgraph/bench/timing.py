@@ -109,10 +109,10 @@ class Stopwatch(Backend):
     def _timed(self, call: Callable[[], Any], into: list[float]) -> Any:
         self.inner.finish()
         begin = time.perf_counter()
-        made = call()
+        result = call()
         self.inner.finish()
         into.append(time.perf_counter() - begin)
-        return made
+        return result
 
     def make(self, format: Format, size: tuple[int, int]) -> Any:
         return self.inner.make(format, size)
@@ -121,8 +121,8 @@ class Stopwatch(Backend):
         self._timed(lambda: self.inner.upload(storage, picture), self.tally.uploads)
 
     def download(self, storage: Any) -> FloatBlock:
-        made: FloatBlock = self._timed(lambda: self.inner.download(storage), self.tally.downloads)
-        return made
+        values: FloatBlock = self._timed(lambda: self.inner.download(storage), self.tally.downloads)
+        return values
 
     def copy(self, source: Any, destination: Any) -> None:
         self._timed(lambda: self.inner.copy(source, destination), self.tally.passes.setdefault("copy", []))

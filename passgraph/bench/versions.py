@@ -126,22 +126,22 @@ def _on(
 
 def _call(program: Program, given: Mapping[str, Any]) -> Callable[[int], Picture]:
     def call(frame: int) -> Picture:
-        made = program(**given)
-        return made[next(iter(made))]
+        result = program(**given)
+        return result[next(iter(result))]
 
     return call
 
 
-def difference(made: Picture, true: Picture) -> Difference:
+def difference(got: Picture, true: Picture) -> Difference:
     """What tells one picture from another.
 
     >>> black, grey = np.zeros((4, 4, 3), np.float32), np.full((4, 4, 3), 0.25, np.float32)
     >>> difference(grey, black).rmse, difference(grey, black).largest
     (0.25, 0.25)
     """
-    off = np.where(_alike(made, true), 0.0, made.astype(np.float64) - true)
+    off = np.where(_alike(got, true), 0.0, got.astype(np.float64) - true)
     finite = bool(np.isfinite(off).all())
-    colours = [picture[:, :, :3] for picture in (made, true)]
+    colours = [picture[:, :, :3] for picture in (got, true)]
     known = all(np.isfinite(picture).all() for picture in colours)
     span = float(np.ptp(colours[1])) if known else 1.0
     similar = ssim_map(colours[0], colours[1], span or 1.0) if known else None
@@ -149,21 +149,21 @@ def difference(made: Picture, true: Picture) -> Difference:
         rmse=sqrt(float(np.mean(off**2))) if finite else nan,
         largest=float(np.abs(off).max()) if finite else inf,
         ssim=nan if similar is None else float(similar.mean()),
-        flip=float(flip_map(_shown(made), _shown(true)).mean()),
+        flip=float(flip_map(_shown(got), _shown(true)).mean()),
     )
 
 
-def _alike(made: Picture, true: Picture) -> NDArray[np.bool_]:
-    return np.asarray((made == true) | (np.isnan(made) & np.isnan(true)))
+def _alike(got: Picture, true: Picture) -> NDArray[np.bool_]:
+    return np.asarray((got == true) | (np.isnan(got) & np.isnan(true)))
 
 
 def _shown(picture: Picture) -> Picture:
     """The colour as three channels from 0 to 1; one is grey, and of two the third is 0."""
-    held = np.clip(np.nan_to_num(picture[:, :, :3]), 0.0, 1.0)
-    if held.shape[2] == 1:
-        held = np.repeat(held, 3, axis=2)
-    lacking = np.zeros((*held.shape[:2], 3 - held.shape[2]), np.float32)
-    return np.ascontiguousarray(np.concatenate([held, lacking], axis=2), np.float32)
+    color = np.clip(np.nan_to_num(picture[:, :, :3]), 0.0, 1.0)
+    if color.shape[2] == 1:
+        color = np.repeat(color, 3, axis=2)
+    lacking = np.zeros((*color.shape[:2], 3 - color.shape[2]), np.float32)
+    return np.ascontiguousarray(np.concatenate([color, lacking], axis=2), np.float32)
 
 
 def _shape(picture: Picture) -> str:

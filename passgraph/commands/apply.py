@@ -72,18 +72,21 @@ OUTPUT_OF_NOTHING = (
 MOST_FRAMES = 100_000
 
 
-def frames_option(of: str) -> Callable[[Decorated], Decorated]:
+def frames_option(subject: str) -> Callable[[Decorated], Decorated]:
     return click.option(
-        "--frames", type=click.IntRange(1, MOST_FRAMES), metavar="NUMBER",
-        help=f"Make so many frames of {of}, for what changes with time or over frames (NUMBER..NUMBER).",
-    )  # fmt: skip
+        "--frames",
+        type=click.IntRange(1, MOST_FRAMES),
+        metavar="NUMBER",
+        help=f"Make so many frames of {subject}, for what changes with time or over frames (NUMBER..NUMBER).",
+    )
 
 
 bits_option = click.option(
-    "--bits", type=click.Choice(["8", "16"]),
+    "--bits",
+    type=click.Choice(["8", "16"]),
     help="Bits per channel where the format holds them: .png .tif .jxl 8 or 16, .exr 16 (half) or 32.  "
     "[default: as the input, else 8; .exr 32]",
-)  # fmt: skip
+)
 
 
 def video_options(command: Decorated) -> Decorated:
@@ -141,13 +144,17 @@ def command_of(effect: Effect) -> click.Command:
     @click.option("--output", "-o", required=True, type=click.Path(), help=OUTPUT)
     @backend_option
     @click.option(
-        "--jobs", "-j", type=click.IntRange(1, MOST_JOBS), metavar="NUMBER",
+        "--jobs",
+        "-j",
+        type=click.IntRange(1, MOST_JOBS),
+        metavar="NUMBER",
         help="Threads that read and write frames; left out, one a core, at most 8.",
-    )  # fmt: skip
+    )
     @click.option(
-        "--scheduler", metavar="ADDRESS",
+        "--scheduler",
+        metavar="ADDRESS",
         help="Frames are computed by the workers of a dask scheduler, such as tcp://host:8786.",
-    )  # fmt: skip
+    )
     @click.option("--resume", is_flag=True, help="Leave out what is there already, whole and newer than its input.")
     @click.option("--raw", metavar="WxH:LAYOUT@RATE", help="Streams (-) are raw pixels, such as 640x480:rgb24@25.")
     @bits_option
@@ -159,9 +166,11 @@ def command_of(effect: Effect) -> click.Command:
     @check_finite_option
     @profile_option
     @click.option(
-        "--linear/--as-stored", default=effect.linear, show_default=True,
+        "--linear/--as-stored",
+        default=effect.linear,
+        show_default=True,
         help="Decode 8- and 16-bit pictures from sRGB to linear light first.",
-    )  # fmt: skip
+    )
     @color_space_options(effect)
     @click.pass_context
     def command(ctx: click.Context, /, **options: Any) -> int:
@@ -290,16 +299,16 @@ def apply_to_many(
     clips = clips_of(sources, output, writing)
     check_writing(writing, clips)
     depths = None if depth is None else depth_of(depth, clips)
-    beside = pictures_beside(effect, given)
-    stills = [path for path in given.values() if isinstance(path, Path) and path not in beside.values()]
-    opened = {name: frames_beside(path, clips, writing.raw) for name, path in beside.items()}
+    companions = pictures_beside(effect, given)
+    stills = [path for path in given.values() if isinstance(path, Path) and path not in companions.values()]
+    opened = {name: frames_beside(path, clips, writing.raw) for name, path in companions.items()}
     further = [*opened.values(), *([depths] if depths else [])]
     if not any(getattr(source, "has_alpha", True) for source in [*sources, *opened.values(), Pictures(stills)]):
         effect = effect.for_opaque()
     check_clips(clips, output, [*stills, *(path for source in further for path in inputs_of(source))])
     tell_of_several(path for clip in clips if isinstance(clip.source, Pictures) for path in inputs_of(clip.source))
     changing = Changing.of(effect, given)
-    parameters, constants = picture_parameters(effect, {n: value for n, value in given.items() if n not in beside})
+    parameters, constants = picture_parameters(effect, {n: value for n, value in given.items() if n not in companions})
     parameters |= {name: Input(name, "rgba32f") for name in opened}
     depth_source = None if depths is None else Converted(depths, red_of)
     pictures = {name: Converted(Held(source, _warn), colors_of) for name, source in opened.items()}

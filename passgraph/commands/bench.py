@@ -215,9 +215,12 @@ def _bench_shadows(
     chosen = scenes or (QUICK_SCENES if quick else tuple(name for name, scene in SCENES.items() if scene.here))
     settings = Settings(QUICK_SIZE, (1024,), frames=QUICK_FRAMES) if quick else Settings()
     given: dict[str, Any] = {
-        "size": size, "map_sizes": map_sizes, "methods": methods or tuple(METHODS), "backends": backends,
+        "size": size,
+        "map_sizes": map_sizes,
+        "methods": methods or tuple(METHODS),
+        "backends": backends,
         "frames": frames,
-    }  # fmt: skip
+    }
     settings = settings.with_(**{key: value for key, value in given.items() if value})
     for name in chosen:
         scene_named(name)

@@ -153,7 +153,7 @@ class Tries:
             well &= self._passes(f"{name} with {end}", graph, end, limit, say)
             tried += 1
         more = "--most-seconds N: more time" if limit.is_over else "--ends N: more runs"
-        click.echo(f"{name}: tried {_told(ends[:tried]) or 'nothing more'}{_left(ends[tried:], more)}")
+        click.echo(f"{name}: tried {_ends_text(ends[:tried]) or 'nothing more'}{_left(ends[tried:], more)}")
         return well
 
     def _passes(self, title: str, graph: Graph, end: End, limit: TimeLimit, say: Callable[[str], None]) -> bool:
@@ -186,10 +186,10 @@ def _lost(passes: Passes, default: Callable[[], Passes]) -> str:
     expected, _ = passes.allowed(True)
     if not any(np.isnan(picture).any() for picture in expected.values()):
         return ""
-    whole = {key for key, picture in default().allowed(True)[0].items() if not np.isnan(picture).any()}
+    was_finite = {key for key, picture in default().allowed(True)[0].items() if not np.isnan(picture).any()}
     for key, picture in expected.items():
         lost: NDArray[np.bool_] = np.asarray(np.isnan(picture).any(axis=2))
-        if key in whole and lost.any():
+        if key in was_finite and lost.any():
             step, resource = passes.plan.steps[key[1]], passes.plan.resources[key[2]]
             kind = first_other_kind(passes, key, lost, picture, expected, passes.watched(True, [key[1]])[key[1]])
             return (
@@ -200,16 +200,16 @@ def _lost(passes: Passes, default: Callable[[], Passes]) -> str:
     return ""
 
 
-def _told(ends: Sequence[End]) -> str:
+def _ends_text(ends: Sequence[End]) -> str:
     """Which numbers each value had.
 
-    >>> _told([End("radius", "0", 0, "2"), End("radius", "16", 16, "2"), End("gain", "1", 1.0, "0.5")])
+    >>> _ends_text([End("radius", "0", 0, "2"), End("radius", "16", 16, "2"), End("gain", "1", 1.0, "0.5")])
     'radius = 2 (its default), 0, 16; gain = 0.5 (its default), 1'
     """
     numbers: dict[str, list[str]] = {}
     for end in ends:
         numbers.setdefault(end.name, [f"{end.default} (its default)"]).append(end.number)
-    return "; ".join(f"{name} = {', '.join(told)}" for name, told in numbers.items())
+    return "; ".join(f"{name} = {', '.join(numbers_text)}" for name, numbers_text in numbers.items())
 
 
 def _left(ends: Sequence[End], more: str) -> str:
@@ -229,9 +229,12 @@ class Golden:
 @click.argument("file", metavar="FILE[:NAME]|EFFECT")
 @click.option("--input", "-i", "inputs", multiple=True, type=InputType(), help="Picture of an input; else one is made.")
 @click.option(
-    "--set", "settings", multiple=True, type=SettingType(),
+    "--set",
+    "settings",
+    multiple=True,
+    type=SettingType(),
     help="A value of the run: a number, a vector (1,2,3), a matrix row by row (1,0;0,1), true or false.",
-)  # fmt: skip
+)
 @click.option("--size", type=SizeType(), help=f"Size of what is made. [default: {MADE_SIZE[0]}x{MADE_SIZE[1]}]")
 @click.option("--backend", "-b", "backends", multiple=True, type=BackendType(), help="Without it all that are here.")
 @most_ambiguous_option

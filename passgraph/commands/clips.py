@@ -61,22 +61,27 @@ class DepthBuffer(click.ParamType):  # type: ignore[type-arg]  # generic in newe
             self.fail(
                 f"{value!r}: expected NEAR:FAR with 0 < NEAR < FAR, then ,reversed or ,orthographic where it is so, "
                 f"such as 0.1:1000 or 0.1:inf,reversed{why}",
-                param, ctx,
-            )  # fmt: skip
+                param,
+                ctx,
+            )
 
 
 def depth_buffer_option() -> click.Option:
     return click.Option(
-        ["--depth-buffer"], type=DepthBuffer(), metavar="NEAR:FAR[,reversed][,orthographic]",
+        ["--depth-buffer"],
+        type=DepthBuffer(),
+        metavar="NEAR:FAR[,reversed][,orthographic]",
         help="The depth is an engine's buffer, from 0 to 1 (16-bit PNG too); FAR may be inf. Left out, a distance.",
-    )  # fmt: skip
+    )
 
 
 def depth_option(required: bool) -> click.Option:
     return click.Option(
-        ["--depth"], required=required, type=click.Path(path_type=Path),
+        ["--depth"],
+        required=required,
+        type=click.Path(path_type=Path),
         help="Picture whose red is each pixel's linear depth (EXR or npy, scene units), or a sequence of them.",
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
@@ -248,10 +253,10 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
     if writing.rate and any(isinstance(clip.source, (Animation, Video)) for clip in films):
         raise InputError("--rate is for videos made of pictures; frames of a video keep their times; leave it out")
     if writing.bits == 16:
-        made = [path for clip in clips if isinstance(clip.sink, ToPictures) for path, _ in outputs_of(clip)]
-        if not made:
+        paths = [path for clip in clips if isinstance(clip.sink, ToPictures) for path, _ in outputs_of(clip)]
+        if not paths:
             raise InputError("--bits is for picture files, and none is written; name some: -o out.%04d.png")
-        for path in made:
+        for path in paths:
             check_holds_bits(path, 16)
     for clip in clips:
         if isinstance(clip.sink, ToPictures):
@@ -262,21 +267,21 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
         raise InputError("--raw is for streams, and none is read or written; name one: -o -")
 
 
-def check_clips(clips: list[Clip], output: str, others: Iterable[Path] = ()) -> None:
+def check_clips(clips: list[Clip], output: str, more_inputs: Iterable[Path] = ()) -> None:
     """Refuse what cannot be written, what would overwrite an input, and two outputs of one name.
 
-    ``others`` are further files that are read.
+    ``more_inputs`` are further files that are read.
     """
-    inputs = {path for clip in clips for path in inputs_of(clip.source)} | set(others)
+    inputs = {path for clip in clips for path in inputs_of(clip.source)} | set(more_inputs)
     check_apart(inputs, [out for clip in clips for out in outputs_of(clip)])
     if goes_into_folder(output):
         check_folder(Path(output))
     for clip in clips:
         if isinstance(clip.sink, Film):
             check_path(clip.sink.path)
-        elif made := outputs_of(clip):
-            check_picture_path(made[0][0])
-            for suffix in {path.suffix: path for path, _ in made}.values():
+        elif outputs := outputs_of(clip):
+            check_picture_path(outputs[0][0])
+            for suffix in {path.suffix: path for path, _ in outputs}.values():
                 check_picture_path(suffix)
 
 

@@ -106,15 +106,15 @@ class ConvertedEffect(Effect):
             return self  # what it makes of opaque pictures may be transparent
         return self.effect if self.source is None else replace(self, effect_alpha="straight")
 
-    def made(self, *taken: Any, **given: Any) -> Any:
+    def build(self, *taken: Any, **given: Any) -> Any:
         from passgraph.effects.pictures.alpha import on_straight_alpha
 
         @wraps(self.effect.function)
         def one_target(*taken: Any, **given: Any) -> Target:
-            made = self.effect.made(*taken, **given)
-            if not isinstance(made, Target):
+            result = self.effect.build(*taken, **given)
+            if not isinstance(result, Target):
                 raise InputError(f"{self.name}: makes several pictures; leave out --alpha, --from-space and --to-space")
-            return made
+            return result
 
         on_straight = on_straight_alpha(one_target, self.effect_alpha)
         if self.source is None:
@@ -123,6 +123,6 @@ class ConvertedEffect(Effect):
 
         frame, *rest = taken
         light = color_transform(frame, src=self.source, dst="scene_linear", config=self.config, name="to_scene_linear")
-        made = on_straight(light, *rest, **given)
-        name = f"{made.name}_in_space"
-        return color_transform(made, src="scene_linear", dst=self.result, config=self.config, name=name)
+        result = on_straight(light, *rest, **given)
+        name = f"{result.name}_in_space"
+        return color_transform(result, src="scene_linear", dst=self.result, config=self.config, name=name)

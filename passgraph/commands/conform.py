@@ -40,19 +40,19 @@ def conform(backend: str, groups: tuple[str, ...], quick: bool, report: Path | N
             check_path(path)
     chosen = list(cases(groups or None, quick=quick))
     with _bar(len(chosen)) as progress:
-        made = run(backend, chosen, progress=progress)
-    _show(made)
+        result = run(backend, chosen, progress=progress)
+    _show(result)
     if report is not None:
         from passgraph.verify.conformance.page import html_of
 
-        write_text(report, html_of(made))
+        write_text(report, html_of(result))
         click.echo(f"{report}: written")
     if json_path is not None:
         from passgraph.verify.conformance.page import json_of
 
-        write_text(json_path, json_of(made))
+        write_text(json_path, json_of(result))
         click.echo(f"{json_path}: written")
-    return 0 if made.passed else 1
+    return 0 if result.passed else 1
 
 
 @contextmanager

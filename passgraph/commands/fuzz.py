@@ -32,25 +32,33 @@ KINDS = ("kernels", "graphs", "draws", "variants")
     help="How long new cases are run; shrinking a failure may take two more.",
 )  # fmt: skip
 @click.option(
-    "--seed", type=click.IntRange(0, 2**31), default=0, show_default=True,
+    "--seed",
+    type=click.IntRange(0, 2**31),
+    default=0,
+    show_default=True,
     help="Decides which cases; the same seed gives the same ones in the same order.",
-)  # fmt: skip
+)
 @click.option(
     "--backend", "-b", "backends", multiple=True, type=BackendType(),
     help="Backend to test; may be repeated. Without it all that are here.",
 )  # fmt: skip
 @click.option(
-    "--what", type=click.Choice((*KINDS, "all")), default="all", show_default=True,
+    "--what",
+    type=click.Choice((*KINDS, "all")),
+    default="all",
+    show_default=True,
     help="What is made up; variants are kernels and their rewritten forms.",
-)  # fmt: skip
+)
 @click.option(
     "--failures", type=click.Path(path_type=Path), default=Path("fuzz-failures"), show_default=True,
     metavar="FOLDER", help="Where each failure is written, shrunk.",
 )  # fmt: skip
 @click.option(
-    "--replay", type=click.Path(path_type=Path), metavar="FILE",
+    "--replay",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
     help="Run this file (or all of a folder) again instead.",
-)  # fmt: skip
+)
 def fuzz(minutes: float, seed: int, backends: tuple[str, ...], what: str, failures: Path, replay: Path | None) -> int:
     """Make up kernels, graphs and draws and hold every backend against the float64 reference.
 
@@ -66,9 +74,9 @@ def fuzz(minutes: float, seed: int, backends: tuple[str, ...], what: str, failur
         opened = list(_opened(backends, stack))
         if replay is not None:
             return _replay(replay, opened)
-        made = not failures.exists()
+        is_new = not failures.exists()
         check_folder(failures)  # before the long work
-        if made:
+        if is_new:
             stack.callback(_remove_empty, failures)
         kinds = KINDS if what == "all" else (what,)
         return _hunt(kinds, opened, seed, minutes * 60, failures)

@@ -198,21 +198,21 @@ def _entry(folder: Path, graph: str) -> dict[str, Any]:
     if graph not in graphs:
         raise InputError(f"{folder}: has no record of {graph!r}, only of {', '.join(graphs)}; make it with --record")
     entry = graphs[graph]
-    whole = isinstance(entry, dict) and all(isinstance(entry.get(n), dict) for n in ("inputs", "outputs"))
-    sides = entry.get("size") if whole else None
+    is_complete = isinstance(entry, dict) and all(isinstance(entry.get(n), dict) for n in ("inputs", "outputs"))
+    sides = entry.get("size") if is_complete else None
     if not (isinstance(sides, list) and len(sides) == 2 and all(isinstance(side, int) for side in sides)):
         raise InputError(f"{folder / MANIFEST}: the record of {graph!r} is broken; make it anew with --record")
-    made: dict[str, Any] = entry
-    return made
+    result: dict[str, Any] = entry
+    return result
 
 
 def _load(folder: Path, files: Mapping[str, str]) -> dict[str, NDArray[np.float32]]:
-    made = {}
+    pictures = {}
     for name, file in files.items():
         path = folder / Path(file).name  # a manifest names files of its own folder only
         try:
             check_regular(path, "a recorded picture")
-            made[name] = np.load(path, allow_pickle=False)
+            pictures[name] = np.load(path, allow_pickle=False)
         except (InputError, OSError, ValueError) as error:
             raise InputError(f"{path}: cannot be read ({error}); make it anew with --record") from error
-    return made
+    return pictures

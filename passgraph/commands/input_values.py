@@ -166,8 +166,8 @@ def _example(type_: Type) -> str:
     if isinstance(type_, Scalar):
         return {"float": "0.5", "int": "2", "uint": "2", "bool": "true"}[type_.name]
     if isinstance(type_, Vector):
-        whole = ("1", "2", "3", "4")
-        parts = {"float": ("1", "0.9", "0.8", "1"), "int": whole, "uint": whole, "bool": ("true", "false") * 2}
+        integers = ("1", "2", "3", "4")
+        parts = {"float": ("1", "0.9", "0.8", "1"), "int": integers, "uint": integers, "bool": ("true", "false") * 2}
         return ",".join(parts[type_.element.name][: type_.size])
     if isinstance(type_, Matrix):
         rows = (",".join(str(int(row == column)) for column in range(type_.columns)) for row in range(type_.rows))
@@ -217,11 +217,11 @@ def _taken(type_: Type, words: list[str], where: str) -> tuple[Any, list[str]]:
     else:
         assert isinstance(type_, Array)
         element, length = type_.element, type_.length  # type: ignore[assignment]
-    made = []
+    parts = []
     for _ in range(length):
         one, words = _taken(element, words, where)
-        made.append(one)
-    return made, words
+        parts.append(one)
+    return parts, words
 
 
 def _number(type_: Scalar, word: str, where: str) -> bool | int | float:
@@ -258,16 +258,16 @@ def opened(names: Sequence[str]) -> list[Any]:
 
     if names:
         return [open_backend(name) for name in names]
-    made = []
+    backends = []
     for name in backend_names():
         if name not in ("reference", "null"):
             try:
-                made.append(open_backend(name))
+                backends.append(open_backend(name))
             except DeviceMissingError as error:
                 click.echo(f"{name}: missing: {' '.join(str(error).split())}")
-    if not made:
+    if not backends:
         raise InputError("no backend is here to be checked; see: passgraph backends")
-    return made
+    return backends
 
 
 def read_inputs(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, Path]]) -> dict[str, Picture]:

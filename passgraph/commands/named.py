@@ -142,9 +142,10 @@ def _graphs_of_shader(path: Path, name: str | None) -> Mapping[str, Graph]:
 _TEXT = Reader(effects_of_text, _graphs_of_module_or_text)
 #: What reads a file, by its suffix; any other one that is named is the text of a kernel too.
 READERS = {
-    ".py": Reader(effects_of_module, _graphs_of_module_or_text), ".txt": _TEXT,
+    ".py": Reader(effects_of_module, _graphs_of_module_or_text),
+    ".txt": _TEXT,
     **dict.fromkeys((*SUFFIXES, *NOT_READ, EXPORT_SUFFIX), Reader(effects_of_shader, _graphs_of_shader)),
-}  # fmt: skip
+}
 
 
 def reader_of(path: Path) -> Reader:
@@ -171,8 +172,8 @@ class KernelEffect(Effect):
 
         texts = help_of(self.kernel)
         self._check_flat()
-        others = (parameter for parameter in self.kernel.parameters if parameter.name not in self._picture)
-        return tuple(_said(parameter, texts.get(parameter.name, ""), self) for parameter in others)
+        plain = (parameter for parameter in self.kernel.parameters if parameter.name not in self._picture)
+        return tuple(_said(parameter, texts.get(parameter.name, ""), self) for parameter in plain)
 
     def _check_flat(self) -> None:
         for volume in read_as_volumes(self.kernel.program):
@@ -186,7 +187,7 @@ class KernelEffect(Effect):
     def linear(self) -> bool:
         return False
 
-    def made(self, *taken: Any, **given: Any) -> Any:
+    def build(self, *taken: Any, **given: Any) -> Any:
         return self.kernel(**dict(zip(self._picture, taken, strict=True)), **given)
 
     @property

@@ -89,23 +89,30 @@ def check_computes(backend: type[Backend]) -> None:
 def size_option(default: tuple[int, int] | None = None) -> Callable[[Decorated], Decorated]:
     text = f"{default[0]}x{default[1]}" if default else None
     return click.option(
-        "--size", type=SizeType(), default=text, show_default=True,
+        "--size",
+        type=SizeType(),
+        default=text,
+        show_default=True,
         help="Width and height of the picture in pixels.",
-    )  # fmt: skip
+    )
 
 
 def backend_option(command: Decorated) -> Decorated:
     return click.option(
-        "--backend", "-b", type=BackendType(),
+        "--backend",
+        "-b",
+        type=BackendType(),
         help="numpy (the default), gl, opencl, opencl:1 (a device by number or part of its name), reference.",
-    )(command)  # fmt: skip
+    )(command)
 
 
 def capture_option(command: Decorated) -> Decorated:
     return click.option(
-        "--capture", type=click.Path(path_type=Path), metavar="FOLDER",
+        "--capture",
+        type=click.Path(path_type=Path),
+        metavar="FOLDER",
         help="Write what every pass wrote: a PNG to look at and the exact values as npy.",
-    )(command)  # fmt: skip
+    )(command)
 
 
 def profile_option(command: Decorated) -> Decorated:
@@ -114,23 +121,30 @@ def profile_option(command: Decorated) -> Decorated:
 
 def non_finite_option(command: Decorated) -> Decorated:
     return click.option(
-        "--non-finite", type=click.Choice(CHOICES), default="error", show_default=True,
+        "--non-finite",
+        type=click.Choice(CHOICES),
+        default="error",
+        show_default=True,
         help="NaN and infinity in the input: an error, replaced (by 0 and the largest number), or kept.",
-    )(command)  # fmt: skip
+    )(command)
 
 
 def check_finite_option(command: Decorated) -> Decorated:
     return click.option(
-        "--check-finite", is_flag=True,
+        "--check-finite",
+        is_flag=True,
         help="Name the first pass and pixel that make NaN or infinity; slow.",
-    )(command)  # fmt: skip
+    )(command)
 
 
 def output_option(command: Decorated) -> Decorated:
     return click.option(
-        "--output", "-o", required=True, type=click.Path(path_type=Path),
+        "--output",
+        "-o",
+        required=True,
+        type=click.Path(path_type=Path),
         help="Picture to write: .png .jpg .tif .webp (8 bit), .exr .npy (float32).",
-    )(command)  # fmt: skip
+    )(command)
 
 
 # Effects' parameters
@@ -283,9 +297,12 @@ class EffectCommand(click.Command):
 
 def effect_option(what: str) -> Callable[[Decorated], Decorated]:
     return click.option(
-        "--effect", "-e", metavar="EFFECT|FILE.py[:NAME]", expose_value=False,
+        "--effect",
+        "-e",
+        metavar="EFFECT|FILE.py[:NAME]",
+        expose_value=False,
         help=f"{what}: an effect by name, or one (or a kernel) of a file of yours; the first argument may name it too.",
-    )  # fmt: skip
+    )
 
 
 def named_or_refused(ctx: click.Context, source: Path | None) -> Effect:
@@ -311,14 +328,14 @@ def options_beside(
     A parameter with the name of one of the command's options gets an option with a prefix: ``--kernel-rate``.
     """
     taken = {name for param in own for name in (*param.opts, *param.secondary_opts, param.name)}
-    made: list[EffectOption] = []
+    options: list[EffectOption] = []
     for option in options_of(effect, kind):
         parameter = option.parameter
         while taken.intersection((*option.opts, *option.secondary_opts, option.name)):
             option = option_of(replace(option.parameter, name=PREFIX + option.parameter.name), kind)
         option.parameter = parameter
-        made.append(option)
-    return made
+        options.append(option)
+    return options
 
 
 def given_parameters(ctx: click.Context) -> dict[str, Any]:

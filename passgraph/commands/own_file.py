@@ -62,8 +62,8 @@ def graphs_of(path: Path, name: str | None = None) -> dict[str, Graph]:
     if path.suffix == ".py":
         names = names_of(path)
     else:
-        made = kernel_of_text(path)
-        names = {made.name: made}
+        parsed = kernel_of_text(path)
+        names = {parsed.name: parsed}
     if name is not None:
         return {name: _one(name, names, path)}
     if "outputs" in names:
@@ -106,13 +106,13 @@ def _one(name: str, names: Mapping[str, Any], path: Path) -> Graph:
 
 def _effects(names: Mapping[str, Any], module: str) -> dict[str, Graph]:
     """Effects of the module's own that take pictures (see `passgraph.effects.effect`), on what inputs bring."""
-    made: dict[str, Graph] = {}
+    graphs: dict[str, Graph] = {}
     for function in names.values():
         mark = getattr(function, "effect", None)
         if isinstance(mark, Mark) and function.__module__ == module and mark.takes in TAKEN:
             taken = map(pg.Input, TAKEN[mark.takes])
-            made[mark.name] = named_outputs(function(*taken, **_needed(parameters_of(function), mark.name)))
-    return made
+            graphs[mark.name] = named_outputs(function(*taken, **_needed(parameters_of(function), mark.name)))
+    return graphs
 
 
 def _needed(parameters: Iterable[EffectParameter], name: str) -> dict[str, pg.Target]:
@@ -133,7 +133,7 @@ def on_inputs(effect: Effect) -> Graph:
             f"effect {effect.name} takes a {effect.takes}, which nothing is made up for; use: passgraph compare "
             f"{effect.name}"
         )
-    return named_outputs(effect.made(*map(pg.Input, TAKEN[effect.takes]), **_needed(effect.parameters, effect.name)))
+    return named_outputs(effect.build(*map(pg.Input, TAKEN[effect.takes]), **_needed(effect.parameters, effect.name)))
 
 
 class _AsWritten(SourceFileLoader):

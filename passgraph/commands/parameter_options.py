@@ -60,8 +60,8 @@ class FramesOption(EffectOption):
 
     @property
     def is_number(self) -> bool:
-        of = self.parameter.of
-        return self.parameter.type in ("int", "float") or (of is not None and element_of(of) != BOOL)
+        value_type = self.parameter.of
+        return self.parameter.type in ("int", "float") or (value_type is not None and element_of(value_type) != BOOL)
 
 
 def check_no_ramps(effect: Effect, given: Mapping[str, Any]) -> None:
@@ -93,10 +93,10 @@ class Changing:
 
         A frame lasts as long as the effect says where a clip has no rate.
         """
-        made = {name: Value(name) for name in self.ramps}
+        values = {name: Value(name) for name in self.ramps}
         if self.frame_time is not None:
-            made[self.frame_time] = Value(self.frame_time, default=self.effect.parameter(self.frame_time).default)
-        return made
+            values[self.frame_time] = Value(self.frame_time, default=self.effect.parameter(self.frame_time).default)
+        return values
 
     def graph(self, make: Callable[[Mapping[str, Any]], Any]) -> Any:
         """What ``make`` makes with values in the place of what changes."""
@@ -110,9 +110,9 @@ class Changing:
                 f"{flags}: cannot change over frames, since {self.effect.name} makes its passes for one value; give one"
             ) from error
 
-    def values(self, source: Source, rate: Fraction | None, others: Mapping[str, Any]) -> Values:
+    def values(self, source: Source, rate: Fraction | None, constants: Mapping[str, Any]) -> Values:
         """What the runs of a clip of so many frames a second are given."""
-        known = dict(others)
+        known = dict(constants)
         if self.frame_time is not None and rate is not None:
             known[self.frame_time] = float(1 / rate)
         if not self.ramps:

@@ -48,8 +48,8 @@ def plan(
         check_path(svg)
     chosen = named_or_refused(ctx, source)
     job = job_of(chosen, source, size, depth, False, given_parameters(ctx))
-    made = build(job.outputs, job.size, None, Options(**dict.fromkeys(off, False)))
-    click.echo(made.explain())
+    built = build(job.outputs, job.size, None, Options(**dict.fromkeys(off, False)))
+    click.echo(built.explain())
     if svg is not None:
-        write_text(svg, made.svg())
+        write_text(svg, built.svg())
         click.echo(f"{svg}: drawn")

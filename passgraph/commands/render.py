@@ -42,10 +42,11 @@ Antialias = Literal["fxaa", "ssaa4", "none"]
 
 def antialias_option(command: Decorated) -> Decorated:
     return click.option(
-        "--antialias", type=click.Choice(get_args(Antialias)),
+        "--antialias",
+        type=click.Choice(get_args(Antialias)),
         help="How edges are smoothed: fxaa in the finished picture; ssaa4 by four samples a pixel, at four times the "
         "work; none.  [default: fxaa for pictures for display, none for HDR]",
-    )(command)  # fmt: skip
+    )(command)
 
 
 def chosen(antialias: Antialias | None, display: bool) -> Antialias:
@@ -140,9 +141,12 @@ def run_turntable(
         check_computes(type(program.backend))
         with frame_progress(str(output), len(cameras), complain_of) as step:
             summary = frames(
-                program, Numbers(len(cameras)), output if rate is None else open_film(output, rate), watch=step,
+                program,
+                Numbers(len(cameras)),
+                output if rate is None else open_film(output, rate),
+                watch=step,
                 values=lambda number: {**job.given, "camera": cameras[number - 1]},
-            )  # fmt: skip
+            )
         click.echo(summary_line(str(output), summary, program.backend.name))
     return 0 if summary.whole else 1
 

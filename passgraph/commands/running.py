@@ -171,11 +171,11 @@ def run_and_save(
     outputs = in_bytes(job.outputs) if in_whole else job.outputs
     with progress("compiling") as say:
         start = perf_counter()
-        made = compile(
+        opened = compile(
             outputs, backend, job.size, options, non_finite=non_finite, check_finite=check_finite,
             results="stored" if in_whole else "float32",
         )  # fmt: skip
-        with made as program:
+        with opened as program:
             check_computes(type(program.backend))  # the environment may name another one than the command line
             compiled = perf_counter()
             array = _output_of(program, next(iter(outputs)), job, observer, say)
@@ -186,9 +186,9 @@ def run_and_save(
                 times = program.profile(**job.given)
         say(f"writing {output}")
         is_whole = array.dtype.kind == "u" or output.suffix.lower() in FLOAT_SUFFIXES
-        held = array if is_whole else quantised(array, np.dtype(f"u{bits // 8}"), str(output))
+        stored = array if is_whole else quantised(array, np.dtype(f"u{bits // 8}"), str(output))
         is_half = bits == 16 and output.suffix.lower() in FLOAT_SUFFIXES
-        save(output, held, like=like, bits=16 if is_half else None)
+        save(output, stored, like=like, bits=16 if is_half else None)
     height, width = array.shape[:2]
     looking = " (with capture)" if observer is not None else ""
     click.echo(

@@ -164,10 +164,10 @@ def _cameras(scene: Scene, view: View, aspect: float) -> tuple[list[Camera], lis
         )
     if view.camera is not None or (own and not view.placing):
         at = chosen("--camera", view.camera or "1", own, "camera", lenses)
-        told = view.camera is None and len(own) > 1
+        is_ambiguous = view.camera is None and len(own) > 1
         return [_own(scene.cameras[at].camera, view)], [
             f"camera: {_listed(own[:1])} of {len(own)}; --camera NAME or NUMBER chooses"
-        ] if told else []
+        ] if is_ambiguous else []
     placed: dict[str, Any] = {"distance": view.distance, "aspect": aspect}
     if view.azimuth is not None:
         placed["azimuth_rad"] = _turn(view.azimuth)
@@ -175,8 +175,8 @@ def _cameras(scene: Scene, view: View, aspect: float) -> tuple[list[Camera], lis
         placed["elevation_rad"] = radians(view.elevation)
     if view.fov is not None:
         placed["vertical_fov_rad"] = radians(view.fov)
-    made = scene.turntable(view.turntable, **placed) if view.turntable else [scene.seen_from(**placed).camera]
-    return [camera.zoomed(view.zoom or 1.0) for camera in made], []
+    cameras = scene.turntable(view.turntable, **placed) if view.turntable else [scene.seen_from(**placed).camera]
+    return [camera.zoomed(view.zoom or 1.0) for camera in cameras], []
 
 
 def _own(camera: Camera, view: View) -> Camera:
@@ -223,7 +223,7 @@ def _lights(scene: Scene, view: View) -> list[Light]:
 # Choices
 
 
-def chosen(flag: str, given: str, names: Sequence[str], what: str, others: Sequence[str] = ()) -> int:
+def chosen(flag: str, given: str, names: Sequence[str], what: str, aliases: Sequence[str] = ()) -> int:
     """Which of several is meant, counted from 0: a name, or the other name that each may have, or else a number from 1.
 
     >>> chosen("--camera", "side", ["front", "side"], "camera"), chosen("--camera", "1", ["front", "side"], "camera")
@@ -232,7 +232,7 @@ def chosen(flag: str, given: str, names: Sequence[str], what: str, others: Seque
     0
     """
     found = [at for at, name in enumerate(names) if name == given]
-    found = found or [at for at, name in enumerate(others) if name and name == given]
+    found = found or [at for at, name in enumerate(aliases) if name and name == given]
     if len(found) == 1:
         return found[0]
     if not found and given.isascii() and given.isdigit() and len(given) < 9 and 1 <= int(given) <= len(names):
@@ -240,10 +240,10 @@ def chosen(flag: str, given: str, names: Sequence[str], what: str, others: Seque
     if not names:
         raise InputError(f"{flag} {shown(given)}: the scene has no {what} of its own; leave it out")
     wrong = f"{len(found)} have that name" if found else f"the scene has no such {what}"
-    raise InputError(f"{flag} {shown(given)}: {wrong}; expected a number or a name of {_listed(names, others)}")
+    raise InputError(f"{flag} {shown(given)}: {wrong}; expected a number or a name of {_listed(names, aliases)}")
 
 
-def _listed(names: Sequence[str], others: Sequence[str] = ()) -> str:
-    both = zip_longest(names, others, fillvalue="")
-    told = (f"{shown(name)} ({shown(other)})" if other else shown(name) for name, other in both)
-    return ", ".join(f"{number} {text}" for number, text in enumerate(told, 1))
+def _listed(names: Sequence[str], aliases: Sequence[str] = ()) -> str:
+    both = zip_longest(names, aliases, fillvalue="")
+    entries = (f"{shown(name)} ({shown(other)})" if other else shown(name) for name, other in both)
+    return ", ".join(f"{number} {text}" for number, text in enumerate(entries, 1))

@@ -31,7 +31,7 @@ def flat_volumes(outputs: Iterable[Any]) -> list[str]:
     from passgraph.graph.targets import PixelPass
     from passgraph.plan.dependencies import passes_behind
 
-    passes = [made for made in passes_behind(list(outputs)) if isinstance(made, PixelPass)]
+    passes = [node for node in passes_behind(list(outputs)) if isinstance(node, PixelPass)]
     return [name for one in passes for name in read_as_volumes(one.kernel.program) if one.images[name].slice_count == 1]
 
 
@@ -83,7 +83,7 @@ class ShaderFileEffect(Effect):
         times = (o for o, name in self.own_names.items() if name in said and said[name].is_frame_time)
         return next(times, None)
 
-    def made(self, *taken: Any, **given: Any) -> Any:
+    def build(self, *taken: Any, **given: Any) -> Any:
         return self._of_pictures(
             self.shader(*taken, **{self.own_names.get(name, name): value for name, value in given.items()})
         )
@@ -100,15 +100,15 @@ class ShaderFileEffect(Effect):
         }
         return named_outputs(self._of_pictures(self.shader(*map(pg.Input, self.shader.images), **values)))
 
-    def _of_pictures(self, made: Any) -> Any:
+    def _of_pictures(self, outputs: Any) -> Any:
         """What was made, where no picture that was brought is read as a volume."""
-        for volume in flat_volumes([made]):
+        for volume in flat_volumes([outputs]):
             raise InputError(
                 f"{self.path}: {volume!r} is a sampler3D, and the command line has pictures only; in Python "
                 f"pg.load_shader({self.path!r}) takes a target that says how many slices it has, "
                 f"{volume}=table.slices(33)"
             )
-        return made
+        return outputs
 
 
 def effects_of_shader(path: Path) -> Mapping[str, Effect]:

@@ -62,18 +62,23 @@ def picture_job(
 
 
 def job_of_pictures(
-    effect: Effect, pictures: Mapping[str, NDArray[Any]], linear: bool, parameters: dict[str, Any],
+    effect: Effect,
+    pictures: Mapping[str, NDArray[Any]],
+    linear: bool,
+    parameters: dict[str, Any],
     holds: HardwareDepth | None = None,
-) -> Job:  # fmt: skip
+) -> Job:
     """An effect on a picture, "frame", and on its "depth" where it takes one; without alpha to mix where all have 1."""
-    parameters, others = picture_parameters(effect, parameters)
-    if all(map(is_opaque, [pictures["frame"], *others.values()])):
+    parameters, more_pictures = picture_parameters(effect, parameters)
+    if all(map(is_opaque, [pictures["frame"], *more_pictures.values()])):
         effect = effect.for_opaque()
     targets = [input_of("frame", pictures["frame"], linear)]
     if "depth" in pictures:
         targets.append(as_distance(input_of("depth", pictures["depth"]), holds))
     height, width = pictures["frame"].shape[:2]
-    return Job(named_outputs(effect_output(effect, targets, parameters)), (width, height), {**pictures, **others})
+    return Job(
+        named_outputs(effect_output(effect, targets, parameters)), (width, height), {**pictures, **more_pictures}
+    )
 
 
 def generator_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
@@ -81,7 +86,7 @@ def generator_job(effect: Effect, path: Path | None, size: tuple[int, int] | Non
     if path is not None:
         raise InputError(f"effect {effect.name} takes no picture, got {path}; it makes one of --size")
     parameters, pictures = picture_parameters(effect, parameters)
-    return Job(named_outputs(effect.made(**parameters)), size or RENDER_SIZE, pictures)
+    return Job(named_outputs(effect.build(**parameters)), size or RENDER_SIZE, pictures)
 
 
 def as_distance(depth: Target, holds: HardwareDepth | None) -> Target:
@@ -101,21 +106,21 @@ def pictures_beside(effect: Effect, parameters: dict[str, Any]) -> dict[str, Pat
 
 def picture_parameters(effect: Effect, parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Parameters with an input in the place of each picture's file, and those pictures by name."""
-    made, given = dict(parameters), dict[str, Any]()
+    replaced, given = dict(parameters), dict[str, Any]()
     for parameter in effect.parameters:
         if parameter.type == "picture" and parameters.get(parameter.name) is not None:
             given[parameter.name] = _load(parameters[parameter.name], False)
-            made[parameter.name] = input_of(parameter.name, given[parameter.name])
-    return made, given
+            replaced[parameter.name] = input_of(parameter.name, given[parameter.name])
+    return replaced, given
 
 
 def effect_output(effect: Effect, targets: list[Target], parameters: dict[str, Any]) -> Any:
     """What an effect makes of targets, and never an input itself."""
-    made = effect.made(*targets, **parameters)
-    if isinstance(made, Target) and made.made_by is None:
+    result = effect.build(*targets, **parameters)
+    if isinstance(result, Target) and result.made_by is None:
         # A blur of radius 0 returns its input, which no pass computes.
-        return kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")(made)
-    return made
+        return kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")(result)
+    return result
 
 
 def scene_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
@@ -124,8 +129,8 @@ def scene_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, p
 
 
 def job_of_scene(effect: Effect, scene: Scene, size: tuple[int, int], parameters: dict[str, Any]) -> Job:
-    made = named_outputs(effect.made(scene, **parameters))
-    return Job(made, size, values_of(scene, made))
+    outputs = named_outputs(effect.build(scene, **parameters))
+    return Job(outputs, size, values_of(scene, outputs))
 
 
 def world_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
@@ -133,8 +138,8 @@ def world_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, p
     from passgraph.effects.light2d import World2D
 
     world = World2D.shipped() if path is None else World2D.load(path)
-    made = named_outputs(effect.made(world, size or RENDER_SIZE, **parameters))
-    return Job(made, size or RENDER_SIZE)
+    outputs = named_outputs(effect.build(world, size or RENDER_SIZE, **parameters))
+    return Job(outputs, size or RENDER_SIZE)
 
 
 def load_scene(path: Path | None, *, up: Literal["y", "z"] | None = None, ground: bool | None = None) -> Scene:
@@ -173,13 +178,13 @@ def run_values(outputs: dict[str, Target]) -> Iterator[Value]:
 
 def in_bytes(outputs: dict[str, Target]) -> dict[str, Target]:
     """Outputs as files of 8 bits hold them: one more pass, which becomes a part of the last one."""
-    made = {}
+    converted = {}
     for name, output in outputs.items():
         letters = "rgba"[: output.spec.format.channels] if output.spec.format else "rgba"
         kind = f"vec{len(letters)}" if len(letters) > 1 else "float"
-        whole = kernel(source=f"def in_bytes(color: Image) -> {kind}: return color[0, 0].{letters}")
-        made[name] = whole(output, into=target(f"{name} in bytes", f"{letters}8"))
-    return made
+        to_bytes = kernel(source=f"def in_bytes(color: Image) -> {kind}: return color[0, 0].{letters}")
+        converted[name] = to_bytes(output, into=target(f"{name} in bytes", f"{letters}8"))
+    return converted
 
 
 def _load(path: Path, linear: bool) -> NDArray[np.float32]:
@@ -220,8 +225,8 @@ def is_opaque(picture: NDArray[Any]) -> bool:
     if picture.dtype.kind == "f":
         return not bool((picture[..., 3] != 1.0).any())
     # Alpha is a pixel's highest byte or word: one integer a pixel is compared in a third of the time.
-    whole = picture.view(np.dtype(f"<u{4 * picture.itemsize}"))
-    return bool(whole.min() >= np.iinfo(picture.dtype).max << (24 * picture.itemsize))
+    pixels = picture.view(np.dtype(f"<u{4 * picture.itemsize}"))
+    return bool(pixels.min() >= np.iinfo(picture.dtype).max << (24 * picture.itemsize))
 
 
 def input_of(name: str, picture: NDArray[Any], linear: bool = False) -> Target:

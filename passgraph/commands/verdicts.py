@@ -32,10 +32,12 @@ def most_ambiguous_option(command: Decorated) -> Decorated:
 
 def most_seconds_option(command: Decorated) -> Decorated:
     return click.option(
-        "--most-seconds", type=FiniteRange(0.0), metavar="SECONDS",
+        "--most-seconds",
+        type=FiniteRange(0.0),
+        metavar="SECONDS",
         help="Run the reference, which ends at any rate, and look for bounds no longer than this; what is left then is "
         "undecided. Without it: as long as it takes.",
-    )(command)  # fmt: skip
+    )(command)
 
 
 def console() -> Console:
@@ -83,11 +85,13 @@ def say_faults(on: Console, report: Report, name: str = "", made: Sequence[str] 
         on.print(
             f"What was made for {', '.join(made)} holds 0 to 1, highlights up to 10,000, and a row of zeros; where "
             "yours does not, give a picture: --input NAME=FILE",
-            markup=False, soft_wrap=True,
-        )  # fmt: skip
+            markup=False,
+            soft_wrap=True,
+        )
     if any(target.undecided for target in targets):
         on.print(
             "Undecided is no pass: keep the kernel off such decisions, or give it pictures that do (--input); where it "
             "is meant to be so: --most-ambiguous SHARE",
-            markup=False, soft_wrap=True,
-        )  # fmt: skip
+            markup=False,
+            soft_wrap=True,
+        )

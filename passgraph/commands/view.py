@@ -122,8 +122,11 @@ class EffectSubject:
         return pictures if self._depth is None else {**pictures, "depth": self._depth}
 
     def command(self, values: Mapping[str, Any]) -> str:
-        words = ["passgraph", "render", "--effect", self.text] if self.effect.takes in ("scene", "world2d") else [
-            "passgraph", "apply", self.text]  # fmt: skip
+        words = (
+            ["passgraph", "render", "--effect", self.text]
+            if self.effect.takes in ("scene", "world2d")
+            else ["passgraph", "apply", self.text]
+        )
         words += [*self.inputs, "-o", "out.png"]
         for name, value in values.items():
             parameter = next((one for one in self.effect.parameters if one.name == name), None)

@@ -62,19 +62,21 @@ def tell_of_several(paths: Iterable[Path]) -> None:
     """Warn where files hold pictures behind the first, which alone is read."""
     if found := [path for path in paths if path.is_file() and (is_animated(path) or holds_several(path))]:
         more = len(found) - 1
-        others = f", and so {'does 1 other' if more == 1 else f'do {more} others'}" if more else ""
+        rest_text = f", and so {'does 1 other' if more == 1 else f'do {more} others'}" if more else ""
         mend = "; for all of them: -o out.gif, out.mp4 or out/" if is_animated(found[0]) else ""
-        click.echo(f"passgraph: warning: {found[0]}: holds several pictures{others}; the first is read{mend}", err=True)
+        click.echo(
+            f"passgraph: warning: {found[0]}: holds several pictures{rest_text}; the first is read{mend}", err=True
+        )
 
 
 def tell_of_unread(folder: Path) -> None:
     """Warn where a folder has pictures in formats that are not read: whoever counts on all of them would miss some."""
     if found := unread_files(folder):
         more = len(found) - 1
-        others = f" and {more} other{'s' if more > 1 else ''} in that folder" if more else ""
+        rest_text = f" and {more} other{'s' if more > 1 else ''} in that folder" if more else ""
         click.echo(
-            f"passgraph: warning: {found[0]}{others}: left out, pictures of such a format are not read; convert them "
-            "to PNG or OpenEXR",
+            f"passgraph: warning: {found[0]}{rest_text}: left out, pictures of such a format are not read; "
+            "convert them to PNG or OpenEXR",
             err=True,
         )
 

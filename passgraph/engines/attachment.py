@@ -270,7 +270,7 @@ class Attachment:
             values = {n: checked(shader, n, v) if n in shader.parameters else v for n, v in values.items()}
         given = {**self._given, **values}
         target = self._graph(_Facts((0, 0), FORMATS["rgba8"], None), given, bound=False)
-        known = {source.name for made in passes_behind([target]) for source in sources_of(made.values)}
+        known = {source.name for node in passes_behind([target]) for source in sources_of(node.values)}
         for name in values:
             if name not in known | self._names:
                 have = ", ".join(sorted((known | self._names) - {*_PER_FRAME, _HOLDS, "into", "name"})) or "none"
@@ -321,8 +321,10 @@ class Attachment:
                 self.error, self._enabled = error, False
                 LOG.error(
                     "%s: the effect failed and is switched off; the engine's frames are as without it: %s",
-                    self.engine, error, exc_info=not isinstance(error, pg.PassgraphError),
-                )  # fmt: skip
+                    self.engine,
+                    error,
+                    exc_info=not isinstance(error, pg.PassgraphError),
+                )
             finally:
                 self._is_drawing = False
                 if self._closed:
@@ -421,14 +423,14 @@ class Attachment:
         """The program of what is planned for: a kept one, else a new one in place of the one unused for longest."""
         program = self._programs.pop(facts, None)
         if program is None:
-            others = [known for known in self._programs if known.structure is not facts.structure]
-            is_set = bool(others)
+            outdated = [known for known in self._programs if known.structure is not facts.structure]
+            is_set = bool(outdated)
             begin = time.perf_counter()
             target = self._graph(facts, self._given, bound=True)
             program = pg.compile({"picture": target}, backend=self._host)
             if is_set and program.has_history:
-                program.continue_from(self._programs[others[-1]])
-            for known in others or list(self._programs)[: max(0, len(self._programs) - KEPT_PROGRAMS + 1)]:
+                program.continue_from(self._programs[outdated[-1]])
+            for known in outdated or list(self._programs)[: max(0, len(self._programs) - KEPT_PROGRAMS + 1)]:
                 self._programs.pop(known).close()
             if is_set:
                 took = (time.perf_counter() - begin) * 1e3
@@ -439,19 +441,19 @@ class Attachment:
     def _graph(self, facts: _Facts, given: Mapping[str, object], bound: bool) -> pg.Target:
         """The effect for a frame; not ``bound``, for one of any size."""
         frame = pg.Input("frame", facts.frame, facts.size) if bound else pg.Input("frame")
-        made: dict[str, object] = {}
+        handles: dict[str, object] = {}
         if "depth" in self._takes:
-            held = pg.Input("depth", facts.depth, facts.size) if bound else pg.Input("depth")
-            made["depth"] = distances(held, pg.Value(_HOLDS, pg.HardwareDepth))
+            depth_input = pg.Input("depth", facts.depth, facts.size) if bound else pg.Input("depth")
+            handles["depth"] = distances(depth_input, pg.Value(_HOLDS, pg.HardwareDepth))
         for name in {"camera", "previous_camera"} & self._takes:
-            made[name] = pg.Value(name, pg.Camera)
+            handles[name] = pg.Value(name, pg.Camera)
         for name in self._names & given.keys():
             handle = self._handles.get(name)
             is_plain = not isinstance(given[name], (pg.Value, pg.Derived, str))
-            made[name] = handle if handle is not None and is_plain else given[name]
+            handles[name] = handle if handle is not None and is_plain else given[name]
         if _shader(self.effect) is not None:
-            made = {**self._handles, **made}
-        target: object = self.effect(frame, **made)
+            handles = {**self._handles, **handles}
+        target: object = self.effect(frame, **handles)
         if not isinstance(target, pg.Target):
             got = arguments.shown(target)
             raise pg.GraphError(f"{self.engine}: the effect must return the target of its last pass, got {got}")

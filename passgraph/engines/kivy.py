@@ -32,10 +32,10 @@ def attach(
     >>> attached = attach(Window, gaussian_blur, radius_px=4)    # doctest: +SKIP
     """
     check_has(window, "kivy", "kivy.core.window.Window", "fbind", "funbind", "on_flip", "canvas")
-    made = Attachment(
+    attachment = Attachment(
         "kivy", effect, values, frame=lambda host: host.framebuffer(0, srgb=False), camera=camera, isolation=isolation
-    )  # fmt: skip
+    )
     # Handlers go before the event's own, which swaps; bind would forget a method whose object nobody else keeps.
-    window.fbind("on_flip", made.draw)
-    made.on_close(lambda: window.funbind("on_flip", made.draw))
-    return made
+    window.fbind("on_flip", attachment.draw)
+    attachment.on_close(lambda: window.funbind("on_flip", attachment.draw))
+    return attachment

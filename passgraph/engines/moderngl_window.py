@@ -31,10 +31,10 @@ def attach(
     """
     check_has(window, "moderngl-window", "a window of moderngl_window's", "swap_buffers", "fbo", "destroy")
     # Headless, the framebuffer is another one after each change of size.
-    made = Attachment(
+    attachment = Attachment(
         "moderngl-window", effect, values, frame=lambda host: host.framebuffer(window.fbo.glo, srgb=False),
         camera=camera, isolation=isolation,
     )  # fmt: skip
-    made.on_close(hook(window, "swap_buffers", before=made.draw))
-    made.on_close(hook(window, "destroy", before=made.close))
-    return made
+    attachment.on_close(hook(window, "swap_buffers", before=attachment.draw))
+    attachment.on_close(hook(window, "destroy", before=attachment.close))
+    return attachment

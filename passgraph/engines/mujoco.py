@@ -60,9 +60,11 @@ def attach(
         one = core.mjv_averageCamera(*drawn.camera)
         return seen.by(*matrices(one, viewport[2] / viewport[3]))
 
-    made = Attachment("mujoco", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation)
-    made.on_close(hook(core, "mjr_render", after=made.draw, when=is_ours))
-    return made
+    attachment = Attachment(
+        "mujoco", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation
+    )
+    attachment.on_close(hook(core, "mjr_render", after=attachment.draw, when=is_ours))
+    return attachment
 
 
 def _check_is_drawn_here(scene: Any) -> None:
@@ -93,7 +95,9 @@ def matrices(camera: Any, aspect: float) -> tuple[NDArray[np.float64], NDArray[n
         rows = [[across, 0, 0, -middle / half], [0, above, 0, -lift], [0, 0, depth, far * depth], [0, 0, 0, 1]]
     else:
         rows = [
-            [near * across, 0, middle / half, 0], [0, near * above, lift, 0],
-            [0, 0, near * depth, near * far * depth], [0, 0, -1, 0],
-        ]  # fmt: skip
+            [near * across, 0, middle / half, 0],
+            [0, near * above, lift, 0],
+            [0, 0, near * depth, near * far * depth],
+            [0, 0, -1, 0],
+        ]
     return view, np.array(rows, np.float64)

@@ -67,7 +67,7 @@ def attach(
         return list(output.get_active_display_regions()) if part is None else [part]
 
     def frame(host: Host) -> HostFramebuffer:
-        if made.takes_depth and _filtered(output, regions()) is not None:
+        if attachment.takes_depth and _filtered(output, regions()) is not None:
             raise InputError(
                 "panda3d: the effect takes depth, and filters draw the scene into another buffer since it was "
                 "attached; close this attachment and attach the effect again, behind the filters"
@@ -75,20 +75,22 @@ def attach(
         # Drivers call windows encoded by sRGB that Panda3D does not encode for.
         return host.framebuffer(region=_pixels(output, part), srgb=output.get_fb_properties().get_srgb_color())
 
-    made = Attachment("panda3d", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation)
+    attachment = Attachment(
+        "panda3d", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation
+    )
     part = None
     if isinstance(output, core.DisplayRegion):
         output, part = output.window, output
-    while made.takes_depth and (scene := _filtered(output, regions())) is not None:
+    while attachment.takes_depth and (scene := _filtered(output, regions())) is not None:
         output, part = scene, None
     region = output.make_display_region()
-    region.sort = _last(output, made.takes_depth, part) if sort is None else sort
+    region.sort = _last(output, attachment.takes_depth, part) if sort is None else sort
     drawing_thread: int | None = get_ident()
 
     def draw(data: Any) -> None:
         nonlocal drawing_thread
         drawing_thread = None  # closing it here would take the region out while it is drawn
-        made.draw(data)
+        attachment.draw(data)
         drawing_thread = get_ident()
 
     def take_out(*_: object) -> None:
@@ -102,8 +104,8 @@ def attach(
             core.AsyncTaskManager.get_global_ptr().add(core.PythonTask(take_out, "passgraph: detach an effect"))
 
     region.set_draw_callback(core.PythonCallbackObject(draw))
-    made.on_close(detach)
-    return made
+    attachment.on_close(detach)
+    return attachment
 
 
 def _views(regions: Iterable[Any]) -> Iterator[tuple[Any, Any, Any]]:

@@ -38,10 +38,10 @@ def attach(
     """
     if hasattr(window, "opengl") and hasattr(window, "destroy"):
         _check_takes_hooks(window)
-        made = Attachment("pygame", effect, values, frame=_screen, camera=camera, isolation=isolation)
-        made.on_close(hook(window, "flip", before=made.draw))
-        made.on_close(hook(window, "destroy", before=made.close))
-        return made
+        attachment = Attachment("pygame", effect, values, frame=_screen, camera=camera, isolation=isolation)
+        attachment.on_close(hook(window, "flip", before=attachment.draw))
+        attachment.on_close(hook(window, "destroy", before=attachment.close))
+        return attachment
     check_has(window, "pygame", "the module pygame.display", "flip", "quit", "set_mode", "get_surface")
     display = _Display(window)
     display.check_has_opengl()
@@ -50,11 +50,11 @@ def attach(
         display.check_has_opengl()
         return _screen(host)
 
-    made = Attachment("pygame", effect, values, frame=frame, camera=camera, isolation=isolation)
-    made.on_close(hook(window, "flip", before=made.draw))
-    made.on_close(hook(window, "quit", before=made.close))
-    made.on_close(hook(window, "set_mode", before=lambda: None, when=display.remember_mode))
-    return made
+    attachment = Attachment("pygame", effect, values, frame=frame, camera=camera, isolation=isolation)
+    attachment.on_close(hook(window, "flip", before=attachment.draw))
+    attachment.on_close(hook(window, "quit", before=attachment.close))
+    attachment.on_close(hook(window, "set_mode", before=lambda: None, when=display.remember_mode))
+    return attachment
 
 
 def _screen(host: Host) -> HostFramebuffer:

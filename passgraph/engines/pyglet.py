@@ -39,18 +39,18 @@ def attach(
     def matrices() -> View:
         return seen.by(_rows(window.view), _rows(window.projection))
 
-    made = Attachment(
+    attachment = Attachment(
         "pyglet", effect, values, frame=lambda host: host.framebuffer(0, srgb=False), camera=camera,
         engine_camera=matrices, isolation=isolation,
     )  # fmt: skip
 
     def draw() -> None:
         window.switch_to()  # as its event loop does: flip needs no context to be current, and passes do
-        made.draw()
+        attachment.draw()
 
-    made.on_close(hook(window, "flip", before=draw))
-    made.on_close(hook(window, "close", before=made.close))
-    return made
+    attachment.on_close(hook(window, "flip", before=draw))
+    attachment.on_close(hook(window, "close", before=attachment.close))
+    return attachment
 
 
 def _rows(matrix: Any) -> NDArray[np.float64]:

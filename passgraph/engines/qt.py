@@ -30,15 +30,15 @@ def attach(
     >>> attached = attach(widget, gaussian_blur, radius_px=4)    # doctest: +SKIP
     """
     check_has(widget, "qt", "a QOpenGLWidget or QOpenGLWindow", "paintGL", "defaultFramebufferObject", "context")
-    made = Attachment(
+    attachment = Attachment(
         "qt", effect, values, frame=lambda host: host.framebuffer(widget.defaultFramebufferObject(), srgb=False),
         camera=camera, isolation=isolation,
     )  # fmt: skip
-    made.on_close(hook(widget, "paintGL", after=made.draw))
+    attachment.on_close(hook(widget, "paintGL", after=attachment.draw))
     if hasattr(widget, "destroyed"):
-        widget.destroyed.connect(made.close)
-        made.on_close(lambda: _disconnect(widget, made.close))
-    return made
+        widget.destroyed.connect(attachment.close)
+        attachment.on_close(lambda: _disconnect(widget, attachment.close))
+    return attachment
 
 
 def _disconnect(widget: Any, slot: Any) -> None:

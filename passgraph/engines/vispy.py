@@ -46,18 +46,18 @@ def attach(
     def matrices() -> View | None:
         return None if view is None else seen.by(*camera_matrices(view))
 
-    made = Attachment(
+    attachment = Attachment(
         "vispy", effect, values, frame=frame, camera=camera, engine_camera=matrices, isolation=isolation
-    )  # fmt: skip
+    )
 
     def draw() -> None:
         if not canvas.scene.picking:
             canvas.context.flush_commands()  # the scene is a queue of commands until here
-            made.draw()
+            attachment.draw()
 
-    made.on_close(hook(canvas, "_draw_scene", after=draw))
-    made.on_close(hook(canvas, "close", before=made.close))
-    return made
+    attachment.on_close(hook(canvas, "_draw_scene", after=draw))
+    attachment.on_close(hook(canvas, "close", before=attachment.close))
+    return attachment
 
 
 def camera_matrices(view: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

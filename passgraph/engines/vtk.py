@@ -48,10 +48,10 @@ def attach(
         region = _region(renderer)
         return host.framebuffer(region=region, sample_gamma=SAMPLE_GAMMA) if region[2] and region[3] else None
 
-    made = Attachment("vtk", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation)
-    tag = renderer.AddObserver("EndEvent", made.draw)
-    made.on_close(lambda: renderer.RemoveObserver(tag))
-    return made
+    attachment = Attachment("vtk", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation)
+    tag = renderer.AddObserver("EndEvent", attachment.draw)
+    attachment.on_close(lambda: renderer.RemoveObserver(tag))
+    return attachment
 
 
 def _region(renderer: Any) -> tuple[int, int, int, int]:

@@ -67,7 +67,11 @@ vec4 textureGatherOffsets(sampler2D s, vec2 P, ivec2 offsets[4]) { return textur
 def _prelude() -> dict[str, tuple[g.Function, ...]]:
     text = _SCALAR
     for size in ("float", "vec2", "vec3", "vec4"):
-        own = {"genType": size, "genIType": _whole(size, "i", "int"), "genUType": _whole(size, "u", "uint")}
+        own = {
+            "genType": size,
+            "genIType": _integer_type(size, "i", "int"),
+            "genUType": _integer_type(size, "u", "uint"),
+        }
         text += _WORD.sub(lambda match, own=own: own.get(match[0], match[0]), _GENERIC)  # type: ignore[misc]
     tokens, _ = preprocessed([(text, "<GLSL functions>")], {}, None)
     found: dict[str, tuple[g.Function, ...]] = {}
@@ -77,7 +81,7 @@ def _prelude() -> dict[str, tuple[g.Function, ...]]:
     return found
 
 
-def _whole(size: str, letter: str, scalar: str) -> str:
+def _integer_type(size: str, letter: str, scalar: str) -> str:
     return scalar if size == "float" else letter + size
 
 
@@ -181,8 +185,12 @@ def _bits(name: str, kind: Scalar, unit: Unit, parts: list[Part], span: Span) ->
         return convert(apply(name, [value], span), kind, span)
     assert isinstance(value.type, Vector)
     element = value.type.element
-    made = [apply(name, [ir.Swizzle(element, value, (i,), span)], span) for i in range(value.type.size)]
-    return convert(construct(Vector(element_of(made[0].type), len(made)), made, span, unit.builder.name_it), kind, span)
+    components = [apply(name, [ir.Swizzle(element, value, (i,), span)], span) for i in range(value.type.size)]
+    return convert(
+        construct(Vector(element_of(components[0].type), len(components)), components, span, unit.builder.name_it),
+        kind,
+        span,
+    )
 
 
 _PACKS = ("Unorm4x8", "Snorm4x8", "Unorm2x16", "Snorm2x16", "Half2x16")

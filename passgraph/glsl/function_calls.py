@@ -49,11 +49,11 @@ class Calls:
         candidates = [f for f in functions if len(f.parameters) == len(node.arguments)]
         arguments = self._arguments(node, candidates)
         if candidates:
-            types = [part_type(self._held(a)) for a in arguments]
+            types = [part_type(self._read(a)) for a in arguments]
             chosen = self._chosen(candidates, arguments)
             if chosen is not None:
                 given = [
-                    self._held(a) if p.passed == "in" else a for a, p in zip(arguments, chosen.parameters, strict=True)
+                    self._read(a) if p.passed == "in" else a for a, p in zip(arguments, chosen.parameters, strict=True)
                 ]
                 for argument, parameter in zip(given, chosen.parameters, strict=True):
                     if parameter.passed != "in" and not isinstance(argument, Place):
@@ -63,7 +63,7 @@ class Calls:
                 fail(span, f"{node.name} takes no ({', '.join(types)})")
         if node.name == "fract" and _is_hash(node.arguments):
             unit.note(span, "this noise amplifies the last bits of a sine: no two drivers make the same")
-        parts = [self._held(a) for a in arguments]
+        parts = [self._read(a) for a in arguments]
         if node.name in BUILTINS:
             native, first = BUILTINS[node.name], parts[0] if parts else None
             if isinstance(first, ImageChoice):  # of an array of samplers
@@ -99,7 +99,7 @@ class Calls:
             node = node.base
         return isinstance(node, g.Name) and not hasattr(self.body.find(node.name), "part")
 
-    def _held(self, argument: Part | Place) -> Part:
+    def _read(self, argument: Part | Place) -> Part:
         return read_place(self.body, argument) if isinstance(argument, Place) else argument
 
     def _chosen(self, candidates: list[g.Function], arguments: list[Part | Place]) -> g.Function | None:
@@ -109,7 +109,7 @@ class Calls:
             total = 0
             for parameter, argument in zip(function.parameters, arguments, strict=True):
                 type_ = self.body.type_of(parameter.type, parameter.type.span)
-                cost = cost_of(self._held(argument), type_, parameter.passed)
+                cost = cost_of(self._read(argument), type_, parameter.passed)
                 if cost is None:
                     break
                 total += cost

@@ -92,7 +92,7 @@ class ExpressionParser:
             self.unexpected(what)
         return self.take()
 
-    def made(self, kind: type[E], span: Span, *parts: Any) -> E:
+    def node(self, kind: type[E], span: Span, *parts: Any) -> E:
         """A node, one deeper than the deepest expression in it."""
         depth = 0
         for part in parts:
@@ -120,7 +120,7 @@ class ExpressionParser:
         parts = [first]
         while self.skip(","):
             parts.append(self.assignment())
-        return self.made(g.Sequence, _around(parts[0], parts[-1]), tuple(parts))
+        return self.node(g.Sequence, _around(parts[0], parts[-1]), tuple(parts))
 
     def assignment(self) -> g.Expr:
         self.enter()
@@ -128,7 +128,7 @@ class ExpressionParser:
         if self.here.text in _ASSIGNMENTS:
             sign = self.take().text[:-1]
             value = self.assignment()
-            target = self.made(g.Assignment, _around(target, value), sign, target, value)
+            target = self.node(g.Assignment, _around(target, value), sign, target, value)
         self.leave()
         return target
 
@@ -141,7 +141,7 @@ class ExpressionParser:
         self.expect(":")
         orelse = self.assignment()
         self.leave()
-        return self.made(g.Choice, _around(condition, orelse), condition, then, orelse)
+        return self.node(g.Choice, _around(condition, orelse), condition, then, orelse)
 
     def _binary(self, level: int) -> g.Expr:
         """Operators from a level on, by precedence climbing."""
@@ -149,7 +149,7 @@ class ExpressionParser:
         while (tightness := _TIGHTNESS.get(self.here.text, -1)) >= level:
             sign = self.take().text
             right = self._binary(tightness + 1)
-            left = self.made(g.Binary, _around(left, right), sign, left, right)
+            left = self.node(g.Binary, _around(left, right), sign, left, right)
         return left
 
     def _unary(self) -> g.Expr:
@@ -162,8 +162,8 @@ class ExpressionParser:
         self.leave()
         span = _between(token.span, operand.span)
         if token.text in ("++", "--"):
-            return self.made(g.Step, span, token.text[0], True, operand)
-        return self.made(g.Unary, span, token.text, operand)
+            return self.node(g.Step, span, token.text[0], True, operand)
+        return self.node(g.Unary, span, token.text, operand)
 
     def _postfix(self, base: g.Expr) -> g.Expr:
         while self.at(".", "[", "++", "--"):
@@ -175,13 +175,13 @@ class ExpressionParser:
                     self.take()
                     self.take()
                 span = _between(base.span, name.span)
-                base = self.made(g.Member, span, base, "length()" if called else name.text)
+                base = self.node(g.Member, span, base, "length()" if called else name.text)
             elif token.text == "[":
                 index = self.expression()
                 span = _between(base.span, self.expect("]").span)
-                base = self.made(g.Subscript, span, base, index)
+                base = self.node(g.Subscript, span, base, index)
             else:
-                base = self.made(g.Step, _between(base.span, token.span), token.text[0], False, base)
+                base = self.node(g.Step, _between(base.span, token.span), token.text[0], False, base)
         return base
 
     def _primary(self) -> g.Expr:
@@ -189,7 +189,7 @@ class ExpressionParser:
         if token.kind == "number":
             return self._number(token)
         if token.text in ("true", "false"):
-            return self.made(g.Number, token.span, "bool", token.text == "true")
+            return self.node(g.Number, token.span, "bool", token.text == "true")
         if token.text == "(":
             self.enter()
             inside = self.expression()
@@ -202,11 +202,11 @@ class ExpressionParser:
         if token.text in self.types:
             lengths = self.lengths()
             arguments, span = self.arguments(token)
-            return self.made(g.Call, span, token.text, arguments, g.TypeName(token.span, token.text, lengths))
+            return self.node(g.Call, span, token.text, arguments, g.TypeName(token.span, token.text, lengths))
         if self.at("("):
             arguments, span = self.arguments(token)
-            return self.made(g.Call, span, token.text, arguments, None)
-        return self.made(g.Name, token.span, token.text)
+            return self.node(g.Call, span, token.text, arguments, None)
+        return self.node(g.Name, token.span, token.text)
 
     def arguments(self, name: Token) -> tuple[tuple[g.Expr, ...], Span]:
         """What stands in the parentheses of a call, and where the whole stands."""
@@ -240,13 +240,13 @@ class ExpressionParser:
             if value >= 1 << 32:
                 fail(token.span, f"{token.text} does not fit 32 bits")
             if text.endswith("u"):
-                return self.made(g.Number, token.span, "uint", value)
-            return self.made(g.Number, token.span, "int", int_of_bits(value))
+                return self.node(g.Number, token.span, "uint", value)
+            return self.node(g.Number, token.span, "int", int_of_bits(value))
         with np.errstate(over="ignore"):
             single = float(np.float32(text.rstrip("lf")))
         if math.isinf(single):
             fail(token.span, f"{token.text} does not fit float32 (largest is 3.4e38)")
-        return self.made(g.Number, token.span, "float", single)
+        return self.node(g.Number, token.span, "float", single)
 
 
 def _between(start: Span, end: Span) -> Span:
@@ -262,7 +262,7 @@ def _around(left: g.Expr, right: g.Expr) -> Span:
 
 _QUALIFIERS = frozenset(
     ["const", "in", "out", "inout", "uniform", "varying", "attribute", "invariant", "highp", "mediump", "lowp"]
-)  # fmt: skip
+)
 #: Words that came later and are names in older shaders; as qualifiers they stand before a name.
 _NEWER = frozenset(
     ["centroid", "flat", "smooth", "noperspective", "precise", "buffer", "shared", "coherent", "volatile", "restrict",
@@ -302,13 +302,13 @@ class Parser(ExpressionParser):
             self.take()
             self.take()
             return []
-        made: list[g.Outer] = []
-        type_ = self._type(made)
+        structs: list[g.Outer] = []
+        type_ = self._type(structs)
         if self.skip(";"):
-            return made
+            return structs
         if self.here.kind == "name" and self.ahead().text == "(":
-            return [*made, self._function(start, type_)]
-        return [*made, self._declaration(start, qualifiers, layout, type_)]
+            return [*structs, self._function(start, type_)]
+        return [*structs, self._declaration(start, qualifiers, layout, type_)]
 
     def _qualifiers(self) -> tuple[frozenset[str], dict[str, int]]:
         found: set[str] = set()
@@ -450,10 +450,10 @@ class Parser(ExpressionParser):
             qualifiers, layout = self._qualifiers()
             structs: list[g.Outer] = []
             type_ = self._type(structs)
-            made = [struct for struct in structs if isinstance(struct, g.Struct)]
-            if made and self.skip(";"):
-                return list(made)
-            return [*made, self._declaration(start, qualifiers, layout, type_)]
+            declared = [struct for struct in structs if isinstance(struct, g.Struct)]
+            if declared and self.skip(";"):
+                return list(declared)
+            return [*declared, self._declaration(start, qualifiers, layout, type_)]
         return [self._statement()]
 
     def _declares(self) -> bool:
@@ -487,7 +487,7 @@ class Parser(ExpressionParser):
             if not self.at("}"):
                 self.expect(",")
         self.leave()
-        return self.made(g.Braces, span, tuple(parts))
+        return self.node(g.Braces, span, tuple(parts))
 
     def _inner(self) -> g.Statement:
         """The statement behind an if or a loop."""

@@ -40,25 +40,25 @@ _CHOSEN = {"itself": (0, ""), "level": (1, ", a level"), "derivatives": (2, ", t
 
 
 def _sampled(
-    unit: Unit, parts: list[Part], span: Span, *, by: str = "itself", projected: bool = False, beside: bool = False
+    unit: Unit, parts: list[Part], span: Span, *, by: str = "itself", projected: bool = False, has_offset: bool = False
 ) -> Part:
-    """A filtered read; ``by`` says what chooses the level, ``beside`` that an offset in texels follows."""
+    """A filtered read; ``by`` says what chooses the level, ``has_offset`` that an offset in texels follows."""
     image = _image(parts, span)
     count, said = _CHOSEN[by]
-    behind, most = list(parts[2:]), count + beside + (by == "itself")
-    if not count + beside <= len(behind) <= most:
-        takes = f"a sampler, a position{said}{', an offset' * beside}{', perhaps a bias' * (by == 'itself')}"
+    behind, most = list(parts[2:]), count + has_offset + (by == "itself")
+    if not count + has_offset <= len(behind) <= most:
+        takes = f"a sampler, a position{said}{', an offset' * has_offset}{', perhaps a bias' * (by == 'itself')}"
         fail(span, f"this read takes {takes}; got {len(parts)} arguments")
     if not projected and len(parts) > 1 and getattr(parts[1], "type", None) == VEC3:
         # Rows of a volume are counted as they are stored, as those of a colour table are.
         return _inlined(unit, "sample3", [image, _position(parts, VEC3, span)], span)
     position = _divided(unit, parts, span) if projected else _position(parts, VEC2, span)
     position = unit.builder.name_it(position, span)
-    lod = _lod(unit, image, position, by, [*behind[:count], *behind[count + beside :]], span)
-    if lod is None and not beside:
+    lod = _lod(unit, image, position, by, [*behind[:count], *behind[count + has_offset :]], span)
+    if lod is None and not has_offset:
         return _inlined(unit, unit.turned("sample"), [image, position], span)
     offset: ir.Expr = ir.Construct(IVEC2, (ir.Literal(INT, 0, span),) * 2, span)
-    if beside:
+    if has_offset:
         offset = widen(plain(behind[count], span, "an offset"), IVEC2, span, "an offset")
     given = [position, lod or ir.Literal(FLOAT, 0.0, span), offset, ir.Literal(BOOL, unit.rows_up, span)]
     return _inlined(unit, "sample_beside", [image, ImageValue(image.name + ir.MIPS), *given], span)
@@ -78,8 +78,8 @@ def _lod(unit: Unit, image: ImageValue, position: ir.Expr, by: str, said: list[P
         return plain(_inlined(unit, "lod_along", [image, *given], span), span, "a level")
     if image.name not in unit.leveled:
         return None
-    made = plain(_inlined(unit, "lod", [image, position], span), span, "a level")
-    return apply("add", [made, *given], span) if given else made
+    level = plain(_inlined(unit, "lod", [image, position], span), span, "a level")
+    return apply("add", [level, *given], span) if given else level
 
 
 #: What a user has to do for a shader that wants smaller levels.
@@ -140,7 +140,7 @@ def _levels(unit: Unit, parts: list[Part], span: Span) -> Part:
     return attribute(_image(parts, span), "levels", span)
 
 
-def _asked(unit: Unit, parts: list[Part], span: Span) -> Part:
+def _query_lod(unit: Unit, parts: list[Part], span: Span) -> Part:
     """``textureQueryLod``: the level that a read there chooses, and the one that it asks for."""
     image = _image(parts, span)
     lod = unit.builder.name_it(
@@ -158,7 +158,7 @@ def _reads() -> Iterator[tuple[str, Native]]:
         for by, word in {"itself": "", "level": "Lod", "derivatives": "Grad"}.items():
             plainly = partial(_sampled, by=by, projected=bool(projection))
             yield f"texture{projection}{word}", plainly
-            yield f"texture{projection}{word}Offset", partial(plainly, beside=True)
+            yield f"texture{projection}{word}Offset", partial(plainly, has_offset=True)
             for ending in (word, *older.get(by, ())):
                 yield f"texture2D{projection}{ending}", plainly
     yield "texture3D", _sampled
@@ -179,9 +179,9 @@ READS: dict[str, Native] = {
     "texelFetchOffset": _fetched_beside,
     **dict.fromkeys(("textureSize", "textureSize2D"), _size),
     "textureQueryLevels": _levels,
-    "textureQueryLod": _asked,
-    "textureQueryLOD": _asked,
-}  # fmt: skip
+    "textureQueryLod": _query_lod,
+    "textureQueryLOD": _query_lod,
+}
 
 
 def _fragment(unit: Unit, span: Span) -> Part:
@@ -208,9 +208,9 @@ def output_size(unit: Unit, span: Span) -> Part:
 
 def position(unit: Unit, span: Span) -> Part:
     """Where this pixel's centre lies in the picture, (0, 0) at the bottom left and (1, 1) at the top right."""
-    whole = _fragment(unit, span)
-    assert isinstance(whole, ir.Construct)
-    centre = ir.Construct(VEC2, whole.arguments[:2], span)
+    fragment_position = _fragment(unit, span)
+    assert isinstance(fragment_position, ir.Construct)
+    centre = ir.Construct(VEC2, fragment_position.arguments[:2], span)
     return apply("div", [centre, output_size(unit, span)], span)  # type: ignore[list-item]
 
 
@@ -228,8 +228,8 @@ def _grown(name: str, axes: str, unit: Unit, parts: list[Part], span: Span) -> P
     if len(parts) != 1:
         fail(span, f"{name}() takes 1 argument, got {len(parts)}")
     value = plain(parts[0], span, f"the argument of {name}()")
-    made = derivative(name, axes, value, unit.builder, span)
-    return apply("neg", [made], span) if axes == "y" and unit.rows_up else made
+    change = derivative(name, axes, value, unit.builder, span)
+    return apply("neg", [change], span) if axes == "y" and unit.rows_up else change
 
 
 #: Drivers may give coarse ones for those without an ending; here all are fine.

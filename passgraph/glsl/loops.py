@@ -39,7 +39,7 @@ def with_step(node: g.Loop) -> Iterator[g.Loop]:
     """
     if node.update is not None or not isinstance(node.body, g.Block):
         return
-    asked, own, left = _names(node.condition), set[str](), MOST_STEPS
+    read_names, own, left = _names(node.condition), set[str](), MOST_STEPS
     statements = node.body.statements
     for i, statement in enumerate(statements):
         if not left or _continues(statement):
@@ -48,7 +48,7 @@ def with_step(node: g.Loop) -> Iterator[g.Loop]:
             own |= {variable.name for variable in statement.variables}
         if not isinstance(statement, g.Evaluate) or not isinstance(statement.value, (g.Assignment, g.Step)):
             continue
-        if own.isdisjoint(_names(statement)) and not asked.isdisjoint(_names(statement.value.target)):
+        if own.isdisjoint(_names(statement)) and not read_names.isdisjoint(_names(statement.value.target)):
             left -= 1
             rest = replace(node.body, statements=(*statements[:i], *statements[i + 1 :]))
             yield replace(node, update=statement.value, body=rest)
@@ -184,8 +184,8 @@ class _Amounts:
         if isinstance(value, ir.Local):
             return self.held.get(value.name) or [self._component((value.name, i)) for i in range(count)]
         if isinstance(value, ir.Swizzle):
-            whole = self.of(value.value)
-            return [whole[i] for i in value.components]
+            amounts = self.of(value.value)
+            return [amounts[i] for i in value.components]
         if isinstance(value, ir.Index) and isinstance(value.index, ir.Literal) and isinstance(value.value.type, Vector):
             return [self.of(value.value)[int(value.index.value)]]
         if isinstance(value, ir.Construct):
@@ -232,9 +232,12 @@ def _following(low: float, high: float, nan: bool, of_floats: bool) -> _Amount:
 
 
 def _bounded(
-    known: Mapping[Component, Range], before: Sequence[ir.Stmt], tests: Sequence[ir.Stmt], updates: Sequence[ir.Stmt],
+    known: Mapping[Component, Range],
+    before: Sequence[ir.Stmt],
+    tests: Sequence[ir.Stmt],
+    updates: Sequence[ir.Stmt],
     fixed: frozenset[str],
-) -> Count | None:  # fmt: skip
+) -> Count | None:
     """The most trips by a counter that steps grow, or shrink, and that the condition holds below, or above, a bound."""
     start = _Amounts(known)
     start.come_to(before[-_LOOKED_BACK:])
@@ -244,7 +247,7 @@ def _bounded(
         for i, first in enumerate(start.held[update.name]):
             counter = (update.name, i)
             after, tested = _Amounts(known, counter), _Amounts(known, counter)
-            tested.held |= {name: held for name, held in start.held.items() if name in fixed}
+            tested.held |= {name: known_amounts for name, known_amounts in start.held.items() if name in fixed}
             if not after.run(updates) or not tested.run(tests[:-1]) or len(after.held[update.name]) <= i:
                 continue
             step, last = after.held[update.name][i], tests[-1]
@@ -253,8 +256,11 @@ def _bounded(
             for grows, end, aside in _ends(last.value, tested):
                 trips = _trips_between(first.range, end, aside, step, grows, is_int)
                 if trips is not None:
-                    within = Range(first.range.low, max(first.range.low, end)) if grows else Range(
-                        min(first.range.high, end), first.range.high)  # fmt: skip
+                    within = (
+                        Range(first.range.low, max(first.range.low, end))
+                        if grows
+                        else Range(min(first.range.high, end), first.range.high)
+                    )
                     return Count(trips, False, {counter: within})
     return None
 
@@ -324,13 +330,15 @@ def emit_loop(body: Body, node: g.Loop) -> None:
         count = None
     # How many trips an open loop makes is decided behind its body; loops within may need as many as itself.
     unit.trips = around * max(1, math.isqrt(_MAX_TOGETHER // around) if count is None else count.trips)
-    told, undecided = unit.told, unit.undecided
-    unit.told, unit.undecided = (told, undecided + 1) if count is None else (told * max(1, count.trips), undecided)
+    outer_trips, undecided = unit.told, unit.undecided
+    unit.told, unit.undecided = (
+        (outer_trips, undecided + 1) if count is None else (outer_trips * max(1, count.trips), undecided)
+    )
     unit.counters = outer if count is None else {**outer, **count.within}
     body.heads.add(len(body.scopes))
     block = body.statements.inside(node, [node.body])
     body.heads.remove(len(body.scopes))
-    unit.trips, unit.counters, unit.told, unit.undecided = around, outer, told, undecided
+    unit.trips, unit.counters, unit.told, unit.undecided = around, outer, outer_trips, undecided
 
     def test() -> ir.Expr:
         assert node.condition is not None

@@ -101,7 +101,9 @@ def arithmetic(sign: str, left: Part, right: Part, span: Span, named: Namer) -> 
             return apply("not_equal", [apply("to_int", [side], span) for side in (one, other)], span)
         return apply("logical_and" if sign == "&&" else "logical_or", [one, other], span)
     if sign in ("<<", ">>"):
-        return binary(sign, one, convert(as_int(other, span), _whole(one), span) if _is_whole(other) else other, span)
+        return binary(
+            sign, one, convert(as_int(other, span), _integer_type(one), span) if _is_whole(other) else other, span
+        )
     if isinstance(one.type, Matrix) or isinstance(other.type, Matrix):
         # Sums of matrices and products with scalars go by column and use both sides once for each.
         one, other = named(one, span), named(other, span)
@@ -124,7 +126,7 @@ def _is_whole(value: ir.Expr) -> bool:
     return isinstance(value.type, (Scalar, Vector)) and element_of(value.type) in (INT, UINT)
 
 
-def _whole(value: ir.Expr) -> Scalar:
+def _integer_type(value: ir.Expr) -> Scalar:
     """The kind of whole number that a shifted value is."""
     return UINT if _is_whole(value) and element_of(value.type) is UINT else INT
 

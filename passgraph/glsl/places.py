@@ -132,15 +132,15 @@ def part_at(part: Part, step: str | ir.Expr, span: Span, named: Namer) -> Part:
 def write_place(body: Body, place: Place, value: Part, what: str) -> None:
     """Assign to a place; a part of a value is replaced in the whole."""
     here, way, span = assignments.Place(place.slot.variable, place.slot.variable.type), place.way, place.span
-    whole = read_variable(here.variable, span)
+    value_before = read_variable(here.variable, span)
     while way and (following := _entered(here, way[0], span)) is not None:
-        whole = part_at(whole, way[0], span, body.builder.name_it)
+        value_before = part_at(value_before, way[0], span, body.builder.name_it)
         here, way = following, way[1:]
-    if way and isinstance(whole, COMPOSITE):
-        part_at(whole, way[0], span, body.builder.name_it)  # which says what is wrong
+    if way and isinstance(value_before, COMPOSITE):
+        part_at(value_before, way[0], span, body.builder.name_it)  # which says what is wrong
     if way:
         value = _replaced(
-            body, plain(whole, span, "what is assigned to"), way, plain(value, span, "what is assigned"), span
+            body, plain(value_before, span, "what is assigned to"), way, plain(value, span, "what is assigned"), span
         )
     body.unit.store_at(place.slot, here, value, span, what)
 
@@ -155,16 +155,16 @@ def _entered(place: assignments.Place, step: str | ir.Expr, span: Span) -> assig
     return place.entry(step)
 
 
-def _replaced(body: Body, whole: ir.Expr, way: Way, value: ir.Expr, span: Span) -> ir.Expr:
-    """``whole`` with the part at the end of ``way`` replaced."""
+def _replaced(body: Body, container: ir.Expr, way: Way, value: ir.Expr, span: Span) -> ir.Expr:
+    """``container`` with the part at the end of ``way`` replaced."""
     step, named = way[0], body.builder.name_it
-    whole = named(whole, span)
+    container = named(container, span)
     if len(way) > 1:
-        inner = plain(part_at(whole, step, span, named), span, "what is assigned to")
+        inner = plain(part_at(container, step, span, named), span, "what is assigned to")
         value = _replaced(body, inner, way[1:], value, span)
     if isinstance(step, str):
-        return with_components(step, whole, value, span, named)
-    element = index_into(whole, step, span)
+        return with_components(step, container, value, span, named)
+    element = index_into(container, step, span)
     return ir.Insert(
-        whole.type, whole, widen(step, INT, span, "an index"), widen(value, element.type, span, "it"), span
+        container.type, container, widen(step, INT, span, "an index"), widen(value, element.type, span, "it"), span
     )

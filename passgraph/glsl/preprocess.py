@@ -185,34 +185,34 @@ class Expander:
         if not arguments and not macro.joins:
             self._count(len(macro.body) + 1, use.span)
             return [Token(token.kind, token.text, use.span, token.spaced, hidden) for token in macro.body]
-        body, made, ready = macro.body, [], {}  # type: tuple[Token, ...], list[Token], dict[str, list[Token]]
+        body, tokens, ready = macro.body, [], {}  # type: tuple[Token, ...], list[Token], dict[str, list[Token]]
         i = 0
         while i < len(body):
             token = body[i]
-            joined = made and i and body[i - 1].text == "##"
-            if token.text == "##" and made and i + 1 < len(body):
+            joined = tokens and i and body[i - 1].text == "##"
+            if token.text == "##" and tokens and i + 1 < len(body):
                 i += 1
                 continue
             part = [replace(token, span=use.span)]
             if token.text in arguments and token.kind == "name":
-                beside = joined or (i + 1 < len(body) and body[i + 1].text == "##")
-                if beside:
+                is_pasted = joined or (i + 1 < len(body) and body[i + 1].text == "##")
+                if is_pasted:
                     part = arguments[token.text]
                 else:
                     if token.text not in ready:
                         ready[token.text] = self._expanded(arguments[token.text], use.span)
                     part = ready[token.text]
             if joined and part:
-                made[-1:] = [_glued(made[-1], part[0], use.span)]
+                tokens[-1:] = [_glued(tokens[-1], part[0], use.span)]
                 part = part[1:]
-            made += part
+            tokens += part
             self._count(len(part) + 1, use.span)
             i += 1
         both = {frozenset[str](): hidden}  # most tokens came out of nothing, or out of the same macros
-        for token in made:
+        for token in tokens:
             if token.hidden not in both:
                 both[token.hidden] = token.hidden | hidden
-        return [Token(t.kind, t.text, t.span, t.spaced, both[t.hidden]) for t in made]
+        return [Token(t.kind, t.text, t.span, t.spaced, both[t.hidden]) for t in tokens]
 
     def _expanded(self, argument: list[Token], span: Span) -> list[Token]:
         """An argument whose own macros are expanded."""
@@ -436,8 +436,8 @@ class Preprocessor:
         if self.folder is None and not self.included:
             fail(span, "#include has no folder to read from; give one with folder=...")
         name = match[1] or match[2]
-        beside = posixpath.dirname(self._files[-1]) if self._files else ""
-        path = posixpath.normpath(posixpath.join(beside, name))
+        folder = posixpath.dirname(self._files[-1]) if self._files else ""
+        path = posixpath.normpath(posixpath.join(folder, name))
         if path.startswith(("/", "../")):
             fail(span, f"#include may not leave {self.folder}")
         if path in self._once:

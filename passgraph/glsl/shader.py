@@ -325,9 +325,9 @@ def _program(tree: list[g.Outer], unit: Unit, source: ShaderText) -> tuple[ir.Ty
     parameters = tuple(ir.Parameter(u.name, u.type, False, u.default, u.has_default, u.span) for u in uniforms)
     check_images(name, parameters, main.span)
     check_sizes(parameters)
-    made = unit.builder.body()
-    check_reads(parameters, *made)
-    return ir.TypedKernel(name, "pixel", parameters, made, results, None, main.span), uniforms
+    statements = unit.builder.body()
+    check_reads(parameters, *statements)
+    return ir.TypedKernel(name, "pixel", parameters, statements, results, None, main.span), uniforms
 
 
 def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
@@ -384,14 +384,14 @@ def _outputs(
 
 
 def _results(outputs: list[tuple[str, Variable]], span: Span) -> tuple[ir.Result, ...]:
-    made = []
+    results = []
     for name, variable in outputs:
         type_ = variable.type
         if not isinstance(type_, (Scalar, Vector)) or element_of(type_) is not FLOAT:
             fail(span, f"an output is a float or a vector of floats, as targets hold; {name or 'it'} is {type_}")
         plain = name.replace("[", "").replace("]", "")
-        made.append(ir.Result(plain, type_, ir.Local(type_, variable.name, span)))
-    return tuple(made)
+        results.append(ir.Result(plain, type_, ir.Local(type_, variable.name, span)))
+    return tuple(results)
 
 
 def _parameters(unit: Unit) -> tuple[Uniform, ...]:

@@ -80,16 +80,16 @@ class PixelKernel(Kernel, Generic[Made]):
 
     @classmethod
     def of_program(cls, program: ir.TypedKernel, known_sizes: bool = False) -> Self:
-        made = super().of_program(program)
-        made.known_sizes = known_sizes
-        return made
+        kernel = super().of_program(program)
+        kernel.known_sizes = known_sizes
+        return kernel
 
     @classmethod
     def of_shader(cls, shader: Shader, known_sizes: bool = False) -> Self:
         """A fragment shader, whose reads choose levels of those images whose handles have some."""
-        made = cls.of_program(shader.program, known_sizes)
-        made.leveled, made.shader = shader.leveled, shader.source
-        return made
+        kernel = cls.of_program(shader.program, known_sizes)
+        kernel.leveled, kernel.shader = shader.leveled, shader.source
+        return kernel
 
     def __call__(self, /, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Made:
         """Add a pass that writes ``into``; its name, where none is given, is that of its target, or the kernel's."""
@@ -112,8 +112,8 @@ class PixelKernel(Kernel, Generic[Made]):
                 f"pass {name!r} reads and writes one target; write into another one, or read "
                 "last frame's by pg.previous()"
             )
-        made = PixelPass(name, kernel, images, values, constants, specs, self.known_sizes)
-        targets = tuple(Target(spec, made, slot) for slot, spec in enumerate(specs))
+        node = PixelPass(name, kernel, images, values, constants, specs, self.known_sizes)
+        targets = tuple(Target(spec, node, slot) for slot, spec in enumerate(specs))
         return cast("Made", targets[0] if len(targets) == 1 else targets)
 
 
@@ -448,7 +448,7 @@ def graph(*outputs: Target) -> nx.DiGraph:
 
     for output in outputs:
         instance(output, Target, "what pg.graph takes", "a target that a pass returned, or an input")
-    made = nx.DiGraph()
+    network = nx.DiGraph()
     pending = [output.content for output in outputs]
     seen: set[object] = set()
     while pending:
@@ -457,13 +457,13 @@ def graph(*outputs: Target) -> nx.DiGraph:
             continue
         seen.add(target)
         kind = "input" if isinstance(target.spec, InputSpec) else "history" if target.is_previous else "target"
-        made.add_node(target, kind=kind, name=target.name)
+        network.add_node(target, kind=kind, name=target.name)
         if target.made_by is None:
             continue
         node = target.made_by
-        made.add_node(node, kind="pass", name=node.name)
-        made.add_edge(node, target)
+        network.add_node(node, kind="pass", name=node.name)
+        network.add_edge(node, target)
         for parameter in node.reads:
-            made.add_edge(parameter.content, node)
+            network.add_edge(parameter.content, node)
             pending.append(parameter.content)
-    return made
+    return network

@@ -95,13 +95,13 @@ def draw(
     for image in images.values():
         if image.spec in written and not image.is_previous:
             raise GraphError(f"{where} reads and writes target {image.name!r}; write into another one")
-    made = DrawPass(
+    node = DrawPass(
         called, kept, vertex, fragment, images, bound, constants, specs, loads, depth_spec, depth_load, state
     )
-    handles = tuple(Target(spec, made, slot) for slot, spec in enumerate(specs))
+    handles = tuple(Target(spec, node, slot) for slot, spec in enumerate(specs))
     if not handles:
         assert depth_spec is not None
-        return Target(depth_spec, made, -1)
+        return Target(depth_spec, node, -1)
     return handles[0] if len(handles) == 1 else handles
 
 

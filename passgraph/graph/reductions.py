@@ -144,9 +144,9 @@ def reduced(top: Image) -> vec4:
 
 
 @function
-def per_texel(total: vec4, size: ivec2, made: ivec2) -> vec4:
+def per_texel(total: vec4, size: ivec2, result_size: ivec2) -> vec4:
     """A sum divided by how many texels it is of."""
-    return total / (float(size.x // made.x) * float(size.y // made.y))
+    return total / (float(size.x // result_size.x) * float(size.y // result_size.y))
 
 
 @kernel
@@ -336,17 +336,17 @@ def reduce(
             "read the one that you need"
         )
     number = _channel_number(0 if channel is None else channel, image, "pg.reduce: channel")
-    made = _declared(into, name, f"{image.name}.{how}", "rg32f" if place else "rgba32f", f"pg.reduce {how!r}")
-    name = _named(name, made)
-    top = _tree(image, _HOW[how], axis, number, made.name)
+    spec = _declared(into, name, f"{image.name}.{how}", "rg32f" if place else "rgba32f", f"pg.reduce {how!r}")
+    name = _named(name, spec)
+    top = _tree(image, _HOW[how], axis, number, spec.name)
     if place:
-        return reduced_place(top, into=made, name=name)
+        return reduced_place(top, into=spec, name=name)
     by_channels: dict[int, Any]
     if how == "mean":
         by_channels = {1: mean_one, 2: mean_two}
-        return cast("Target", by_channels.get(made.format.channels, mean)(top, image, into=made, name=name))
+        return cast("Target", by_channels.get(spec.format.channels, mean)(top, image, into=spec, name=name))
     by_channels = {1: reduced_one, 2: reduced_two}
-    return cast("Target", by_channels.get(made.format.channels, reduced)(top, into=made, name=name))
+    return cast("Target", by_channels.get(spec.format.channels, reduced)(top, into=spec, name=name))
 
 
 def histogram(
@@ -407,12 +407,12 @@ def histogram(
     ends = _end(low, "low"), _end(high, "high")
     if not isinstance(low, (Value, Derived)) and not isinstance(high, (Value, Derived)):
         _check_width(low, high)
-    made = _declared(into, name, f"{image.name}.histogram", "r32f", "pg.histogram")
-    name = _named(name, made)
+    result_spec = _declared(into, name, f"{image.name}.histogram", "r32f", "pg.histogram")
+    name = _named(name, result_spec)
     # last run's content lends no size by itself
-    spec = target(f"{made.name} bins", "r32f", like=image)
+    spec = target(f"{result_spec.name} bins", "r32f", like=image)
     numbered: Target = bin_of(image, *ends, bins, number, into=spec, name=spec.name)
-    rows = f"{made.name} rows"
+    rows = f"{result_spec.name} rows"
     into_rows = _quarters(rows, Blocks(image, MAX_SIDE, 1, -(-bins // 16)))
     tops: tuple[Target, ...] = count_bins(numbered.border("zero"), into=into_rows, name=rows)
     _, (width, height), levels = _BLOCKS["y"]
@@ -420,8 +420,8 @@ def histogram(
         below = [part.border("clamp") for part in tops]
         fewer = _quarters(f"{rows} {level}", Blocks(below[0], width, height))
         tops = sum_counts(*below, into=fewer, name=f"{rows} {level}")
-    line = TargetSpec(f"{made.name} in line", format_named("r32f"), Blocks(image, MAX_SIDE, MAX_SIDE, bins))
-    return reduced_one(count_of_bin(*tops, into=line, name=line.name), into=made, name=name)
+    line = TargetSpec(f"{result_spec.name} in line", format_named("r32f"), Blocks(image, MAX_SIDE, MAX_SIDE, bins))
+    return reduced_one(count_of_bin(*tops, into=line, name=line.name), into=result_spec, name=name)
 
 
 def _quarters(name: str, size: Blocks) -> tuple[TargetSpec, ...]:
@@ -433,11 +433,15 @@ def _tree(image: Target, how: int, axis: str | None, channel: int, name: str) ->
     """Levels of blocks until one is left, of the largest picture that there may be."""
 
     over, (width, height), levels = _BLOCKS[axis]
-    made = image
+    level_target = image
     for level in range(1, levels + 1):
-        spec = TargetSpec(f"{name} {level}", format_named("rgba32f"), Blocks(made.border("clamp"), width, height))
-        made = reduce_level(made.border("clamp"), how, over, channel, level == 1, into=spec, name=spec.name)
-    return made
+        spec = TargetSpec(
+            f"{name} {level}", format_named("rgba32f"), Blocks(level_target.border("clamp"), width, height)
+        )
+        level_target = reduce_level(
+            level_target.border("clamp"), how, over, channel, level == 1, into=spec, name=spec.name
+        )
+    return level_target
 
 
 def _check_picture(image: object, what: str) -> None:
@@ -477,14 +481,14 @@ def _declared(into: object, name: object, otherwise: str, format_: str, what: st
         return target(otherwise if name is None else arguments.text(name, f"{what}: name"), format_)
     if isinstance(into, Target):
         raise GraphError(f"{what} writes all of {into.name!r}; give a new pg.target(...), not a handle")
-    made = arguments.instance(into, TargetSpec, f"{what}: into", "made by pg.target(...)")
-    if made.size is not None:
+    spec = arguments.instance(into, TargetSpec, f"{what}: into", "made by pg.target(...)")
+    if spec.size is not None:
         raise GraphError(
-            f"{what}: target {made.name!r} is declared with a size, and it gets one from what is reduced; leave "
+            f"{what}: target {spec.name!r} is declared with a size, and it gets one from what is reduced; leave "
             "size, scale and like out"
         )
-    return made
+    return spec
 
 
-def _named(name: object, made: TargetSpec) -> str:
-    return made.name if name is None else arguments.text(name, "the name of a pass")
+def _named(name: object, spec: TargetSpec) -> str:
+    return spec.name if name is None else arguments.text(name, "the name of a pass")

@@ -347,7 +347,7 @@ def target(
     >>> target("bloom", "rgba16f", scale=0.5)
     <target bloom rgba16f>
     """
-    made = format_named(format)
+    stored = format_named(format)
     name = arguments.text(name, "the name of a target")
     if size is not None and (scale is not None or like is not None):
         raise GraphError(f"target {name!r} has both a size and a scale; give one")
@@ -360,9 +360,9 @@ def target(
     elif scale is not None:
         size_class = Relative(checked_scale(scale, name))
     where = f"target {name!r}"
-    values = None if clear is None else _check_clear(clear, made, where)
-    told = arguments.several(notes, str, f"{where}: notes", "text")
-    return TargetSpec(name, made, size_class, values, told, checked_initial(initial, made, where))
+    values = None if clear is None else _check_clear(clear, stored, where)
+    note_texts = arguments.several(notes, str, f"{where}: notes", "text")
+    return TargetSpec(name, stored, size_class, values, note_texts, checked_initial(initial, stored, where))
 
 
 def _check_clear(
@@ -434,10 +434,10 @@ def Input(
     """
     srgb = arguments.among(format, (OPEN_SRGB,))
     is_open = format is None or srgb
-    made = None if is_open else format_named(format)  # type: ignore[arg-type]
+    stored = None if is_open else format_named(format)  # type: ignore[arg-type]
     name = arguments.text(name, "the name of an input")
     bound = None if size is None else checked_size(size, f"input {name!r}")
-    return Target(InputSpec(name, made, bound, static, default, srgb)).border(border)
+    return Target(InputSpec(name, stored, bound, static, default, srgb)).border(border)
 
 
 def previous(spec: TargetSpec | Target, frames_ago: int = 1) -> Target:

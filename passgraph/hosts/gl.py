@@ -61,8 +61,8 @@ class HostPicture(DevicePicture):
 
     @property
     def placement(self) -> Placement:
-        made = Placement(self.origin == "bottom", self.is_part)
-        return PLAIN if made == PLAIN else made
+        place = Placement(self.origin == "bottom", self.is_part)
+        return PLAIN if place == PLAIN else place
 
     def overlaps(self, other: DevicePicture) -> bool:
         if not isinstance(other, HostPicture):
@@ -423,17 +423,17 @@ def check_room(picture: HostPicture, format_: Format) -> None:
 
 def _encoded(format_: Format, srgb: bool) -> Format:
     """The same numbers, read as encoded by the sRGB curve or not."""
-    made = curved(format_, srgb)
-    if made is None:
+    result = curved(format_, srgb)
+    if result is None:
         raise InputError(
             f"srgb={srgb}: there is no format {format_.name}_srgb; colours of {format_.name} are not encoded"
         )
-    return made
+    return result
 
 
 def _as_wide(format_: Format, picture: Format) -> Format:
     """A target's format, with the channels of the picture that it goes to."""
     wide = colour_format(format_.number, picture.channels)
-    made = None if wide is None else curved(wide, format_.srgb)
-    assert made is not None  # every number is held in three channels and in four
-    return made
+    result = None if wide is None else curved(wide, format_.srgb)
+    assert result is not None  # every number is held in three channels and in four
+    return result

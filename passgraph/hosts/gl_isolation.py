@@ -103,8 +103,10 @@ _PASS_SWITCHES = (fixed.CULL_FACE, fixed.DEPTH_TEST, fixed.STENCIL_TEST, fixed.P
 _TEXTURE_TARGETS = {g.TEXTURE_2D: 0x8069, **g.OTHER_TEXTURES}
 _PIXEL_STORE = (0xCF2, 0xCF3, 0xCF4, 0xCF5, 0xD02, 0xD03, 0xD04, 0xD05)
 _VIEWPORT, _VIEWPORTS, _COLOUR_MASK, _DEPTH_RANGE = 0xBA2, 16, 0xC23, 0xB70
-_STENCIL = {g.FRONT: (0xB92, 0xB97, 0xB93, 0xB94, 0xB95, 0xB96, 0xB98),
-            g.BACK: (0x8800, 0x8CA3, 0x8CA4, 0x8801, 0x8802, 0x8803, 0x8CA5)}  # fmt: skip
+_STENCIL = {
+    g.FRONT: (0xB92, 0xB97, 0xB93, 0xB94, 0xB95, 0xB96, 0xB98),
+    g.BACK: (0x8800, 0x8CA3, 0x8CA4, 0x8801, 0x8802, 0x8803, 0x8CA5),
+}
 _BLEND_TERMS = (0x80C9, 0x80C8, 0x80CB, 0x80CA, 0x8009, 0x883D)
 _FEEDBACK_ACTIVE, _FEEDBACK_PAUSED = 0x8E24, 0x8E23
 _CLIP_ORIGIN, _LOWER_LEFT, _MINUS_ONE_TO_ONE = 0x935C, 0x8CA1, 0x935E
@@ -163,8 +165,10 @@ class Guard:
         for what, target in ((0x8CA6, g.DRAW_FRAMEBUFFER), (0x8CAA, g.READ_FRAMEBUFFER)):
             yield _later(gl.BindFramebuffer, target, ask(what))
         for what, target in (
-            (0x8894, g.ARRAY_BUFFER), (0x88ED, g.PIXEL_PACK_BUFFER), (0x88EF, g.PIXEL_UNPACK_BUFFER),
-        ):  # fmt: skip
+            (0x8894, g.ARRAY_BUFFER),
+            (0x88ED, g.PIXEL_PACK_BUFFER),
+            (0x88EF, g.PIXEL_UNPACK_BUFFER),
+        ):
             yield _later(gl.BindBuffer, target, ask(what))
         yield _later(gl.UseProgram, ask(0x8B8D))
         yield _later(gl.BindVertexArray, ask(0x85B5))
@@ -267,9 +271,9 @@ class Guard:
 
     def _stencil(self) -> Iterable[Restore]:
         gl, wide = self.gl, ctypes.c_int64(0)
-        for face, asked in _STENCIL.items():
+        for face, parameters in _STENCIL.items():
             numbers = []
-            for what in asked:
+            for what in parameters:
                 # Of 64 bits: the other way of asking cuts masks to 31.
                 gl.GetInteger64v(what, ctypes.byref(wide))
                 numbers.append(wide.value & _ALL_STENCIL)

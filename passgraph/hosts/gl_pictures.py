@@ -189,34 +189,34 @@ def facts_of(gl: Functions, surface: Surface, scratch: int, size: tuple[int, int
         For what is gone, for what no kernel can read (integers, stencil), and where neither OpenGL nor the caller tells
         its size.
     """
-    whole, level_target, is_changed = surface, g.TEXTURE_2D, False
+    texture, level_target, is_changed = surface, g.TEXTURE_2D, False
     if surface.kind == "texture":
-        whole = texture_surface(gl, surface.name)
+        texture = texture_surface(gl, surface.name)
         if not surface.target:  # asked for by name alone
-            if whole.target in _WITH_LAYERS:
+            if texture.target in _WITH_LAYERS:
                 raise BackendError(
-                    f"gl: texture {surface.name} is {_WITH_LAYERS[whole.target]}; give a framebuffer that one of its "
+                    f"gl: texture {surface.name} is {_WITH_LAYERS[texture.target]}; give a framebuffer that one of its "
                     "pictures is attached to"
                 )
-            surface = whole
+            surface = texture
         is_face = surface.target in range(0x8515, 0x851B)
-        surface = replace(surface, target=surface.target if is_face else whole.target)
+        surface = replace(surface, target=surface.target if is_face else texture.target)
         level_target = surface.target
-        found = _of_level(gl, surface, whole.target, level_target) or _told(surface, size)
-        is_changed = _is_changed(gl, surface, whole.target)
+        found = _of_level(gl, surface, texture.target, level_target) or _facts_by_host(surface, size)
+        is_changed = _is_changed(gl, surface, texture.target)
     elif surface.kind == "renderbuffer":
         if not gl.IsRenderbuffer(surface.name):
             raise BackendError(f"gl: there is no renderbuffer {surface.name} in the host's context")
         found = _of_renderbuffer(gl, surface)
     else:
-        found = _told(surface, size)
+        found = _facts_by_host(surface, size)
     if not all(_size(found)):
         raise EmptyPictureError(
             f"gl: {in_words(surface)} has no pixels, as of a window that is minimised, or of a texture that was not "
             "filled; leave such a frame out"
         )
-    made = _with_components(gl, surface, scratch, found)
-    return replace(made, bound_as=whole.target, level_target=level_target, base=whole.level, is_changed=is_changed)
+    facts = _with_components(gl, surface, scratch, found)
+    return replace(facts, bound_as=texture.target, level_target=level_target, base=texture.level, is_changed=is_changed)
 
 
 def told_now(gl: Functions, facts: Facts) -> tuple[int, int, int, int] | None:
@@ -245,8 +245,8 @@ def _of_level(gl: Functions, surface: Surface, bound_as: int, level_target: int)
 def _is_changed(gl: Functions, surface: Surface, bound_as: int) -> bool:
     gl.ActiveTexture(g.TEXTURE0)
     gl.BindTexture(bound_as, surface.name)
-    asked = {k: v for k, v in _UNCHANGED.items() if k != _STENCIL_MODE or gl.has.has_stencil_textures}
-    changed = any(gl.texture_parameter(bound_as, what, same) != same for what, same in asked.items())
+    expected = {k: v for k, v in _UNCHANGED.items() if k != _STENCIL_MODE or gl.has.has_stencil_textures}
+    changed = any(gl.texture_parameter(bound_as, what, same) != same for what, same in expected.items())
     gl.BindTexture(bound_as, 0)
     return changed
 
@@ -258,7 +258,7 @@ def _of_renderbuffer(gl: Functions, surface: Surface) -> dict[str, int]:
     return found
 
 
-def _told(surface: Surface, size: tuple[int, int] | None) -> dict[str, int]:
+def _facts_by_host(surface: Surface, size: tuple[int, int] | None) -> dict[str, int]:
     """Where OpenGL does not say it: of framebuffer 0, and of textures in OpenGL ES 3.0."""
     if size is None:
         raise BackendError(f"gl: the size of {in_words(surface)} is not known; give it as size=(width, height)")
@@ -278,9 +278,9 @@ def _with_components(gl: Functions, surface: Surface, scratch: int, found: dict[
         if internal in _UNSIZED:
             stencil = gl.attachment(0x1802, 0x8217) if surface.kind == "window" else 8 * (internal == 0x84F9)
             internal = _SIZED_DEPTHS.get((depth, stencil), 0x81A6)
-        made = Facts(surface, _all_told(found), float_format(1), internal, f"depth of {depth} bits", True)
+        facts = Facts(surface, _all_told(found), float_format(1), internal, f"depth of {depth} bits", True)
         unbind_surface(gl, g.FRAMEBUFFER, surface, points)
-        return made
+        return facts
     kind = gl.attachment(colour_point, _COMPONENT_TYPE)
     srgb = gl.attachment(colour_point, _ENCODING) == _SRGB and components[0] == 8
     unbind_surface(gl, g.FRAMEBUFFER, surface, points)
@@ -328,8 +328,10 @@ _NEAREST = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F
 #: Internal format → format and type that an empty texture of it is made with, where those of colour do not do.
 _DEPTHS = {
     **dict.fromkeys((0x81A5, 0x81A6, 0x81A7, 0x8CAC, 0x1902), (0x1902, 0x1406)),
-    0x88F0: (0x84F9, 0x84FA), 0x84F9: (0x84F9, 0x84FA), 0x8CAD: (0x84F9, 0x8DAD),
-}  # fmt: skip
+    0x88F0: (0x84F9, 0x84FA),
+    0x84F9: (0x84F9, 0x84FA),
+    0x8CAD: (0x84F9, 0x8DAD),
+}
 _STENCILS = (0x88F0, 0x84F9, 0x8CAD)
 _READ_BUFFER = 0xC02
 
@@ -395,8 +397,8 @@ class Copies:
             self.check_same(picture)
             decoded = self._is_decoded(picture)
             in_place = self._is_plain(picture) and (decoded or not copied)
-            held = self.itself(picture, format_) if in_place else self._copied(picture, format_)
-            return self._encoded(picture, held) if decoded else held
+            texture = self.itself(picture, format_) if in_place else self._copied(picture, format_)
+            return self._encoded(picture, texture) if decoded else texture
 
     def itself(self, picture: HostPicture, format_: Format) -> Texture:
         """The host's picture, to be read where it can be sampled, or written, with numbers of a format."""
@@ -456,11 +458,11 @@ class Copies:
         by_us = facts.samples >= FEWEST_FITTED if facts.is_depth else picture.sample_gamma != 1.0
         # OpenGL ES copies no samples, and what is sRGB to OpenGL has the mean of its light already.
         if facts.samples and by_us and not facts.stores_srgb and self.objects.gl.TexImage2DMultisample is not None:
-            made = self._resolved(picture, format_)
+            copy = self._resolved(picture, format_)
         else:
-            made = self._blitted(picture, format_)
-        self._of_run[key] = made
-        return made
+            copy = self._blitted(picture, format_)
+        self._of_run[key] = copy
+        return copy
 
     def _resolved(self, picture: HostPicture, format_: Format) -> Texture:
         """By a pass of ours over all samples."""
@@ -506,10 +508,10 @@ class Copies:
         gl, facts = self.host.context.gl, picture.facts
         # Of several samples OpenGL ES copies to the same place only.
         in_place = gl.has.is_es and facts.samples > 0
-        held = self._room_for(picture, format_, in_place)
-        self._blit(facts, Surface("texture", held.name), picture.region, held.origin)
+        texture = self._room_for(picture, format_, in_place)
+        self._blit(facts, Surface("texture", texture.name), picture.region, texture.origin)
         gl.check(f"copying {picture}")
-        return held
+        return texture
 
     def _blit(self, facts: Facts, into: Surface, region: Region, place: tuple[int, int]) -> None:
         """Copy a part of the host's to a place in a texture of ours."""
@@ -537,13 +539,13 @@ class Copies:
     @contextmanager
     def _numbers_kept(gl: Functions, facts: Facts) -> Iterator[None]:
         """Around a blit: OpenGL ES decodes what it reads of sRGB pictures, and encodes what it writes if it is told."""
-        told = gl.has.is_es and facts.stores_srgb and not gl.has.always_encodes
-        if told:
+        switches = gl.has.is_es and facts.stores_srgb and not gl.has.always_encodes
+        if switches:
             gl.Enable(FRAMEBUFFER_SRGB)
         try:
             yield
         finally:
-            if told:
+            if switches:
                 gl.Disable(FRAMEBUFFER_SRGB)
 
     def _room_for(self, picture: HostPicture, format_: Format, in_place: bool, alike: bool = True) -> Texture:

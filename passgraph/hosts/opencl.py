@@ -144,10 +144,10 @@ class Host(OpenCLBackend):
         Runs take these as they are too.  With a format, such as ``"rgba8_srgb"``, their numbers mean what that says.
         """
         with self.turn:
-            made = self._described(given, None if format is None else format_named(format))
-        if made is None:
+            described = self._described(given, None if format is None else format_named(format))
+        if described is None:
             raise InputError(f"a picture is made of a pyopencl array or image, got {arguments.shown(given)}")
-        return made
+        return described
 
     def wait_for(self, events: Iterable[Any]) -> None:
         """Let the next run begin when these events of other queues have happened."""

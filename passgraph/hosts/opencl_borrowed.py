@@ -54,11 +54,11 @@ class Borrowed:
         known = self._arrays.get(id(array))
         if known is not None and known[0] == place:
             return known[1]
-        made = array_picture(self.host.context, array, None)
+        picture = array_picture(self.host.context, array, None)
         if id(array) not in self._arrays:
             finalize(array, _forget_array, ref(self), id(array)).atexit = False
-        self._arrays[id(array)] = place, made
-        return made
+        self._arrays[id(array)] = place, picture
+        return picture
 
     def adopted(self, picture: OpenCLPicture, format_: Format, use: Use) -> Storage | None:
         """A picture for passes to use; None where it must be moved."""
@@ -78,10 +78,10 @@ class Borrowed:
             self._order(picture, use)
             return known.storage
         with self.host.reported("taking a picture of the caller's"):
-            made = self.storage(picture, format_, use)
+            storage = self.storage(picture, format_, use)
         if isinstance(picture, BufferPicture):
-            self._known[picture] = _Known(format_, [use], made)
-        return made
+            self._known[picture] = _Known(format_, [use], storage)
+        return storage
 
     def storage(self, picture: OpenCLPicture, format_: Format, use: Use) -> Storage:
         """A picture as passes take it: what it is in, or a copy of an image until the run ends."""
@@ -90,13 +90,13 @@ class Borrowed:
             return _placed(picture, format_, *self._region(picture))
         assert isinstance(picture, ImagePicture)
         size = picture.size[0] * picture.size[1] * len(picture.channels) * picture.format.bits // 8
-        made = _placed(picture, format_, self.host.allocate(size, f"a copy of {picture}"), picture.placement)
-        self._copies.append((picture, made, use.is_written))
+        copy = _placed(picture, format_, self.host.allocate(size, f"a copy of {picture}"), picture.placement)
+        self._copies.append((picture, copy, use.is_written))
         if use.is_read:
             self.host.cl.enqueue_copy(
-                self.host.queue, made.buffer, picture.memory, offset=0, origin=(0, 0), region=picture.size
+                self.host.queue, copy.buffer, picture.memory, offset=0, origin=(0, 0), region=picture.size
             )
-        return made
+        return copy
 
     def _order(self, picture: OpenCLPicture, use: Use) -> None:
         """A pyopencl array knows what must have happened before it is used, and is told what must afterwards."""
@@ -118,13 +118,13 @@ class Borrowed:
         """The part of a buffer from a picture on, as aligned as OpenCL wants it, so that kernels are the same wherever
         it begins; of a part, which has none, that of its whole, where the driver still knows that."""
         buffer, start, begin = picture.memory, picture.offset, 0
-        is_part, whole = parent_of(buffer)
-        if whole is not None:
+        is_part, parent = parent_of(buffer)
+        if parent is not None:
             start += buffer.offset
-        if whole is not None or not is_part:
+        if parent is not None or not is_part:
             begin = start // self.host.alignment * self.host.alignment
-        if whole is not None or begin:
-            buffer = (whole or buffer).get_sub_region(begin, start + picture.bytes - begin)
+        if parent is not None or begin:
+            buffer = (parent or buffer).get_sub_region(begin, start + picture.bytes - begin)
         before, placement = (start - begin) * 8 // picture.format.bits, picture.placement
         return buffer, Placement(placement.first + before, placement.row, placement.pixel, placement.channels)
 

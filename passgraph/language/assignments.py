@@ -74,11 +74,11 @@ class Place:
 
     def index(self, span: Span) -> ir.Expr:
         """In a flat array; -1, where nothing is written, if one of the indices is out of its range."""
-        first, *others = self.indices
-        if not others and (isinstance(first[0], ir.Literal) or reads_plainly(self.type)):
+        first, *more_indices = self.indices
+        if not more_indices and (isinstance(first[0], ir.Literal) or reads_plainly(self.type)):
             return first[0]
         place, inside = first[0], _inside(*first, span)
-        for index, length in others:
+        for index, length in more_indices:
             place = apply("add", [nth(place, length, 0, span), index], span)
             inside = apply("logical_and", [inside, _inside(index, length, span)], span)
         return ir.Select(INT, inside, place, _int(-1, span), span)

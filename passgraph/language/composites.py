@@ -172,16 +172,16 @@ def array_of(members: Sequence[Part], span: Span, builder: Builder) -> Part:
     for type_ in types[1:]:
         if type_ != types[0] and not _alike(types[0], type_):
             fail(span, f"the elements of an array must have one type, got {types[0]} and {type_}")
-    made = Array(cast(Value, types[0]), len(members))
-    if longest(made) > MAX_ARRAY_LENGTH:
-        fail(span, f"an array has at most {MAX_ARRAY_LENGTH} elements, got {longest(made)}")
-    builder.count_expression(span, longest(made))
+    array = Array(cast(Value, types[0]), len(members))
+    if longest(array) > MAX_ARRAY_LENGTH:
+        fail(span, f"an array has at most {MAX_ARRAY_LENGTH} elements, got {longest(array)}")
+    builder.count_expression(span, longest(array))
     lists = [spread(plain_value(member, span), span, builder.name_it) for member in members]
     parts = _joined(lists, span)
     if isinstance(parts, (dict, tuple)):
-        return ArrayValue(made, parts)
+        return ArrayValue(array, parts)
     assert isinstance(parts.type, Array)
-    return parts if is_plain(made) else ArrayValue(_holding(made, parts.type.element), parts)
+    return parts if is_plain(array) else ArrayValue(_holding(array, parts.type.element), parts)
 
 
 def _alike(one: Type, other: Type) -> bool:
@@ -218,8 +218,8 @@ def _entries_of(parts: Parts, span: Span, name: Namer) -> Lists:
     assert isinstance(parts.type, Array)
     if isinstance(parts, ir.Construct) and len(parts.arguments) == parts.type.length:
         return list(parts.arguments)
-    whole = name(parts, span)
-    return [index_into(whole, ir.Literal(INT, k, span), span) for k in range(parts.type.length)]
+    array = name(parts, span)
+    return [index_into(array, ir.Literal(INT, k, span), span) for k in range(parts.type.length)]
 
 
 def _joined(lists: list[Lists], span: Span) -> Parts:
@@ -241,7 +241,7 @@ def _joined(lists: list[Lists], span: Span) -> Parts:
 
 def each_image(builder: Builder, choice: ImageChoice, read: Callable[[ImageValue], Part], span: Span) -> Part:
     """What ``read`` makes of the image that an index chooses: a branch for each, so that the others are not read."""
-    made = builder.fresh("chosen")
+    name = builder.fresh("chosen")
     types: list[Value | Array] = []
 
     def branch(images: tuple[ImageValue, ...], first: int) -> None:
@@ -249,7 +249,7 @@ def each_image(builder: Builder, choice: ImageChoice, read: Callable[[ImageValue
             value = read(images[0])
             assert not isinstance(value, COMPOSITE)
             types.append(value.type)
-            builder.emit(ir.Assign(made, value, span))
+            builder.emit(ir.Assign(name, value, span))
             return
         half = len(images) // 2
         below = apply("less", [choice.index, ir.Literal(INT, first + half, span)], span)
@@ -258,4 +258,4 @@ def each_image(builder: Builder, choice: ImageChoice, read: Callable[[ImageValue
         builder.emit(ir.If(below, then, orelse, span))
 
     branch(choice.images, 0)
-    return ir.Local(types[0], made, span)
+    return ir.Local(types[0], name, span)

@@ -216,24 +216,24 @@ class Emitter:
         on = arguments[0].type
         result = _fixed_result(name) or on
         # Known whole numbers and truth fold always: bounds of loops hang on them.
-        whole = result != "float" and all(isinstance(a, s.Lit) and a.type != "float" for a in arguments)
-        if self.simplify or whole:
+        is_integer = result != "float" and all(isinstance(a, s.Lit) and a.type != "float" for a in arguments)
+        if self.simplify or is_integer:
             folded = self._fold(name, result, arguments)
             if folded is not None:
                 return folded
-        told = tuple([repr(a) for a in arguments])
+        argument_keys = tuple([repr(a) for a in arguments])
         if self.simplify and name in COMMUTATIVE:
             one, other = arguments
-            if (isinstance(one, s.Lit), told[0]) > (isinstance(other, s.Lit), told[1]):
-                arguments, told = (other, one), told[::-1]
-        key = (name, on, *told)
+            if (isinstance(one, s.Lit), argument_keys[0]) > (isinstance(other, s.Lit), argument_keys[1]):
+                arguments, argument_keys = (other, one), argument_keys[::-1]
+        key = (name, on, *argument_keys)
         shared = self._shared(key)
         if shared is not None:
             return cast(s.Operand, shared)
         to = self.fresh(result)
-        made = s.Op(to, name, on, arguments, span)
-        self.push(made)
-        self.made[to.id] = made
+        instruction = s.Op(to, name, on, arguments, span)
+        self.push(instruction)
+        self.made[to.id] = instruction
         self.known[-1][key] = to
         return to
 
@@ -280,9 +280,9 @@ class Emitter:
         if shared is not None:
             return cast(s.Operand, shared)
         to = self.fresh(then.type)
-        made = s.Choose(to, condition, then, orelse)
-        self.push(made)
-        self.made[to.id] = made
+        instruction = s.Choose(to, condition, then, orelse)
+        self.push(instruction)
+        self.made[to.id] = instruction
         self.known[-1][key] = to
         return to
 
@@ -476,23 +476,23 @@ def _uses(program: s.ScalarProgram, inside: dict[int, int]) -> Iterator[tuple[in
 
 def _call(part: tuple[s.Op | s.Choose, ...], wanted: dict[int, s.Val]) -> Call:
     """A part with its values numbered by where they stand in it, and what is given by where it is first used."""
-    made: dict[int, int] = {}
+    numbers: dict[int, int] = {}
     given: dict[int, s.Val] = {}
     key: list[object] = []
 
     def named(operand: s.Operand) -> object:
         if isinstance(operand, s.Lit):
             return repr(operand)
-        if operand.id in made:
-            return made[operand.id]
+        if operand.id in numbers:
+            return numbers[operand.id]
         given.setdefault(operand.id, operand)
         return -1 - list(given).index(operand.id), operand.type
 
     for number, i in enumerate(part):
-        told = [named(operand) for operand in s.operands_of(i)]
+        operand_keys = [named(operand) for operand in s.operands_of(i)]
         if isinstance(i, s.Op) and i.operation in COMMUTATIVE:
-            told.sort(key=repr)
-        key.append((i.operation, i.on, *told) if isinstance(i, s.Op) else ("choose", *told))
-        made[i.to.id] = number
+            operand_keys.sort(key=repr)
+        key.append((i.operation, i.on, *operand_keys) if isinstance(i, s.Op) else ("choose", *operand_keys))
+        numbers[i.to.id] = number
     results = tuple([wanted[i.to.id] for i in part if i.to.id in wanted])
-    return Call((*key, *[made[value.id] for value in results]), part, tuple(given.values()), results)
+    return Call((*key, *[numbers[value.id] for value in results]), part, tuple(given.values()), results)

@@ -82,10 +82,7 @@ def _subtract(e: Emitter, a: Values, b: Values) -> Values:
 
 def _cross(e: Emitter, args: list[Values], _: list[Type]) -> Values:
     a, b = args
-    return [
-        e.op("sub", e.op("mul", a[i], b[j]), e.op("mul", a[j], b[i]))
-        for i, j in ((1, 2), (2, 0), (0, 1))
-    ]  # fmt: skip
+    return [e.op("sub", e.op("mul", a[i], b[j]), e.op("mul", a[j], b[i])) for i, j in ((1, 2), (2, 0), (0, 1))]
 
 
 def _step_of(e: Emitter, v: Values) -> s.Operand:

@@ -376,11 +376,11 @@ class Expressions:
 
     def _of_each_image(self, choice: ImageChoice, node: ast.Call | ast.Attribute | ast.Subscript) -> Part:
         """A read of an image that an index chooses: for each as if it had a name, with arguments computed once."""
-        frame, held = self.frame, dict[str, Part]()
+        frame, named_arguments = self.frame, dict[str, Part]()
 
         def named(argument: ast.expr) -> ast.expr:
             name = frame.builder.fresh("$argument")
-            held[name] = frame.name_part(self.part(argument), self.span(argument))
+            named_arguments[name] = frame.name_part(self.part(argument), self.span(argument))
             return ast.copy_location(ast.Name(name, ast.Load()), argument)
 
         def read(candidate: ImageValue) -> Part:
@@ -389,11 +389,11 @@ class Expressions:
 
         image = frame.builder.fresh("$image")
         written = _on_name(node, image, named)
-        frame.parts |= held
-        made = each_image(frame.builder, choice, read, self.span(node))
-        for name in (image, *held):
+        frame.parts |= named_arguments
+        result = each_image(frame.builder, choice, read, self.span(node))
+        for name in (image, *named_arguments):
             del frame.parts[name]
-        return made
+        return result
 
     def _builtin(self, name: str, node: ast.Call, span: Span) -> Part:
         if name == "len":
@@ -513,18 +513,18 @@ def _on_name(
     base = node.func if isinstance(node, ast.Call) else node
     assert isinstance(base, (ast.Attribute, ast.Subscript))
     image = ast.copy_location(ast.Name(name, ast.Load()), base.value)
-    made: ast.expr
+    read: ast.expr
     if isinstance(base, ast.Subscript):
         place = base.slice
         if isinstance(place, ast.Tuple):
             place = ast.copy_location(ast.Tuple([named(part) for part in place.elts], ast.Load()), place)
-        made = ast.Subscript(image, place, ast.Load())
+        read = ast.Subscript(image, place, ast.Load())
     else:
-        made = ast.copy_location(ast.Attribute(image, base.attr, ast.Load()), base)
+        read = ast.copy_location(ast.Attribute(image, base.attr, ast.Load()), base)
     if isinstance(node, ast.Call):
         keywords = [ast.keyword(one.arg, named(one.value)) for one in node.keywords]
-        made = ast.Call(made, [named(argument) for argument in node.args], keywords)
-    return ast.copy_location(made, node)
+        read = ast.Call(read, [named(argument) for argument in node.args], keywords)
+    return ast.copy_location(read, node)
 
 
 #: Values that a stage provides: name -> (type, the stages that have it).

@@ -173,9 +173,9 @@ class Builder:
             members = (self.name_part(p, span, keep_locals=keep_locals) for p in part.members)
             return TupleValue(tuple(members))
         if isinstance(part, ArrayValue):
-            whole = part if keep_locals else self.alone(part, span)
-            parts = mapped(whole.parts, lambda leaf: self.name_it(leaf, span, keep_locals=keep_locals))
-            return ArrayValue(whole.type, parts, whole.first)
+            array = part if keep_locals else self.alone(part, span)
+            parts = mapped(array.parts, lambda leaf: self.name_it(leaf, span, keep_locals=keep_locals))
+            return ArrayValue(array.type, parts, array.first)
         if isinstance(part, (ImageValue, ImageChoice)):
             return part
         return self.name_it(part, span, keep_locals=keep_locals)
@@ -208,8 +208,8 @@ class Builder:
         for k, value in enumerate(values):
             assert not isinstance(value, ImageValue)
             where = index if len(values) == 1 else nth(index, len(values), k, span)
-            whole = ir.Local(flat, variable.name, span)
-            self.emit(ir.Assign(variable.name, ir.Insert(flat, whole, where, value, span), span))
+            array = ir.Local(flat, variable.name, span)
+            self.emit(ir.Assign(variable.name, ir.Insert(flat, array, where, value, span), span))
 
     def _fitted(self, part: Part, type_: Type, span: Span, what: str) -> Part:
         if not isinstance(type_, TupleType):
@@ -302,8 +302,8 @@ class Frame:
     # What expressions ask of their frame
 
     def default(self, value: object, type_: Type, what: str, span: Span) -> Part:
-        made = typed_constant(value, type_, what, span)
-        return made if is_plain(type_) else ArrayValue(cast(Array, type_), made)
+        constant = typed_constant(value, type_, what, span)
+        return constant if is_plain(type_) else ArrayValue(cast(Array, type_), constant)
 
     def stage_value(self, name: str, arguments: list[ir.Expr], span: Span) -> ir.Expr:
         type_, stages = STAGE_VALUES[name]

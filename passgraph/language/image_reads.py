@@ -65,8 +65,8 @@ def bound(method: str, arguments: Sequence[ir.Expr], named: Mapping[str, ir.Expr
     names = [name for name, _ in parameters]
     needed = names[:-1] if deep else names
     given = {**dict(zip(names, arguments, strict=False)), **named}
-    whole = len(given) == len(arguments) + len(named) and set(needed) <= set(given) <= set(names)
-    if len(arguments) > len(names) or not whole:
+    is_complete = len(given) == len(arguments) + len(named) and set(needed) <= set(given) <= set(names)
+    if len(arguments) > len(names) or not is_complete:
         listed = ", ".join(f"{name}: {type_}" for name, type_ in parameters)
         left = f"; {names[-1]} may be left out" if deep else ""
         fail(span, f"an Image is read by .{method}({listed}){left}")

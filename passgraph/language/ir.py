@@ -270,17 +270,19 @@ def parts_of(node: Expr) -> tuple[Expr, ...]: ...
 def parts_of(node: Stmt | Expr) -> tuple[Stmt | Expr, ...]: ...
 def parts_of(node: Stmt | Expr) -> tuple[Stmt | Expr, ...]:
     """The expressions and statements that an expression or a statement is made of, in the order of its fields."""
-    held = (getattr(node, name) for name in PARTS[type(node)])
-    return tuple(part for value in held for part in (value if isinstance(value, tuple) else (value,)))
+    values = (getattr(node, name) for name in PARTS[type(node)])
+    return tuple(part for value in values for part in (value if isinstance(value, tuple) else (value,)))
 
 
 def with_parts(expression: Expr, change: Callable[[Expr], Expr]) -> Expr:
     """The same expression of changed parts; itself where it has none."""
-    made: dict[str, Any] = {}
+    changed: dict[str, Any] = {}
     for name in PARTS[type(expression)]:
-        held = getattr(expression, name)
-        made[name] = tuple(change(part) for part in held) if isinstance(held, tuple) else change(held)
-    return replace(expression, **made) if made else expression
+        part_or_parts = getattr(expression, name)
+        changed[name] = (
+            tuple(change(part) for part in part_or_parts) if isinstance(part_or_parts, tuple) else change(part_or_parts)
+        )
+    return replace(expression, **changed) if changed else expression
 
 
 Stage: TypeAlias = OneOf["pixel", "vertex", "fragment", "blend", "border", "function"]

@@ -70,17 +70,17 @@ class Kernel:
     @classmethod
     def of_program(cls, program: ir.TypedKernel) -> Self:
         """A kernel without a function: one that was parsed elsewhere."""
-        made = cls.__new__(cls)
-        made.stage, made.__doc__, made.definition, made._parsed = program.stage, None, None, (program, {})
-        made.name = made.__name__ = program.name
-        made.__module__ = made.__qualname__ = ""
-        return made
+        kernel = cls.__new__(cls)
+        kernel.stage, kernel.__doc__, kernel.definition, kernel._parsed = program.stage, None, None, (program, {})
+        kernel.name = kernel.__name__ = program.name
+        kernel.__module__ = kernel.__qualname__ = ""
+        return kernel
 
     def computing(self, program: ir.TypedKernel) -> Self:
         """The same kernel with another representation in the place of its own."""
-        made = type(self).__new__(type(self))
-        vars(made).update(vars(self), program=program)
-        return made
+        kernel = type(self).__new__(type(self))
+        vars(kernel).update(vars(self), program=program)
+        return kernel
 
     def __copy__(self) -> Self:
         return self
@@ -176,9 +176,9 @@ def struct(cls: type[T]) -> type[T]:
             return local_names[name]
         return names[name] if name in names else TEXT_NAMES[name]
 
-    made = read_struct(node, source, Scope(lookup))
+    definition = read_struct(node, source, Scope(lookup))
     result = dataclasses.dataclass(frozen=True)(cls)
-    result.__passgraph_struct__ = made  # type: ignore[attr-defined]
+    result.__passgraph_struct__ = definition  # type: ignore[attr-defined]
     return result
 
 

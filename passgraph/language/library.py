@@ -317,8 +317,8 @@ def _of_floats() -> str:
     for size in (2, 3, 4):
         each = [f"m{c}, e{c} = frexp_float(x.{c})" for c in "xyzw"[:size]]
         joined = (", ".join(f"{part}{c}" for c in "xyzw"[:size]) for part in "me")
-        made = "vec{0}({1}), ivec{0}({2})".format(size, *joined)
-        lines = "\n    ".join([*each, f"return {made}"])
+        vectors = "vec{0}({1}), ivec{0}({2})".format(size, *joined)
+        lines = "\n    ".join([*each, f"return {vectors}"])
         texts.append(_OF_FLOATS.format(T=f"vec{size}", I=f"ivec{size}", frexp=lines))
     return "".join(texts)
 

@@ -32,9 +32,7 @@ WIDTH = 1 << WIDTH_BITS
 #: A whole number's bits in each of its two numbers.
 HALF_BITS = 16
 #: What components are as NumPy has them.
-_NUMBERS: dict[str, type[np.generic]] = {
-    "float": np.float32, "int": np.int32, "uint": np.uint32, "bool": np.bool_
-}  # fmt: skip
+_NUMBERS: dict[str, type[np.generic]] = {"float": np.float32, "int": np.int32, "uint": np.uint32, "bool": np.bool_}
 
 
 def is_buffer(type_: Type) -> bool:

@@ -67,17 +67,17 @@ def bounded_loop(
         # Where a trip begins, so that one that continues gets there as well.
         follows = builder.captured(between, span)
         if follows:
-            later = ir.Apply(BOOL, "greater", (ir.Local(INT, trip, span), _whole(0, span)), span)
+            later = ir.Apply(BOOL, "greater", (ir.Local(INT, trip, span), _int_literal(0, span)), span)
             builder.emit(ir.If(later, follows, (), span))
         if before is not None:
             unless(before)
         body()
 
     statements = builder.captured(whole, span)
-    builder.emit(ir.For(trip, _whole(0, span), _whole(most, span), _whole(1, span), statements, span))
+    builder.emit(ir.For(trip, _int_literal(0, span), _int_literal(most, span), _int_literal(1, span), statements, span))
 
 
-def _whole(number: int, span: Span) -> ir.Literal:
+def _int_literal(number: int, span: Span) -> ir.Literal:
     return ir.Literal(INT, number, span)
 
 
@@ -176,7 +176,7 @@ def switch(builder: Builder, subject: ir.Expr, sections: Sequence[Section], span
     def any_of(labels: Sequence[int]) -> ir.Expr:
         found: ir.Expr = ir.Literal(BOOL, False, span)
         for label in labels:
-            equal = ir.Apply(BOOL, "equal", (value, _whole(label, span)), span)
+            equal = ir.Apply(BOOL, "equal", (value, _int_literal(label, span)), span)
             found = ir.Apply(BOOL, "logical_or", (found, equal), span)
         return found
 
@@ -201,16 +201,16 @@ def switch(builder: Builder, subject: ir.Expr, sections: Sequence[Section], span
 
 def _joined(sections: Sequence[Section]) -> list[Section]:
     """Labels without statements belong to those of the next section."""
-    made: list[Section] = []
+    joined: list[Section] = []
     waiting = Section((), ())
     for section in sections:
         section = Section(waiting.labels + section.labels, section.body, waiting.default or section.default)
         waiting = Section((), ())
         if section.body:
-            made.append(section)
+            joined.append(section)
         else:
             waiting = section
-    return made
+    return joined
 
 
 def _stands_alone(section: Section, last: bool) -> bool:
@@ -238,20 +238,24 @@ def _fall_through(builder: Builder, sections: Sequence[tuple[ir.Expr, tuple[ir.S
             builder.emit(ir.If(inside, _without_continues(body, goes_on), (), span))
 
     statements = builder.captured(once, span)
-    builder.emit(ir.For(builder.fresh("once"), _whole(0, span), _whole(1, span), _whole(1, span), statements, span))
+    builder.emit(
+        ir.For(
+            builder.fresh("once"), _int_literal(0, span), _int_literal(1, span), _int_literal(1, span), statements, span
+        )
+    )
     if any(_without_continues(body, goes_on) != body for _, body in sections):
         builder.emit(ir.If(ir.Local(BOOL, goes_on, span), (ir.Continue(span),), (), span))
 
 
 def _without_continues(statements: tuple[ir.Stmt, ...], flag: str) -> tuple[ir.Stmt, ...]:
     """A continue leaves the switch and says so: it means the loop around."""
-    made: list[ir.Stmt] = []
+    rewritten: list[ir.Stmt] = []
     for s in statements:
         if isinstance(s, ir.Continue):
-            made += [ir.Assign(flag, ir.Literal(BOOL, True, s.span), s.span), ir.Break(s.span)]
+            rewritten += [ir.Assign(flag, ir.Literal(BOOL, True, s.span), s.span), ir.Break(s.span)]
         elif isinstance(s, ir.If):
             then, orelse = (_without_continues(branch, flag) for branch in (s.then, s.orelse))
-            made.append(ir.If(s.condition, then, orelse, s.span))
+            rewritten.append(ir.If(s.condition, then, orelse, s.span))
         else:
-            made.append(s)
-    return tuple(made)
+            rewritten.append(s)
+    return tuple(rewritten)

@@ -110,10 +110,10 @@ class Elements:
         base = e.op("mul", clamped, s.Lit("int", width))
         element = element_of(type_).name
         if isinstance(array, ir.Table):
-            held, values = held_as(type_), self._held_values(array)
-            name = e.table_name(held, values)
+            stored_type, values = held_as(type_), self._held_values(array)
+            name = e.table_name(stored_type, values)
             addresses = (e.op("add", base, s.Lit("int", i)) for i in range(width))
-            return [e.table(name, held, values, address) for address in addresses]
+            return [e.table(name, stored_type, values, address) for address in addresses]
         slot = self._slot(array)
         return [self._slot_entry(slot, e.op("add", base, s.Lit("int", slot.offset + i)), element) for i in range(width)]
 
@@ -128,10 +128,10 @@ class Elements:
         """The values of a constant table as programs hold them; the same tuple at each use."""
         if element_of(table.type) is not UINT:
             return table.values
-        held = self.emitter.held_tables
-        if id(table.values) not in held:
-            held[id(table.values)] = tuple(s.literal(table.type, v).value for v in table.values)
-        return held[id(table.values)]
+        tables = self.emitter.held_tables
+        if id(table.values) not in tables:
+            tables[id(table.values)] = tuple(s.literal(table.type, v).value for v in table.values)
+        return tables[id(table.values)]
 
     def insert(self, expression: ir.Insert) -> list[s.Operand]:
         """A value with one element replaced."""
@@ -192,10 +192,10 @@ def _lowered(program: ir.TypedKernel, facts: Facts, by_table: bool = False) -> s
         keep = None
     roots = [v for o in outputs for v in (*o.values, *o.unrounded)] + ([keep] if keep is not None else [])
     body = eliminate_dead(emitter.blocks[0], roots)
-    made = shared.finish(program, body, outputs, keep)
+    program_text = shared.finish(program, body, outputs, keep)
     if not shared.fused:  # what passes alone passes fused
-        _check_size(made, program.source, most_work(program, facts))
-    return made
+        _check_size(program_text, program.source, most_work(program, facts))
+    return program_text
 
 
 def _check_size(program: s.ScalarProgram, span: Span, most: int) -> None:

@@ -95,9 +95,9 @@ class Arrays:
             e.push(s.WriteAt(memory.name, s.Lit("int", number), value))
 
     def copy(self, name: str, source: str, span: Span) -> None:
-        e, memory, held = self.emitter, self._memory(name, span), self.made[source]
+        e, memory, source_memory = self.emitter, self._memory(name, span), self.made[source]
         with _Counting(e, memory.length * memory.width) as index:
-            e.push(s.WriteAt(memory.name, index, e.read_at(held.name, index)))
+            e.push(s.WriteAt(memory.name, index, e.read_at(source_memory.name, index)))
 
     def _places(self, memory: Memory, index: s.Operand) -> list[s.Operand]:
         e = self.emitter
@@ -151,14 +151,14 @@ def entry(emitter: Emitter, array: ir.Uniform, image: str, index: s.Operand) -> 
         y = e.op("shift_right", place, s.Lit("int", WIDTH_BITS))
         texel = e.texel(image, x, y, False, "clamp", layout.channels, array.span)
         numbers += texel[: layout.channels]
-    held = held_as(type_)
-    if held == "bool":
+    stored_type = held_as(type_)
+    if stored_type == "bool":
         return [e.op("not_equal", number, s.Lit("float", 0.0)) for number in numbers]
-    if held == "float":
+    if stored_type == "float":
         return numbers
-    return [_whole(e, low, high) for low, high in zip(numbers[::2], numbers[1::2], strict=True)]
+    return [_from_halves(e, low, high) for low, high in zip(numbers[::2], numbers[1::2], strict=True)]
 
 
-def _whole(e: Emitter, low: s.Operand, high: s.Operand) -> s.Operand:
+def _from_halves(e: Emitter, low: s.Operand, high: s.Operand) -> s.Operand:
     upper = e.op("shift_left", e.op("to_int", high), s.Lit("int", HALF_BITS))
     return e.op("bit_or", e.op("to_int", low), upper)

@@ -60,11 +60,11 @@ def modulo(a: Values, b: Values) -> Values:
     if is_whole(a):
         return wrapped(np.where(b == 0, 0, a % np.where(b == 0, 1, b)).astype(a.dtype))
     known = np.isfinite(a) & np.isfinite(b) & (b != 0)
-    made = np.mod(np.where(known, a, 0.0), np.where(known, b, 1.0))
+    rest = np.mod(np.where(known, a, 0.0), np.where(known, b, 1.0))
     # The sum of a tiny negative number and b may be b itself, which no rest is.
     largest = np.nextafter(np.abs(np.asarray(b)).astype(np.float32), np.float32(0)).astype(np.float64)
-    made = np.copysign(np.minimum(np.abs(made), largest), made)
-    return np.where(known, made, np.nan)
+    rest = np.copysign(np.minimum(np.abs(rest), largest), rest)
+    return np.where(known, rest, np.nan)
 
 
 def to_int(a: Values) -> Values:
@@ -253,8 +253,8 @@ def bits_of(a: Values) -> Values:
 
 def of_bits(bits: Values, like: Values) -> Values:
     """Whole numbers of 32 bits, as ints or uints."""
-    made = np.sum(bits.astype(np.int64) << np.arange(32), axis=-1)
-    return made.astype(np.uint32) if np.asarray(like).dtype.kind == "u" else wrap32(made)
+    number = np.sum(bits.astype(np.int64) << np.arange(32), axis=-1)
+    return number.astype(np.uint32) if np.asarray(like).dtype.kind == "u" else wrap32(number)
 
 
 def bit_count(a: Values) -> Values:

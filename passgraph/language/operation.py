@@ -186,6 +186,6 @@ def row(
     **known: Any,
 ) -> Operation:  # fmt: skip
     """A new row of the table; ``known`` are further attributes of :class:`Operation`."""
-    made = Operation(name, signature, doc, reference, kind, examples, **known)
-    ROWS.append(made)
-    return made
+    operation = Operation(name, signature, doc, reference, kind, examples, **known)
+    ROWS.append(operation)
+    return operation

@@ -79,8 +79,8 @@ def _constant(node: ast.expr, source: Source) -> object:
 
 def check_type(limits: Range, type_: Type, name: str, span: Span) -> None:
     """Ranges are of numbers."""
-    of = innermost(type_)
-    if not isinstance(of, (Scalar, Vector, Matrix)) or element_of(of) is BOOL:
+    number_type = innermost(type_)
+    if not isinstance(number_type, (Scalar, Vector, Matrix)) or element_of(number_type) is BOOL:
         fail(span, f"parameter {name!r} is {type_}; a range is of numbers, vectors and matrices of them, and arrays")
     if isinstance(type_, Array) and longest(type_) > MAX_ARRAY_LENGTH:
         fail(span, f"parameter {name!r} is {type_}; entries of an array as long are not looked at one by one")
@@ -103,17 +103,17 @@ def check_numbers(limits: Range, numbers: NDArray[np.float64], type_: Type, name
     low, high = ends(limits, type_)
     if element_of(type_) is FLOAT:
         with np.errstate(over="ignore"):
-            held: NDArray[np.float64] = numbers.astype(np.float32).astype(np.float64)
+            stored: NDArray[np.float64] = numbers.astype(np.float32).astype(np.float64)
     else:
-        held = np.where(numbers < 0, numbers + 2.0**32, numbers) if element_of(type_) is UINT else numbers
-    inside = (held >= low) & (held <= high)
+        stored = np.where(numbers < 0, numbers + 2.0**32, numbers) if element_of(type_) is UINT else numbers
+    inside = (stored >= low) & (stored <= high)
     if limits.above and limits.low is not None and element_of(type_) is FLOAT:
-        inside &= held > low
+        inside &= stored > low
     if limits.odd:
-        inside &= held % 2 == 1
+        inside &= stored % 2 == 1
     if not inside.all():
         unit = f" {limits.unit}" if limits.unit else ""
-        outside = float(held[~inside][0])
+        outside = float(stored[~inside][0])
         got = f"{outside:.0f}" if element_of(type_) is not FLOAT and math.isfinite(outside) else f"{outside:.9g}"
         raise InputError(f"{name} must be {limits}{unit}, got {got}")
 

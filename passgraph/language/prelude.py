@@ -40,14 +40,14 @@ def fract(x: float) -> float:
 def mod(x: float, y: float) -> float:
     """x - y * floor(x / y), of sizes first: their rest is exact for quotients below 2**20, as its products are."""
     size = abs(y)
-    whole = abs(x)
+    magnitude = abs(x)
     # A quotient that is too small to be normal may come out below 0, and max() of it and 0 may be either.
-    q = floor(abs(whole / size))
+    q = floor(abs(magnitude / size))
     q_high = upper_bits(q)
     q_low = q - q_high
     high = upper_bits(size)
     low = size - high
-    rest = (((whole - q_high * high) - q_low * high) - q_high * low) - q_low * low
+    rest = (((magnitude - q_high * high) - q_low * high) - q_high * low) - q_low * low
     # The quotient may have been rounded to the next whole number, or off a whole one.
     raised = rest + size if rest < 0.0 else rest
     lowered = raised - size if raised >= size else raised
@@ -117,30 +117,30 @@ def ldexp(x: float, n: int) -> float:
 def exp2(x: float) -> float:
     # Outside [-160, 160] the result is 0 or infinity anyway; the clamp keeps the exponent's bits in range.
     y = min(max(x, -160.0), 160.0)
-    whole = round(y)
-    f = y - whole
+    exponent = round(y)
+    f = y - exponent
     p = 1.535336188319500e-4
     p = p * f + 1.339887440266574e-3
     p = p * f + 9.618437357674640e-3
     p = p * f + 5.550332471162809e-2
     p = p * f + 2.402264791363012e-1
     p = p * f + 6.931472028550421e-1
-    result = scale_by_power(p * f + 1.0, int(whole))
+    result = scale_by_power(p * f + 1.0, int(exponent))
     return x if x != x else result
 
 
 def exp(x: float) -> float:
     y = min(max(x, -110.0), 110.0)
-    whole = round(y * 1.44269504088896341)
+    exponent = round(y * 1.44269504088896341)
     # ln 2 in two parts, the first with few bits, so that the product is exact (Cody and Waite).
-    f = (y - whole * 0.693359375) - whole * -2.12194440e-4
+    f = (y - exponent * 0.693359375) - exponent * -2.12194440e-4
     p = 1.9875691500e-4
     p = p * f + 1.3981999507e-3
     p = p * f + 8.3334519073e-3
     p = p * f + 4.1665795894e-2
     p = p * f + 1.6666665459e-1
     p = p * f + 5.0000001201e-1
-    result = scale_by_power(p * f * f + f + 1.0, int(whole))
+    result = scale_by_power(p * f * f + f + 1.0, int(exponent))
     return x if x != x else result
 
 
@@ -245,8 +245,8 @@ def pow(x: float, y: float) -> float:
     a = z_high * e
     b = z_high * log_high
     c = (a - round(a)) + (b - round(b)) + (z_low * e + (z_low * log_high + z * log_low))
-    whole = min(max(round(a) + round(b) + round(c), -300.0), 300.0)
-    in_range = exp2_kernel(c - round(c), int(whole))
+    exponent = min(max(round(a) + round(b) + round(c), -300.0), 300.0)
+    in_range = exp2_kernel(c - round(c), int(exponent))
     infinity = float_from_bits(0x7F800000)
     at_zero = 0.0 if y > 0.0 else infinity
     at_infinity = infinity if y > 0.0 else 0.0

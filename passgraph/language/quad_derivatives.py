@@ -70,22 +70,22 @@ class Feeding:
         if any(map(_asks_for_pixels, _decides(statement))):
             self._varying.add(here)
         if isinstance(statement, ir.If):
-            made = self._block(statement.then, here, loop) | self._block(statement.orelse, here, loop)
+            assigned = self._block(statement.then, here, loop) | self._block(statement.orelse, here, loop)
             if here in self.leaving:
                 self.leaving.add(around)
         else:
             self.types[statement.name] = statement.start.type
             self._hang(statement.name, here)
             self._indices[here] = statement.name
-            made = self._block(statement.body, here, here)
+            assigned = self._block(statement.body, here, here)
             self.leaving.discard(here)  # what it holds leaves it, and nothing around it
             live: set[str] = set()
             self._expose(statement.body, live)
             self.exposed[here] = frozenset(live - {statement.name})
         if here in self.holding:
             self.holding.add(around)
-        self.assigned[here] = made
-        return made
+        self.assigned[here] = assigned
+        return assigned
 
     def _hang(self, node: Node, *others: Node) -> None:
         self._hangs.setdefault(node, set()).update(others)
@@ -124,8 +124,8 @@ class Feeding:
 
     def _common(self) -> frozenset[str]:
         users: dict[Node, list[Node]] = {}
-        for node, others in self._hangs.items():
-            for other in others:
+        for node, dependents in self._hangs.items():
+            for other in dependents:
                 users.setdefault(other, []).append(node)
         own: set[Node] = set()
         pending = list(self._varying)
@@ -135,13 +135,13 @@ class Feeding:
                 own.add(node)
                 pending += users.get(node, ())
         # A pixel runs a block of its own after another has: what that one assigned there is not what it began with.
-        blocks = [(made | {self._indices.get(block, "")}) - {""} for block, made in self.assigned.items()]
+        blocks = [(names | {self._indices.get(block, "")}) - {""} for block, names in self.assigned.items()]
         before = -1
         while before != len(own):
             before = len(own)
-            for made in blocks:
-                if not own.isdisjoint(made):
-                    own |= made
+            for names in blocks:
+                if not own.isdisjoint(names):
+                    own |= names
         return frozenset(name for name in self.types if name not in own)
 
 
@@ -254,28 +254,28 @@ class _Quads:
 
     def run(self) -> tuple[ir.Stmt, ...]:
         world = _World(0, ("", "@x", "@y", "@xy"), self.feeding.pixels)
-        made = self._block(self.body, world, set(), frozenset())
-        return (*self.places.values(), *made)
+        body = self._block(self.body, world, set(), frozenset())
+        return (*self.places.values(), *body)
 
     # Statements
 
     def _block(
         self, statements: tuple[ir.Stmt, ...], world: _World, live: set[_Held], at_jump: Collection[_Held]
     ) -> tuple[ir.Stmt, ...]:
-        made: list[ir.Stmt] = []
+        moved: list[ir.Stmt] = []
         self._visit(len(statements) * len(world.pixels))
         for statement in reversed(statements):
             if isinstance(statement, ir.Assign):
-                self._assign(statement, world, live, made)
+                self._assign(statement, world, live, moved)
             elif isinstance(statement, (ir.If, ir.For)):
-                self._inside(statement, world, live, at_jump, made)
+                self._inside(statement, world, live, at_jump, moved)
             else:
                 live.clear()
                 live.update(at_jump)
-                made.append(statement)
-        return tuple(reversed(made))
+                moved.append(statement)
+        return tuple(reversed(moved))
 
-    def _assign(self, statement: ir.Assign, world: _World, live: set[_Held], made: list[ir.Stmt]) -> None:
+    def _assign(self, statement: ir.Assign, world: _World, live: set[_Held], moved: list[ir.Stmt]) -> None:
         for pixel in reversed(world.pixels):
             end = world.ends[pixel]
             if end and (statement.name, end) not in live:
@@ -286,7 +286,7 @@ class _Quads:
                 value = self._at(statement.value, pixel, end, live)
             else:
                 value = self._difference(statement, axis, pixel, world, live)
-            self._write(ir.Assign(statement.name + end, value, statement.span), end, made)
+            self._write(ir.Assign(statement.name + end, value, statement.span), end, moved)
 
     def _difference(self, statement: ir.Assign, axis: str, pixel: int, world: _World, live: set[_Held]) -> ir.Expr:
         """The value at the odd pixel minus that at the even one; which is which this pixel's place says."""
@@ -301,23 +301,23 @@ class _Quads:
         world: _World,
         live: set[_Held],
         at_jump: Collection[_Held],
-        made: list[ir.Stmt],
+        moved: list[ir.Stmt],
     ) -> None:
         """A branch or loop for each pixel that needs it, as that one goes; what jumps out, as the leader goes."""
         here = id(statement)
         if isinstance(statement, ir.If) and here in self.feeding.leaving:
-            self._if(statement, world, live, at_jump, made)
+            self._if(statement, world, live, at_jump, moved)
             return
         wanted = [p for p in world.pixels if self._matters(here, world.ends[p], live)]
         worlds = [self._around(world, p) if here in self.feeding.holding else world.alone(p) for p in wanted]
         for inner in reversed(worlds):
             if isinstance(statement, ir.If):
-                self._if(statement, inner, live, at_jump, made)
+                self._if(statement, inner, live, at_jump, moved)
             else:
-                self._for(statement, inner, live, made)
+                self._for(statement, inner, live, moved)
         # Before any of them: they begin with what the pixels hold then.
         for inner in worlds:
-            self._enter(world, inner, live, made)
+            self._enter(world, inner, live, moved)
 
     def _matters(self, block: int, end: str, live: set[_Held]) -> bool:
         """Whether a block is computed for the pixel whose variables end so."""
@@ -330,7 +330,7 @@ class _Quads:
         ends[leader] = world.ends[leader]
         return _World(leader, (ends[0], ends[1], ends[2], ends[3]), world.pixels)
 
-    def _enter(self, world: _World, inner: _World, live: set[_Held], made: list[ir.Stmt]) -> None:
+    def _enter(self, world: _World, inner: _World, live: set[_Held], moved: list[ir.Stmt]) -> None:
         self._visit(len(live))
         for pixel in inner.pixels:
             before, end = world.ends[pixel], inner.ends[pixel]
@@ -338,20 +338,20 @@ class _Quads:
                 continue
             for name in sorted(name for name, other in live if other == end):
                 live.discard((name, end))
-                held = ir.Local(self.feeding.types[name], name)
-                self._write(ir.Assign(name + end, self._at(held, pixel, before, live)), end, made)
+                variable = ir.Local(self.feeding.types[name], name)
+                self._write(ir.Assign(name + end, self._at(variable, pixel, before, live)), end, moved)
 
     def _if(
-        self, statement: ir.If, world: _World, live: set[_Held], at_jump: Collection[_Held], made: list[ir.Stmt]
+        self, statement: ir.If, world: _World, live: set[_Held], at_jump: Collection[_Held], moved: list[ir.Stmt]
     ) -> None:
         in_else = set(live)
         then = self._block(statement.then, world, live, at_jump)
         orelse = self._block(statement.orelse, world, in_else, at_jump)
         live |= in_else
         condition = self._at(statement.condition, world.leader, world.end, live)
-        self._write(ir.If(condition, then, orelse, statement.span), world.end, made)
+        self._write(ir.If(condition, then, orelse, statement.span), world.end, moved)
 
-    def _for(self, statement: ir.For, world: _World, live: set[_Held], made: list[ir.Stmt]) -> None:
+    def _for(self, statement: ir.For, world: _World, live: set[_Held], moved: list[ir.Stmt]) -> None:
         feeding, name = self.feeding, statement.name
         # What a trip may hand to the next one, as far as a derivative anywhere hangs on it.
         handed = {
@@ -372,7 +372,7 @@ class _Quads:
         start, stop, step = (
             self._at(b, world.leader, world.end, live) for b in (statement.start, statement.stop, statement.step)
         )
-        self._write(ir.For(name + world.end, start, stop, step, body, statement.span), world.end, made)
+        self._write(ir.For(name + world.end, start, stop, step, body, statement.span), world.end, moved)
 
     def _visit(self, count: int) -> None:
         self.visits += count
@@ -383,10 +383,10 @@ class _Quads:
                 "inside branches and loops take many: compute them before",
             )
 
-    def _write(self, statement: ir.Stmt, end: str, made: list[ir.Stmt]) -> None:
+    def _write(self, statement: ir.Stmt, end: str, moved: list[ir.Stmt]) -> None:
         if end:
             self.builder.count_statement(statement.span)
-        made.append(statement)
+        moved.append(statement)
 
     # Expressions
 
@@ -396,16 +396,16 @@ class _Quads:
             return expression
         common = self.feeding.common
         live.update((name, end) for name in names(expression) - common)
-        made: dict[int, ir.Expr] = {}
+        moved_parts: dict[int, ir.Expr] = {}
 
         def moved(part: ir.Expr) -> ir.Expr:
-            if id(part) not in made:
+            if id(part) not in moved_parts:
                 self.builder.count_expression(part.span)
                 if isinstance(part, ir.Local):
-                    made[id(part)] = part if part.name in common else replace(part, name=part.name + end)
+                    moved_parts[id(part)] = part if part.name in common else replace(part, name=part.name + end)
                 else:
-                    made[id(part)] = self._moved(ir.with_parts(part, moved), pixel)
-            return made[id(part)]
+                    moved_parts[id(part)] = self._moved(ir.with_parts(part, moved), pixel)
+            return moved_parts[id(part)]
 
         return moved(expression)
 

@@ -410,16 +410,16 @@ def nameless(program: ScalarProgram) -> ScalarProgram:
 def _renamed(
     body: tuple[Instruction, ...], names: Mapping[str, str], sizes: Mapping[str, str]
 ) -> tuple[Instruction, ...]:
-    made: list[Instruction] = []
+    renamed: list[Instruction] = []
     for i in body:
         if isinstance(i, LoadTexel):
-            made.append(replace(i, image=names[i.image]))
+            renamed.append(replace(i, image=names[i.image]))
         elif isinstance(i, LoadBuiltin) and i.name in sizes:
-            made.append(replace(i, name=sizes[i.name]))
+            renamed.append(replace(i, name=sizes[i.name]))
         elif isinstance(i, If):
-            made.append(replace(i, then=_renamed(i.then, names, sizes), orelse=_renamed(i.orelse, names, sizes)))
+            renamed.append(replace(i, then=_renamed(i.then, names, sizes), orelse=_renamed(i.orelse, names, sizes)))
         elif isinstance(i, For):
-            made.append(replace(i, body=_renamed(i.body, names, sizes)))
+            renamed.append(replace(i, body=_renamed(i.body, names, sizes)))
         else:
-            made.append(i)
-    return tuple(made)
+            renamed.append(i)
+    return tuple(renamed)

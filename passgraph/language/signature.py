@@ -153,12 +153,12 @@ def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
     return checked_array(Array(element, length), span)
 
 
-def checked_array(made: Array, span: Span) -> Array:
+def checked_array(array: Array, span: Span) -> Array:
     """An array type that keeps to the limits."""
-    most = MAX_ARRAY_LENGTH if image_count(made) else MAX_BUFFER_LENGTH
-    if longest(made) > most:
-        fail(span, f"{made} has {longest(made)} elements, those of arrays in it counted; at most {most}")
-    return made
+    most = MAX_ARRAY_LENGTH if image_count(array) else MAX_BUFFER_LENGTH
+    if longest(array) > most:
+        fail(span, f"{array} has {longest(array)} elements, those of arrays in it counted; at most {most}")
+    return array
 
 
 def read_signature(function: FunctionSource) -> Signature:
@@ -317,8 +317,8 @@ def _converted(value: object, type_: Scalar, span: Span) -> ir.Number:
     if type_ is UINT and not 0 <= value <= symbols.UINT_MAX:
         fail(span, f"a uint is a whole number from 0 to {symbols.UINT_MAX}, got {shown(value)}")
     kinds: dict[Scalar, type[Any]] = {BOOL: bool, INT: int, UINT: symbols.uint}
-    made: ir.Number = kinds.get(type_, float)(value)
-    return made
+    number: ir.Number = kinds.get(type_, float)(value)
+    return number
 
 
 def _leaf_count(type_: Type) -> int:

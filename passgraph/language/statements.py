@@ -74,8 +74,8 @@ def _is_whole(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and type(node.value) is int
 
 
-def _placed(made: Node, where: ast.AST) -> Node:
-    return ast.copy_location(made, where)
+def _placed(node: Node, where: ast.AST) -> Node:
+    return ast.copy_location(node, where)
 
 
 _REFUSED: dict[type[ast.stmt], str] = {
@@ -169,8 +169,8 @@ class Statements:
     def _captured(self, nodes: Iterable[ast.stmt]) -> tuple[tuple[ir.Stmt, ...], bool]:
         """Statements of a block of their own, and whether every path through them returns."""
         returns: list[bool] = []
-        made = self.frame.builder.captured(lambda: returns.append(self.block(nodes)), self._here)
-        return made, returns[0]
+        body = self.frame.builder.captured(lambda: returns.append(self.block(nodes)), self._here)
+        return body, returns[0]
 
     def _condition(self, node: ast.If) -> ir.Expr:
         self._here = self.span(node.test)

@@ -29,12 +29,12 @@ else:
 
         def __new__(cls, value: int = 0) -> uint:
             try:
-                made = super().__new__(cls, value)
+                number = super().__new__(cls, value)
             except (TypeError, ValueError, OverflowError):
-                made = -1
-            if not 0 <= made <= UINT_MAX:
+                number = -1
+            if not 0 <= number <= UINT_MAX:
                 raise PassgraphError(f"a uint is a whole number from 0 to {UINT_MAX}, got {shown(value)}")
-            return made
+            return number
 
 
 @dataclass(frozen=True, eq=False, repr=False)

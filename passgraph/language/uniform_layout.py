@@ -92,11 +92,11 @@ def _of_rows(given: object, type_: Type) -> NDArray[np.float64] | None:
 def _of_array(array: NDArray[Any], type_: Type) -> NDArray[np.float64] | None:
     """An array's numbers as components; None where it holds something else, too many or what is out of range."""
     element, kind = element_of(type_).name, array.dtype.char
-    held = kind in HELD[element]
-    if not held and kind not in LOOKED_AT[element]:
+    is_exact = kind in HELD[element]
+    if not is_exact and kind not in LOOKED_AT[element]:
         return None
     wide = _wide(array, type_)
-    return wide if held or (wide is not None and _fits(wide, element)) else None
+    return wide if is_exact or (wide is not None and _fits(wide, element)) else None
 
 
 def in_order(array: NDArray[Any], type_: Type) -> NDArray[Any] | None:

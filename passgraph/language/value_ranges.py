@@ -62,17 +62,19 @@ class Ranges:
         if value.id in self.indices:
             return Range(*self.indices[value.id])
         if value.id not in self.found:
-            made = self.made.get(value.id)
+            instruction = self.made.get(value.id)
             unknown = {"int": ANY_INT, "float": ANY_FLOAT, "bool": TRUTH}[value.type]
-            if made is None or depth > MAX_DEPTH or value.type == "bool":
+            if instruction is None or depth > MAX_DEPTH or value.type == "bool":
                 return unknown
-            self.found[value.id] = self._made(made, depth + 1) or unknown
+            self.found[value.id] = self._range_of(instruction, depth + 1) or unknown
         return self.found[value.id]
 
-    def _made(self, made: s.Op | s.Choose, depth: int) -> Range | None:
-        if isinstance(made, s.Choose):
-            return union(self.of(made.then, depth), self.of(made.orelse, depth))
-        return of_operation(made.operation, made.on == "float", [self.of(a, depth) for a in made.arguments])
+    def _range_of(self, instruction: s.Op | s.Choose, depth: int) -> Range | None:
+        if isinstance(instruction, s.Choose):
+            return union(self.of(instruction.then, depth), self.of(instruction.orelse, depth))
+        return of_operation(
+            instruction.operation, instruction.on == "float", [self.of(a, depth) for a in instruction.arguments]
+        )
 
     # Differences: what both sides have in common, a pixel's place say, falls out.
 
@@ -89,15 +91,15 @@ class Ranges:
 
     def _alternatives(self, value: s.Operand, operation: str) -> tuple[s.Operand, ...]:
         """The operands that a value is the least (or greatest) of: it lies below (above) each of them."""
-        made = self.made.get(value.id) if isinstance(value, s.Val) else None
-        return made.arguments if isinstance(made, s.Op) and made.operation == operation else ()
+        instruction = self.made.get(value.id) if isinstance(value, s.Val) else None
+        return instruction.arguments if isinstance(instruction, s.Op) and instruction.operation == operation else ()
 
     def _offset(self, high: s.Operand, low: s.Operand, otherwise: float) -> float:
         """Where the difference, up to a multiple of 2**32, is from 0 to the largest int, that is the most it may be:
         another multiple of 2**32 is negative."""
         terms, constant = self._terms(high)
-        others, subtracted = self._terms(low)
-        for number, factor in others.items():
+        low_terms, subtracted = self._terms(low)
+        for number, factor in low_terms.items():
             terms[number] = terms.get(number, 0) - factor
         least = most = float(constant - subtracted)
         for number, factor in terms.items():
@@ -110,13 +112,13 @@ class Ranges:
         """A sum of values, each with its whole factor, and a constant: equal to ``value`` up to multiples of 2**32."""
         if isinstance(value, s.Lit):
             return {}, int(value.value)
-        made = self.made.get(value.id)
-        if isinstance(made, s.Op) and depth < MAX_DIFFERENCE_DEPTH:
-            name, parts = made.operation, made.arguments
+        instruction = self.made.get(value.id)
+        if isinstance(instruction, s.Op) and depth < MAX_DIFFERENCE_DEPTH:
+            name, parts = instruction.operation, instruction.arguments
             if name in ("add", "sub"):
-                (terms, constant), (others, other) = (self._terms(part, depth + 1) for part in parts)
+                (terms, constant), (other_terms, other) = (self._terms(part, depth + 1) for part in parts)
                 sign = 1 if name == "add" else -1
-                for number, factor in others.items():
+                for number, factor in other_terms.items():
                     terms[number] = terms.get(number, 0) + sign * factor
                 return terms, constant + sign * other
             factors = [part for part in parts if isinstance(part, s.Lit)]
@@ -137,7 +139,7 @@ def _fitting(low: int, high: int) -> Range:
     return Range(low, high) if low >= INT_MIN and high <= INT_MAX else ANY_INT
 
 
-def _told(low: int, high: int) -> Range:
+def _int_range(low: int, high: int) -> Range:
     """An int's range whose ends, where they are its type's, say nothing."""
     if low == high:
         return Range(low, high)
@@ -154,22 +156,26 @@ def union(a: Range, b: Range) -> Range:
 
 def _add(a: Range, b: Range) -> Range:
     (a0, a1), (b0, b1) = _ends(a), _ends(b)
-    made = _fitting(a0 + b0, a1 + b1)
-    return Range(made.low if math.isfinite(a.low + b.low) else -math.inf,
-                 made.high if math.isfinite(a.high + b.high) else math.inf)  # fmt: skip
+    sum_range = _fitting(a0 + b0, a1 + b1)
+    return Range(
+        sum_range.low if math.isfinite(a.low + b.low) else -math.inf,
+        sum_range.high if math.isfinite(a.high + b.high) else math.inf,
+    )
 
 
 def _neg(a: Range) -> Range:
     low, high = _ends(a)
-    made = _fitting(-high, -low)
-    return Range(made.low if math.isfinite(a.high) else -math.inf, made.high)
+    negated = _fitting(-high, -low)
+    return Range(negated.low if math.isfinite(a.high) else -math.inf, negated.high)
 
 
 def _sub(a: Range, b: Range) -> Range:
     (a0, a1), (b0, b1) = _ends(a), _ends(b)
-    made = _fitting(a0 - b1, a1 - b0)
-    return Range(made.low if math.isfinite(a.low) and math.isfinite(b.high) else -math.inf,
-                 made.high if math.isfinite(a.high) and math.isfinite(b.low) else math.inf)  # fmt: skip
+    difference = _fitting(a0 - b1, a1 - b0)
+    return Range(
+        difference.low if math.isfinite(a.low) and math.isfinite(b.high) else -math.inf,
+        difference.high if math.isfinite(a.high) and math.isfinite(b.low) else math.inf,
+    )
 
 
 def _abs(a: Range) -> Range:
@@ -186,7 +192,7 @@ def _floor_divide(a: Range, b: Range) -> Range | None:
     if b.low < 1:
         return None
     quotients = [p // q for p in _ends(a) for q in _ends(b)]
-    return _told(min(quotients), max(quotients))
+    return _int_range(min(quotients), max(quotients))
 
 
 def _int_mod(a: Range, b: Range) -> Range | None:
@@ -212,7 +218,7 @@ def _shift_right(a: Range, b: Range) -> Range | None:
     if b.low != b.high:
         return Range(0, a.high) if a.low >= 0 else None
     low, high = _ends(a)
-    return _told(low >> (int(b.low) & 31), high >> (int(b.low) & 31))
+    return _int_range(low >> (int(b.low) & 31), high >> (int(b.low) & 31))
 
 
 def _shift_left(a: Range, b: Range) -> Range | None:
@@ -286,7 +292,7 @@ def _float_abs(a: Range) -> Range:
     return Range(low, max(abs(a.low), abs(a.high)), a.nan)
 
 
-def _whole(function: Callable[[float], int]) -> Callable[[Range], Range]:
+def _rounding(function: Callable[[float], int]) -> Callable[[Range], Range]:
     def rule(a: Range) -> Range:
         low, high = (float(function(end)) if math.isfinite(end) else end for end in a[:2])
         return Range(low, high, a.nan)
@@ -297,14 +303,14 @@ def _whole(function: Callable[[float], int]) -> Callable[[Range], Range]:
 def _to_int(a: Range) -> Range:
     """Toward zero, no farther than an int reaches; NaN gives 0."""
     low, high = (math.trunc(min(max(end, INT_MIN), INT_MAX)) for end in a[:2])
-    return _told(min(low, 0), max(high, 0)) if a.nan else _told(low, high)
+    return _int_range(min(low, 0), max(high, 0)) if a.nan else _int_range(low, high)
 
 
 _FLOATS: dict[str, Callable[..., Range | None]] = {
     "add": _corners(lambda p, q: p + q), "sub": _corners(lambda p, q: p - q), "mul": _corners(lambda p, q: p * q),
     "min": _float_lower, "max": _float_upper, "neg": lambda a: Range(-a.high, -a.low, a.nan), "abs": _float_abs,
-    "floor": _whole(math.floor), "ceil": _whole(math.ceil), "trunc": _whole(math.trunc), "round": _whole(round),
-    "to_int": _to_int,
+    "floor": _rounding(math.floor), "ceil": _rounding(math.ceil), "trunc": _rounding(math.trunc),
+    "round": _rounding(round), "to_int": _to_int,
 }  # fmt: skip
 
 

@@ -214,8 +214,8 @@ def convert(value: ir.Expr, element: Scalar, span: Span) -> ir.Expr:
         number = int(value.value)
         return ir.Literal(element, uint_of_bits(number) if element is UINT else int_of_bits(number), span)
     if element is UINT:
-        whole = convert(value, INT, span) if given is BOOL else value
-        return apply("uint_from_float" if given is FLOAT else "uint_from_int", [whole], span)
+        integer = convert(value, INT, span) if given is BOOL else value
+        return apply("uint_from_float" if given is FLOAT else "uint_from_int", [integer], span)
     return apply("to_float" if element is FLOAT else "to_int", [value], span)
 
 
@@ -341,15 +341,15 @@ def folded(value: ir.Expr) -> Numbers | None:
         parts = [folded(part) for part in value.arguments]
         return None if None in parts else tuple(number for part in parts if part is not None for number in part)
     if isinstance(value, ir.Swizzle):
-        whole = folded(value.value)
-        return None if whole is None else tuple(whole[i] for i in value.components)
+        numbers = folded(value.value)
+        return None if numbers is None else tuple(numbers[i] for i in value.components)
     if isinstance(value, ir.Index):
-        whole, at = folded(value.value), folded(value.index)
-        if whole is None or at is None:
+        numbers, at = folded(value.value), folded(value.index)
+        if numbers is None or at is None:
             return None
         width = component_count(value.type)
-        start = min(max(int(at[0]) * width, 0), len(whole) - width)
-        return whole[start : start + width]
+        start = min(max(int(at[0]) * width, 0), len(numbers) - width)
+        return numbers[start : start + width]
     if isinstance(value, ir.Select):
         condition = folded(value.condition)
         return None if condition is None else folded(value.then if condition[0] else value.orelse)

@@ -58,12 +58,12 @@ def blend_text(blend: Blend, format_: Format) -> str:
     letters = "rgb"[: format_.channels]
     opaque = format_.channels < 4
     alphas = {"sa": "1.0" if opaque else "s.a", "da": "1.0" if opaque else "d.a"}
-    kind, whole = (f"vec{n}" if n > 1 else "float" for n in (len(letters), format_.channels))
+    kind, result_type = (f"vec{n}" if n > 1 else "float" for n in (len(letters), format_.channels))
     color = _combined((blend.source, blend.destination, blend.equation), letters, f"{kind}(0.0)", alphas)
     alpha = _combined(blend.alpha_terms, "a", "0.0", alphas)
     return "\n".join(
         [
-            f"def blended(source: vec4, destination: vec4) -> {whole}:",
+            f"def blended(source: vec4, destination: vec4) -> {result_type}:",
             # In this order NaN becomes 0, as where it is stored.
             f"    s = {'min(max(0.0, source), 1.0)' if format_.steps else 'source'}",
             "    d = destination",

@@ -177,8 +177,8 @@ def _fusable(target: Target, consumer: Lowered, known: Known, work: Work) -> boo
 
 
 def _together(known: Known, one: Pass, other: Pass) -> tuple[int, int, int]:
-    (floats, ints, made), (more_floats, more_ints, more) = known.numbers[one], known.numbers[other]
-    return floats + more_floats, ints + more_ints, made + more
+    (floats, ints, instructions), (more_floats, more_ints, more) = known.numbers[one], known.numbers[other]
+    return floats + more_floats, ints + more_ints, instructions + more
 
 
 def _static_passes(work: Work) -> set[Pass]:
@@ -224,22 +224,22 @@ def _prefixed(prefix: str, name: str) -> str:
 def _number_anew(consumer: Lowered) -> None:
     """Number what is fused from 0 on, in writing order: rows of passes that are alike then are one program, wherever in
     the graph they stand, and are lowered and compiled once."""
-    made: dict[int, Facts] = {}
+    renumbered: dict[int, Facts] = {}
     order = inner_first(consumer.facts)
     prefixes = {fused.prefix for facts in order for fused in fused_in(facts)}
     new = {prefix: f"p{place}/" for place, prefix in enumerate(sorted(prefixes, key=_index))}
     for facts in order:
-        images = {name: _under(image, new, made) for name, image in facts.images.items()}
-        made[id(facts)] = replace(facts, images=images)
-    consumer.facts = made[id(consumer.facts)]
+        images = {name: _under(image, new, renumbered) for name, image in facts.images.items()}
+        renumbered[id(facts)] = replace(facts, images=images)
+    consumer.facts = renumbered[id(consumer.facts)]
     consumer.images = {_renamed(name, new): target for name, target in consumer.images.items()}
     consumer.values = {_renamed(name, new): value for name, value in consumer.values.items()}
 
 
-def _under(image: ImageFacts, prefixes: Mapping[str, str], made: Mapping[int, Facts]) -> ImageFacts:
+def _under(image: ImageFacts, prefixes: Mapping[str, str], renumbered: Mapping[int, Facts]) -> ImageFacts:
     if image.fused is None:
         return image
-    fused = replace(image.fused, prefix=prefixes[image.fused.prefix], facts=made[id(image.fused.facts)])
+    fused = replace(image.fused, prefix=prefixes[image.fused.prefix], facts=renumbered[id(image.fused.facts)])
     return replace(image, fused=fused)
 
 

@@ -93,9 +93,12 @@ def check(plan: Plan, limits: Limits) -> None:
                 _check_trips(step, program, limits)
         if isinstance(step, DrawStep) and len(step.varyings) > limits.varyings:
             _refuse(
-                step, f"hands over {len(step.varyings)} numbers from vertex to fragment kernel", limits,
-                limits.varyings, "hand over fewer",
-            )  # fmt: skip
+                step,
+                f"hands over {len(step.varyings)} numbers from vertex to fragment kernel",
+                limits,
+                limits.varyings,
+                "hand over fewer",
+            )
 
 
 def _check_picture(resource: Resource, writer: str | None, limits: Limits) -> None:
@@ -148,10 +151,12 @@ def _check_trips(step: Step, program: ScalarProgram, limits: Limits) -> None:
     from passgraph.language.scalar import trips  # backends import this module before there is a program
 
     # Loops that are left early mostly make few of the trips that they may make.
-    made = trips(program.body, certain=True) if limits.trips < NONE else 0
-    if made > limits.trips:
+    trips_made = trips(program.body, certain=True) if limits.trips < NONE else 0
+    if trips_made > limits.trips:
         mend = "make fewer in one pass, or use another backend"
-        _refuse(step, f"makes {made:,} trips of loops a pixel in kernel {program.name}", limits, limits.trips, mend)
+        _refuse(
+            step, f"makes {trips_made:,} trips of loops a pixel in kernel {program.name}", limits, limits.trips, mend
+        )
 
 
 def _refuse(step: Step, what: str, limits: Limits, limit: int, mend: str) -> None:

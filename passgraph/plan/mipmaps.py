@@ -54,14 +54,14 @@ def add_levels(work: Work) -> None:
     """The passes of every picture whose smaller levels are read into ``work``, each before the first reader."""
     passes = list(work.passes.values())
     work.passes.clear()
-    made: dict[Target, Target] = {}
+    level_pictures: dict[Target, Target] = {}
     for lowered in passes:
         for name, target in lowered.images.items():
             # Where there is one level alone, code that never runs may name others.
             if name.endswith(MIPS) and target.has_levels and max(work.size_of(target)) > 1:
-                if target.content not in made:
-                    made[target.content] = _levels(target, work)
-                lowered.images[name] = made[target.content].border(target.border_rule)
+                if target.content not in level_pictures:
+                    level_pictures[target.content] = _levels(target, work)
+                lowered.images[name] = level_pictures[target.content].border(target.border_rule)
         _add(lowered, work)
 
 
@@ -71,27 +71,27 @@ def _add(lowered: Lowered, work: Work) -> None:
 
 def _levels(target: Target, work: Work) -> Target:
     """The picture of levels of a content, with the passes that make it."""
-    sizes, made = level_sizes(work.size_of(target)), target.content
+    sizes, smaller = level_sizes(work.size_of(target)), target.content
     format_ = work.format_of(target)
     format_ = FORMATS["r32f"] if format_.is_depth else format_
     levels = []
     for number, size in enumerate(sizes[1:], 1):
-        made = _pass(_halving(format_.channels), [made], f"{target.name} level {number}", format_, size, work)
-        levels.append(made)
+        smaller = _pass(_halving(format_.channels), [smaller], f"{target.name} level {number}", format_, size, work)
+        levels.append(smaller)
     work.notes.append(f"{len(levels)} smaller levels of {target.name} are made, down to 1x1")
     if len(levels) == 1:
-        return made
+        return smaller
     rows = [first_row(sizes[0][1], number) for number in range(1, len(sizes))]
     size = sizes[1][0], rows[-1] + sizes[-1][1]
     return _pass(_stacking(len(levels), format_.channels), levels, f"{target.name} levels", format_, size, work, rows)
 
 
 def _pass(
-    made: PixelKernel[Target], images: list[Target], name: str, format_: Format, size: tuple[int, int], work: Work,
+    kernel: PixelKernel[Target], images: list[Target], name: str, format_: Format, size: tuple[int, int], work: Work,
     *values: object,
 ) -> Target:  # fmt: skip
     spec = TargetSpec(name, format_, Absolute(*size))
-    target = made(*images, *values, into=spec, name=name)
+    target = kernel(*images, *values, into=spec, name=name)
     work.sizes[spec] = size
     assert target.made_by is not None
     lowered = Lowered(target.made_by, size, 0)

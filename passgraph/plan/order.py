@@ -47,14 +47,14 @@ def dependencies(work: Work) -> tuple[Waits, Copies]:
     before: list[tuple[Target, Pass, list[Pass]]] = []
     for draw, lowered in work.passes.items():
         for content in lowered.done.drawn_over:
-            others = [r for r in readers.get(content, []) if r is not draw]
-            if content in kept or any(content in work.passes[r].done.drawn_over for r in others):
+            other_readers = [r for r in readers.get(content, []) if r is not draw]
+            if content in kept or any(content in work.passes[r].done.drawn_over for r in other_readers):
                 copies.add((content, draw))
             else:
-                before.append((content, draw, others))
-    in_place = {node: {**others} for node, others in waits.items()}
-    for _, draw, others in before:
-        in_place[draw] |= dict.fromkeys(others)
+                before.append((content, draw, other_readers))
+    in_place = {node: {**other_readers} for node, other_readers in waits.items()}
+    for _, draw, other_readers in before:
+        in_place[draw] |= dict.fromkeys(other_readers)
     if len(topological_order(in_place, _ranks(work))) == len(work.passes):
         return in_place, copies
     return _with_copies(waits, before, copies), copies
@@ -64,13 +64,13 @@ def _with_copies(waits: Waits, before: list[tuple[Target, Pass, list[Pass]]], co
     """Some reader waits for the draw that waits for it: which one is searched for, draw by draw."""
     import networkx as nx
 
-    graph = nx.DiGraph((one, node) for node, others in waits.items() for one in others)
+    graph = nx.DiGraph((one, node) for node, waits_for in waits.items() for one in waits_for)
     graph.add_nodes_from(waits)
-    for content, draw, others in before:
-        if any(nx.has_path(graph, draw, r) for r in others):
+    for content, draw, waits_for in before:
+        if any(nx.has_path(graph, draw, r) for r in waits_for):
             copies.add((content, draw))
         else:
-            graph.add_edges_from((r, draw) for r in others)
+            graph.add_edges_from((r, draw) for r in waits_for)
     return {node: dict.fromkeys(graph.predecessors(node)) for node in waits}
 
 
@@ -91,12 +91,14 @@ def _least_memory(as_written: list[Pass], waits: Mapping[Pass, Mapping[Pass, Non
     first: dict[Pass, list[Pass]] = {}
     for node in as_written:
         first[node] = sorted(waits[node], key=lambda one: (left[one] - needed[one], place[one]))
-        held = most = 0
+        kept_bytes = most = 0
         for one in first[node]:
-            most = max(most, held + needed[one])
-            held += left[one]
+            most = max(most, kept_bytes + needed[one])
+            kept_bytes += left[one]
         over = {target.spec for target in done[node].drawn_over}
-        needed[node] = max(most, held + sum(bytes_of(spec, work) for spec in done[node].writes if spec not in over))
+        needed[node] = max(
+            most, kept_bytes + sum(bytes_of(spec, work) for spec in done[node].writes if spec not in over)
+        )
     sequence: dict[Pass, None] = {}
     results = [target.made_by for target in work.roots() if target.made_by in place]
     pending = [*reversed(as_written), *reversed(results)]

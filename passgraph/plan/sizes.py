@@ -19,7 +19,7 @@ from passgraph.graph.targets import (
     Relative,
     Target,
     TargetSpec,
-)  # fmt: skip
+)
 from passgraph.plan.work import Lowered, Work
 
 #: Largest picture that a plan will ask memory for, in bytes: a typing error in a size should not swap a machine to
@@ -29,15 +29,15 @@ MAX_PICTURE_BYTES = 16 << 30
 
 def find_sizes(passes: list[Pass], work: Work) -> None:
     """Every pass into ``work``, in writing order, with the size of what it writes; the output's where none is asked."""
-    asked = work.size
-    work.size = asked or _output_size(work)
+    requested = work.size
+    work.size = requested or _output_size(work)
     for node in passes:
         for spec in node.writes:
             work.makers.setdefault(spec, node)
     for index, node in enumerate(passes):
         work.passes[node] = Lowered(node, _pass_size(node, work), index)
-    if asked is not None:
-        _check_asked(asked, work)
+    if requested is not None:
+        _check_asked(requested, work)
     work.size = work.size or work.size_of(next(iter(work.outputs.values())))
 
 

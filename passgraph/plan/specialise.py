@@ -19,18 +19,18 @@ from passgraph.plan.work import Lowered, Work
 
 
 def image_facts(target: Target, where: str, work: Work, sized: bool = False, by_device: bool = False) -> ImageFacts:
-    made, size = work.format_of(target), work.size_of(target)
+    format_, size = work.format_of(target), work.size_of(target)
     if size[1] % target.slice_count:
         raise GraphError(
             f"{where} reads {target.name!r} as {target.slice_count} slices, and it is {size[0]}x{size[1]}: "
             "its height must be a multiple of that; pg.stacked makes such a picture of a volume"
         )
     # Beyond its edges a texture gives its last texel; encoded values and depths are not for weighting.
-    fits = target.border_rule == "clamp" and target.filter_rule == "linear" and not (made.srgb or made.is_depth)
+    fits = target.border_rule == "clamp" and target.filter_rule == "linear" and not (format_.srgb or format_.is_depth)
     return ImageFacts(
-        made.channels, target.border_rule, made.decode, size=size if sized else None, filter=target.filter_rule,
+        format_.channels, target.border_rule, format_.decode, size=size if sized else None, filter=target.filter_rule,
         levels=len(level_sizes(size)) if target.has_levels else 1, slices=target.slice_count,
-        bits=made.bits if target.hardware and fits else 0, by_device=target.hardware and fits and by_device,
+        bits=format_.bits if target.hardware and fits else 0, by_device=target.hardware and fits and by_device,
     )  # fmt: skip
 
 
@@ -85,7 +85,7 @@ def _made_for_sizes(node: Pass) -> bool:
 def _programs_of(node: Pass) -> list[TypedKernel]:
     if isinstance(node, PixelPass):
         return [node.kernel.program]
-    return [made.program for made in (node.vertex, node.fragment) if made is not None]
+    return [kernel.program for kernel in (node.vertex, node.fragment) if kernel is not None]
 
 
 def _specialise_draw(
@@ -120,12 +120,12 @@ def link(vertex: ScalarProgram, varyings: tuple[str, ...]) -> ScalarProgram:
         field, _, component = name.partition(".")
         wanted.append(outputs[field][int(component or 0)])
     place, scalars = outputs["position"], tuple(wanted)
-    made = (Output("position", place, place), Output("varyings", scalars, scalars))
-    roots = [value for output in made for value in output.values]
+    linked_outputs = (Output("position", place, place), Output("varyings", scalars, scalars))
+    roots = [value for output in linked_outputs for value in output.values]
     body = eliminate_dead(list(vertex.body), roots)
     used = {i.name for i in walk(body) if isinstance(i, LoadBuiltin)}
     builtins = tuple((n, t) for n, t in vertex.builtins if n in used)
-    made_program = replace(vertex, outputs=made, body=body, builtins=builtins)
+    made_program = replace(vertex, outputs=linked_outputs, body=body, builtins=builtins)
     read = {i.image for i in walk(body) if isinstance(i, LoadTexel)}
     images = tuple(use for use in vertex.images if use.name in read or made_program.reads_size(use.name))
     names = {use.name for use in images}

@@ -105,10 +105,10 @@ def _leave(lowered: Lowered, kept: Sequence[int], work: Work) -> None:
     lowered.images = {name: target for name, target in lowered.images.items() if name in read}
 
 
-def _pixels_with(lowered: Lowered, made: PixelPass, kept: Sequence[int], work: Work) -> PixelPass:
-    kernel = Kernel.of_program(_with_results(made.kernel.program, kept))
+def _pixels_with(lowered: Lowered, node: PixelPass, kept: Sequence[int], work: Work) -> PixelPass:
+    kernel = Kernel.of_program(_with_results(node.kernel.program, kept))
     lowered.program = lower_once(kernel.program, lowered.facts, work.programs)
-    return replace(made, kernel=kernel, into=_chosen(made.into, kept))
+    return replace(node, kernel=kernel, into=_chosen(node.into, kept))
 
 
 def _draw_with(lowered: Lowered, drawn: DrawPass, kept: Sequence[int], work: Work) -> DrawPass:

@@ -64,7 +64,7 @@ def footprint(plan: Plan) -> Footprint:
         another size than the results; the message names the pass and how to mend it.
     """
     size = _result_size(plan)
-    whole = _whole(plan, size)
+    uncut = _find_uncut(plan, size)
     needs = {resource.id: Halo() for resource in plan.resources}
     wide = high = ""
     for step in reversed(plan.steps):
@@ -74,7 +74,7 @@ def footprint(plan: Plan) -> Footprint:
         for written in step.outputs:
             around = around.over(needs[written])
         for name, resource in step.images:
-            if resource not in whole:
+            if resource not in uncut:
                 use = step.program.image(name)
                 needs[resource] = needs[resource].over(_reach(step.program, use).beyond(around))
                 across, down = _wraps(step, use, plan.resources[resource])
@@ -82,7 +82,7 @@ def footprint(plan: Plan) -> Footprint:
     halo = Halo()
     for need in needs.values():
         halo = halo.over(need)
-    return Footprint(halo, whole, wide, high)
+    return Footprint(halo, uncut, wide, high)
 
 
 def _result_size(plan: Plan) -> tuple[int, int]:
@@ -96,7 +96,7 @@ def _result_size(plan: Plan) -> tuple[int, int]:
     return next(iter(sizes.values()))
 
 
-def _whole(plan: Plan, size: tuple[int, int]) -> frozenset[int]:
+def _find_uncut(plan: Plan, size: tuple[int, int]) -> frozenset[int]:
     """Resources that every window needs whole; passes that fit neither way are refused here."""
     near = {
         resource
@@ -107,12 +107,12 @@ def _whole(plan: Plan, size: tuple[int, int]) -> frozenset[int]:
     }
     inputs = {resource: name in plan.static_inputs for name, resource in plan.inputs.items()}
     # A static input that is read anywhere is a texture, also where it happens to be as large as the picture.
-    whole = {
+    uncut = {
         resource
         for resource, static in inputs.items()
         if plan.resources[resource].size != size or (static and resource not in near)
     }
-    whole.update(plan.buffers)
+    uncut.update(plan.buffers)
     for step in plan.steps:
         if not isinstance(step, PixelStep):
             _refuse(step, "draws over the whole picture", "compute what it draws apart, and give it as an input")
@@ -124,20 +124,20 @@ def _whole(plan: Plan, size: tuple[int, int]) -> frozenset[int]:
                 f"goes on from last run's content (pg.previous) by {history[0].name!r}",
                 "give that content as an input",
             )
-        inside = [resource for resource in step.reads if resource not in whole]
+        inside = [resource for resource in step.reads if resource not in uncut]
         if step.size == size:
-            _check_near(step, plan, whole)
+            _check_near(step, plan, uncut)
         elif inside:
             _refuse_scaled(step, plan.resources[inside[0]], size)
         else:
-            whole.update(step.outputs)
-    return frozenset(whole)
+            uncut.update(step.outputs)
+    return frozenset(uncut)
 
 
-def _check_near(step: PixelStep, plan: Plan, whole: set[int]) -> None:
+def _check_near(step: PixelStep, plan: Plan, uncut: set[int]) -> None:
     for name, resource in step.images:
         read = plan.resources[resource]
-        if resource not in whole and step.program.image(name).absolute:
+        if resource not in uncut and step.program.image(name).absolute:
             _refuse(
                 step,
                 f"reads {read.name!r} at places that it computes (.sample, .texel), which may lie anywhere in it",
@@ -251,9 +251,9 @@ def window_plan(plan: Plan, footprint: Footprint, size: tuple[int, int]) -> Plan
             f"{WINDOW.name!r} is the name of the value that tells tiles where they are; give your value another one"
         )
     inside = [r for r in plan.resources if r.id not in footprint.whole]
-    held = {r.memory for r in inside}
+    cut_memories = {r.memory for r in inside}
     resources = tuple(r if r.id in footprint.whole else replace(r, size=size) for r in plan.resources)
-    memories = tuple(replace(m, size=size) if n in held else m for n, m in enumerate(plan.memories))
+    memories = tuple(replace(m, size=size) if n in cut_memories else m for n, m in enumerate(plan.memories))
     names = {r.id for r in inside}
     steps = tuple(_step(step, plan, names, size) for step in plan.steps)
     return replace(plan, steps=steps, resources=resources, memories=memories, size=size)
@@ -291,17 +291,17 @@ class _Rewriting:
         self.last = max((value.id for value in chain(results, indices)), default=0)
 
     def block(self, body: tuple[s.Instruction, ...]) -> tuple[s.Instruction, ...]:
-        made: list[s.Instruction] = []
+        rewritten: list[s.Instruction] = []
         for i in body:
             if isinstance(i, s.LoadBuiltin) and i.name in self.entries:
-                made += self._load(i)
+                rewritten += self._load(i)
             elif isinstance(i, s.If):
-                made.append(s.If(i.condition, self.block(i.then), self.block(i.orelse)))
+                rewritten.append(s.If(i.condition, self.block(i.then), self.block(i.orelse)))
             elif isinstance(i, s.For):
-                made.append(replace(i, body=self.block(i.body)))
+                rewritten.append(replace(i, body=self.block(i.body)))
             else:
-                made.append(i)
-        return tuple(made)
+                rewritten.append(i)
+        return tuple(rewritten)
 
     def _load(self, i: s.LoadBuiltin) -> list[s.Instruction]:
         if not i.name.startswith("pixel."):

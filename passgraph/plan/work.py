@@ -104,10 +104,10 @@ class Work:
         if key not in self.buffers:
             layout = layout_of(type_)
             format_ = float_format(layout.channels)
-            self.buffers[key] = made = BufferSpec(
+            self.buffers[key] = spec = BufferSpec(
                 f"{name} of {node.name}", format_, layout.size, True, value=value, fields=tuple(fields), type=type_
             )
-            self.inputs[made] = format_, layout.size
+            self.inputs[spec] = format_, layout.size
         return Target(self.buffers[key])
 
     def roots(self) -> list[Target]:

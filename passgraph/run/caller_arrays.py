@@ -56,12 +56,12 @@ class Spare:
         try:
             memory = free.pop()
         except IndexError:
-            whole = np.empty(needed + LINE, np.uint8)
-            first = -whole.ctypes.data % LINE
-            memory = whole[first : first + needed]
-        lent = _Lent(memory)
-        weakref.finalize(lent, free.append, memory).atexit = False
-        return np.asarray(lent).view(dtype).reshape(shape)
+            padded = np.empty(needed + LINE, np.uint8)
+            first = -padded.ctypes.data % LINE
+            memory = padded[first : first + needed]
+        owner = _Lent(memory)
+        weakref.finalize(owner, free.append, memory).atexit = False
+        return np.asarray(owner).view(dtype).reshape(shape)
 
 
 class _Lent:
@@ -92,10 +92,10 @@ def room_of(program: Program, names: Iterable[str] | None = None) -> dict[str, N
 def _kinds(program: Program) -> dict[str, Kind]:
     """Shape and type of each result."""
     plan, stored = program.plan, program.settings()["results"] == "stored"
-    made = {name: plan.resources[resource] for name, resource in plan.outputs.items()}
+    results = {name: plan.resources[resource] for name, resource in plan.outputs.items()}
     return {
         name: ((*one.size[::-1], one.format.channels), np.dtype(one.format.number if stored else np.float32))
-        for name, one in made.items()
+        for name, one in results.items()
     }
 
 
@@ -232,11 +232,11 @@ def _grey(array: NDArray[Any], channels: int) -> NDArray[Any]:
     """A picture without channels with as many as are read: its value in each colour, and alpha 1."""
     if channels < GREY_CHANNELS:
         return array[:, :, None]
-    made = np.empty((*array.shape, channels), array.dtype)
-    made[..., :GREY_CHANNELS] = array[..., None]
+    color = np.empty((*array.shape, channels), array.dtype)
+    color[..., :GREY_CHANNELS] = array[..., None]
     if channels > GREY_CHANNELS:
-        made[..., GREY_CHANNELS] = np.iinfo(array.dtype).max if array.dtype.kind in "ui" else 1
-    return made
+        color[..., GREY_CHANNELS] = np.iinfo(array.dtype).max if array.dtype.kind in "ui" else 1
+    return color
 
 
 def _as_values(array: NDArray[Any]) -> NDArray[np.float32]:
@@ -305,8 +305,8 @@ def _room(array: Any, format_: Format, size: tuple[int, int], what: str) -> NDAr
         raise InputError(f"{what} is read-only; give an array that may be written, such as a copy of it")
     if not array.flags.c_contiguous and _overlaps_itself(shaped):
         raise InputError(f"{what} has pixels that share memory (strides {array.strides}); give a plain array")
-    made: NDArray[Any] = shaped
-    return made
+    view: NDArray[Any] = shaped
+    return view
 
 
 def _expected_room(format_: Format, size: tuple[int, int]) -> str:
@@ -390,18 +390,18 @@ class Lending:
 
     def array(self, resource: int, dtype: np.dtype[Any]) -> NDArray[Any]:
         """An array of a result's size, which is the caller's from then on."""
-        made = self.plan.resources[resource]
-        return self.spare.array((*made.size[::-1], made.format.channels), dtype)
+        info = self.plan.resources[resource]
+        return self.spare.array((*info.size[::-1], info.format.channels), dtype)
 
     def result(self, resource: int) -> Picture | None:
         """A result that is where its caller wants it; None for one that must be moved."""
-        made = self.made.get(resource)
-        if made is None:
+        array = self.made.get(resource)
+        if array is None:
             return self.room.get(resource)
         if resource in self._handed_out:
-            return made.copy()
+            return array.copy()
         self._handed_out.add(resource)
-        return made
+        return array
 
     def takes(self, name: str, resource: int, place: int, picture: Picture) -> bool:
         """Whether an input's picture is read where it lies, or a copy of it on the device."""
@@ -474,11 +474,12 @@ class Lending:
             for resource in step.writes:
                 place = plan.resources[resource].memory
                 first[place] = min(first[place], number)
-                drawn, beside = isinstance(step, DrawStep), len(step.writes) > 1
+                drawn, has_more_outputs = isinstance(step, DrawStep), len(step.writes) > 1
                 uses[place] = replace(
-                    uses[place], is_drawn=uses[place].is_drawn or drawn,
-                    beside_others=uses[place].beside_others or beside,
-                )  # fmt: skip
+                    uses[place],
+                    is_drawn=uses[place].is_drawn or drawn,
+                    beside_others=uses[place].beside_others or has_more_outputs,
+                )
         return [_PlaceUse(*both) for both in zip(uses, first, strict=True)]
 
     @cached_property
@@ -487,7 +488,7 @@ class Lending:
         plan = self.plan
         static = {r for step in plan.steps if step.static for r in step.writes}
         plain = (plan.resources[r] for r in plan.outputs.values() if r not in static)
-        return {made.id for made in plain if made.kind == "target" and made.history is None}
+        return {info.id for info in plain if info.kind == "target" and info.history is None}
 
     @cached_property
     def _worth_making(self) -> list[int]:

@@ -162,7 +162,7 @@ class Execution:
         self._histories = _earliest_first(plan)
         try:
             for number in range(len(plan.memories)):
-                self.memories.append(self._made(number))
+                self.memories.append(self._new_storage(number))
             self._begin_history(started=True)
             # Nothing moves them, and they know nothing of this: a program that nobody has is gone at once.
             self._buffers = Buffers(plan, backend, {resource: self._storage(resource) for resource in plan.buffers})
@@ -175,8 +175,8 @@ class Execution:
             raise
 
     def _storage(self, resource: int) -> Any:
-        place, lent = self.places[resource], self.lending.storages
-        return lent[place] if place in lent else self.memories[place]
+        place, lent_storages = self.places[resource], self.lending.storages
+        return lent_storages[place] if place in lent_storages else self.memories[place]
 
     # Compiling: each step becomes a function of this run's values.
 
@@ -198,12 +198,12 @@ class Execution:
 
     def _compiled_when_run(self, step: Step) -> Execute:
         """A step of a chain by itself: needed where someone looks at what every step writes."""
-        made: list[Execute] = []
+        compiled: list[Execute] = []
 
         def execute(values: dict[Any, object]) -> None:
-            if not made:
-                made.append(self._compile(step))
-            made[0](values)
+            if not compiled:
+                compiled.append(self._compile(step))
+            compiled[0](values)
 
         return execute
 
@@ -219,7 +219,7 @@ class Execution:
         taken = {self._apart.get(r, self.places[r]) for ids in image_ids for r in ids if r not in inner}
         for resource in outputs:
             if self.places[resource] in taken:
-                apart = self._made(self.places[resource])
+                apart = self._new_storage(self.places[resource])
                 self._apart[resource] = len(self.memories)
                 self.memories.append(apart)
         return lambda values: run(
@@ -248,13 +248,13 @@ class Execution:
         try:
             yield
         except MemoryError as error:
-            held = sum(memory.bytes for memory in self.plan.memories) / 2**20
+            mebibytes = sum(memory.bytes for memory in self.plan.memories) / 2**20
             raise BackendError(
-                f"{self.backend.name} finds no memory to {doing} ({error}); its targets take {held:.0f} MiB, and the "
-                "results come on top; use a smaller size or format, or work tile by tile"
+                f"{self.backend.name} finds no memory to {doing} ({error}); its targets take {mebibytes:.0f} MiB, and "
+                "the results come on top; use a smaller size or format, or work tile by tile"
             ) from error
 
-    def _made(self, number: int) -> Any:
+    def _new_storage(self, number: int) -> Any:
         """A storage for one of the plan's memories."""
         memory = self.plan.memories[number]
         try:
@@ -378,9 +378,9 @@ class Execution:
     def continue_from(self, earlier: Execution) -> None:
         """Take over the number of runs, and history that both have with one name, size and format."""
         earlier._move_history()
-        held = {(r.name, r.size, r.format): r.id for r in earlier.plan.resources if r.kind == "history"}
+        earlier_history = {(r.name, r.size, r.format): r.id for r in earlier.plan.resources if r.kind == "history"}
         for resource in self.plan.resources:
-            source = held.get((resource.name, resource.size, resource.format))
+            source = earlier_history.get((resource.name, resource.size, resource.format))
             if source is not None and resource.kind == "history":
                 self.backend.copy(earlier._storage(source), self._storage(resource.id))
         self.runs = earlier.runs
@@ -405,7 +405,7 @@ class Execution:
         if not needed:
             return values
         for name, handle in needed.items():
-            value = given.get(name, self._told(handle))
+            value = given.get(name, self._default_value(handle))
             if value is None:
                 raise InputError(f"value {name!r} is missing; run the program as program({name}=...)")
             if is_object_type(handle.type) and not isinstance(value, handle.type):  # type: ignore[arg-type]
@@ -413,7 +413,7 @@ class Execution:
             values[name] = value
         return values
 
-    def _told(self, handle: Value) -> object:
+    def _default_value(self, handle: Value) -> object:
         """What a run that does not say so takes for a value."""
         if handle is OUTPUT_SIZE:
             return self.plan.size
@@ -470,11 +470,11 @@ class Execution:
         """The same as its caller wants it: what was given to write into, the format's numbers, or values."""
         found = self.lending.result(resource)
         if found is None:
-            made = self.plan.resources[resource]
-            with self._reports_memory(f"read {made.name!r} ({made.size[0]}x{made.size[1]} {made.format.name})"):
-                dtype = np.dtype(made.format.number if results == "stored" else np.float32)
+            info = self.plan.resources[resource]
+            with self._reports_memory(f"read {info.name!r} ({info.size[0]}x{info.size[1]} {info.format.name})"):
+                dtype = np.dtype(info.format.number if results == "stored" else np.float32)
                 found = self.lending.array(resource, dtype)
-                self.backend.download_into(self._storage(resource), found, made.format)
+                self.backend.download_into(self._storage(resource), found, info.format)
         return found
 
     def replace(self, resource: int, picture: Picture) -> None:

@@ -139,8 +139,8 @@ def admitted(picture: Picture, name: str, format: Format | None, choice: NonFini
             "on the command line --non-finite replace"
         )
     largest = LARGEST_HALF if _is_half(format) else LARGEST_FLOAT
-    made: Picture = np.clip(np.nan_to_num(picture.astype(np.float32), nan=0.0), -largest, largest, dtype=np.float32)
-    return made
+    replaced: Picture = np.clip(np.nan_to_num(picture.astype(np.float32), nan=0.0), -largest, largest, dtype=np.float32)
+    return replaced
 
 
 def _passes(names: list[str]) -> str:
@@ -203,7 +203,7 @@ def readers_of(name: str, outputs: Iterable[Target]) -> Iterator[Pass]:
     """Passes behind some targets that read an input."""
     from passgraph.graph.calls import graph
 
-    made = graph(*outputs)
-    for node, data in made.nodes(data=True):
+    network = graph(*outputs)
+    for node, data in network.nodes(data=True):
         if data["kind"] == "input" and data["name"] == name:
-            yield from made.successors(node)
+            yield from network.successors(node)

@@ -102,8 +102,8 @@ class Inspection:
             return "\n".join([*lines, *_of_draw(self.drawn, list(self.stored)), *_holds(self.stored)])
         lines += _lines(self.events)
         for name, value in self.results.items():
-            held = self.stored[name]
-            kept = "" if held == value else f", held as {_text(held)}"
+            stored = self.stored[name]
+            kept = "" if stored == value else f", held as {_text(stored)}"
             lines.append(f"{name} = {_text(value)}{kept}")
         return "\n".join(lines)
 
@@ -117,23 +117,23 @@ def _all(events: Sequence[Event]) -> Iterator[Event]:
 
 
 def _lines(events: Sequence[Event]) -> list[str]:
-    made, before = list[str](), None
+    lines, before = list[str](), None
     for event in events:
         place = event.span.file, event.span.line
         source = "" if place == before else event.span.text.expandtabs().rstrip()
         number = "" if place == before else str(event.span.line)
         before = place
-        made.append(f"{number:>5}  {source:<{_SOURCE_COLUMNS}}  {_said(event)}")
+        lines.append(f"{number:>5}  {source:<{_SOURCE_COLUMNS}}  {_said(event)}")
         if isinstance(event, Loop):
             left, text = event.count - len(event.trips), event.span.text.expandtabs()
             indent = " " * (len(text) - len(text.lstrip()) + 2)
             for at, (index, inner) in enumerate(event.trips):
                 if left and at == len(event.trips) // 2:
-                    made.append(f"{'':5}  {indent}… {left} more")
-                made.append(f"{'':5}  {indent}{event.name} = {index}:")
-                made += _lines(inner)
+                    lines.append(f"{'':5}  {indent}… {left} more")
+                lines.append(f"{'':5}  {indent}{event.name} = {index}:")
+                lines += _lines(inner)
             before = None
-    return made
+    return lines
 
 
 def _said(event: Event) -> str:
@@ -160,17 +160,17 @@ def _of_draw(drawn: Drawn, names: Sequence[str]) -> list[str]:
     if not drawn.covering:
         return [f"none of {drawn.triangles} triangles covers the pixel"]
     covers = "covers" if drawn.covering == 1 else "cover"
-    made = [f"{drawn.covering} of {drawn.triangles} triangles {covers} the pixel, in this order:"]
+    lines = [f"{drawn.covering} of {drawn.triangles} triangles {covers} the pixel, in this order:"]
     last = -1
     for fragment in drawn.fragments:
         if fragment.order > last + 1:
-            made.append(f"  … {fragment.order - last - 1} more")
+            lines.append(f"  … {fragment.order - last - 1} more")
         last = fragment.order
         side = "front" if fragment.front else "back"
-        made.append(f"  triangle {fragment.triangle}, {side}, depth {_text(fragment.depth)}: {_fate(fragment, drawn)}")
+        lines.append(f"  triangle {fragment.triangle}, {side}, depth {_text(fragment.depth)}: {_fate(fragment, drawn)}")
     for fragment in drawn.told:
-        made += _told(fragment, names)
-    return made
+        lines += _fragment_lines(fragment, names)
+    return lines
 
 
 def _fate(fragment: Fragment, drawn: Drawn) -> str:
@@ -186,17 +186,17 @@ def _fate(fragment: Fragment, drawn: Drawn) -> str:
     return f"passes{against}{', visible' if fragment is drawn.visible else ', drawn over'}"
 
 
-def _told(fragment: Fragment, names: Sequence[str]) -> list[str]:
-    made = [f"triangle {fragment.triangle}:"]
+def _fragment_lines(fragment: Fragment, names: Sequence[str]) -> list[str]:
+    lines = [f"triangle {fragment.triangle}:"]
     for corner in fragment.corners:
         values = ", ".join(f"{name} = {_text(value)}" for name, value in corner.values.items())
-        made.append(f"  vertex {corner.vertex}: {values}")
+        lines.append(f"  vertex {corner.vertex}: {values}")
     if fragment.lines is not None:
-        made += [f"  {name} = {_text(value)}" for name, value in fragment.lines.inputs.items()]
-        made += _lines(fragment.lines.events)
+        lines += [f"  {name} = {_text(value)}" for name, value in fragment.lines.inputs.items()]
+        lines += _lines(fragment.lines.events)
         if fragment.fate == "passed":
-            made += [f"{name} = {_text(v)}" for name, v in zip(names, fragment.lines.results, strict=False)]
-    return made
+            lines += [f"{name} = {_text(v)}" for name, v in zip(names, fragment.lines.results, strict=False)]
+    return lines
 
 
 def _holds(stored: Mapping[str, Any]) -> list[str]:
@@ -250,8 +250,8 @@ def step_named(plan: Plan, name: str | None) -> PixelStep | DrawStep:
     for step in steps:
         named.setdefault(step.name, []).append(step)
     numbered = {
-        f"{of} {number}" if len(several) > 1 else of: step
-        for of, several in named.items()
+        f"{candidates} {number}" if len(several) > 1 else candidates: step
+        for candidates, several in named.items()
         for number, step in enumerate(several, 1)
     }
     if name is None:
@@ -289,7 +289,7 @@ class _Looking(ReferenceBackend):
         bound = stage.bind(block, [name for name, _ in step.images], images)
         here = {"pixel": constant(np.array([[x, y]])), "output_size": constant(np.array([step.size], np.int64))}
         lane, results = traced(bound, here)
-        holds = dict(zip(self._names(step), map(_held, outputs, results), strict=True))
+        holds = dict(zip(self._names(step), map(_as_stored, outputs, results), strict=True))
         self._tell(step, program, bound, lane.events, map(plain, results), holds)
         assert self.found is not None
         self.found = replace(self.found, texels={image: tuple(read) for image, read in lane.texels.items()})
@@ -346,7 +346,7 @@ def _pixel(values: np.ndarray[Any, Any]) -> Any:
     return float(values[0]) if len(values) == 1 else tuple(values.tolist())
 
 
-def _held(output: Storage, value: Any) -> Any:
+def _as_stored(output: Storage, value: Any) -> Any:
     row = plain(stored(output.format, value.reshape(1, -1)))
     return row[0] if value.ndim == 1 else row
 

@@ -74,11 +74,12 @@ class Profile:
         rows.append((f"a run on {self.backend}, median of {self.runs}", "", f"{self.seconds * 1e3:.3f}", "", ""))
         widths = [max(len(row[column]) for row in rows) for column in range(5)]
         return "\n".join(
-            "  ".join(cell.ljust(width) if column < 2 else cell.rjust(width) for column, (cell, width) in enumerate(
-                zip(row, widths, strict=True)
-            )).rstrip()
+            "  ".join(
+                cell.ljust(width) if column < 2 else cell.rjust(width)
+                for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+            ).rstrip()
             for row in rows
-        )  # fmt: skip
+        )
 
 
 class Stopwatch:
@@ -106,19 +107,22 @@ class Stopwatch:
 
     def profile(self, backend: str, plan: Plan, ends: Sequence[Step]) -> Profile:
         """Times by what ran as one; ``ends``: the last step of each."""
-        whole = median(seconds for seconds, _ in self._runs)
-        made, first = [], 0
+        total = median(seconds for seconds, _ in self._runs)
+        rows, first = [], 0
         for end in ends:
             last = plan.steps.index(end)
             steps, first = plan.steps[first : last + 1], last + 1
             seconds = median(taken.get(id(end), 0.0) for _, taken in self._runs)
-            made.append(
+            rows.append(
                 PassTime(
-                    " + ".join(_name(step) for step in steps), tuple(name for step in steps for name in _passes(step)),
-                    end.size, seconds, seconds / whole if whole else 0.0,
+                    " + ".join(_name(step) for step in steps),
+                    tuple(name for step in steps for name in _passes(step)),
+                    end.size,
+                    seconds,
+                    seconds / total if total else 0.0,
                 )
-            )  # fmt: skip
-        return Profile(backend, len(self._runs), whole, tuple(made))
+            )
+        return Profile(backend, len(self._runs), total, tuple(rows))
 
 
 def _short(row: PassTime) -> str:

@@ -130,13 +130,13 @@ class Program:
     @cached_property
     def has_history(self) -> bool:
         """Whether a pass reads last run's picture, so that the order of runs matters."""
-        return any(t.is_previous for made in passes_behind(list(self._outputs.values())) for t in made.reads)
+        return any(t.is_previous for node in passes_behind(list(self._outputs.values())) for t in node.reads)
 
     @cached_property
     def has_frame_index(self) -> bool:
         """Whether something hangs on :data:`passgraph.FRAME_INDEX`."""
         passes = passes_behind(list(self._outputs.values()))
-        return any(value is FRAME_INDEX for made in passes for value in sources_of(made.values))
+        return any(value is FRAME_INDEX for node in passes for value in sources_of(node.values))
 
     @property
     def plan(self) -> Plan:
@@ -208,11 +208,11 @@ class Program:
         self._held.execution = self._plan = None
         plan = build(self._outputs, self._size, self._bound, self._options, self.backend.limits)
         check_memory(plan, self.most_memory)
-        self._held.execution = made = Execution(plan, self.backend)
+        self._held.execution = execution = Execution(plan, self.backend)
         self._plan = plan
         self._pass_check = PassCheck(plan) if self._check_finite else None
         for (step, name), value in self._overrides.items():
-            made.override(step, name, value)
+            execution.override(step, name, value)
 
     def __call__(self, /, into: Into | None = None, **given: Any) -> Result:
         """Run once and read every output.
@@ -484,7 +484,7 @@ class Program:
 
 def _check_names(inputs: Mapping[str, InputSpec], outputs: Iterable[Target]) -> None:
     """Runs are given inputs and values by name, and ``into``, which says where results go."""
-    values = {value.name for made in passes_behind(list(outputs)) for value in sources_of(made.values)}
+    values = {value.name for node in passes_behind(list(outputs)) for value in sources_of(node.values)}
     for what, names in (("an input", inputs), ("a value", values)):
         if "into" in names:
             raise GraphError(f"{what} cannot be called 'into': that says where results go; give it another name")

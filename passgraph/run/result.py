@@ -46,8 +46,8 @@ class Result(Mapping[str, Picture]):
             names = ", ".join(self)
             raise InputError(f"a result of {len(self)} targets is no array; name one of them: result[name] of {names}")
         (picture,) = self.values()
-        made = np.asarray(picture, dtype)
-        return made.copy() if copy and made is picture else made
+        array = np.asarray(picture, dtype)
+        return array.copy() if copy and array is picture else array
 
     def save(self, path: str | PathLike[str], name: str | None = None) -> None:
         """Write a result (the first where no name is given) as PNG, EXR …; the file is written whole or not at all.

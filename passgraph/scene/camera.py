@@ -111,11 +111,11 @@ def ways_round(points: Float64, centre: Float64) -> Float64:
     return np.asarray(np.stack([x, y, z], axis=-1).reshape(-1, 3) + centre, dtype=np.float64)
 
 
-def depths(eye: Float64, forward: Float64, points: Float64, others: Float64) -> tuple[float, float]:
-    """Near and far planes that hold the points, and of ``others`` what does not cost precision."""
+def depths(eye: Float64, forward: Float64, points: Float64, wanted: Float64) -> tuple[float, float]:
+    """Near and far planes that hold the points, and of ``wanted`` what does not cost precision."""
     seen = (points - eye) @ forward
     _, radius = sphere_of(np.stack([points.min(axis=0), points.max(axis=0)]))
-    far = max(float(seen.max()), float(((others - eye) @ forward).max()), radius) + 0.05 * radius
+    far = max(float(seen.max()), float(((wanted - eye) @ forward).max()), radius) + 0.05 * radius
     nearest = NEAR_SLACK * float(seen.min())
     return max(nearest, min(NEAR_OF_FAR * far, 0.01 * radius)), far
 
@@ -219,8 +219,8 @@ class Camera:
     def projection_matrix(self, aspect: float) -> Float64:
         """Camera frame to OpenGL clip space, (4, 4) float64; ``aspect`` is width / height of the picture."""
         half, middle = self.window(aspect)
-        made = orthographic if self.orthographic else perspective
-        return made(*half, self.near, self.far, middle)
+        project = orthographic if self.orthographic else perspective
+        return project(*half, self.near, self.far, middle)
 
     def window(self, aspect: float) -> Window:
         """What is seen in a picture whose width / height is ``aspect``."""
@@ -391,8 +391,8 @@ class Camera:
         if distance is not None and np.array_equal(eye, middle):
             raise InputError(f"camera: distance: {distance:g} is lost beside coordinates of {np.abs(middle).max():g}")
         target = eye - away * (float((eye - middle) @ away) if distance is None else distance)
-        others = points if reach is None else corners_of(reach)
-        return cls(tuple(eye.tolist()), tuple(target.tolist()), aim.up, fov, *depths(eye, -away, points, others))
+        in_reach = points if reach is None else corners_of(reach)
+        return cls(tuple(eye.tolist()), tuple(target.tolist()), aim.up, fov, *depths(eye, -away, points, in_reach))
 
     def turned(self, centre: ArrayLike, angle_rad: float) -> Camera:
         """The camera carried about the vertical through ``centre``, counter-clockwise seen from above.

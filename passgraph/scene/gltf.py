@@ -184,10 +184,10 @@ def cameras_of(header: dict[str, Any], file: Path, bounds: Float64, turn: Float6
             eye, depth, near, far = eye - back * forward, depth + back, near + back, far + back
         target = eye + forward * (depth if depth > 0.0 else max(reach, 1.0))
         fov = DEFAULT_FOV_RAD if height is not None else lens["yfov"]
-        made = Camera(tuple(eye.tolist()), tuple(target.tolist()), tuple(up.tolist()), fov, near, far, height)
+        camera = Camera(tuple(eye.tolist()), tuple(target.tolist()), tuple(up.tolist()), fov, near, far, height)
         lens = str(data.get("name", ""))
         name = str(node.get("name", lens or f"camera {len(result) + 1}"))
-        result.append(NamedCamera(name, made, "" if lens == name else lens))
+        result.append(NamedCamera(name, camera, "" if lens == name else lens))
     return result
 
 

@@ -34,8 +34,8 @@ class Coordinates:
     matrix: tuple[tuple[float, float, float], tuple[float, float, float]] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
     def applied(self, uvs: Float64) -> Float64:
-        made: Float64 = uvs @ np.array(self.matrix)[:, :2].T + np.array(self.matrix)[:, 2]
-        return made
+        transformed: Float64 = uvs @ np.array(self.matrix)[:, :2].T + np.array(self.matrix)[:, 2]
+        return transformed
 
 
 @dataclass
@@ -133,10 +133,10 @@ class GltfMaterials:
         if data is None:
             return None
         sampler = self.data.entry("samplers", texture["sampler"]) if "sampler" in texture else {}
-        made = texture_of(data, space, what, self.data.notes, str(self.data.file), self._wrap(sampler, what))
+        decoded = texture_of(data, space, what, self.data.notes, str(self.data.file), self._wrap(sampler, what))
         magnify = MAGNIFY.get(sampler.get("magFilter"), "linear")
         minify = MINIFY.get(sampler.get("minFilter"), "linear mipmap linear")
-        return made and dataclasses.replace(made, magnify=magnify, minify=minify)
+        return decoded and dataclasses.replace(decoded, magnify=magnify, minify=minify)
 
     def _wrap(self, sampler: dict[str, Any], what: str) -> Wrap:
         across, down = (WRAPS.get(sampler.get(key, 10497), "repeat") for key in ("wrapS", "wrapT"))

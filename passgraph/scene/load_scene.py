@@ -184,8 +184,8 @@ def _framed(make: type[Scene], nodes: list[Node], file: Path, notes: list[str]) 
     if extent < LEAST_RADIUS:
         what = f"its extent, {extent:g}, is below what float32 can draw; scale it up"
         raise InputError(f"{file}: {what if extent else 'all its vertices are at one place; nothing could be seen'}")
-    made = make(tuple(nodes), Camera.framing(bounds), (default_light(),), file.name, tuple(notes))
-    return made.seen_from()
+    scene = make(tuple(nodes), Camera.framing(bounds), (default_light(),), file.name, tuple(notes))
+    return scene.seen_from()
 
 
 def _with_own_view(scene: Scene, header: dict[str, Any], file: Path, turn: Float64) -> Scene:

@@ -197,12 +197,12 @@ def arrays_of(geometry: Any, name: str) -> Arrays:
     normals = geometry._cache.cache.get("vertex_normals")
     if normals is not None and np.shape(normals) != positions.shape:
         normals = None
-    made = Arrays(positions, np.asarray(geometry.faces), normals, _uvs(geometry), _vertex_colors(geometry))
+    arrays = Arrays(positions, np.asarray(geometry.faces), normals, _uvs(geometry), _vertex_colors(geometry))
     face_colors = _face_colors(geometry)
     if face_colors is None:
-        return made
-    _check(made.positions, made.triangles, name)
-    return dataclasses.replace(made.apart(), colors=np.repeat(face_colors, 3, axis=0))
+        return arrays
+    _check(arrays.positions, arrays.triangles, name)
+    return dataclasses.replace(arrays.apart(), colors=np.repeat(face_colors, 3, axis=0))
 
 
 def mesh_of(arrays: Arrays, name: str, flat: bool, warnings: list[str]) -> tuple[Mesh, Float64]:
@@ -229,8 +229,11 @@ def mesh_of(arrays: Arrays, name: str, flat: bool, warnings: list[str]) -> tuple
     elif flat:
         shown = smooth_normals(local, triangles)
     else:
-        of, triangles, shown = creased_normals(local, triangles)
-        local, uvs, colors = local[of], *(None if table is None else table[of] for table in (uvs, colors))
+        source_vertex, triangles, shown = creased_normals(local, triangles)
+        local, uvs, colors = (
+            local[source_vertex],
+            *(None if table is None else table[source_vertex] for table in (uvs, colors)),
+        )
     mesh = Mesh.make(local, triangles, shown, uvs, colors, name)
     return dataclasses.replace(mesh, has_normals=normals is not None), translation(centre)
 

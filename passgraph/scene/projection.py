@@ -83,9 +83,9 @@ class Projection:
         shift = -m[:2, 3] if orthographic else m[:2, 2]
         middle = (float(shift[0]) * half[0], float(shift[1]) * half[1])
         a, b = float(m[2, 2]), float(m[2, 3])
-        asked = [False, True] if zero_to_one is None else [flag(zero_to_one, "zero_to_one", InputError)]
+        conventions = [False, True] if zero_to_one is None else [flag(zero_to_one, "zero_to_one", InputError)]
         planes = _parallel_planes if orthographic else _perspective_planes
-        for lowest in (0.0 if one else -1.0 for one in asked):
+        for lowest in (0.0 if one else -1.0 for one in conventions):
             found = planes(a, b, lowest)
             if found is not None:
                 return cls(half, middle, *found, orthographic, a > 0.0 if orthographic else b > 0.0)
@@ -219,9 +219,9 @@ class HardwareDepth:
         """
         d = np.asarray(numbers(depth, "hardware depth: depth"), np.float64)
         first, last = self.ends
-        held = np.clip(d, 0.0, 1.0)
+        clamped = np.clip(d, 0.0, 1.0)
         with np.errstate(divide="ignore"):
-            linear = (1.0 - held) * first + held * last
+            linear = (1.0 - clamped) * first + clamped * last
             distance = linear if self.orthographic else 1.0 / linear
         drawn = d > 0.0 if self.reversed_z else d < 1.0
         return np.where(drawn, distance, 0.0)
@@ -237,8 +237,8 @@ class HardwareDepth:
         first, last = self.ends
         with np.errstate(divide="ignore"):
             linear = z if self.orthographic else 1.0 / z
-            held = np.clip((linear - first) / (last - first), 0.0, 1.0)
-        return np.where(z > 0.0, held, 0.0 if self.reversed_z else 1.0)
+            clamped = np.clip((linear - first) / (last - first), 0.0, 1.0)
+        return np.where(z > 0.0, clamped, 0.0 if self.reversed_z else 1.0)
 
 
 def far_plane(value: object, what: str, near: float, orthographic: bool) -> float:

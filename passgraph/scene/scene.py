@@ -59,9 +59,11 @@ class Scene:
     def __post_init__(self) -> None:
         where = f"scene {arguments.string(self.name, 'the name of a scene')!r}"
         for field, class_, expected in (
-            ("nodes", Node, "pg.Node"), ("lights", Light, "pg.Light"), ("warnings", str, "lines of text"),
+            ("nodes", Node, "pg.Node"),
+            ("lights", Light, "pg.Light"),
+            ("warnings", str, "lines of text"),
             ("cameras", NamedCamera, "a NamedCamera"),
-        ):  # fmt: skip
+        ):
             given = arguments.several(getattr(self, field), class_, f"{where}: {field}", expected, InputError)
             object.__setattr__(self, field, given)
         arguments.instance(self.camera, Camera, f"{where}: camera", "a pg.Camera", InputError)
@@ -152,8 +154,8 @@ class Scene:
         {True}
         """
         # What nodes share they go on sharing: it is drawn at once.
-        made = {node.material: dataclasses.replace(node.material, double_sided=True) for node in self.nodes}
-        nodes = [dataclasses.replace(node, material=made[node.material]) for node in self.nodes]
+        materials = {node.material: dataclasses.replace(node.material, double_sided=True) for node in self.nodes}
+        nodes = [dataclasses.replace(node, material=materials[node.material]) for node in self.nodes]
         return self.with_(nodes=nodes)
 
     @property

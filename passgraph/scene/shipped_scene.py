@@ -114,9 +114,9 @@ def _turned(rows: Float64, sides: int, name: str) -> Mesh:
         target[:, :, 2] = -rows[:, radial, None] * around[:, 1]
         target[:, :, 1] = rows[:, upward, None]
     index = np.arange(count * sides).reshape(count, sides)
-    here, beside = index, np.roll(index, -1, axis=1)
-    lower = np.stack([here[:-1], beside[:-1], beside[1:]], axis=2).reshape(-1, 3)
-    upper = np.stack([here[:-1], beside[1:], here[1:]], axis=2).reshape(-1, 3)
+    here, following = index, np.roll(index, -1, axis=1)
+    lower = np.stack([here[:-1], following[:-1], following[1:]], axis=2).reshape(-1, 3)
+    upper = np.stack([here[:-1], following[1:], here[1:]], axis=2).reshape(-1, 3)
     faces = np.concatenate([lower, upper])
     places = points.reshape(-1, 3)
     a, b, c = places[faces].transpose(1, 0, 2)

@@ -52,9 +52,9 @@ def _volumes(mesh: Mesh) -> NDArray[np.float64] | None:
     places = _places(mesh.positions)[mesh.triangles]
     count = int(places.max()) + 1
     starts, ends = places.reshape(-1).astype(np.int64), np.roll(places, -1, axis=1).reshape(-1).astype(np.int64)
-    edges, of = np.unique(np.minimum(starts, ends) * count + np.maximum(starts, ends), return_inverse=True)
+    edges, edge_of = np.unique(np.minimum(starts, ends) * count + np.maximum(starts, ends), return_inverse=True)
     # As many triangles have an edge one way as the other.
-    if np.bincount(of.reshape(-1), np.sign(ends - starts), len(edges)).any():
+    if np.bincount(edge_of.reshape(-1), np.sign(ends - starts), len(edges)).any():
         return None
     part = least_joined(count, np.stack([starts, ends]))[places[:, 0]]
     points = mesh.positions.astype(np.float64) - mesh.positions.mean(axis=0, dtype=np.float64)

@@ -137,9 +137,9 @@ class _Graph:
                    "passes": self._pass}  # fmt: skip
         record = document.record(data, "the document", "passgraph", "version", *readers, "outputs")
         for section, read in readers.items():
-            made: list[Any] = getattr(self, section)
+            decoded: list[Any] = getattr(self, section)
             for i, one in enumerate(document.items(record[section], section)):
-                made.append(read(one, f"{section}[{i}]"))
+                decoded.append(read(one, f"{section}[{i}]"))
         found: dict[str, Target] = {}
         for i, one in enumerate(document.items(record["outputs"], "outputs")):
             name, handle = document.items(one, f"outputs[{i}]", exactly=2)
@@ -176,8 +176,8 @@ class _Graph:
                 self._format(record["format"], f"{where}.format"),
                 self._size(record["size"], f"{where}.size"),
             )
-            made = TargetSpec(document.text(record["name"], f"{where}.name"), format_, size, clear, texts)
-            return replace(made, initial=self._initial(record["initial"], made, f"{where}.initial"))
+            spec = TargetSpec(document.text(record["name"], f"{where}.name"), format_, size, clear, texts)
+            return replace(spec, initial=self._initial(record["initial"], spec, f"{where}.initial"))
 
     def _initial(self, given: object, spec: TargetSpec, where: str) -> tuple[float, ...] | NDArray[np.float32]:
         document = self.document
@@ -244,8 +244,8 @@ class _Graph:
         name, specs = document.text(record["name"], f"{where}.name"), self._specs(record["into"], f"{where}.into")
         assert isinstance(kernel, PixelKernel)
         with document.at(where):
-            made = kernel.called(arguments, specs, name)
-        return _by_slot(made)
+            targets = kernel.called(arguments, specs, name)
+        return _by_slot(targets)
 
     def _draw(self, given: object, where: str) -> dict[int, Target]:
         document = self.document
@@ -265,12 +265,12 @@ class _Graph:
         mesh = document.index(record["mesh"], f"{where}.mesh", self.meshes, "meshes")
         name = document.text(record["name"], f"{where}.name")
         with document.at(where):
-            made = draw(
+            targets = draw(
                 mesh, vertex=kernels[0], fragment=kernels[1] if kernels[1:] else None, into=into or None, depth=depth,
                 name=name, values=values,
                 **self._state(record["state"], f"{where}.state"),
             )  # fmt: skip
-        return _by_slot(made)
+        return _by_slot(targets)
 
     def _drawn(self, spec: TargetSpec, load: object, where: str) -> TargetSpec | Target:
         """What a draw goes into: a target to clear, or the content that it goes over."""
@@ -324,14 +324,14 @@ class _Graph:
             if any(is_plain(part) for _, part in plain_parts(type_)):
                 wanted["constants" if const else "values"].append(name)
         given = {kind: document.record(record[kind], f"{where}.{kind}", *names) for kind, names in wanted.items()}
-        made: dict[str, Any] = {}
+        arguments: dict[str, Any] = {}
         for name, (type_, const) in parameters.items():
             images = {
                 path: self._handle(given["images"][path], f"{where}.images.{path}") for path in image_names(type_, name)
             }
             kind = "constants" if const else "values"
-            made[name] = self._argument(name, type_, given[kind].get(name), images, f"{where}.{kind}", kind)
-        return made
+            arguments[name] = self._argument(name, type_, given[kind].get(name), images, f"{where}.{kind}", kind)
+        return arguments
 
     def _argument(
         self, name: str, type_: Type, given: object, images: Mapping[str, Target], where: str, kind: str
@@ -383,10 +383,10 @@ class _Graph:
         reading = {field: record[name] for name, field in READING.items() if name in record}
         with document.at(where):
             if kind == "pass":
-                made = document.index(record["pass"], f"{where}.pass", self.passes, "passes")
-                if isinstance(record["slot"], bool) or record["slot"] not in list(made):
-                    document.wrong(f"{where}.slot", f"one of {', '.join(map(str, made))}", record["slot"])
-                found: Target = made[record["slot"]]
+                targets = document.index(record["pass"], f"{where}.pass", self.passes, "passes")
+                if isinstance(record["slot"], bool) or record["slot"] not in list(targets):
+                    document.wrong(f"{where}.slot", f"one of {', '.join(map(str, targets))}", record["slot"])
+                found: Target = targets[record["slot"]]
                 return replace(found, **reading)
             if kind == "previous":
                 spec = document.index(record["previous"], f"{where}.previous", self.targets, "targets")
@@ -407,9 +407,9 @@ def _formula(given: object, depth: int = 0) -> Any:
     return given
 
 
-def _by_slot(made: Target | tuple[Target, ...]) -> dict[int, Target]:
+def _by_slot(returned: Target | tuple[Target, ...]) -> dict[int, Target]:
     """What a pass returned, and the depth of a draw that has one."""
-    targets = made if isinstance(made, tuple) else (made,)
+    targets = returned if isinstance(returned, tuple) else (returned,)
     found = {target.slot: target for target in targets}
     if getattr(targets[0].made_by, "depth", None) is not None:
         found.setdefault(-1, targets[0].depth)

@@ -144,10 +144,10 @@ class Document:
         if isinstance(value, Mapping):
             bits = self.record(value, where, "float")["float"]
             try:
-                made: float = struct.unpack(">d", bytes.fromhex(bits))[0]
+                unpacked: float = struct.unpack(">d", bytes.fromhex(bits))[0]
             except (TypeError, ValueError, struct.error):
                 self.wrong(f"{where}.float", "the 16 hexadecimal digits of a float64", bits)
-            return made
+            return unpacked
         if not isinstance(value, (bool, int, float)):
             self.wrong(where, "a number", value)
         if isinstance(value, int) and value.bit_length() > 64:

@@ -87,8 +87,8 @@ def to_data(outputs: Outputs) -> dict[str, Any]:
     writer = _Writer()
     for node in passes_behind(list(named.values())):
         writer.add_pass(node)
-    made = [[name, writer.handle(target)] for name, target in named.items()]
-    return {"passgraph": "graph", "version": VERSION, **writer.sections, "outputs": made}
+    outputs_data = [[name, writer.handle(target)] for name, target in named.items()]
+    return {"passgraph": "graph", "version": VERSION, **writer.sections, "outputs": outputs_data}
 
 
 class _Writer:
@@ -267,10 +267,10 @@ def _default_data(value: object, where: str) -> Any:
     """Numbers in rows, as they are."""
     found = numbers(value, where, error=GraphError).tolist() if not isinstance(value, (bool, int, float)) else value
 
-    def told(part: Any) -> Any:
-        return [told(one) for one in part] if isinstance(part, list) else number_data(part)
+    def nested(part: Any) -> Any:
+        return [nested(one) for one in part] if isinstance(part, list) else number_data(part)
 
-    return told(found)
+    return nested(found)
 
 
 def _initial_data(initial: tuple[float, ...] | NDArray[np.float32], where: str) -> Any:

@@ -241,8 +241,8 @@ class KernelReader:
         if not isinstance(stage, str) or stage not in _STAGES:
             document.wrong(f"{where}.stage", f"one of {', '.join(_STAGES)}", stage)
         with document.at(where):
-            made = PixelKernel(found, known_sizes) if stage == "pixel" else Kernel(found, cast(ir.Stage, stage))
-            return self._counted(made, where)
+            parsed = PixelKernel(found, known_sizes) if stage == "pixel" else Kernel(found, cast(ir.Stage, stage))
+            return self._counted(parsed, where)
 
     def _counted(self, kernel: Kernel, where: str) -> Kernel:
         """Count what its text comes to, which may be much of a short one, and a document holds many."""
@@ -262,14 +262,14 @@ class KernelReader:
         document = self.document
         flags, tables = ("rows_up",), ("defines", "included")
         record = document.record(given, where, *ShaderText.__dataclass_fields__)
-        made: dict[str, Any] = {}
+        fields: dict[str, Any] = {}
         for name, value in record.items():
             place = f"{where}.{name}"
             if name in flags:
-                made[name] = document.flag(value, place)
+                fields[name] = document.flag(value, place)
             elif name in tables:
                 entries = document.entries(value, place)
-                made[name] = {key: document.text(one, place, _MOST_OF_SHADER) for key, one in entries.items()}
+                fields[name] = {key: document.text(one, place, _MOST_OF_SHADER) for key, one in entries.items()}
             else:
-                made[name] = document.text(value, place, _MOST_OF_SHADER)
-        return parse_shader(ShaderText(**made))
+                fields[name] = document.text(value, place, _MOST_OF_SHADER)
+        return parse_shader(ShaderText(**fields))

@@ -79,17 +79,17 @@ def map_blocks(program: Program, array: Any = None, /, **given: Any) -> Any:
     }
     with ExitStack() as stack:
         check_unchanged(program._overrides)
-        made = bound(program, None, None, program._non_finite, stack)
+        bound_program = bound(program, None, None, program._non_finite, stack)
         shapes = {name: (one.shape, one.dtype) for name, one in arrays.items()}
-        plan = whole_plan(made, shapes)
+        plan = whole_plan(bound_program, shapes)
     needs = footprint(plan)
     if len(plan.outputs) != 1:
         raise InputError(f"the program has the results {', '.join(plan.outputs)}; compile it for one of them")
     target = plan.resources[next(iter(plan.outputs.values()))].format
     stored = program._results == "stored"
     dtype = np.dtype(target.number if stored else np.float32)
-    whole = tuple(name for name, resource in plan.inputs.items() if resource in needs.whole)
-    cut = [name for name in plan.inputs if name not in whole]
+    uncut = tuple(name for name, resource in plan.inputs.items() if resource in needs.whole)
+    cut = [name for name in plan.inputs if name not in uncut]
     if not cut:
         raise InputError("map_blocks cuts along the chunks of an input, and each of this program's is needed whole")
     leading, halo = arrays[cut[0]], needs.halo
@@ -97,9 +97,12 @@ def map_blocks(program: Program, array: Any = None, /, **given: Any) -> Any:
     rows = list(_spans(leading.rows, height, halo.up, halo.down, whole=bool(needs.high)))
     columns = list(_spans(leading.columns, width, halo.left, halo.right, whole=bool(needs.wide)))
     shared = _Shared(
-        *digest_and_text(program.to_data(), program.settings()), values, stored, {name: arrays[name] for name in cut},
-        {name: arrays[name] for name in whole},
-    )  # fmt: skip
+        *digest_and_text(program.to_data(), program.settings()),
+        values,
+        stored,
+        {name: arrays[name] for name in cut},
+        {name: arrays[name] for name in uncut},
+    )
     name, layer = shared.layer(rows, columns)
     from dask.highlevelgraph import HighLevelGraph
 
@@ -177,13 +180,13 @@ class _Chunked:
 
     @property
     def rows(self) -> tuple[int, ...]:
-        made: tuple[int, ...] = self.array.chunks[0]
-        return made
+        heights: tuple[int, ...] = self.array.chunks[0]
+        return heights
 
     @property
     def columns(self) -> tuple[int, ...]:
-        made: tuple[int, ...] = self.array.chunks[1]
-        return made
+        widths: tuple[int, ...] = self.array.chunks[1]
+        return widths
 
     def touched(self, part: Part) -> Iterator[tuple[Any, Part, tuple[int, int]]]:
         """Chunks that a part lies in: the key, the part of the chunk, and where it goes in the part asked for."""
@@ -241,9 +244,9 @@ class _Shared:
             for j, ((left, right), (x0, x1)) in enumerate(columns):
                 tile = Tile((y0, y1, x0, x1), (top, bottom, left, right))
                 found = {each: self._pieces(one, tile.window, layer, token) for each, one in self.cut.items()}
-                asked = worker.Chunk(tile, {each: pieces for each, (_, pieces) in found.items()}, tuple(self.whole))
+                chunk = worker.Chunk(tile, {each: pieces for each, (_, pieces) in found.items()}, tuple(self.whole))
                 layer[name, i, j, 0] = (
-                    worker.chunk, graph_key, asked, [keys for keys, _ in found.values()], wholes,
+                    worker.chunk, graph_key, chunk, [keys for keys, _ in found.values()], wholes,
                 )  # fmt: skip
         return name, layer
 

@@ -69,12 +69,12 @@ def checked_shape(shape: Any, what: str) -> tuple[int, int, int]:
 def checked_dtype(dtype: Any, what: str) -> np.dtype[Any]:
     """What pictures hold: bools, uint8, uint16 and floats."""
     try:
-        made: np.dtype[Any] = np.dtype(dtype)
+        checked: np.dtype[Any] = np.dtype(dtype)
     except TypeError:
         raise InputError(f"{what} must be uint8, uint16 or floats, got {shown(dtype)}") from None
-    if made.kind not in "fb" and not (made.kind == "u" and made.itemsize <= 2):
-        raise InputError(f"{what} has dtype {made}; give uint8, uint16 or floats (0 to 1 for colours)")
-    return made
+    if checked.kind not in "fb" and not (checked.kind == "u" and checked.itemsize <= 2):
+        raise InputError(f"{what} has dtype {checked}; give uint8, uint16 or floats (0 to 1 for colours)")
+    return checked
 
 
 def block_of(array: Any, *, written: bool = False) -> tuple[int, int]:
@@ -183,10 +183,10 @@ def grid_of(
     if tile is not None:
         core = min(size[0], tile[0]), min(size[1], tile[1])
         core = (size[0] if footprint.wide else core[0], size[1] if footprint.high else core[1])
-        made = _grid(size, core, footprint.halo, cost)
-        if made.bytes > memory:
-            raise _too_little(memory, made, footprint)
-        return made
+        tiles = _grid(size, core, footprint.halo, cost)
+        if tiles.bytes > memory:
+            raise _too_little(memory, tiles, footprint)
+        return tiles
     found: list[Grid] = []
     pixels = min(room, MOST_PIXELS, max(LEAST_PIXELS, size[0] * size[1] // LEAST_TILES))
     while pixels > 0:
@@ -226,8 +226,8 @@ def _cores(
 
 def _rounded(length: int, block: int, below: int) -> int:
     """A length in whole blocks where that is still less than it was."""
-    whole = -(-length // block) * block
-    return whole if whole < below else length
+    rounded = -(-length // block) * block
+    return rounded if rounded < below else length
 
 
 def _share(grid: Grid, block: tuple[int, int]) -> float:

@@ -58,24 +58,24 @@ def prepared(
     """A job, ready to run; ``stack`` gives back what it holds, and nothing is written yet."""
     allowed = bytes_of(wanted.memory)
     tile = None if wanted.tile is None else _pair(wanted.tile, "tile")
-    made = bound(wanted.graph, wanted.backend, wanted.options, wanted.non_finite, stack)
+    bound_graph = bound(wanted.graph, wanted.backend, wanted.options, wanted.non_finite, stack)
     if wanted.size is not None:
-        made = replace(made, size=_pair(wanted.size, "size"))
-    given = _by_name(made.inputs, wanted.source)
-    sources = _sources(made.inputs, given, blocks_room(allowed), stack)
+        bound_graph = replace(bound_graph, size=_pair(wanted.size, "size"))
+    given = _by_name(bound_graph.inputs, wanted.source)
+    sources = _sources(bound_graph.inputs, given, blocks_room(allowed), stack)
     pictures = {name: (source.shape, source.dtype) for name, source in sources.items()}
-    plan = whole_plan(made, pictures)
+    plan = whole_plan(bound_graph, pictures)
     needs = footprint(plan)
-    whole = {name for name, resource in plan.inputs.items() if resource in needs.whole}
-    _check_blocks([sources[name] for name in plan.inputs if name not in whole], allowed)
+    uncut = {name for name, resource in plan.inputs.items() if resource in needs.whole}
+    _check_blocks([sources[name] for name in plan.inputs if name not in uncut], allowed)
     sinks = sinks_for(plan, sources)
     cost = _cost(plan, needs, sources, sinks)
     block = max(s.block[0] for s in sinks.values()), max(s.block[1] for s in sinks.values())
     grid = grid_of(result_size(plan), needs, cost, allowed, block, tile)
     return Job(
-        made, plan, needs, grid,
-        {name: sources[name] for name in plan.inputs if name not in whole},
-        {name: _whole(name, sources[name], made) for name in whole},
+        bound_graph, plan, needs, grid,
+        {name: sources[name] for name in plan.inputs if name not in uncut},
+        {name: _read_uncut(name, sources[name], bound_graph) for name in uncut},
         sinks, _values(wanted.values),
         {name: Path(picture) for name, picture in given.items() if isinstance(picture, (str, PathLike))},
     )  # fmt: skip
@@ -147,10 +147,10 @@ def _check_blocks(sources: Iterable[Source], memory: int) -> None:
             )
 
 
-def _whole(name: str, source: Source, made: Bound) -> Any:
+def _read_uncut(name: str, source: Source, bound_graph: Bound) -> Any:
     """An input that every tile needs whole."""
     height, width, _ = source.shape
-    return admitted_part(made, name, source.read((0, height, 0, width)))
+    return admitted_part(bound_graph, name, source.read((0, height, 0, width)))
 
 
 def _values(given: object) -> Mapping[str, object]:
@@ -164,9 +164,9 @@ def _values(given: object) -> Mapping[str, object]:
 def _cost(plan: Plan, needs: Footprint, sources: Mapping[str, Source], sinks: Mapping[str, Sink]) -> Cost:
     """Bytes by kind; see docs/large-pictures.md."""
     inside = {r.memory: Memory(r.format, (1, 1)) for r in plan.resources if r.id not in needs.whole}
-    pixel = sum(_held(memory.format) for memory in inside.values())
+    pixel = sum(_pixel_bytes(memory.format) for memory in inside.values())
     fixed = RESERVE + sum(
-        _held(m.format) * m.size[0] * m.size[1] for n, m in enumerate(plan.memories) if n not in inside
+        _pixel_bytes(m.format) * m.size[0] * m.size[1] for n, m in enumerate(plan.memories) if n not in inside
     )
     for name, resource in plan.inputs.items():
         source, format_ = sources[name], plan.resources[resource].format
@@ -187,6 +187,6 @@ def _cost(plan: Plan, needs: Footprint, sources: Mapping[str, Source], sinks: Ma
     return Cost(fixed, pixel)
 
 
-def _held(format_: Format) -> int:
+def _pixel_bytes(format_: Format) -> int:
     """Bytes that a pixel takes on a device that computes in float32, or as specified where that is more."""
     return max(4 * format_.channels, format_.bytes_per_pixel)

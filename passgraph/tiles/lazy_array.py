@@ -87,8 +87,10 @@ class LazyPicture:
     ndim = 3
     dtype: np.dtype[Any] = np.dtype(np.float32)
 
-    def __init__(self, job: Job, windows: Windows, name: str, shape: tuple[int, int, int], held: ExitStack) -> None:
-        self._job, self._windows, self._name, self._held = job, windows, name, held
+    def __init__(
+        self, job: Job, windows: Windows, name: str, shape: tuple[int, int, int], resources: ExitStack
+    ) -> None:
+        self._job, self._windows, self._name, self._held = job, windows, name, resources
         self.shape = shape
         self._closed = False
 
@@ -106,10 +108,10 @@ class LazyPicture:
     def __getitem__(self, key: Key) -> Numbers:
         rows, columns, channels = self._places(key)
         spans = [range(place, place + 1) if isinstance(place, int) else place for place in (rows, columns)]
-        made = self._part((spans[0].start, spans[0].stop, spans[1].start, spans[1].stop))
+        part = self._part((spans[0].start, spans[0].stop, spans[1].start, spans[1].stop))
         picked = tuple(0 if isinstance(place, int) else slice(None, None, place.step) for place in (rows, columns))
         last = channels if isinstance(channels, int) else slice(channels.start, channels.stop, channels.step)
-        return made[(*picked, last)]
+        return part[(*picked, last)]
 
     def _places(self, key: Key) -> list[int | range]:
         """Along each axis one place, or those of a slice."""
@@ -132,9 +134,9 @@ class LazyPicture:
 
     def _part(self, part: Part) -> Numbers:
         top, bottom, left, right = part
-        made = np.empty((max(0, bottom - top), max(0, right - left), self.shape[2]), np.float32)
-        if not made.size:
-            return made
+        joined = np.empty((max(0, bottom - top), max(0, right - left), self.shape[2]), np.float32)
+        if not joined.size:
+            return joined
         with self._job.bound.backend.turn:
             if self._closed:
                 raise InputError("this picture is closed; call lazily_tiled again")
@@ -143,8 +145,8 @@ class LazyPicture:
                 y0, y1 = max(top, tile.core[0]), min(bottom, tile.core[1])
                 x0, x1 = max(left, tile.core[2]), min(right, tile.core[3])
                 y, x = tile.window[0], tile.window[2]
-                made[y0 - top : y1 - top, x0 - left : x1 - left] = result[y0 - y : y1 - y, x0 - x : x1 - x]
-        return made
+                joined[y0 - top : y1 - top, x0 - left : x1 - left] = result[y0 - y : y1 - y, x0 - x : x1 - x]
+        return joined
 
     def _computed(self, tile: Tile) -> Numbers:
         pictures = self._job.admitted(self._windows, tile)

@@ -35,7 +35,7 @@ class _Run:
         values = travelling_values(job.values, "tiled")
         graph = digest_and_text(to_data(job.bound.outputs), job.bound.settings())
         shapes = {name: (source.shape, source.dtype.str) for name, source in job.sources.items()}
-        shapes |= {name: (whole.shape, whole.dtype.str) for name, whole in job.whole.items()}
+        shapes |= {name: (picture.shape, picture.dtype.str) for name, picture in job.whole.items()}
         # As results of tasks they are sent to a worker once, and made again where a worker is lost that held them.
         self.told = client.submit(same, worker.Told(*graph, shapes, values, room=room), pure=False)
         self.whole = client.submit(same, dict(job.whole), pure=False)

@@ -54,10 +54,10 @@ class Pieces:
         arrays = [_shaped(piece) for piece in pieces]  # of one channel, where all are to have its value
         if len(arrays) == 1 and arrays[0].shape == self.shape:
             return arrays[0]
-        made = np.empty(self.shape, arrays[0].dtype)
+        full = np.empty(self.shape, arrays[0].dtype)
         for array, (y, x) in zip(arrays, self.places, strict=True):
-            made[y : y + array.shape[0], x : x + array.shape[1]] = array
-        return made
+            full[y : y + array.shape[0], x : x + array.shape[1]] = array
+        return full
 
 
 def _shaped(piece: Any) -> Numbers:
@@ -74,12 +74,12 @@ class _Compiled:
     sources: dict[Named, Source] = field(default_factory=dict)
 
     @staticmethod
-    def of(told: Told, window: tuple[int, int]) -> _Compiled:
+    def of(task: Told, window: tuple[int, int]) -> _Compiled:
         with ExitStack() as stack:
-            program = stack.enter_context(compiled(told.text))
-            made = bound(program, None, None, program._non_finite, stack)
-            plan = whole_plan(made, {name: (shape, np.dtype(d)) for name, (shape, d) in told.shapes.items()})
-            windows = Windows(made, plan, footprint(plan), window)
+            program = stack.enter_context(compiled(task.text))
+            bound_program = bound(program, None, None, program._non_finite, stack)
+            plan = whole_plan(bound_program, {name: (shape, np.dtype(d)) for name, (shape, d) in task.shapes.items()})
+            windows = Windows(bound_program, plan, footprint(plan), window)
             stack.callback(windows.close)
             return _Compiled(windows, stack.pop_all())
 
@@ -96,23 +96,23 @@ class _Compiled:
 
 
 def computed(
-    told: Told, tile: Tile, pictures: Mapping[str, Numbers | Named], whole: Mapping[str, Any]
+    task: Told, tile: Tile, pictures: Mapping[str, Numbers | Named], whole: Mapping[str, Any]
 ) -> dict[str, NDArray[Any]] | None:
     """What is right of a window's results; None where a file that is named looks different here."""
     files = [picture for picture in pictures.values() if isinstance(picture, Named)]
     if not all(file.is_here for file in files):
         return None
     top, bottom, left, right = tile.window
-    key = f"{told.digest} {sorted(told.shapes.items())} {bottom - top} {right - left}"
+    key = f"{task.digest} {sorted(task.shapes.items())} {bottom - top} {right - left}"
     here = Programs.here(WINDOWS, MOST_WINDOWS)
-    with here.using(key, lambda: _Compiled.of(told, (right - left, bottom - top))) as made:
-        windows = made.windows
+    with here.using(key, lambda: _Compiled.of(task, (right - left, bottom - top))) as compiled:
+        windows = compiled.windows
         given = {name: admitted_part(windows.bound, name, picture) for name, picture in whole.items()}
         for name, picture in pictures.items():
             if isinstance(picture, Named):
-                picture = made.source(name, picture, told.room).read(tile.window)
+                picture = compiled.source(name, picture, task.room).read(tile.window)
             given[name] = windows.admitted(name, picture, tile.window)
-        results = windows.compute(tile.window, given, told.values, stored=told.stored)
+        results = windows.compute(tile.window, given, task.values, stored=task.stored)
     y0, y1, x0, x1 = tile.core
     cut = slice(y0 - top, y1 - top), slice(x0 - left, x1 - left)
     return {name: np.ascontiguousarray(result[cut]) for name, result in results.items()}
@@ -127,10 +127,10 @@ class Chunk:
     whole: tuple[str, ...]
 
 
-def chunk(told: Told, asked: Chunk, pieces: Sequence[Sequence[Any]], whole: Sequence[Any]) -> NDArray[Any]:
+def chunk(task: Told, asked: Chunk, pieces: Sequence[Sequence[Any]], whole: Sequence[Any]) -> NDArray[Any]:
     """A chunk of a picture's only result, from pieces of its inputs in the order of ``asked``."""
     joined = {name: at.joined(given) for (name, at), given in zip(asked.pieces.items(), pieces, strict=True)}
-    results = computed(told, asked.tile, joined, dict(zip(asked.whole, whole, strict=True)))
+    results = computed(task, asked.tile, joined, dict(zip(asked.whole, whole, strict=True)))
     assert results is not None  # no file is named
     return next(iter(results.values()))
 

@@ -66,8 +66,8 @@ def planned_sink(
             raise InputError(f"{what}: the folder {path.absolute().parent} does not exist; make it first")
         if kind == "TIFF" and path.is_dir():
             raise InputError(f"{what}: {path} is a directory; give the name of a file")
-        made = checked_dtype(format_.number if dtype is None else dtype, f"{what}: dtype")
-        return FileSink(path, shape, made, what, kind, notes)
+        checked = checked_dtype(format_.number if dtype is None else dtype, f"{what}: dtype")
+        return FileSink(path, shape, checked, what, kind, notes)
     if dtype is not None:
         raise InputError(f"{what}: dtype is for new files; an array keeps its own")
     return ArraySink(given, shape, what)

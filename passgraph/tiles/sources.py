@@ -172,12 +172,12 @@ class Blocks:
         if self.block == (1, 1):
             return np.asarray(self.source.read(part))
         top, bottom, left, right = part
-        made = np.empty((bottom - top, right - left, self.shape[2]), self.dtype)
+        joined = np.empty((bottom - top, right - left, self.shape[2]), self.dtype)
         for row, column in self._touched(part):
             block, y, x = self._block(row, column), row * self.block[0], column * self.block[1]
             y0, y1, x0, x1 = max(top, y), min(bottom, y + len(block)), max(left, x), min(right, x + block.shape[1])
-            made[y0 - top : y1 - top, x0 - left : x1 - left] = block[y0 - y : y1 - y, x0 - x : x1 - x]
-        return made
+            joined[y0 - top : y1 - top, x0 - left : x1 - left] = block[y0 - y : y1 - y, x0 - x : x1 - x]
+        return joined
 
     def _touched(self, part: Part) -> Iterator[tuple[int, int]]:
         top, bottom, left, right = part

@@ -87,15 +87,15 @@ class TiffSource:
     def _rows(self, part: Part) -> Numbers:
         top, bottom, left, right = part
         width, channels = self.shape[1:]
-        made = np.empty((bottom - top, right - left, channels), self.dtype.newbyteorder(self._tiff.byteorder))
-        bytes_, pixel = made.view(np.uint8).reshape(bottom - top, -1), channels * self.dtype.itemsize
+        rows = np.empty((bottom - top, right - left, channels), self.dtype.newbyteorder(self._tiff.byteorder))
+        bytes_, pixel = rows.view(np.uint8).reshape(bottom - top, -1), channels * self.dtype.itemsize
         assert self._plain is not None
         if right - left == width:
             self._fill(self._plain + top * width * pixel, bytes_.reshape(-1))
         else:
             for row in range(top, bottom):
                 self._fill(self._plain + (row * width + left) * pixel, bytes_[row - top])
-        return made
+        return rows
 
     def _fill(self, place: int, into: NDArray[np.uint8]) -> None:
         file = self._tiff.filehandle
@@ -107,15 +107,15 @@ class TiffSource:
         """The blocks that a part touches; the part is cut at the picture's edges, blocks may be larger."""
         top, bottom, left, right = part
         page, (rows, columns) = self._page, self.block
-        made = np.zeros((bottom - top, right - left, self.shape[2]), self.dtype)
+        pixels = np.zeros((bottom - top, right - left, self.shape[2]), self.dtype)
         across, down = ceil(self.shape[1] / columns), ceil(self.shape[0] / rows)
         for plane in range(self.shape[2] if self._planar else 1):
             for row in range(top // rows, ceil(bottom / rows)):
                 for column in range(left // columns, ceil(right / columns)):
-                    self._decode(page, plane * across * down + row * across + column, part, made)
-        return made
+                    self._decode(page, plane * across * down + row * across + column, part, pixels)
+        return pixels
 
-    def _decode(self, page: Any, index: int, part: Part, made: Numbers) -> None:
+    def _decode(self, page: Any, index: int, part: Part, pixels: Numbers) -> None:
         top, bottom, left, right = part
         file, size = self._tiff.filehandle, page.databytecounts[index]
         data = None
@@ -130,7 +130,7 @@ class TiffSource:
         block = segment[0]
         y0, y1, x0, x1 = max(top, y), min(bottom, y + len(block)), max(left, x), min(right, x + block.shape[1])
         channels = slice(plane, plane + 1) if self._planar else slice(None)
-        made[y0 - top : y1 - top, x0 - left : x1 - left, channels] = block[y0 - y : y1 - y, x0 - x : x1 - x]
+        pixels[y0 - top : y1 - top, x0 - left : x1 - left, channels] = block[y0 - y : y1 - y, x0 - x : x1 - x]
 
     def close(self) -> None:
         self._tiff.close()
@@ -165,9 +165,9 @@ class TiffSink:
             iccprofile=notes.profile or None, resolution=notes.resolution,
             resolutionunit="INCH" if notes.resolution else None,
         )  # fmt: skip
-        with tifffile.TiffFile(path) as made:
-            self._offsets = made.pages[0].dataoffsets
-            self.dtype = self.dtype.newbyteorder(made.byteorder)
+        with tifffile.TiffFile(path) as file:
+            self._offsets = file.pages[0].dataoffsets
+            self.dtype = self.dtype.newbyteorder(file.byteorder)
         self._file = path.open("r+b")
 
     def write(self, part: Part, picture: Convert) -> None:

@@ -57,9 +57,11 @@ class Bound:
     def settings(self) -> dict[str, Any]:
         """What `passgraph.compile` takes beside the outputs, as plain data; of the backend its name."""
         return {
-            "backend": self.backend.name, "size": self.size, "options": asdict(self.options),
+            "backend": self.backend.name,
+            "size": self.size,
+            "options": asdict(self.options),
             "non_finite": self.non_finite,
-        }  # fmt: skip
+        }
 
 
 def bound(
@@ -82,7 +84,7 @@ def bound(
         if graph._check_finite:
             raise GraphError("check_finite looks at what passes of a whole run write; compile without it for tiles")
         overrides = dict(graph._overrides)
-        made = Bound(graph._outputs, graph.backend, graph._options, graph._non_finite, overrides, graph._size)
+        result = Bound(graph._outputs, graph.backend, graph._options, graph._non_finite, overrides, graph._size)
     else:
         expected = "a name such as 'gl' or an open backend"
         if backend is None or isinstance(backend, str):
@@ -90,13 +92,13 @@ def bound(
         else:
             opened = arguments.instance(backend, Class, "backend", expected, BackendError)
         chosen = arguments.instance(Options() if options is None else options, Options, "options", "pg.Options(...)")
-        made = Bound(named_outputs(graph), opened, chosen, checked_choice(non_finite), {}, None)
-    if not (made.backend.optimises and made.backend.computes):
+        result = Bound(named_outputs(graph), opened, chosen, checked_choice(non_finite), {}, None)
+    if not (result.backend.optimises and result.backend.computes):
         raise BackendError(
-            f"backend {made.backend.name} cannot compute tiles: it runs kernels as they were written, and tiles need "
+            f"backend {result.backend.name} cannot compute tiles: it runs kernels as they were written, and tiles need "
             "them rewritten; use numpy, or another one"
         )
-    return made
+    return result
 
 
 def whole_plan(bound: Bound, pictures: Mapping[str, Shape]) -> Plan:
@@ -120,10 +122,10 @@ class Windows:
 
     def __init__(self, bound: Bound, plan: Plan, needs: Footprint, window: tuple[int, int]) -> None:
         self.bound, self.size = bound, result_size(plan)
-        made = window_plan(plan, needs, window)
-        check(made, bound.backend.limits)
+        plan_of_window = window_plan(plan, needs, window)
+        check(plan_of_window, bound.backend.limits)
         with bound.backend.turn:
-            self.execution = Execution(made, bound.backend)
+            self.execution = Execution(plan_of_window, bound.backend)
             for (step, name), value in bound.overrides.items():
                 self.execution.override(step, name, value)
 
@@ -146,17 +148,19 @@ class Windows:
         """The results in a window: values, or what their targets hold."""
         top, _, left, _ = window
         # Tiles of one picture are one frame, however many runs they take.
-        told = {FRAME_INDEX.name: 0, **values, WINDOW.name: (left, top, *self.size), OUTPUT_SIZE.name: self.size}
-        given = {name: value for name, value in told.items() if name in values or name in self.plan.values}
+        all_values = {FRAME_INDEX.name: 0, **values, WINDOW.name: (left, top, *self.size), OUTPUT_SIZE.name: self.size}
+        given = {name: value for name, value in all_values.items() if name in values or name in self.plan.values}
         results: Results = "stored" if stored else "float32"
         backend = self.bound.backend
         # Between two windows others may use the backend, the one that computes a source among them.
         with backend.turn:
             self.execution.run(pictures, given, None, results=results)
             with backend.running():
-                made = {name: self.execution.result(resource, results) for name, resource in self.plan.outputs.items()}
+                results_by_name = {
+                    name: self.execution.result(resource, results) for name, resource in self.plan.outputs.items()
+                }
         # Nothing was given to write into, so that results are arrays.
-        return cast("dict[str, Numbers]", made)
+        return cast("dict[str, Numbers]", results_by_name)
 
     def close(self) -> None:
         """Give back pictures and compiled passes."""
@@ -257,12 +261,12 @@ def report_progress(progress: Progress, total: int) -> Iterator[Advance]:
         call = arguments.function(progress, "progress")
         done = 0
 
-        def told() -> None:
+        def count_tile() -> None:
             nonlocal done
             done += 1
             call(done, total)
 
-        yield told
+        yield count_tile
     elif progress is False or (progress is None and not sys.stderr.isatty()):
         yield lambda: None
     else:

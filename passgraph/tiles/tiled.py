@@ -152,9 +152,9 @@ def _sinks(plan: Plan, given: object, dtype: object, sources: Mapping[str, Sourc
         raise InputError(f"sink must name each result ({', '.join(names)}) and nothing else, got {got}")
     found, notes = {}, _notes(sources, made_of)
     for name, resource in plan.outputs.items():
-        made = plan.resources[resource]
-        shape = made.size[1], made.size[0], made.format.channels
-        found[name] = planned_sink(given[name], shape, made.format, dtype, f"sink of {name!r}", notes)
+        info = plan.resources[resource]
+        shape = info.size[1], info.size[0], info.format.channels
+        found[name] = planned_sink(given[name], shape, info.format, dtype, f"sink of {name!r}", notes)
         _check_apart(given[name], sources, f"sink of {name!r}")
     return found
 

@@ -111,12 +111,12 @@ def toward(light: Light, origin: Float64, positions: Float64, square: Float64) -
     spread = light.radius * disc(square) @ across
     if light.kind == "directional":
         # rounding must not turn a light without extent
-        made = spread - np.array(light.direction)
+        directions = spread - np.array(light.direction)
         lengths = np.full(square.shape[:2], ENDLESS)
-        return made / np.linalg.norm(made, axis=-1, keepdims=True), lengths
-    made = np.subtract(light.position, origin) + spread - positions[:, None]
-    far = np.linalg.norm(made, axis=-1)
-    return made / np.maximum(far, 1e-300)[..., None], far
+        return directions / np.linalg.norm(directions, axis=-1, keepdims=True), lengths
+    directions = np.subtract(light.position, origin) + spread - positions[:, None]
+    far = np.linalg.norm(directions, axis=-1)
+    return directions / np.maximum(far, 1e-300)[..., None], far
 
 
 def _toward_ball(place: Float64, radius: float, positions: Float64, square: Float64) -> tuple[Float64, Float64]:
@@ -137,7 +137,7 @@ def _toward_ball(place: Float64, radius: float, positions: Float64, square: Floa
     u = np.stack([1.0 + sign * x * x * a, sign * x * y * a, -sign * x], axis=-1)
     v = np.stack([x * y * a, sign + y * y * a, -y], axis=-1)
     out = np.sqrt(np.maximum(widest[:, None] * (2.0 - drop), 0.0))[..., None] * flat
-    made = (1.0 - drop)[..., None] * axis[:, None] + out[..., :1] * u[:, None] + out[..., 1:] * v[:, None]
+    directions = (1.0 - drop)[..., None] * axis[:, None] + out[..., :1] * u[:, None] + out[..., 1:] * v[:, None]
     cosine = 1.0 - drop
     inside = np.maximum(radius**2 - far[:, None] ** 2 * (1.0 - cosine**2), 0.0)
-    return made, np.maximum(far[:, None] * cosine - np.sqrt(inside), 0.0)
+    return directions, np.maximum(far[:, None] * cosine - np.sqrt(inside), 0.0)

@@ -111,7 +111,7 @@ def visible_shares(
     casters = casting_triangles(scene, surfaces.origin)
     rays = Tracer(casters.corners) if len(casters.corners) else None
     receives = np.array([node.receives for node in scene.nodes] + [False])
-    made = []
+    shares = []
     for number, light in enumerate(lights):
 
         def step(done: float, number: int = number) -> None:
@@ -119,8 +119,8 @@ def visible_shares(
                 progress((number + done) / len(lights))
 
         valid = receives[surfaces.node] & _shines_on(light, surfaces)
-        made.append(_trace(light, surfaces, valid, rays, casters.extent if rays else 0.0, samples, seed, step))
-    return tuple(made)
+        shares.append(_trace(light, surfaces, valid, rays, casters.extent if rays else 0.0, samples, seed, step))
+    return tuple(shares)
 
 
 def _shines_on(light: Light, surfaces: Surfaces) -> NDArray[np.bool_]:

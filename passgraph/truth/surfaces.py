@@ -148,8 +148,8 @@ def _view_rays(camera: Camera, size: tuple[int, int]) -> tuple[Float64, Float64]
     flat, none = np.stack([*np.meshgrid(x, y), np.zeros((height, width))], axis=-1), np.zeros((height, width, 3))
     begin, way = (flat, none) if camera.orthographic else (none, flat)
     turn = camera.view_rotation()[:3, :3]
-    made = (way - (0.0, 0.0, 1.0)) @ turn
-    return begin @ turn, np.asarray(made / np.linalg.norm(made, axis=-1, keepdims=True), np.float64)
+    directions = (way - (0.0, 0.0, 1.0)) @ turn
+    return begin @ turn, np.asarray(directions / np.linalg.norm(directions, axis=-1, keepdims=True), np.float64)
 
 
 def _first_front(

@@ -103,8 +103,8 @@ def compared(
     most_ambiguous: float = MOST_AMBIGUOUS,
 ) -> Report:
     """The same of a graph that is planned already, for one run."""
-    made = _Comparison(passes, progress, most_ambiguous)
-    return Report(tuple(made.judged(backend) for backend in backends), passes.plan, made.difference)
+    comparison = _Comparison(passes, progress, most_ambiguous)
+    return Report(tuple(comparison.judged(backend) for backend in backends), passes.plan, comparison.difference)
 
 
 class _Comparison:
@@ -132,7 +132,7 @@ class _Comparison:
             self.passes.allowed(backend.snaps)
             self.progress(name)
             try:
-                (whole,), (judged,) = (
+                (pictures,), (judged,) = (
                     self.passes.written(backend),
                     self.passes.written(backend, self._expected(backend)),
                 )
@@ -143,19 +143,19 @@ class _Comparison:
         finally:
             if isinstance(chosen, str):
                 backend.close()
-        self._hold_against_first(name, whole)
-        return BackendReport(name, self._measured(judged, whole, backend.snaps))
+        self._hold_against_first(name, pictures)
+        return BackendReport(name, self._measured(judged, pictures, backend.snaps))
 
     def _expected(self, backend: Backend) -> dict[Key, Picture]:
         return self.passes.allowed(backend.snaps)[0]
 
-    def _hold_against_first(self, name: str, whole: dict[Key, Picture]) -> None:
+    def _hold_against_first(self, name: str, pictures_of_backend: dict[Key, Picture]) -> None:
         """Whatever pair differs in a pass, one of the two differs from the first backend there."""
         if self.first is None:
-            self.first = name, whole
+            self.first = name, pictures_of_backend
             return
         plan, (first, pictures) = self.passes.plan, self.first
-        for key, picture in whole.items():
+        for key, picture in pictures_of_backend.items():
             if self._differing is not None and key[1] >= self._differing[1]:
                 return
             differ = other_bits(pictures[key], picture)
@@ -163,7 +163,7 @@ class _Comparison:
                 continue
             apart = np.where(differ, distance(pictures[key], picture).max(axis=2), -1.0)
             row, column = (int(i) for i in np.unravel_index(np.argmax(apart), apart.shape))
-            values = [tuple(float(v) for v in made[row, column]) for made in (pictures[key], picture)]
+            values = [tuple(float(v) for v in pixels[row, column]) for pixels in (pictures[key], picture)]
             self._differing = key
             self.difference = Difference(
                 plan.steps[key[1]].name, plan.resources[key[2]].name, (first, name), int(differ.sum()),
@@ -174,25 +174,25 @@ class _Comparison:
     def _measured(self, judged: dict[Key, Picture], whole: dict[Key, Picture], snaps: bool) -> tuple[TargetReport, ...]:
         """Figures of every target, and why those of another kind and the first undecided one are."""
         plan, (expected, allowed) = self.passes.plan, self.passes.allowed(snaps)
-        made = {
+        reports = {
             key: _measured(plan, key, judged[key], expected[key], allowed[key], whole[key], self.most_ambiguous)
             for key in expected
         }
         other = other_kinds(judged, expected, allowed)
-        undecided = [key for key, target in made.items() if not target.decided][:1]
-        both = {key: pixels for key in made if (pixels := _both_not_finite(judged[key], expected[key])).any()}
+        undecided = [key for key, target in reports.items() if not target.decided][:1]
+        both = {key: pixels for key in reports if (pixels := _both_not_finite(judged[key], expected[key])).any()}
         first_both = next(iter(both), None)
         told_both = [] if first_both is None else [first_both]
         watches = self._watches_of(snaps, {key[1] for key in (*other, *undecided, *told_both)})
         for key in told_both:
             kind = first_other_kind(self.passes, key, both[key], judged[key], expected, watches[key[1]])
-            made[key] = replace(made[key], non_finite=replace(kind, both=True))
+            reports[key] = replace(reports[key], non_finite=replace(kind, both=True))
         for key, pixels in other.items():
             kind = first_other_kind(self.passes, key, pixels, judged[key], expected, watches[key[1]])
-            made[key] = replace(made[key], other_kind=kind)
+            reports[key] = replace(reports[key], other_kind=kind)
         for key in undecided:
-            made[key] = replace(made[key], places=_places(made[key], watches[key[1]]))
-        return tuple(made.values())
+            reports[key] = replace(reports[key], places=_places(reports[key], watches[key[1]]))
+        return tuple(reports.values())
 
     def _watches_of(self, snaps: bool, steps: set[int]) -> dict[int, Watch]:
         """Notes of steps; those that another backend asked for are kept."""

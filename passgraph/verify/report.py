@@ -140,15 +140,15 @@ class TargetReport:
         if self.ambiguous <= self.most_ambiguous:
             return (
                 f"{where}: operations promise nothing for what they are given at {self.unpromised:.2%} of pixels, more "
-                f"than {MOST_UNPROMISED:.0%}, so that next to any picture would pass{self._told('')}"
+                f"than {MOST_UNPROMISED:.0%}, so that next to any picture would pass{self._places_text('')}"
             )
         return (
             f"{where}: rounding may turn decisions at {self.ambiguous:.2%} of pixels, more than "
             f"{self.most_ambiguous:.2%}, so that next to any picture would pass"
-            f"{self._told('; they are what is covered, or nearest')}"
+            f"{self._places_text('; they are what is covered, or nearest')}"
         )
 
-    def _told(self, otherwise: str) -> str:
+    def _places_text(self, otherwise: str) -> str:
         parts = [f"{cause} at {count}" for cause, count in self.places[:MOST_TOLD]]
         more = f" and {len(self.places) - MOST_TOLD} more" if len(self.places) > MOST_TOLD else ""
         return f"; they are {', '.join(parts)}{more}" if parts else otherwise

@@ -89,15 +89,15 @@ def row(name: str, outputs: object, size: tuple[int, int]) -> Row:
 def made_by(effect: Effect, size: tuple[int, int], **parameters: object) -> object:
     """The effect on full-size float16 pictures, or on the shipped scene."""
     if effect.takes == "scene":
-        return effect.made(pg.Scene.shipped(), **parameters)
+        return effect.build(pg.Scene.shipped(), **parameters)
     if effect.takes == "world2d":
         from passgraph.effects.light2d import World2D
 
-        return effect.made(World2D.shipped(), size, **parameters)
+        return effect.build(World2D.shipped(), size, **parameters)
     inputs = [pg.Input("frame", "rgba16f", size)]
     if effect.takes == "picture+depth":
         inputs.append(pg.Input("depth", "r32f", size))
-    return effect.made(*inputs, **parameters)
+    return effect.build(*inputs, **parameters)
 
 
 def rows(size: tuple[int, int] = FULL_HD) -> list[Row]:

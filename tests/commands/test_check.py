@@ -215,6 +215,13 @@ def test_what_a_beginner_writes_passes(capsys: pytest.CaptureFixture[str], name:
     assert status == 0, out
 
 
+def test_longer_kernels_of_beginners_pass(capsys: pytest.CaptureFixture[str]) -> None:
+    kernels = Path(__file__).with_name("beginner_kernels.py")
+    status, out, _ = said(capsys, "check", str(kernels), "-b", "numpy")
+    assert status == 0, out
+    assert out.count("within") == 21
+
+
 @pytest.mark.parametrize(
     ("body", "operation"),
     [

@@ -33,7 +33,7 @@ def results(name: str, frame: NDArray[Any], depth: NDArray[Any], **options: Any)
     if effect.takes == "picture+depth":
         targets.append(pg.Input("depth", "r32f", (WIDTH, HEIGHT)))
         given = {"frame": frame, "depth": depth}
-    with pg.compile(effect.made(*targets, **options), "numpy", non_finite="keep") as program:
+    with pg.compile(effect.build(*targets, **options), "numpy", non_finite="keep") as program:
         (picture,) = program(**given).values()
     return np.asarray(picture)
 
@@ -62,7 +62,9 @@ def test_depth_that_is_no_distance_is_sky(name: str, value: float) -> None:
 
 def test_infinite_depth_needs_no_option_and_an_infinite_picture_does() -> None:
     """What one pass turns into sky needs no refusal; what any other pass reads does."""
-    fog = EFFECTS["fog"].made(pg.Input("frame", "rgba32f", (WIDTH, HEIGHT)), pg.Input("depth", "r32f", (WIDTH, HEIGHT)))
+    fog = EFFECTS["fog"].build(
+        pg.Input("frame", "rgba32f", (WIDTH, HEIGHT)), pg.Input("depth", "r32f", (WIDTH, HEIGHT))
+    )
     depth = np.where(DEPTH > 4, np.float32(np.inf), DEPTH)
     with pg.compile(fog, "numpy") as program:
         assert np.isfinite(np.asarray(program(frame=FRAME, depth=depth))).all()

@@ -80,7 +80,7 @@ def test_what_is_out_of_range_is_refused_by_the_function_too(effect: Effect) -> 
             if effect.name == "soft-shadow" and parameter.name in choices:
                 given["shadow_filter"] = choices[parameter.name]
             with pytest.raises(pg.GraphError, match=r" must be (odd, )?(above )?-?\d"):
-                effect.made(*taken, **given)
+                effect.build(*taken, **given)
 
 
 def _beyond(limits: pg.Range) -> list[float]:
@@ -90,11 +90,11 @@ def _beyond(limits: pg.Range) -> list[float]:
 
 def test_a_filter_is_the_same_by_name_and_as_data() -> None:
     scene = pg.Scene.shipped()
-    by_name = EFFECTS["soft-shadow"].made(scene, shadow_filter="pcss", taps=7, bleed=0.3)
+    by_name = EFFECTS["soft-shadow"].build(scene, shadow_filter="pcss", taps=7, bleed=0.3)
     as_data = EFFECTS["soft-shadow"].function(scene, filter=Pcss(taps=7))
     assert _steps(by_name) == _steps(as_data)
     with pytest.raises(pg.GraphError, match="shadow_filter cannot be 'pcs'; it is one of auto, blur"):
-        EFFECTS["soft-shadow"].made(scene, shadow_filter="pcs")
+        EFFECTS["soft-shadow"].build(scene, shadow_filter="pcs")
 
 
 def _steps(picture: pg.Target) -> str:

@@ -57,7 +57,7 @@ def job_of(effect: Effect) -> Job:
     pictures = {"frame": unit(1, SIZE), "depth": unit(2, SIZE, 1) + 1}
     names = ["frame", "depth"] if effect.takes == "picture+depth" else ["frame"]
     targets = [pg.Input(name, "rgba32f" if name == "frame" else "r32f", SIZE) for name in names]
-    return Job(named_outputs(effect.made(*targets, **small)), SIZE, {name: pictures[name] for name in names})
+    return Job(named_outputs(effect.build(*targets, **small)), SIZE, {name: pictures[name] for name in names})
 
 
 def results(job: Job, backend: Backend, options: pg.Options) -> list[dict[str, Picture]]:

@@ -41,8 +41,8 @@ MUTANTS = (
         '"isnan": lambda b, x: b.fcmp_ordered("ord", x, x)',
         "operations/isnan",
     ),
-    _n("_saturated", "_int(2**31 - 1), made)", "_int(2**31 - 2), made)", "operations/to_int"),
-    _n("_saturated", 'b.select(b.fcmp_unordered("uno", x, x), _int(0), made)', "made", "operations/to_int"),
+    _n("_saturated", "_int(2**31 - 1), integer)", "_int(2**31 - 2), integer)", "operations/to_int"),
+    _n("_saturated", 'b.select(b.fcmp_unordered("uno", x, x), _int(0), integer)', "integer", "operations/to_int"),
     _n("_BOOL", "b.uitofp(x, F32)", "b.sitofp(x, F32)", "operations/to_float of bools"),
     _n("_floor_divide", "b.select(down, b.sub(quotient, _int(1)), quotient)", "quotient", "operations/floor_divide"),
     _n("_int_mod", "b.select(up, b.add(rest, y), rest)", "rest", "operations/int_mod"),
@@ -68,7 +68,7 @@ MUTANTS = (
     ),
     _n("LaneBody._for", '"<" if step > 0 else ">"', '"<=" if step > 0 else ">"', "language/"),
     _n("LaneBody.emit", "b.and_(live, b.not_(self._at_work()))", "live", "language/"),
-    _n("LaneBody.emit", "value = b.select(self._at_work(), value, held)", "pass", "language/"),
+    _n("LaneBody.emit", "value = b.select(self._at_work(), value, before)", "pass", "language/"),
     _n("LaneBody._if", "self.masked = was or leaves", "self.masked = was", "language/"),
     _n(
         "LaneBody._if",
@@ -136,8 +136,8 @@ MUTANTS = (
     _n("_SHARED_BUILTINS", '("output_size.", "size.", "pixel.1")', '("output_size.", "size.", "pixel.")', "language/"),
     _n(
         "_keep",
-        "made[at, 3] = 1 if area < 0 else 0",
-        "made[at, 3] = 0 if area < 0 else 1",
+        "ready[at, 3] = 1 if area < 0 else 0",
+        "ready[at, 3] = 0 if area < 0 else 1",
         "draw states/several targets",
     ),
     _n(
@@ -285,8 +285,8 @@ MUTANTS = (
     ),
     Mutant(
         "_Merge._stencil_test",
-        "seen = b.and_(held, llvm.Constant(I32, stencil.read_mask))",
-        "seen = held",
+        "seen = b.and_(stored, llvm.Constant(I32, stencil.read_mask))",
+        "seen = stored",
         "numpy",
         ("draws/stencil", "draw states/stencil"),
     ),

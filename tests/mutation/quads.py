@@ -23,7 +23,7 @@ MUTANTS = (
     _quads("_Quads._inside", "if here in self.feeding.holding else", "if False else"),
     _quads("_Quads._for", "frozenset(live | handed)", "frozenset(live)"),
     _quads("_Quads._if", "live |= in_else", "pass"),
-    _quads("_Quads._enter", "self._at(held, pixel, before, live)", "held"),
+    _quads("_Quads._enter", "self._at(variable, pixel, before, live)", "variable"),
     _quads("Feeding._needed", "both = (pixel, pixel ^ AXES[self.derivatives[node]]) if", "both = (pixel,) if"),
     _quads("_Quads._moved", 'ir.other_pixel(expression.name, "".join(axes))', "expression.name"),
     _beside("numpy", "interpolated", "if axis in axes else at", "if axis not in axes else at"),

@@ -39,7 +39,7 @@ MUTANTS = (
     _long("entry", 's.Lit("int", WIDTH - 1)', 's.Lit("int", WIDTH // 2 - 1)'),
     _long("entry", 's.Lit("int", WIDTH_BITS)', 's.Lit("int", WIDTH_BITS + 1)', "gl"),
     _long("entry", 'e.op("add", first, s.Lit("int", k))', "first"),
-    _long("_whole", 'e.op("bit_or", e.op("to_int", low), upper)', "upper"),
+    _long("_from_halves", 'e.op("bit_or", e.op("to_int", low), upper)', "upper"),
     _long("picture_of", "halves[:, 0], halves[:, 1] =", "halves[:, 1], halves[:, 0] ="),
     _long("numbers_in", "halves[:, 1] << HALF_BITS", "halves[:, 1]"),
     _long("Buffers.bring", "self.written[resource] is not value or ", "", where="composites/long arrays that"),
@@ -57,7 +57,7 @@ MUTANTS = (
     # Runs
     _plan("_earliest_first", "reversed(list(pairwise(chain)))", "pairwise(chain)"),
     _plan("Execution._begin_history", "np.asarray(resource.initial, np.float32)", "np.zeros(1, np.float32)"),
-    _plan("Execution._told", "self.runs if", "0 if"),
+    _plan("Execution._default_value", "self.runs if", "0 if"),
     _plan("Resources.histories", "image.frames_ago)", "1)"),
     # The printer
     Mutant("FLOOR_DIVIDE", "? q - 1 : q;", "? q : q;", "gl", ("operations/floor_divide",)),
@@ -118,7 +118,7 @@ MUTANTS = (
     _pre("mix", "return x * (1.0 - a) + y * a", "return y * (1.0 - a) + x * a", "operations/mix"),
     _pre("step", "return 0.0 if x < edge else 1.0", "return 0.0 if x <= edge else 1.0", "operations/step"),
     _pre("mod", "raised = rest + size if rest < 0.0 else rest", "raised = rest", "operations/mod"),
-    _pre("mod", "q = floor(abs(whole / size))", "q = floor(abs(whole / size) + 0.9999)", "operations/mod"),
+    _pre("mod", "q = floor(abs(magnitude / size))", "q = floor(abs(magnitude / size) + 0.9999)", "operations/mod"),
     _pre("mod", "other_sign = (x < 0.0) != (y < 0.0)", "other_sign = (x < 0.0)", "operations/mod"),
     _pre(
         "reduce_angle",
@@ -146,7 +146,12 @@ MUTANTS = (
     _pre(
         "smoothstep", "return t * t * (3.0 - 2.0 * t)", "return t * t * (3.0 - 2.000001 * t)", "operations/smoothstep"
     ),
-    _pre("exp", "whole = round(y * 1.44269504088896341)", "whole = floor(y * 1.44269504088896341)", "operations/exp"),
+    _pre(
+        "exp",
+        "exponent = round(y * 1.44269504088896341)",
+        "exponent = floor(y * 1.44269504088896341)",
+        "operations/exp",
+    ),
     _pre("exp", "p = p * f + 1.6666665459e-1", "p = p * f + 1.6680e-1", "operations/exp", "operations/sinh"),
     _pre(
         "exp",
@@ -266,7 +271,7 @@ MUTANTS = (
         "if False:",
     ),
     _plan("_fusable", "if known.readers[producer.node] != {consumer.node}:", "if False:"),
-    _plan("_with_copies", "if any(nx.has_path(graph, draw, r) for r in others):", "if False:"),
+    _plan("_with_copies", "if any(nx.has_path(graph, draw, r) for r in waits_for):", "if False:"),
     _plan(
         "cull",
         "*(work.final[s] for s in history)",
@@ -421,10 +426,10 @@ MUTANTS = (
         "numpy",
         ("language/stored",),
     ),
-    Mutant("dependencies", "in_place[draw] |= dict.fromkeys(others)", "pass", "gl", ("plans/", "sequences/")),
+    Mutant("dependencies", "in_place[draw] |= dict.fromkeys(other_readers)", "pass", "gl", ("plans/", "sequences/")),
     Mutant(
         "dependencies",
-        "if content in kept or any(content in work.passes[r].done.drawn_over for r in others):",
+        "if content in kept or any(content in work.passes[r].done.drawn_over for r in other_readers):",
         "if False:",
         "gl",
         ("plans/", "sequences/"),
@@ -465,7 +470,9 @@ MUTANTS = (
     ),
     _reduce("joined", "not first and b.x == a.x", "first and b.x == a.x", "plans/the first place"),
     _reduce("level", "ivec2(SIDE, 0), ivec2(SIDE * SIDE, 1)", "ivec2(SIDE, 0), ivec2(SIDE, 1)"),
-    _reduce("per_texel", "float(size.x // made.x) * float(size.y // made.y)", "float(size.x // made.x)"),
+    _reduce(
+        "per_texel", "float(size.x // result_size.x) * float(size.y // result_size.y)", "float(size.x // result_size.x)"
+    ),
     _reduce("bin_of", "number >= low and number <= high", "number <= high"),
     _reduce("bin_of", "min(place, float(bins - 1)) + 1.0", "place + 1.0"),
     _reduce("count_bins", "4 * pixel().x", "3 * pixel().x"),

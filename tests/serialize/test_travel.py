@@ -51,7 +51,7 @@ def test_every_effect_on_pictures_travels_to_the_same_bits(name: str, variant: M
     names = ["frame", "depth"] if effect.takes == "picture+depth" else ["frame"]
     pictures = {"frame": case_inputs.picture(), "depth": case_inputs.depth()}
     assert_same_runs(
-        effect.made(*map(pg.Input, names), **variant), backend, 1, **{each: pictures[each] for each in names}
+        effect.build(*map(pg.Input, names), **variant), backend, 1, **{each: pictures[each] for each in names}
     )
 
 

@@ -248,12 +248,12 @@ def _aligned(align: int | None) -> str:
 
 
 def _of_two(name: str) -> Callable[[IRBuilder, Value, Value], Value]:
-    return lambda self, x, y: self._made(x.type, f"{name} {x.type.text} {x.text}, {y.text}")
+    return lambda self, x, y: self._value(x.type, f"{name} {x.type.text} {x.text}, {y.text}")
 
 
 def _cast(name: str) -> Callable[[IRBuilder, Value, Type], Value]:
     def emit(self: IRBuilder, x: Value, kind: Type) -> Value:
-        return x if x.type is kind else self._made(kind, f"{name} {x.type.text} {x.text} to {kind.text}")
+        return x if x.type is kind else self._value(kind, f"{name} {x.type.text} {x.text} to {kind.text}")
 
     return emit
 
@@ -313,8 +313,8 @@ class IRBuilder:
         """``weights``: how often one is taken, and the other."""
         self.block.end = f"br i1 {condition.text}, label %{then.name}, label %{orelse.name}"
         if weights is not None:
-            told = ", ".join(['!"branch_weights"', *(f"i32 {weight}" for weight in weights)])
-            self.block.end += f", !prof {self.module.metadata(told)}"
+            weights_text = ", ".join(['!"branch_weights"', *(f"i32 {weight}" for weight in weights)])
+            self.block.end += f", !prof {self.module.metadata(weights_text)}"
 
     def ret(self, value: Value) -> None:
         self.block.end = f"ret {value}"
@@ -324,7 +324,7 @@ class IRBuilder:
 
     # Values
 
-    def _made(self, kind: Any, line: str) -> Value:
+    def _value(self, kind: Any, line: str) -> Value:
         block, text = self.block, f"%v{next(self.function.numbers)}"
         block.lines.append(f"{text} = {line}")
         return Value(kind, text, block)
@@ -337,14 +337,14 @@ class IRBuilder:
     sitofp, uitofp, fptosi = map(_cast, ("sitofp", "uitofp", "fptosi"))
 
     def select(self, condition: Value, then: Value, orelse: Value) -> Value:
-        return self._made(then.type, f"select {joined((condition, then, orelse))}")
+        return self._value(then.type, f"select {joined((condition, then, orelse))}")
 
     def fneg(self, x: Value) -> Value:
-        return self._made(x.type, f"fneg {x}")
+        return self._value(x.type, f"fneg {x}")
 
     def not_(self, x: Value) -> Value:
         ones = f"splat ({x.type.element} -1)" if isinstance(x.type, VectorType) else "-1"
-        return self._made(x.type, f"xor {x}, {ones}")
+        return self._value(x.type, f"xor {x}, {ones}")
 
     def icmp_signed(self, sign: str, x: Value, y: Value) -> Value:
         return self._compared("icmp", _SIGNED[sign], x, y)
@@ -361,12 +361,12 @@ class IRBuilder:
     def _compared(self, name: str, sign: str, x: Value, y: Value) -> Value:
         kind = x.type
         found = VectorType(_BIT, kind.count) if isinstance(kind, VectorType) else _BIT
-        return self._made(found, f"{name} {sign} {kind.text} {x.text}, {y.text}")
+        return self._value(found, f"{name} {sign} {kind.text} {x.text}, {y.text}")
 
     def phi(self, kind: Type) -> Phi:
-        made = Phi(kind, f"%v{next(self.function.numbers)}", self.block)
-        self.block.phis.append(made)
-        return made
+        node = Phi(kind, f"%v{next(self.function.numbers)}", self.block)
+        self.block.phis.append(node)
+        return node
 
     def call(self, function: Value, given: Sequence[Value], attrs: Sequence[str] = ()) -> Value:
         kind = function.type.pointee.return_type
@@ -374,17 +374,17 @@ class IRBuilder:
         if isinstance(kind, VoidType):
             self.block.lines.append(line)
             return function
-        return self._made(kind, line)
+        return self._value(kind, line)
 
     # Memory
 
     def alloca(self, kind: Type, size: Value | None = None) -> Value:
-        return self._made(_POINTER, f"alloca {kind}" + (f", {size}" if size is not None else ""))
+        return self._value(_POINTER, f"alloca {kind}" + (f", {size}" if size is not None else ""))
 
     def load(self, place: Value, typ: Type, align: int | None = None, steady: bool = False) -> Value:
         """``steady``: nothing writes there meanwhile."""
         line = f"load {typ.text}, ptr {place.text}" + _aligned(align)
-        return self._made(typ, f"{line}, !invariant.load {self.module.metadata('')}" if steady else line)
+        return self._value(typ, f"{line}, !invariant.load {self.module.metadata('')}" if steady else line)
 
     def store(self, value: Value, place: Value, align: int | None = None) -> None:
         self.block.lines.append(f"store {value}, ptr {place.text}{_aligned(align)}")
@@ -394,25 +394,25 @@ class IRBuilder:
         kind = indices[0].type
         found = VectorType(_POINTER, kind.count) if isinstance(kind, VectorType) else _POINTER
         inside = "inbounds " if inbounds else ""
-        return self._made(found, f"getelementptr {inside}{source_etype.text}, ptr {place.text}, {joined(indices)}")
+        return self._value(found, f"getelementptr {inside}{source_etype.text}, ptr {place.text}, {joined(indices)}")
 
     def atomic_rmw(self, name: str, place: Value, value: Value, ordering: str) -> Value:
-        return self._made(value.type, f"atomicrmw {name} ptr {place.text}, {value} {ordering}")
+        return self._value(value.type, f"atomicrmw {name} ptr {place.text}, {value} {ordering}")
 
     # Vectors and structs
 
     def extract_element(self, x: Value, place: Value) -> Value:
-        return self._made(x.type.element, f"extractelement {x}, {place}")
+        return self._value(x.type.element, f"extractelement {x}, {place}")
 
     def insert_element(self, x: Value, value: Value, place: Value) -> Value:
-        return self._made(x.type, f"insertelement {x}, {value}, {place}")
+        return self._value(x.type, f"insertelement {x}, {value}, {place}")
 
     def shuffle_vector(self, x: Value, y: Value, places: Value) -> Value:
         kind = VectorType(x.type.element, places.type.count)
-        return self._made(kind, f"shufflevector {joined((x, y, places))}")
+        return self._value(kind, f"shufflevector {joined((x, y, places))}")
 
     def extract_value(self, x: Value, place: int) -> Value:
-        return self._made(x.type.elements[place], f"extractvalue {x}, {place}")
+        return self._value(x.type.elements[place], f"extractvalue {x}, {place}")
 
     def insert_value(self, x: Value, value: Value, place: int) -> Value:
-        return self._made(x.type, f"insertvalue {x}, {value}, {place}")
+        return self._value(x.type, f"insertvalue {x}, {value}, {place}")

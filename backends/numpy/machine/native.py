@@ -73,9 +73,9 @@ class Code:
     It is unloaded with this object: whoever has its address keeps the object, as `function` does.
     """
 
-    def __init__(self, name: str, text: str, loops: int, made: bytes | None) -> None:
+    def __init__(self, name: str, text: str, loops: int, machine_code: bytes | None) -> None:
         self.name, self._text, self._loops = name, text, loops
-        self._object = made
+        self._object = machine_code
         self._address: int | None = None
         self._making = threading.Lock()
 
@@ -87,9 +87,9 @@ class Code:
             if self._making.acquire(blocking=wait):
                 try:
                     if self._object is None:
-                        made = _compiler().compiled(self._text, self._loops)
-                        remember("code", f"{self.name}.o", made)
-                        self._object = made
+                        machine_code = _compiler().compiled(self._text, self._loops)
+                        remember("code", f"{self.name}.o", machine_code)
+                        self._object = machine_code
                 finally:
                     self._making.release()
 
@@ -106,9 +106,9 @@ class Code:
 
     def function(self, kind: Callable[[int], Any], *keeps: object) -> Any:
         """The function as ctypes calls it, which keeps its code, and what else it is told to, alive."""
-        made = kind(self.address)
-        made.keeps = (self, *keeps)
-        return made
+        callable_ = kind(self.address)
+        callable_.keeps = (self, *keeps)
+        return callable_
 
     def _load(self) -> None:
         assert self._object is not None
@@ -170,13 +170,13 @@ def _code(parts: tuple[str, ...], emit: Callable[[str], str], loops: int) -> Cod
     # Border rules come from the language's own text, beside the programs among the parts.
     texts = (text_digest(Path(__file__).parents[1], (".py", ".ll")), text_digest(Path(borders.__file__).parent))
     processor, features = _processor()
-    told = (*texts, llvmlite.__version__, processor, *sorted(features), *parts)
-    key = hashlib.sha256("\0".join(told).encode()).hexdigest()[:40]
+    key_parts = (*texts, llvmlite.__version__, processor, *sorted(features), *parts)
+    key = hashlib.sha256("\0".join(key_parts).encode()).hexdigest()[:40]
     code = _codes.get(key)
     if code is None:
         name = f"pg_{key}"
-        made = recall("code", f"{name}.o")
-        code = _codes[key] = Code(name, emit(name) if made is None else "", loops, made)
+        machine_code = recall("code", f"{name}.o")
+        code = _codes[key] = Code(name, emit(name) if machine_code is None else "", loops, machine_code)
     return code
 
 

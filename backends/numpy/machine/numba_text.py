@@ -74,15 +74,15 @@ def llvm_text(function: Callable[..., Any], pieces: int, kinds: Sequence[str]) -
     flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
     with _unoptimised():
         context = cpu_target.target_context
-        made = compile_extra(cpu_target.typing_context, context, function, tuple(given), None, flags, {})
-    assert made.signature.return_type in (types.int64, types.none)
-    text = made.library.get_llvm_str()
+        compiled = compile_extra(cpu_target.typing_context, context, function, tuple(given), None, flags, {})
+    assert compiled.signature.return_type in (types.int64, types.none)
+    text = compiled.library.get_llvm_str()
     # What is called from here alone need not be seen, and may become part of the caller.
     text = re.sub(r"^define (?!internal)(linkonce_odr )?", "define internal ", text, flags=re.MULTILINE)
     text = re.sub(r"= common (local_unnamed_addr )?global", "= internal global", text)
     text = re.sub(rf"^declare void @{_GIVE_BACK}\(ptr\).*$", "", text, flags=re.MULTILINE)
     text += f"\ndefine internal void @{_GIVE_BACK}(ptr %memory) {{\n  ret void\n}}\n"
-    return text, made.fndesc.llvm_func_name
+    return text, compiled.fndesc.llvm_func_name
 
 
 @contextmanager

@@ -77,8 +77,10 @@ class Shipped:
 
 
 _LLVM = {"i64": "i64", "f64": "double"}
-_DTYPES = {name: np.dtype(kind) for name, kind in (
-    ("i64", np.int64), ("i32", np.int32), ("u8", np.uint8), ("f64", np.float64), ("f32", np.float32))}  # fmt: skip
+_DTYPES = {
+    name: np.dtype(kind)
+    for name, kind in (("i64", np.int64), ("i32", np.int32), ("u8", np.uint8), ("f64", np.float64), ("f32", np.float32))
+}
 
 
 class NumbaCode:
@@ -112,14 +114,14 @@ class NumbaCode:
         parts = ("shipped", self.name, str(self.pieces), *self.kinds)
         return Call(function_code(parts, self._text, loops=self.level), self.pieces, self.kinds)
 
-    def made(self) -> str:
+    def generate(self) -> str:
         """Its text, made anew by numba."""
         from passgraph.backends.numpy.machine.numba_text import llvm_text, portable
 
         return portable(*llvm_text(self.find(), self.pieces, self.kinds), self.name)
 
     def _text(self, name: str) -> str:
-        return self.shipped.text(self.name, self.made) + entry_text(name, self.name, self.pieces, self.kinds)
+        return self.shipped.text(self.name, self.generate) + entry_text(name, self.name, self.pieces, self.kinds)
 
 
 class Call:
@@ -143,8 +145,8 @@ class Call:
 
     def bound(self, *arguments: Any) -> Callable[..., int]:
         """A function of the numbers of a piece, until others are bound; the arrays are kept alive as long."""
-        for number, (held, given) in enumerate(zip(self.held, arguments, strict=True)):
-            if held is not given:
+        for number, (current, given) in enumerate(zip(self.held, arguments, strict=True)):
+            if current is not given:
                 self._bind(number, given)
         return self.run
 

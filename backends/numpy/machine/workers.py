@@ -25,9 +25,9 @@ def aligned_zeros(count: int, dtype: DTypeLike = np.float32) -> NDArray[Any]:
     """``count`` zeros from the start of a cache line."""
     kind = np.dtype(dtype)
     size = count * kind.itemsize
-    whole = np.zeros(size + LINE + ROOM * kind.itemsize, np.uint8)
-    first = -whole.ctypes.data % LINE
-    return whole[first : first + size].view(kind)
+    memory = np.zeros(size + LINE + ROOM * kind.itemsize, np.uint8)
+    first = -memory.ctypes.data % LINE
+    return memory[first : first + size].view(kind)
 
 
 def rest_of_page(end: int) -> int:
@@ -76,14 +76,14 @@ class Workers:
     def together(self, function: Callable[[int], None], threads: int) -> None:
         """``function(0)`` … side by side, in as many threads as there are; returns when all are done, raises what one
         raised.  The function shares out the work itself."""
-        others = min(self.count, threads) - 1 if self._end.alive else 0
-        if others <= 0:
+        helpers = min(self.count, threads) - 1 if self._end.alive else 0
+        if helpers <= 0:
             function(0)
             return
         if not self._threads:
             self._start()
         ended: Ended = SimpleQueue()
-        locks = [threading.Lock() for _ in range(others)]
+        locks = [threading.Lock() for _ in range(helpers)]
         for number, lock in enumerate(locks, 1):
             self._jobs.put((function, number, lock, ended))
         errors: list[BaseException | None] = []

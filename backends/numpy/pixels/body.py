@@ -54,12 +54,12 @@ class Entries(dict[str, Any]):
     def __missing__(self, name: str) -> Any:
         place = self.frame.places[name]
         if name in ("floats", "ints") or name.endswith(tuple("0123456789")):
-            made = self.row(place)
+            entry = self.row(place)
         else:
             with self.b.goto_entry_block():
-                made = self.b.trunc(self._load(place, I64), I32)
-        self[name] = made
-        return made
+                entry = self.b.trunc(self._load(place, I64), I32)
+        self[name] = entry
+        return entry
 
     def row(self, place: int) -> Any:
         """The address in an entry."""
@@ -120,12 +120,12 @@ class Stretch:
         """Of each target a vector of results in the order of memory, where it goes and how that is aligned."""
         b, stage, begin = self.b, self.stage, 0
         for slot, count in enumerate(stage.counts):
-            held = stage.outputs[slot]
+            stored = stage.outputs[slot]
             target = self.entries.row(stage.frame.target(slot, row))
-            pointer = b.gep(target, [times(b, at, count)], True, source_etype=element(held))
+            pointer = b.gep(target, [times(b, at, count)], True, source_etype=element(stored))
             parts = [b.spread(value) for value in values[begin : begin + count]]
             begin += count
-            yield woven(b, parts, held), pointer, held.bits // 8
+            yield woven(b, parts, stored), pointer, stored.bits // 8
 
 
 class PixelBody(LaneBody):
@@ -151,9 +151,9 @@ class PixelBody(LaneBody):
         self.block(self.program.body)
         b, stage = self.builder, self.place.stage
         found = []
-        for output, meant, held in zip(self.program.outputs, stage.formats, stage.outputs, strict=True):
+        for output, meant, output_format in zip(self.program.outputs, stage.formats, stage.outputs, strict=True):
             numbers = self.rounded(output, meant)
-            found += numbers if held is meant else [decoded(b, b.spread(number), meant) for number in numbers]
+            found += numbers if output_format is meant else [decoded(b, b.spread(number), meant) for number in numbers]
         return found
 
     def texel(self, i: s.LoadTexel) -> None:
@@ -170,9 +170,9 @@ class PixelBody(LaneBody):
                 b.add(b.sext(self.operand(i.y), I64), number(stage.frame.view(at, view.up + self.row)))
             )
         wanted = [channel for channel, value in enumerate(i.to) if value is not None]
-        self.keep(i, self.loaded(row, self._beside(i.x, unit), view, wanted))
+        self.keep(i, self.loaded(row, self._column_away(i.x, unit), view, wanted))
 
-    def _beside(self, x: s.Operand, unit: int) -> Any:
+    def _column_away(self, x: s.Operand, unit: int) -> Any:
         """The number of the pixel, or of the number, so many columns away."""
         b = self.builder
         if isinstance(x, s.Lit):

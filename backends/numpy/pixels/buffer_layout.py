@@ -125,12 +125,12 @@ class StageLayout:
         return self.stage.channels
 
     @cached_property
-    def _whole(self) -> s.ScalarProgram:
+    def _before_rounding(self) -> s.ScalarProgram:
         return before_rounding(self.stage.step.program)
 
     @cached_property
     def _single(self) -> s.ScalarProgram | None:
-        program = self._whole
+        program = self._before_rounding
         # Texels that are read one by one are found by the numbers of pixels, not of channels.
         windows = all(use in near_images(program) for use in program.images if use.relative)
         return single_channel(program, self.channels) if windows else None
@@ -142,7 +142,7 @@ class StageLayout:
 
     @cached_property
     def _selection(self) -> s.ScalarProgram | None:
-        program = self._single or self._whole
+        program = self._single or self._before_rounding
         flat = self._single is not None or {*self.channels, *(use.channels for use in program.images)} == {1}
         windows = len(near_images(program)) == len(program.images)
         if not flat or not windows or len(self.chain) > 1:
@@ -157,7 +157,7 @@ class StageLayout:
 
     @property
     def program(self) -> s.ScalarProgram:
-        return self._selection or self._single or self._whole
+        return self._selection or self._single or self._before_rounding
 
     @cached_property
     def reach(self) -> Halo:
@@ -171,8 +171,8 @@ class StageLayout:
     @property
     def images(self) -> tuple[Format, ...]:
         """How each image is held: what a stage before makes as float32."""
-        held = self.stage.step.image_formats
-        return tuple(FLOAT if number in self.rings else format_ for number, format_ in enumerate(held))
+        formats = self.stage.step.image_formats
+        return tuple(FLOAT if number in self.rings else format_ for number, format_ in enumerate(formats))
 
     @property
     def formats(self) -> tuple[Format, ...]:
@@ -254,10 +254,10 @@ class StageLayout:
         found: dict[tuple[int, str], View] = {}
         before = 0
         for (number, rule), reads in self._reads.items():
-            use, held = self.program.images[number], self.images[number]
+            use, format_ = self.program.images[number], self.images[number]
             rows, across = use.y[1] - use.y[0] + self.rows, use.x != (0, 0)
-            decodes = across and held.bits < 32 and reads > MAX_READS and not self.selects
-            found[number, rule] = View(number, rule, use.channels, held, -use.y[0], rows, across, decodes, before)
+            decodes = across and format_.bits < 32 and reads > MAX_READS and not self.selects
+            found[number, rule] = View(number, rule, use.channels, format_, -use.y[0], rows, across, decodes, before)
             before += rows * use.channels if across else 0
         return tuple(found.values())
 
@@ -291,19 +291,22 @@ class StageLayout:
     @cached_property
     def shape(self) -> tuple[object, ...]:
         """What tells the code around the body from that around others."""
-        views = [(*_held(v.held), v.image, v.border, v.channels, v.up, v.rows, v.across, v.decodes) for v in self.views]
-        held = [_held(output) for output in self.outputs]
+        views = [
+            (*_number_and_steps(v.held), v.image, v.border, v.channels, v.up, v.rows, v.across, v.decodes)
+            for v in self.views
+        ]
+        outputs = [_number_and_steps(output) for output in self.outputs]
         around = self.stage.margin, self.stage.rings, len(self.program.images)
-        return (*self._turn, *self.reach, *around, tuple(views), tuple(held))
+        return (*self._turn, *self.reach, *around, tuple(views), tuple(outputs))
 
     @cached_property
     def parts(self) -> tuple[str, ...]:
         """What tells the body of its program from all other."""
         program = nameless(self.program)
-        held = [_held(format_) for format_ in (*self.images, *self.formats, *self.outputs)]
+        formats = [_number_and_steps(format_) for format_ in (*self.images, *self.formats, *self.outputs)]
         views = [(v.image, v.border, v.rows, v.decodes) for v in self.views]
         builtins = [name for name, _ in program.builtins]
-        return "body", program.key, repr((builtins, self._turn, held, views))
+        return "body", program.key, repr((builtins, self._turn, formats, views))
 
     @property
     def scratch(self) -> int:
@@ -312,7 +315,7 @@ class StageLayout:
         return max(ends, default=0)
 
 
-def _held(format_: Format) -> tuple[str, int]:
+def _number_and_steps(format_: Format) -> tuple[str, int]:
     return format_.number, format_.steps
 
 

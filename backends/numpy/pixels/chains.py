@@ -113,15 +113,15 @@ def stages(steps: Sequence[PixelStep]) -> tuple[Stage, ...] | None:
     """The chain of these passes, or None where one reads another anywhere but in a fixed neighbourhood."""
     if any(step.program.arrays for step in steps):
         return None  # the arrays of each would lie on the stack at once
-    made = {resource: (k, slot) for k, step in enumerate(steps) for slot, resource in enumerate(step.outputs)}
+    producers = {resource: (k, slot) for k, step in enumerate(steps) for slot, resource in enumerate(step.outputs)}
     margins = [Halo()] * len(steps)
     rings: list[list[tuple[int, int, int]]] = [[] for _ in steps]
     for k in range(len(steps) - 1, -1, -1):
         program, resources = steps[k].program, dict(steps[k].images)
         for number, use in enumerate(program.images):
-            if resources[use.name] not in made:
+            if resources[use.name] not in producers:
                 continue
-            producer, slot = made[resources[use.name]]
+            producer, slot = producers[resources[use.name]]
             if producer >= k or not _near(program, use):
                 return None
             margins[producer] = margins[producer].over(reach([use]).beyond(margins[k]))
@@ -174,10 +174,10 @@ def tiling(chain: Sequence[Stage], threads: int, least_pixels: int, at_once: int
     wanted = min(4 * threads, -(-width * height // least_pixels))
     rows = max(-(-height * columns // wanted), MIN_SHARE * down)
     rows = min(height, -(-rows // at_once) * at_once)
-    made = Tiling(columns, tile, rows, columns * -(-height // rows))
-    if made.pieces < min(threads, wanted) or any(_dear(stage, made) for stage in chain[:-1]):
+    tiles = Tiling(columns, tile, rows, columns * -(-height // rows))
+    if tiles.pieces < min(threads, wanted) or any(_dear(stage, tiles) for stage in chain[:-1]):
         return None
-    return made
+    return tiles
 
 
 def _dear(stage: Stage, tiles: Tiling) -> bool:

@@ -42,8 +42,8 @@ def single_channel(program: s.ScalarProgram, channels: tuple[int, ...]) -> s.Sca
     numbering: Numbering = {}
     output = program.outputs[0]
     shape = _shape(program, 0, output.values[0], numbering)
-    others = ((channel, value) for channel, value in enumerate(output.values) if channel)
-    if shape is None or any(_shape(program, channel, value, numbering) != shape for channel, value in others):
+    other_channels = ((channel, value) for channel, value in enumerate(output.values) if channel)
+    if shape is None or any(_shape(program, channel, value, numbering) != shape for channel, value in other_channels):
         return None
     first = replace(output, values=output.values[:1], unrounded=output.unrounded[:1])
     return replace(program, body=eliminate_dead(program.body, first.values), outputs=(first,))
@@ -58,7 +58,7 @@ def selection(program: s.ScalarProgram, images: Sequence[Format], outputs: Seque
     if len(outputs) != 1 or not outputs[0].steps:
         return None
     (output,), (stored,) = program.outputs, outputs
-    if any((held.number, held.steps) != (stored.number, stored.steps) for held in images):
+    if any((image_format.number, image_format.steps) != (stored.number, stored.steps) for image_format in images):
         return None
     for i in program.body:
         chooses = isinstance(i, s.Op) and i.on == "float" and i.operation in ("min", "max")

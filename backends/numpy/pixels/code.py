@@ -232,15 +232,15 @@ class StageRows:
 
     def _take(self, view: View, row: Any, start: Any, count: Any, strip: Any) -> None:
         """Numbers of a row into a strip, as float32 where it holds these; up to a vector more than ``count``."""
-        b, held, read = self.b, element(view.held), element(view.read)
+        b, element_type, read = self.b, element(view.held), element(view.read)
         with counting(b, number(0), count, number(b.lanes)) as i:
-            place = b.gep(row, [b.add(start, i)], True, source_etype=held)
+            place = b.gep(row, [b.add(start, i)], True, source_etype=element_type)
             if view.decodes:
                 # The next part of the row is on its way while the body runs over this one.
                 ahead = b.intrinsic("llvm.prefetch.p0", llvm.VoidType(), [POINTER, I32, I32, I32])
-                there = b.gep(place, [number(self.stage.segment * view.channels)], source_etype=held)
+                there = b.gep(place, [number(self.stage.segment * view.channels)], source_etype=element_type)
                 b.plain.call(ahead, [there, llvm.Constant(I32, 0), llvm.Constant(I32, 3), llvm.Constant(I32, 1)])
-            values = b.load(place, typ=b.vector(held), align=view.held.bits // 8)
+            values = b.load(place, typ=b.vector(element_type), align=view.held.bits // 8)
             values = decoded(b, values, view.held) if view.decodes else values
             b.plain.store(values, b.gep(strip, [i], True, source_etype=read), align=view.read.bits // 8)
 
@@ -301,18 +301,20 @@ class StageRows:
         for slot, count in enumerate(stage.counts):
             kind = element(stage.outputs[slot])
             with self._each(stage.rows) as row:
-                made = self._turn_of(slot, row)
-                shifted = b.gep(made, [b.mul(begin, number(-count))], False, source_etype=kind)
+                row_start = self._turn_of(slot, row)
+                shifted = b.gep(row_start, [b.mul(begin, number(-count))], False, source_etype=kind)
                 b.store(shifted, self._entry(self.frame.target(slot), row))
         self._call(y, begin, b.add(begin, number(stage.turn)))
         for slot, count in enumerate(stage.counts):
             kind, align = element(stage.outputs[slot]), stage.outputs[slot].bits // 8
             with self._each(stage.rows) as row:
-                made, target = self._turn_of(slot, row), self._target(slot, b.add(y, row))
+                row_start, target = self._turn_of(slot, row), self._target(slot, b.add(y, row))
                 b.store(target, self._entry(self.frame.target(slot), row))
                 target = b.gep(target, [times(b, begin, count)], True, source_etype=kind)
                 with counting(b, number(0), times(b, b.sub(last, begin), count), number(1)) as i:
-                    b.plain.store(b.load_at(made, i, kind), b.gep(target, [i], True, source_etype=kind), align=align)
+                    b.plain.store(
+                        b.load_at(row_start, i, kind), b.gep(target, [i], True, source_etype=kind), align=align
+                    )
 
     def _turn_of(self, slot: int, row: Any) -> Any:
         """Memory for what a turn makes of a row."""

@@ -43,13 +43,13 @@ class Counts:
         return self.code.function(_CALL)
 
     def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
-        (image,), made = images, [number for output in outputs for number in (output.address, output.pitch)]
+        (image,), places = images, [number for output in outputs for number in (output.address, output.pitch)]
         each = max(1, PIECE // image.size[0])
 
         def piece(number: int) -> None:
             first = number * each
             end = min(first + each, self.rows)
-            self.function(*image.by_rows, *made, self.quarter, first, end)
+            self.function(*image.by_rows, *places, self.quarter, first, end)
 
         self.workers.each(piece, -(-self.rows // each))
 
@@ -62,7 +62,7 @@ def counts_text(name: str, width: int) -> str:
     picture, across, down, pitch, *outputs, quarter, first, end = function.args
     bins = b.mul(quarter, _long(4))
     tables = b.alloca(I32, _long(TABLES * ROOM))
-    source, *made = (b.inttoptr(address, llvm.PointerType()) for address in (picture, *outputs[::2]))
+    source, *targets = (b.inttoptr(address, llvm.PointerType()) for address in (picture, *outputs[::2]))
     with counting(b, first, end, _long(1)) as y:
         with counting(b, _long(0), b.add(bins, _long(1)), _long(width)) as entry:
             for table in range(TABLES):
@@ -70,7 +70,7 @@ def counts_text(name: str, width: int) -> str:
                 b.plain.store(zeros(b.vector(I32)), place, align=4)
         with b.if_then(b.icmp_signed("<", y, down)):  # below the picture nothing is counted
             _row(b, _place(b, source, b.mul(y, pitch), element(COUNTED)), across, bins, tables)
-        for part, (target, apart) in enumerate(zip(made, outputs[1::2], strict=True)):
+        for part, (target, apart) in enumerate(zip(targets, outputs[1::2], strict=True)):
             row = b.mul(b.mul(y, apart), _long(4))
             mine = _place(b, tables, b.mul(quarter, _long(part)), I32)
             _sums(b, mine, _place(b, target, row, F32), quarter)
@@ -89,13 +89,13 @@ def _place(b: Lanes, pointer: Any, index: Any, kind: Any) -> Any:
 def _row(b: Lanes, row: Any, across: Any, bins: Any, tables: Any) -> None:
     """A row's numbers into the tables: vectors of them, then the rest one by one."""
     kind, turns = element(COUNTED), b.lanes
-    whole = b.sub(across, b.srem(across, _long(turns)))
-    with counting(b, _long(0), whole, _long(turns)) as x:
+    vectors_end = b.sub(across, b.srem(across, _long(turns)))
+    with counting(b, _long(0), vectors_end, _long(turns)) as x:
         loaded = b.load(_place(b, row, x, kind), typ=b.vector(kind), align=4)
         numbers = _bins(b, loaded, bins)
         for lane in range(turns):
             _add(b, tables, b.extract_element(numbers, llvm.Constant(I32, lane)), lane % TABLES)
-    with counting(b, whole, across, _long(1)) as x:
+    with counting(b, vectors_end, across, _long(1)) as x:
         _add(b, tables, _bins(b, b.load(_place(b, row, x, kind), typ=kind, align=4), bins), 0)
 
 
@@ -112,7 +112,7 @@ def _add(b: Lanes, tables: Any, number: Any, table: int) -> None:
     b.plain.store(b.plain.add(b.load(place, typ=I32), llvm.Constant(I32, 1)), place)
 
 
-def _sums(b: Lanes, tables: Any, made: Any, bins: Any) -> None:
+def _sums(b: Lanes, tables: Any, row: Any, bins: Any) -> None:
     """The tables' sums, from entry 1 on, as the floats of a row."""
     with counting(b, _long(0), bins, _long(b.lanes)) as x:
         total = None
@@ -122,4 +122,4 @@ def _sums(b: Lanes, tables: Any, made: Any, bins: Any) -> None:
             total = part if total is None else b.add(total, part)
         numbers = b.add(b.trunc(x, I32), b.counting(I32))
         wanted = b.icmp_signed("<", numbers, b.trunc(bins, I32))
-        b.store_masked(b.sitofp(total, F32), _place(b, made, x, F32), wanted, 4)
+        b.store_masked(b.sitofp(total, F32), _place(b, row, x, F32), wanted, 4)

@@ -43,12 +43,12 @@ class Move:
 
 
 @lru_cache(maxsize=8)
-def _program(channels: int, held: int, is_reversed: bool) -> s.ScalarProgram:
+def _program(channels: int, channels_held: int, is_reversed: bool) -> s.ScalarProgram:
     """``picture[0, 0]``, the first channels of so many that it holds, in order or in reverse."""
     values = tuple(s.Val("float", channel) for channel in range(channels))
     zero, results = s.Lit("int", 0), values[::-1] if is_reversed else values
     load = s.LoadTexel(values, "picture", zero, zero, relative=True, border="clamp")
-    use = s.ImageUse("picture", held, relative=True)
+    use = s.ImageUse("picture", channels_held, relative=True)
     return s.ScalarProgram(
         "move", "pixel", (load,), (s.Output("moved", results, results),), None, (), (), (), (use,), ()
     )
@@ -59,25 +59,25 @@ class Moves:
 
     def __init__(self, workers: Workers) -> None:
         self.workers = workers
-        self._run = lru_cache(maxsize=32)(self._made)
+        self._run = lru_cache(maxsize=32)(self._compile)
 
-    def _made(self, size: tuple[int, int], source: Format, target: Format, is_reversed: bool) -> PixelRun:
+    def _compile(self, size: tuple[int, int], source: Format, target: Format, is_reversed: bool) -> PixelRun:
         step = Move(_program(target.channels, source.channels, is_reversed), size, (source,), (target,))
-        run = PixelRun.made((Stage(step, Halo(), ()),), self.workers)
+        run = PixelRun.compile((Stage(step, Halo(), ()),), self.workers)
         assert run is not None  # a pass by itself
         return run
 
-    def __call__(self, source: NDArray[Any], held: Format, target: NDArray[Any], wanted: Format) -> None:
+    def __call__(self, source: NDArray[Any], given: Format, target: NDArray[Any], wanted: Format) -> None:
         """The numbers of one format as those of another; arrays are (height, width, channels), with any strides."""
         if source.size >= LEAST:
             (one, other), is_reversed = _side_by_side(source, target)
-            whole = _whole_pixels(one)
-            source_format = held if whole is one else replace(held, channels=whole.shape[2])
-            read, written = adopted(whole, source_format), adopted(other, wanted)
+            pixels = _whole_pixels(one)
+            source_format = given if pixels is one else replace(given, channels=pixels.shape[2])
+            read, written = adopted(pixels, source_format), adopted(other, wanted)
             if read is not None and written is not None:
                 self._run(read.size, source_format, wanted, is_reversed)((written,), ((read,),), (_NOTHING,))
                 return
-        np.copyto(target, source if held.number == wanted.number else numbers_of(values_of(source, held), wanted))
+        np.copyto(target, source if given.number == wanted.number else numbers_of(values_of(source, given), wanted))
 
 
 def _whole_pixels(array: NDArray[Any]) -> NDArray[Any]:

@@ -51,7 +51,7 @@ class PixelRun:
         self.own = [_Own(chain, tiles, layout) for _ in range(threads)]
 
     @classmethod
-    def made(cls, chain: Sequence[Stage], workers: Workers) -> PixelRun | None:
+    def compile(cls, chain: Sequence[Stage], workers: Workers) -> PixelRun | None:
         """The compiled chain, or None where it brings nothing."""
         layout = Layout.of(chain, lanes())
         least = MIN_PIXELS_A_PIECE

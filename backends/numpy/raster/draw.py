@@ -39,8 +39,8 @@ class VertexStage:
     def __init__(self, step: DrawStep) -> None:
         program = step.vertex
         parts = ("vertices", program.key, repr([n for n, _ in program.builtins]), str(len(step.varyings)))
-        held = [(format_.number, format_.steps) for format_ in _image_formats(step)]
-        self.code = function_code((*parts, repr(held), str(lanes())), lambda name: _text(step, name))
+        formats = [(format_.number, format_.steps) for format_ in _image_formats(step)]
+        self.code = function_code((*parts, repr(formats), str(lanes())), lambda name: _text(step, name))
         self.context = np.zeros(len(_context_names(step)), np.int64)
 
     @cached_property

@@ -40,22 +40,28 @@ def _entry(module: str, function: str, pieces: int, kinds: str, level: int = _SE
 project = _entry("setup", "project", 2, "f64[2] i64 i64 i32[1] i32[1] f64[1] f64[1] u8[1]")
 classify = _entry("setup", "classify", 3, "i32[2] u8[1] u8[1] i64[2]")
 assemble = _entry(
-    "setup", "assemble", 5,
+    "setup",
+    "assemble",
+    5,
     "i32[2] u8[1] u8[1] f64[2] f32[2] i64 i64 i64 i32[1] i32[1] f64[1] f64[1] i32[2] i64[2]",
-)  # fmt: skip
+)
 count_tiles = _entry("setup", "count_tiles", 3, "i32[2] i64 i64[2]")
 fill_tiles = _entry("setup", "fill_tiles", 3, "i32[2] i64 i64[2] i32[1]")
 tiles = _entry(
-    "rasterize", "tiles", 0,
+    "rasterize",
+    "tiles",
+    0,
     "i64[1] i64 i64[1] i64 i64[1] i32[1] i32[2] i32[1] i32[1] f64[1] f64[1] f32[2] f64 f64 i64 i64 "
     "f32[1] i64 i64 i64 f64 i32[1] i32[1] i64 f64[1] i64 i64[1]",
     _PIXELS,
-)  # fmt: skip
+)
 in_order = _entry(
-    "rasterize", "in_order", 0,
+    "rasterize",
+    "in_order",
+    0,
     "i64[1] i64 i64[1] i64 i64[1] i32[1] i32[2] i32[1] i32[1] f64[1] f64[1] f32[2] f64 f64 i64 i64 "
     "f32[1] f64 i64 i32[1] i64 f64[1] i64 i64[1]",
     _PIXELS,
-)  # fmt: skip
+)
 
 FIXED = (project, classify, assemble, count_tiles, fill_tiles, tiles, in_order)

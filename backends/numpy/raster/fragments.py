@@ -28,8 +28,8 @@ def kernel_parts(step: DrawStep) -> tuple[str, ...]:
     cleared = [clear is not None for clear in step.clears]
     program = step.fragment
     kernel = () if program is None else (program.key, repr([name for name, _ in program.builtins]))
-    held = [(format_.number, format_.steps) for format_ in (*_image_formats(step), *step.output_formats)]
-    return *kernel, repr(cleared), repr(held), repr(step.varyings), str(lanes())
+    formats = [(format_.number, format_.steps) for format_ in (*_image_formats(step), *step.output_formats)]
+    return *kernel, repr(cleared), repr(formats), repr(step.varyings), str(lanes())
 
 
 def context_names(step: DrawStep) -> list[str]:
@@ -118,9 +118,9 @@ class Fragments:
 
     def stored(self, number: int, column: Any, row: Any, parts: Sequence[Any], mask: Any) -> None:
         """Components of target ``number`` for pixels of a row, in the lanes of the mask."""
-        b, held = self.builder, self.step.output_formats[number]
-        place = self.pixel(f"out{number}", column, row, len(parts), element(held))
-        store(b, [rounded(b, part, held) for part in parts], place, held, mask)
+        b, format_ = self.builder, self.step.output_formats[number]
+        place = self.pixel(f"out{number}", column, row, len(parts), element(format_))
+        store(b, [rounded(b, part, format_) for part in parts], place, format_, mask)
 
 
 def is_deferred(step: DrawStep) -> bool:
@@ -355,18 +355,18 @@ class _Merge(Fragments):
         if compare == "never":
             return b.spread(llvm.Constant(BOOL, 0))
         self._planes(["fragment_depth"])
-        (held,) = self.blocks.load(self._at("depth", 1, F32), 1, FLOAT)
+        (stored,) = self.blocks.load(self._at("depth", 1, F32), 1, FLOAT)
         method = b.fcmp_unordered if compare == "not_equal" else b.fcmp_ordered
-        return b.and_(mask, method(_SIGNS[compare], self.given["fragment_depth"], held))
+        return b.and_(mask, method(_SIGNS[compare], self.given["fragment_depth"], stored))
 
     def _stencil_test(self, stencil: Stencil, mask: Any, deep: Any) -> Any:
         """Update the stencil in the lanes of the mask, of which ``deep`` pass the depth test; those that pass both."""
         b = self.builder
         places = self._at("stencil", 1, I8)
         (loaded,) = self.blocks.numbers(places, 1, I8, 1)
-        held = b.zext(loaded, I32)
+        stored = b.zext(loaded, I32)
         if stencil.compare in _SIGNS:
-            seen = b.and_(held, llvm.Constant(I32, stencil.read_mask))
+            seen = b.and_(stored, llvm.Constant(I32, stencil.read_mask))
             shown = b.icmp_signed(
                 _SIGNS[stencil.compare], llvm.Constant(I32, stencil.reference & stencil.read_mask), seen
             )
@@ -375,9 +375,9 @@ class _Merge(Fragments):
         operations = (stencil.passed, stencil.depth_fail, stencil.fail)
         if stencil.write_mask and set(operations) != {"keep"}:
             given = llvm.Constant(I32, stencil.reference)
-            passed, failed, hidden = (b.spread(_STENCIL[name](b, held, given)) for name in operations)
+            passed, failed, hidden = (b.spread(_STENCIL[name](b, stored, given)) for name in operations)
             changed = b.select(shown, b.select(deep, passed, failed), hidden)
-            rest = b.and_(held, llvm.Constant(I32, 255 & ~stencil.write_mask))
+            rest = b.and_(stored, llvm.Constant(I32, 255 & ~stencil.write_mask))
             changed = b.or_(rest, b.and_(changed, llvm.Constant(I32, stencil.write_mask)))
             self.blocks.store_numbers(places, [b.trunc(changed, I8)], [mask], 1)
         return b.and_(shown, deep)
@@ -391,12 +391,12 @@ class _Merge(Fragments):
             mask = step.state.color_mask[number][:count] if step.state.color_mask else (True,) * count
             if not any(mask):
                 continue
-            held = step.output_formats[number]
-            places = self._at(f"out{number}", count, element(held))
+            format_ = step.output_formats[number]
+            places = self._at(f"out{number}", count, element(format_))
             blend = step.blending[number]
             if blend is not None:
                 given = {f"source.{c}": part for c, part in enumerate(parts)}
-                given |= {f"destination.{c}": part for c, part in enumerate(self.blocks.load(places, count, held))}
+                given |= {f"destination.{c}": part for c, part in enumerate(self.blocks.load(places, count, format_))}
                 parts = [b.spread(value) for value in LaneBody(blend, b, given, {}, passed).results()]
             none = b.spread(llvm.Constant(BOOL, 0))
-            self.blocks.store(places, parts, [passed if written else none for written in mask], held)
+            self.blocks.store(places, parts, [passed if written else none for written in mask], format_)

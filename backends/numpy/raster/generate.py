@@ -19,7 +19,7 @@ def main() -> None:
             "the text of fixed functions is made by numba, which is not here: pip install 'passgraph[dev]'"
         )
     for code in FIXED:
-        code.shipped.write(code.name, code.made())
+        code.shipped.write(code.name, code.generate())
 
 
 if __name__ == "__main__":

@@ -37,10 +37,10 @@ class Blocks:
         """A vector with one value a row, in each row's lanes."""
         return picked(self.builder, values, [lane % self.rows for lane in range(self.builder.lanes)])
 
-    def load(self, places: Sequence[Any], channels: int, held: Format) -> list[Any]:
+    def load(self, places: Sequence[Any], channels: int, stored: Format) -> list[Any]:
         """Each channel of a block, whose rows begin at ``places``."""
-        numbers = self.numbers(places, channels, element(held), held.bits // 8)
-        return [decoded(self.builder, number, held) for number in numbers]
+        numbers = self.numbers(places, channels, element(stored), stored.bits // 8)
+        return [decoded(self.builder, number, stored) for number in numbers]
 
     def numbers(self, places: Sequence[Any], channels: int, kind: Any, align: int) -> list[Any]:
         """The same as they lie in memory."""
@@ -52,13 +52,13 @@ class Blocks:
             [lane % self.rows * count + lane // self.rows * channels + channel for lane in range(b.lanes)]
             for channel in range(channels)
         ]
-        whole = joined(b, loads)
-        return [picked(b, whole, lanes) for lanes in order]
+        block = joined(b, loads)
+        return [picked(b, block, lanes) for lanes in order]
 
-    def store(self, places: Sequence[Any], parts: list[Any], masks: list[Any], held: Format) -> None:
+    def store(self, places: Sequence[Any], parts: list[Any], masks: list[Any], stored: Format) -> None:
         """Each channel, where its mask says so."""
-        numbers = [rounded(self.builder, self.builder.spread(part), held) for part in parts]
-        self.store_numbers(places, numbers, masks, held.bits // 8)
+        numbers = [rounded(self.builder, self.builder.spread(part), stored) for part in parts]
+        self.store_numbers(places, numbers, masks, stored.bits // 8)
 
     def store_numbers(self, places: Sequence[Any], parts: list[Any], masks: list[Any], align: int) -> None:
         """The same of numbers as they lie in memory."""
@@ -73,14 +73,15 @@ class Blocks:
         b, channels = self.builder, len(parts)
         if self.rows == channels == 4:
             return transposed(b, parts)
-        whole = joined(b, [*parts, *[blank(parts[0].type)] * ((1 << (channels - 1).bit_length()) - channels)])
+        block = joined(b, [*parts, *[blank(parts[0].type)] * ((1 << (channels - 1).bit_length()) - channels)])
         return [
             picked(
-                b, whole,
+                b,
+                block,
                 [c * b.lanes + column * self.rows + row for column in range(self.columns) for c in range(channels)],
             )
             for row in range(self.rows)
-        ]  # fmt: skip
+        ]
 
 
 def plane_rows(step: DrawStep) -> int:

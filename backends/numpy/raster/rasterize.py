@@ -51,9 +51,9 @@ def pg_soon(typing_context: Any, array: Any, row: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kind = signature.args[0]
-        made = context.make_array(kind)(context, builder, arguments[0])
-        step = builder.extract_value(made.strides, 0)
-        start = builder.ptrtoint(made.data, _I64)
+        array = context.make_array(kind)(context, builder, arguments[0])
+        step = builder.extract_value(array.strides, 0)
+        start = builder.ptrtoint(array.data, _I64)
         place = builder.inttoptr(builder.add(start, builder.mul(arguments[1], step)), ir.PointerType())
         name, number = "llvm.prefetch.p0", ir.IntType(32)
         declared = ir.FunctionType(ir.VoidType(), [ir.PointerType(), number, number, number])
@@ -97,18 +97,18 @@ AHEAD = 4
 
 
 def _soon(
-    n: Any, end: Any, lists: Any, made: Any, window_x: Any, window_y: Any, depth: Any, inverse_w: Any, varyings: Any,
-    every: Any,
+    n: Any, end: Any, lists: Any, triangles: Any, window_x: Any, window_y: Any, depth: Any, inverse_w: Any,
+    varyings: Any, every: Any,
 ) -> None:  # fmt: skip
     """Fetch into the cache what triangles a few behind ``lists[n]`` need: corners' places and depths; ``every``: all.
 
     A tile's triangles lie all over memory, and waiting for them would take longer than all else.
     """
     if n + 2 * AHEAD < end:
-        pg_soon(made, np.int64(lists[np.uint64(n + 2 * AHEAD)]))
+        pg_soon(triangles, np.int64(lists[np.uint64(n + 2 * AHEAD)]))
         t = np.uint64(lists[np.uint64(n + AHEAD)])
         for k in range(3):
-            v = np.int64(made[t, np.uint64(k)])
+            v = np.int64(triangles[t, np.uint64(k)])
             pg_soon(window_x, v)
             pg_soon(window_y, v)
             pg_soon(depth, v)
@@ -141,17 +141,17 @@ def _depth_plane(
 
 
 def _numbered(
-    t: Any, slot: Any, made: Any, window_x: Any, window_y: Any, depth: Any, inverse_w: Any, varyings: Any, factor: Any,
-    units: Any, rows: Any, table: Any,
+    t: Any, slot: Any, triangles: Any, window_x: Any, window_y: Any, depth: Any, inverse_w: Any, varyings: Any,
+    factor: Any, units: Any, rows: Any, table: Any,
 ) -> None:  # fmt: skip
     """Put a triangle's numbers, so many rows, into their place in ``table``."""
-    a, b, c = np.uint64(made[t, 0]), np.uint64(made[t, 1]), np.uint64(made[t, 2])
+    a, b, c = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1]), np.uint64(triangles[t, 2])
     x0, y0, x1, y1, x2, y2 = window(window_x[a], window_y[a], window_x[b], window_y[b], window_x[c], window_y[c])
     area = float(x1 * y2 - x2 * y1)
     to_x = 0.5 - x0 / 256.0
     at = np.uint64(np.int64(slot) * (PLANES + 3 * rows))
     table[at + np.uint64(TO_Y)] = 0.5 - y0 / 256.0
-    table[at + np.uint64(FRONT)] = made[t, 3]
+    table[at + np.uint64(FRONT)] = triangles[t, 3]
     at += np.uint64(PLANES)
     start, step_x, step_y = depth_plane(depth[a], depth[b], depth[c], x1, y1, x2, y2, 256.0 / area, factor, units)
     put(table, at, DEPTH, start + step_x * to_x, step_x, step_y)
@@ -192,7 +192,7 @@ def _span(e0: Any, e1: Any, e2: Any, step0: Any, step1: Any, step2: Any, left: A
 
 
 def _visible(
-    ids: Any, slots: Any, lists: Any, begin: Any, end: Any, made: Any, window_x: Any, window_y: Any, depth: Any,
+    ids: Any, slots: Any, lists: Any, begin: Any, end: Any, triangles: Any, window_x: Any, window_y: Any, depth: Any,
     inverse_w: Any, varyings: Any, factor: Any, units: Any, rows: Any, table: Any,
 ) -> None:  # fmt: skip
     """Number the triangles that ``ids`` shows, put those numbers in their place, and their planes into ``table``."""
@@ -209,7 +209,7 @@ def _visible(
             slots[n] = slot
             number += 1
             t = np.uint64(lists[np.uint64(begin + n)])
-            numbered(t, slot, made, window_x, window_y, depth, inverse_w, varyings, factor, units, rows, table)
+            numbered(t, slot, triangles, window_x, window_y, depth, inverse_w, varyings, factor, units, rows, table)
         ids[k] = slot
 
 
@@ -230,7 +230,7 @@ NARROW = 8
 
 def _tiles(
     counter: Any, count: Any, busy: Any, tiles_x: Any, offsets: Any, lists: Any,
-    made: Any, wx: Any, wy: Any, wz: Any, iw: Any, vary: Any, factor: Any, units: Any, width: Any, height: Any,
+    triangles: Any, wx: Any, wy: Any, wz: Any, iw: Any, vary: Any, factor: Any, units: Any, width: Any, height: Any,
     depth: Any, has_depth: Any, test: Any, write: Any, clear: Any,
     ids: Any, slots: Any, rows: Any, table: Any, shade: Any, context: Any,
 ) -> None:  # fmt: skip
@@ -256,17 +256,17 @@ def _tiles(
         begin, end = offsets[tile], offsets[tile + 1]
         for n in range(begin, end):
             # Numbers instead of views of rows: a view counts references, and threads would meet there every time.
-            soon(n, end, lists, made, wx, wy, wz, iw, vary, False)
+            soon(n, end, lists, triangles, wx, wy, wz, iw, vary, False)
             # Whole numbers without a sign: others may count from the end, which costs a choice at every index.
             t = np.uint64(lists[np.uint64(n)])
-            a, b, c = np.uint64(made[t, 0]), np.uint64(made[t, 1]), np.uint64(made[t, 2])
+            a, b, c = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1]), np.uint64(triangles[t, 2])
             x0, y0, x1, y1, x2, y2 = window(wx[a], wy[a], wx[b], wy[b], wx[c], wy[c])
             scale = 256.0 / float(x1 * y2 - x2 * y1)
             z_start, z_step, z_down = depth_plane(wz[a], wz[b], wz[c], x1, y1, x2, y2, scale, factor, units)
             to_y = 0.5 - y0 / 256.0
             z_start += z_step * (0.5 - x0 / 256.0)
-            left, top = max(np.int64(made[t, 4]), x_low), max(np.int64(made[t, 5]), y_low)
-            right, bottom = min(np.int64(made[t, 6]), x_end - 1), min(np.int64(made[t, 7]), y_end - 1)
+            left, top = max(np.int64(triangles[t, 4]), x_low), max(np.int64(triangles[t, 5]), y_low)
+            right, bottom = min(np.int64(triangles[t, 6]), x_end - 1), min(np.int64(triangles[t, 7]), y_end - 1)
             px, py = left * 256 + 128 - x0, top * 256 + 128 - y0
             e0, e1, e2 = edge(0, 0, x1, y1, px, py), edge(x1, y1, x2, y2, px, py), edge(x2, y2, 0, 0, px, py)
             across0, across1, across2 = -y1 * 256, -(y2 - y1) * 256, y2 * 256
@@ -277,8 +277,8 @@ def _tiles(
                     for x in range(left, right + 1):
                         if (i0 | i1 | i2) >= 0:
                             z = np.float32(min(max(z_row + z_step * float(x), 0.0), 1.0))
-                            held = depth[np.uint64(row + x)]
-                            if (less and z < held) or (equal and z == held) or (greater and z > held):
+                            stored = depth[np.uint64(row + x)]
+                            if (less and z < stored) or (equal and z == stored) or (greater and z > stored):
                                 ids[np.uint64(place + x)] = n - begin
                                 if writes:
                                     depth[np.uint64(row + x)] = z
@@ -287,14 +287,14 @@ def _tiles(
                     first, last = span(e0, e1, e2, across0, across1, across2, left, right)
                     for x in range(first, last + 1):
                         z = np.float32(min(max(z_row + z_step * float(x), 0.0), 1.0))
-                        held, shown = depth[np.uint64(row + x)], ids[np.uint64(place + x)]
-                        passes = (less & (z < held)) | (equal & (z == held)) | (greater & (z > held))
+                        stored, shown = depth[np.uint64(row + x)], ids[np.uint64(place + x)]
+                        passes = (less & (z < stored)) | (equal & (z == stored)) | (greater & (z > stored))
                         # Storing always, what was there if need be, lets LLVM vectorise; a tile is one thread's.
                         ids[np.uint64(place + x)] = n - begin if passes else shown
-                        depth[np.uint64(row + x)] = z if passes & writes else held
+                        depth[np.uint64(row + x)] = z if passes & writes else stored
                 e0, e1, e2 = e0 + x1 * 256, e1 + (x2 - x1) * 256, e2 - x2 * 256
         if shade != 0:
-            visible(ids, slots, lists, begin, end, made, wx, wy, wz, iw, vary, factor, units, rows, table)
+            visible(ids, slots, lists, begin, end, triangles, wx, wy, wz, iw, vary, factor, units, rows, table)
             pg_shade(shade, context, ids, table, x_low, y_low, y_end - y_low)
 
 
@@ -303,7 +303,7 @@ tiles = compiled(_tiles)
 
 def _in_order(
     counter: Any, count: Any, busy: Any, tiles_x: Any, offsets: Any, lists: Any,
-    made: Any, wx: Any, wy: Any, wz: Any, iw: Any, vary: Any, factor: Any, units: Any, width: Any, height: Any,
+    triangles: Any, wx: Any, wy: Any, wz: Any, iw: Any, vary: Any, factor: Any, units: Any, width: Any, height: Any,
     depth: Any, depth_clear: Any, clears: Any, spans: Any, rows: Any, table: Any, merge: Any, context: Any,
 ) -> None:  # fmt: skip
     """Take tiles by a shared counter until none is left.
@@ -325,13 +325,13 @@ def _in_order(
             pg_merge(merge, context, spans, table, x_low, y_low, y_end - 1, 1)
         stop = offsets[tile + 1]
         for n in range(offsets[tile], stop):
-            soon(n, stop, lists, made, wx, wy, wz, iw, vary, True)
+            soon(n, stop, lists, triangles, wx, wy, wz, iw, vary, True)
             # Whole numbers without a sign: others may count from the end, which costs a choice at every index.
             t = np.uint64(lists[np.uint64(n)])
-            a, b, c = np.uint64(made[t, 0]), np.uint64(made[t, 1]), np.uint64(made[t, 2])
+            a, b, c = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1]), np.uint64(triangles[t, 2])
             x0, y0, x1, y1, x2, y2 = window(wx[a], wy[a], wx[b], wy[b], wx[c], wy[c])
-            left, top = max(np.int64(made[t, 4]), x_low), max(np.int64(made[t, 5]), y_low)
-            right, bottom = min(np.int64(made[t, 6]), x_end - 1), min(np.int64(made[t, 7]), y_end - 1)
+            left, top = max(np.int64(triangles[t, 4]), x_low), max(np.int64(triangles[t, 5]), y_low)
+            right, bottom = min(np.int64(triangles[t, 6]), x_end - 1), min(np.int64(triangles[t, 7]), y_end - 1)
             px, py = left * 256 + 128 - x0, top * 256 + 128 - y0
             e0, e1, e2 = edge(0, 0, x1, y1, px, py), edge(x1, y1, x2, y2, px, py), edge(x2, y2, 0, 0, px, py)
             across0, across1, across2 = -y1 * 256, -(y2 - y1) * 256, y2 * 256
@@ -354,7 +354,7 @@ def _in_order(
             if seen:
                 for row in range(bottom + 1 - top, bottom + 4 - top):
                     spans[np.uint64(row)], spans[np.uint64(SPAN_ROWS + row)] = NOWHERE, -1
-                numbered(t, 0, made, wx, wy, wz, iw, vary, factor, units, rows, table)
+                numbered(t, 0, triangles, wx, wy, wz, iw, vary, factor, units, rows, table)
                 pg_merge(merge, context, spans, table, x_low, top, bottom, 0)
 
 

@@ -177,7 +177,7 @@ def _keep(
     width: Any,
     height: Any,
     cull: Any,
-    made: Any,
+    ready: Any,
     at: Any,
 ) -> Any:
     """Write one triangle if it has area, faces the right way and may touch a pixel centre; wound to positive area."""
@@ -200,25 +200,25 @@ def _keep(
             x1, y1, x2, y2 = x2, y2, x1, y1
         if not holds(x0, y0, x1, y1, x2, y2, left * 256 + 128, top * 256 + 128):
             return at
-    made[at, 0] = a
-    made[at, 1] = c if area < 0 else b
-    made[at, 2] = b if area < 0 else c
-    made[at, 3] = 1 if area < 0 else 0
-    made[at, 4], made[at, 5], made[at, 6], made[at, 7] = left, top, right, bottom
+    ready[at, 0] = a
+    ready[at, 1] = c if area < 0 else b
+    ready[at, 2] = b if area < 0 else c
+    ready[at, 3] = 1 if area < 0 else 0
+    ready[at, 4], ready[at, 5], ready[at, 6], ready[at, 7] = left, top, right, bottom
     return at + 1
 
 
 def _assemble(
     first: Any, last: Any, chunk: Any, free: Any, at: Any, triangles: Any, kinds: Any, codes: Any, clip: Any,
     varyings: Any, width: Any, height: Any, cull: Any,
-    window_x: Any, window_y: Any, depth: Any, inverse_w: Any, made: Any, corners: Any,
+    window_x: Any, window_y: Any, depth: Any, inverse_w: Any, ready: Any, corners: Any,
 ) -> Any:  # fmt: skip
-    """Triangles of one chunk, ready to be drawn, from ``made[at]`` on; returns where they end."""
+    """Triangles of one chunk, ready to be drawn, from ``ready[at]`` on; returns where they end."""
     row = CORNER_LISTS * chunk
     for t in range(first, last):
         if kinds[t] == DIRECT:
             a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-            at = keep(a, b, c, window_x, window_y, width, height, cull, made, at)
+            at = keep(a, b, c, window_x, window_y, width, height, cull, ready, at)
         elif kinds[t] == CLIPPED:
             begin = free
             count, free = clip_triangle(t, triangles, clip, varyings, free, corners, row)
@@ -226,23 +226,23 @@ def _assemble(
             for k in range(1, count - 1):
                 a, b, c = corners[row, 0], corners[row, k], corners[row, k + 1]
                 if placed(a, clip) and placed(b, clip) and placed(c, clip):
-                    at = keep(a, b, c, window_x, window_y, width, height, cull, made, at)
+                    at = keep(a, b, c, window_x, window_y, width, height, cull, ready, at)
     return at
 
 
-def _count(first: Any, last: Any, chunk: Any, made: Any, tiles_x: Any, counts: Any) -> None:
+def _count(first: Any, last: Any, chunk: Any, ready: Any, tiles_x: Any, counts: Any) -> None:
     """How many triangles of a chunk touch each tile (by bounding box)."""
     for t in range(first, last):
-        for ty in range(made[t, 5] // TILE, made[t, 7] // TILE + 1):
-            for tx in range(made[t, 4] // TILE, made[t, 6] // TILE + 1):
+        for ty in range(ready[t, 5] // TILE, ready[t, 7] // TILE + 1):
+            for tx in range(ready[t, 4] // TILE, ready[t, 6] // TILE + 1):
                 counts[chunk, ty * tiles_x + tx] += 1
 
 
-def _fill(first: Any, last: Any, chunk: Any, made: Any, tiles_x: Any, cursors: Any, lists: Any) -> None:
+def _fill(first: Any, last: Any, chunk: Any, ready: Any, tiles_x: Any, cursors: Any, lists: Any) -> None:
     """The triangles of a chunk into the tiles' lists, in order, from ``cursors[chunk, tile]`` on."""
     for t in range(first, last):
-        for ty in range(made[t, 5] // TILE, made[t, 7] // TILE + 1):
-            for tx in range(made[t, 4] // TILE, made[t, 6] // TILE + 1):
+        for ty in range(ready[t, 5] // TILE, ready[t, 7] // TILE + 1):
+            for tx in range(ready[t, 4] // TILE, ready[t, 6] // TILE + 1):
                 tile = ty * tiles_x + tx
                 lists[cursors[chunk, tile]] = t
                 cursors[chunk, tile] += 1

@@ -66,9 +66,9 @@ class LaneBody:
         self.block(self.program.body)
         return [self.operand(value) for output in self.program.outputs for value in output.values]
 
-    def rounded(self, output: s.Output, held: Format) -> list[Any]:
+    def rounded(self, output: s.Output, stored: Format) -> list[Any]:
         """An output's components as the numbers of its format."""
-        return [rounded(self.builder, self.operand(value), held) for value in output.unrounded]
+        return [rounded(self.builder, self.operand(value), stored) for value in output.unrounded]
 
     def operand(self, value: s.Operand) -> Any:
         return constant(value) if isinstance(value, s.Lit) else self.values[value.id]
@@ -91,7 +91,7 @@ class LaneBody:
         if call is not None:
             given = [self.operand(value) for value in call.given]
             if any(map(is_vector, given)):  # of one number for all pixels what it computes is little work
-                self.called.update(made.to.id for made in call.instructions)
+                self.called.update(instruction.to.id for instruction in call.instructions)
                 found = called(self.builder, call, given)
                 self.values |= {value.id: result for value, result in zip(call.wanted, found, strict=True)}
         return i.to.id in self.called
@@ -144,8 +144,8 @@ class LaneBody:
         elif isinstance(i, s.Write):
             value, slot = b.spread(self.operand(i.value)), self.slots[i.variable]
             if self.masked:
-                held = b.load(slot, typ=value.type)
-                value = b.select(self._at_work(), value, held)
+                before = b.load(slot, typ=value.type)
+                value = b.select(self._at_work(), value, before)
             b.store(value, slot)
         elif isinstance(i, s.ReadAt):
             self._read_at(i)
@@ -249,22 +249,22 @@ class LaneBody:
         b.cbranch(b.all(b.or_(inside, b.not_(self._at_work()))), together, apart, (1000, 1))
         b.position_at_end(together)
         start = b.add(b.select(inside, x, least), llvm.Constant(I32, low))
-        held = self.held[number]
-        found = scattered(b, picture, b.add(row, start), 1, [offset - low for offset in window.offsets], held)
+        format_ = self.held[number]
+        found = scattered(b, picture, b.add(row, start), 1, [offset - low for offset in window.offsets], format_)
         b.branch(behind)
         b.position_at_end(apart)
-        others = []
+        singly = []
         for offset in window.offsets:
             at = b.add(x, llvm.Constant(I32, offset))
             inner_x = border(b, first.border, at, width)
-            (loaded,) = scattered(b, picture, b.add(row, inner_x), 1, [0], held, rarely=True)
+            (loaded,) = scattered(b, picture, b.add(row, inner_x), 1, [0], format_, rarely=True)
             if BORDERS[first.border].blank:
                 loaded = b.select(b.icmp_signed("!=", inner_x, at), llvm.Constant(F32, 0.0), loaded)
-            others.append(loaded)
+            singly.append(loaded)
         b.branch(behind)
         b.position_at_end(behind)
         either = [b.phi(b.vector(F32)) for _ in window.loads]
-        for phi, *values in zip(either, found, others, strict=True):
+        for phi, *values in zip(either, found, singly, strict=True):
             for value, block in zip(values, (together, apart), strict=True):
                 phi.add_incoming(value, block)
         outside = b.icmp_signed("!=", inner_y, y) if BORDERS[first.border].blank else None
@@ -273,12 +273,12 @@ class LaneBody:
 
     def _channels(self, number: int, pixel: Any, wanted: list[int]) -> list[Any]:
         b, picture, channels = self.builder, self.memory[f"im{number}"], self.program.images[number].channels
-        held = self.held[number]
+        format_ = self.held[number]
         if is_vector(pixel):
-            return scattered(b, picture, pixel, channels, wanted, held)
-        first, kind = b.mul(b.sext(pixel, I64), llvm.Constant(I64, channels)), element(held)
+            return scattered(b, picture, pixel, channels, wanted, format_)
+        first, kind = b.mul(b.sext(pixel, I64), llvm.Constant(I64, channels)), element(format_)
         places = [b.add(first, llvm.Constant(I64, channel)) for channel in wanted]
-        return [decoded(b, b.load_at(picture, place, kind, steady=True), held) for place in places]
+        return [decoded(b, b.load_at(picture, place, kind, steady=True), format_) for place in places]
 
     def keep(self, i: s.LoadTexel, loaded: list[Any], outside: Any = None) -> None:
         """What was loaded as the instruction's results; ``outside`` of the picture 0."""

@@ -91,9 +91,9 @@ def _saturated(b: Any, x: Any) -> Any:
     low, high = llvm.Constant(F32, -(2.0**31)), llvm.Constant(F32, 2.0**31)
     below = llvm.Constant(F32, 2.0**31 - 128.0)  # the last float32 before 2**31
     ranged = b.select(b.fcmp_ordered(">", x, low), x, low)
-    made = b.fptosi(b.select(b.fcmp_ordered("<", ranged, below), ranged, below), I32)
-    made = b.select(b.fcmp_ordered(">=", x, high), _int(2**31 - 1), made)
-    return b.select(b.fcmp_unordered("uno", x, x), _int(0), made)
+    integer = b.fptosi(b.select(b.fcmp_ordered("<", ranged, below), ranged, below), I32)
+    integer = b.select(b.fcmp_ordered(">=", x, high), _int(2**31 - 1), integer)
+    return b.select(b.fcmp_unordered("uno", x, x), _int(0), integer)
 
 
 _FLOAT: dict[str, Callable[..., Any]] = {
@@ -128,10 +128,12 @@ _INT: dict[str, Callable[..., Any]] = {
     "float_from_bits": lambda b, x: b.bitcast(x, F32), "to_float": lambda b, x: b.sitofp(x, F32),
 }  # fmt: skip
 _BOOL: dict[str, Callable[..., Any]] = {
-    "logical_and": lambda b, x, y: b.and_(x, y), "logical_or": lambda b, x, y: b.or_(x, y),
+    "logical_and": lambda b, x, y: b.and_(x, y),
+    "logical_or": lambda b, x, y: b.or_(x, y),
     "logical_not": lambda b, x: b.not_(x),
-    "to_float": lambda b, x: b.uitofp(x, F32), "to_int": lambda b, x: b.zext(x, I32),
-}  # fmt: skip
+    "to_float": lambda b, x: b.uitofp(x, F32),
+    "to_int": lambda b, x: b.zext(x, I32),
+}
 _ROWS = {"float": _FLOAT, "int": _INT, "bool": _BOOL}
 
 
@@ -200,17 +202,17 @@ class Lanes:
     def __getattr__(self, name: str) -> Any:
         """Arithmetic, casts and comparisons on either kind of value; all else is the builder's own."""
         method = getattr(self.plain, name)
-        made: Callable[..., Any] = method
+        operation: Callable[..., Any] = method
         if name in _ALIKE:
-            made = partial(self._together, method)
+            operation = partial(self._together, method)
         elif name in _CASTS:
-            made = partial(self._cast, method)
+            operation = partial(self._cast, method)
         elif name in _COMPARES:
-            made = partial(self._compare, method)
+            operation = partial(self._compare, method)
         else:
             return method
-        setattr(self, name, made)
-        return made
+        setattr(self, name, operation)
+        return operation
 
     @contextmanager
     def goto_entry_block(self) -> Iterator[None]:
@@ -243,8 +245,8 @@ class Lanes:
         kinds = [function.ftype.return_type, *function.ftype.args]
         stem = function.name.removesuffix("." + ".".join(_LETTERS[str(k)] for k in _parts(function.name, kinds)))
         suffix = ".".join(f"v{self.lanes}{_LETTERS[str(k)]}" for k in _parts(function.name, kinds))
-        made = self.intrinsic(f"{stem}.{suffix}", self.vector(kinds[0]), [self.vector(k) for k in kinds[1:]])
-        return self.plain.call(made, [self.spread(a) for a in arguments])
+        intrinsic = self.intrinsic(f"{stem}.{suffix}", self.vector(kinds[0]), [self.vector(k) for k in kinds[1:]])
+        return self.plain.call(intrinsic, [self.spread(a) for a in arguments])
 
     def intrinsic(self, name: str, result: Any, arguments: list[Any]) -> Any:
         """The declaration of an LLVM intrinsic in this module."""
@@ -408,17 +410,17 @@ def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
 
 def _computed(b: Any, program: s.ScalarProgram, values: dict[str, Any]) -> Any:
     """The output of a program of ints without branches."""
-    made: dict[int, Any] = {}
+    computed: dict[int, Any] = {}
     for i in program.body:
         if isinstance(i, s.LoadBuiltin):
-            made[i.to.id] = values[i.name]
+            computed[i.to.id] = values[i.name]
         else:
             assert isinstance(i, s.Op)
-            arguments = [made[a.id] if isinstance(a, s.Val) else llvm.Constant(I32, a.value) for a in i.arguments]
-            made[i.to.id] = _WHOLE[i.operation](b, *arguments)
+            arguments = [computed[a.id] if isinstance(a, s.Val) else llvm.Constant(I32, a.value) for a in i.arguments]
+            computed[i.to.id] = _WHOLE[i.operation](b, *arguments)
     place = program.outputs[0].values[0]
     assert isinstance(place, s.Val)
-    return made[place.id]
+    return computed[place.id]
 
 
 def _at_least(b: Any, value: Any, low: Any) -> Any:
@@ -448,8 +450,8 @@ def called(b: Lanes, call: Call, given: Sequence[Any]) -> list[Any]:
 
 def _function(b: Lanes, name: str, call: Call) -> Any:
     kinds = [b.vector(TYPES[value.type]) for value in call.wanted]
-    made = kinds[0] if len(kinds) == 1 else llvm.LiteralStructType(kinds)
-    function = llvm.Function(b.module, llvm.FunctionType(made, [b.vector(TYPES[v.type]) for v in call.given]), name)
+    returned = kinds[0] if len(kinds) == 1 else llvm.LiteralStructType(kinds)
+    function = llvm.Function(b.module, llvm.FunctionType(returned, [b.vector(TYPES[v.type]) for v in call.given]), name)
     function.linkage = "internal"
     function.attributes.add("noinline")
     inner = Lanes(IRBuilder(function), b.lanes)
@@ -462,7 +464,7 @@ def _function(b: Lanes, name: str, call: Call) -> Any:
     results = [inner.spread(values[value.id]) for value in call.wanted]
     packed = results[0]
     if len(results) > 1:
-        packed = blank(made)
+        packed = blank(returned)
         for place, value in enumerate(results):
             packed = inner.insert_value(packed, value, place)
     inner.ret(packed)

@@ -21,21 +21,21 @@ _ELEMENTS = {"u1": llvm.IntType(8), "u2": llvm.IntType(16), "f2": llvm.HalfType(
 _WHOLE = 1.5 * (1 << 23)
 
 
-def element(held: Format) -> Any:
+def element(stored: Format) -> Any:
     """LLVM's type of one number."""
-    return format_spelling(held, _ELEMENTS, __file__)
+    return format_spelling(stored, _ELEMENTS, __file__)
 
 
-def decoded(b: Lanes, raw: Any, held: Format) -> Any:
+def decoded(b: Lanes, raw: Any, stored: Format) -> Any:
     """What loaded numbers (of :func:`element`) stand for."""
-    if not held.steps:
-        return b.fpext(raw, F32) if held.bits < 32 else raw
-    value = divided(b, b.sitofp(b.zext(raw, I32), F32), held.steps)
-    b.undecoded[value] = raw, held
+    if not stored.steps:
+        return b.fpext(raw, F32) if stored.bits < 32 else raw
+    value = divided(b, b.sitofp(b.zext(raw, I32), F32), stored.steps)
+    b.undecoded[value] = raw, stored
     return value
 
 
-def divided(b: Lanes, whole: Any, steps: int) -> Any:
+def divided(b: Lanes, integer: Any, steps: int) -> Any:
     """A whole number of at most ``steps`` over ``steps``, rounded once, in two operations instead of a division.
 
     The reciprocal in two parts: the product with the smaller one, then the larger added without rounding between.
@@ -43,89 +43,89 @@ def divided(b: Lanes, whole: Any, steps: int) -> Any:
     """
     large = np.float32(1 / steps)
     small = np.float32(1 / steps - float(large))
-    rest = b.fmul(whole, llvm.Constant(F32, float(small)))
+    rest = b.fmul(integer, llvm.Constant(F32, float(small)))
     kind = llvm.FunctionType(F32, [F32, F32, F32])
     fused = b.module.globals.get("llvm.fma.f32") or llvm.Function(b.module, kind, "llvm.fma.f32")
-    return b.call(fused, [whole, llvm.Constant(F32, float(large)), rest])
+    return b.call(fused, [integer, llvm.Constant(F32, float(large)), rest])
 
 
-def rounded(b: Lanes, value: Any, held: Format) -> Any:
+def rounded(b: Lanes, value: Any, stored: Format) -> Any:
     """The nearest numbers of :func:`element`, halves to even, as `quantize` and `quantize_half` of the prelude give."""
-    raw, own = b.undecoded.get(value, (None, held))
-    if raw is not None and (own.number, own.steps) == (held.number, held.steps):
+    raw, own = b.undecoded.get(value, (None, stored))
+    if raw is not None and (own.number, own.steps) == (stored.number, stored.steps):
         return raw
-    if held.steps:
+    if stored.steps:
         zero, one = llvm.Constant(F32, 0.0), llvm.Constant(F32, 1.0)
         value = b.select(b.fcmp_ordered("<", zero, value), value, zero)  # NaN becomes 0
         value = b.select(b.fcmp_ordered("<", one, value), one, value)
-        moved = b.fadd(b.fmul(value, llvm.Constant(F32, float(held.steps))), llvm.Constant(F32, _WHOLE))
-        return b.trunc(b.bitcast(moved, I32), element(held))
-    return b.fptrunc(value, element(held)) if held.bits < 32 else value
+        moved = b.fadd(b.fmul(value, llvm.Constant(F32, float(stored.steps))), llvm.Constant(F32, _WHOLE))
+        return b.trunc(b.bitcast(moved, I32), element(stored))
+    return b.fptrunc(value, element(stored)) if stored.bits < 32 else value
 
 
-def split(b: Lanes, words: Any, held: Format, places: Sequence[int]) -> list[Any]:
+def split(b: Lanes, words: Any, stored: Format, places: Sequence[int]) -> list[Any]:
     """Numbers out of words that each hold several, the first in the lowest bits."""
-    bits = llvm.IntType(held.bits)
+    bits = llvm.IntType(stored.bits)
     found = []
     for place in places:
         moved = words
         if place:
             moved = b.lshr(
-                words, llvm.Constant(words.type.element if is_vector(words) else words.type, place * held.bits)
+                words, llvm.Constant(words.type.element if is_vector(words) else words.type, place * stored.bits)
             )
         number = b.trunc(moved, bits)
-        found.append(number if held.steps else b.bitcast(number, element(held)))
+        found.append(number if stored.steps else b.bitcast(number, element(stored)))
     return found
 
 
-def in_threes(b: Lanes, channels: int, held: Format) -> bool:
+def in_threes(b: Lanes, channels: int, stored: Format) -> bool:
     """Whether pixels of three numbers are moved as words with room for four.
 
     Told to pick every third of many bytes, LLVM takes them one by one: that was five times as slow.
     """
-    return channels == 3 and held.steps > 0 and held.bits in (8, 16) and b.lanes % 4 == 0
+    return channels == 3 and stored.steps > 0 and stored.bits in (8, 16) and b.lanes % 4 == 0
 
 
-def woven(b: Lanes, numbers: Sequence[Any], held: Format) -> Any:
+def woven(b: Lanes, numbers: Sequence[Any], stored: Format) -> Any:
     """Vectors of numbers, one a channel, in the order of memory: words where a pixel fits one, else interleaved."""
-    bits = held.bits * len(numbers)
-    if in_threes(b, len(numbers), held):
-        return _closed_up(b, _in_words(b, numbers, held, 4 * held.bits), held)
-    if len(numbers) == 1 or bits not in (16, 32) or not held.steps:
+    bits = stored.bits * len(numbers)
+    if in_threes(b, len(numbers), stored):
+        return _closed_up(b, _in_words(b, numbers, stored, 4 * stored.bits), stored)
+    if len(numbers) == 1 or bits not in (16, 32) or not stored.steps:
         return b.interleaved(list(numbers))
-    return _in_words(b, numbers, held, bits)
+    return _in_words(b, numbers, stored, bits)
 
 
-def _in_words(b: Lanes, numbers: Sequence[Any], held: Format, bits: int) -> Any:
+def _in_words(b: Lanes, numbers: Sequence[Any], stored: Format, bits: int) -> Any:
     """Numbers side by side in words of so many bits, the first in the lowest."""
     word = llvm.IntType(bits)
-    made = None
+    words = None
     for place, number in enumerate(numbers):
         wide = b.zext(number, word)
-        part = b.shl(wide, llvm.Constant(word, place * held.bits)) if place else wide
-        made = part if made is None else b.or_(made, part)
-    return made
+        part = b.shl(wide, llvm.Constant(word, place * stored.bits)) if place else wide
+        words = part if words is None else b.or_(words, part)
+    return words
 
 
-def _closed_up(b: Lanes, words: Any, held: Format) -> Any:
+def _closed_up(b: Lanes, words: Any, stored: Format) -> Any:
     """Words of three numbers and a rest as numbers without the rests: within each 16 bytes, then these together."""
-    pixel, count = held.bits // 8, b.lanes * held.bits // 8 * 4
+    pixel, count = stored.bits // 8, b.lanes * stored.bits // 8 * 4
     kept = [4 * pixel * word + place for word in range(4 // pixel) for place in range(3 * pixel)]
     order = [first + place for first in range(0, count, 16) for place in (*kept, *[15] * 4)]
     raw = b.plain.bitcast(words, llvm.VectorType(llvm.IntType(8), count))
     quarters = b.plain.bitcast(
         b.plain.shuffle_vector(raw, blank(raw.type), lanes_of(order)), llvm.VectorType(I32, count // 4)
     )
-    whole = [place for place in range(count // 4) if place % 4 != 3]
-    made = b.plain.shuffle_vector(quarters, blank(quarters.type), lanes_of(whole))
-    return b.plain.bitcast(made, llvm.VectorType(element(held), 3 * b.lanes))
+    filled = [place for place in range(count // 4) if place % 4 != 3]
+    packed = b.plain.shuffle_vector(quarters, blank(quarters.type), lanes_of(filled))
+    return b.plain.bitcast(packed, llvm.VectorType(element(stored), 3 * b.lanes))
 
 
-def store(b: Lanes, numbers: Sequence[Any], pointer: Any, held: Format, mask: Any) -> None:
+def store(b: Lanes, numbers: Sequence[Any], pointer: Any, stored: Format, mask: Any) -> None:
     """Pixels one behind another, a vector of numbers a channel; only those in the mask."""
-    values = woven(b, numbers, held)
+    values = woven(b, numbers, stored)
     masks = b.interleaved([mask] * (values.type.count // b.lanes))
-    b.store_masked(values, pointer, masks, held.bits // 8)
+    b.store_masked(values, pointer, masks, stored.bits // 8)
 
 
 #: Channels of pixels that are one word where they fit.
@@ -135,32 +135,34 @@ WORDS = (1, 2, 4)
 MAX_INLINED = 48
 
 
-def neighbours(b: Lanes, row: Any, place: Any, channels: int, wanted: Sequence[int], held: Format = FLOAT) -> list[Any]:
+def neighbours(
+    b: Lanes, row: Any, place: Any, channels: int, wanted: Sequence[int], stored: Format = FLOAT
+) -> list[Any]:
     """Channels of consecutive pixels of a row, the first of them ``place`` numbers from its start."""
-    count, kind = b.lanes * channels, element(held)
+    count, kind = b.lanes * channels, element(stored)
     pointer = b.gep(row, [place], True, source_etype=kind)
-    if held.steps and channels in WORDS and channels * held.bits <= 32:
-        words = b.load(pointer, typ=b.vector(llvm.IntType(channels * held.bits)), align=held.bits // 8)
-        return [decoded(b, number, held) for number in split(b, words, held, wanted)]
-    if in_threes(b, channels, held):
-        return [decoded(b, number, held) for number in split(b, _threes(b, pointer, held), held, wanted)]
-    loaded = b.load(pointer, typ=llvm.VectorType(kind, count), align=held.bits // 8)
-    return [decoded(b, picked(b, loaded, range(channel, count, channels)), held) for channel in wanted]
+    if stored.steps and channels in WORDS and channels * stored.bits <= 32:
+        words = b.load(pointer, typ=b.vector(llvm.IntType(channels * stored.bits)), align=stored.bits // 8)
+        return [decoded(b, number, stored) for number in split(b, words, stored, wanted)]
+    if in_threes(b, channels, stored):
+        return [decoded(b, number, stored) for number in split(b, _threes(b, pointer, stored), stored, wanted)]
+    loaded = b.load(pointer, typ=llvm.VectorType(kind, count), align=stored.bits // 8)
+    return [decoded(b, picked(b, loaded, range(channel, count, channels)), stored) for channel in wanted]
 
 
-def _threes(b: Lanes, pointer: Any, held: Format) -> Any:
+def _threes(b: Lanes, pointer: Any, stored: Format) -> Any:
     """Pixels of three numbers as words that have room for four; in the highest is whatever follows.
 
     Loads of 16 bytes begin 12 apart, so that what goes from one place to another stays within each.
     """
-    byte, bits = llvm.IntType(8), 4 * held.bits
+    byte, bits = llvm.IntType(8), 4 * stored.bits
     loads = [
         b.load(
             b.gep(pointer, [llvm.Constant(I64, first)], True, source_etype=byte), typ=llvm.VectorType(byte, 16), align=1
         )
         for first in range(0, b.lanes * bits // 32 * 3, 12)
     ]
-    pixel = held.bits // 8
+    pixel = stored.bits // 8
     order = [3 * pixel * word + place for word in range(128 // bits) for place in range(4 * pixel)]
     places = [16 * load + place for load in range(len(loads)) for place in order]
     return b.plain.bitcast(picked(b, joined(b, loads), places), b.vector(llvm.IntType(bits)))
@@ -172,7 +174,7 @@ def scattered(
     pixels: Any,
     channels: int,
     wanted: Sequence[int],
-    held: Format = FLOAT,
+    stored: Format = FLOAT,
     *,
     rarely: bool = False,
 ) -> list[Any]:
@@ -183,19 +185,19 @@ def scattered(
     rather than quickly.
     """
     module = b.module
-    name = f"texels_{held.number}_{held.steps}_{channels}_{'_'.join(map(str, wanted))}{'_rarely' * rarely}"
+    name = f"texels_{stored.number}_{stored.steps}_{channels}_{'_'.join(map(str, wanted))}{'_rarely' * rarely}"
     # Pointers to pictures, to tables of each length and to arrays differ in type.
     name += "".join(letter if letter.isalnum() else "_" for letter in str(picture.type))
     function = module.globals.get(name)
     if function is None:
-        made = llvm.LiteralStructType([b.vector(F32)] * len(wanted))
-        function = llvm.Function(module, llvm.FunctionType(made, [picture.type, pixels.type]), name)
+        returned = llvm.LiteralStructType([b.vector(F32)] * len(wanted))
+        function = llvm.Function(module, llvm.FunctionType(returned, [picture.type, pixels.type]), name)
         function.linkage = "internal"
         function.attributes.add("noinline" if rarely else "alwaysinline")
         inner = Lanes(IRBuilder(function), b.lanes)
-        packed = blank(made)
+        packed = blank(returned)
         where, which = function.args
-        put_together = _floats if held.number == FLOAT.number else partial(_words, held)
+        put_together = _floats if stored.number == FLOAT.number else partial(_words, stored)
         for place, value in enumerate(put_together(inner, where, which, channels, wanted)):
             packed = inner.insert_value(packed, value, place)
         inner.ret(packed)
@@ -222,14 +224,14 @@ def _places(b: Lanes, picture: Any, pixels: Any, channels: int, kind: Any, first
     return [b.gep(picture, [n, llvm.Constant(I64, first)], True, source_etype=pixel) for n in numbers]
 
 
-def _words(held: Format, b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence[int]) -> list[Any]:
+def _words(stored: Format, b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence[int]) -> list[Any]:
     """Numbers of 8 and 16 bits: several in one word of each lane."""
     found: dict[int, Any] = {}
     for first, count, here in _fours(wanted):
-        places = _places(b, picture, pixels, channels, element(held), first)
-        words = _lane_by_lane(b, places, llvm.IntType(count * held.bits), held.bits // 8)
-        numbers = split(b, words, held, [number - first for number in here])
-        found |= {number: decoded(b, raw, held) for number, raw in zip(here, numbers, strict=True)}
+        places = _places(b, picture, pixels, channels, element(stored), first)
+        words = _lane_by_lane(b, places, llvm.IntType(count * stored.bits), stored.bits // 8)
+        numbers = split(b, words, stored, [number - first for number in here])
+        found |= {number: decoded(b, raw, stored) for number, raw in zip(here, numbers, strict=True)}
     return [found[number] for number in wanted]
 
 
@@ -249,8 +251,8 @@ def _floats(b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence
             continue
         loads = [b.load(place, typ=llvm.VectorType(F32, count), align=4) for place in places]
         if count == 2:
-            whole = joined(b, loads)
-            columns = [picked(b, whole, range(column, 2 * b.lanes, 2)) for column in range(2)]
+            words = joined(b, loads)
+            columns = [picked(b, words, range(column, 2 * b.lanes, 2)) for column in range(2)]
         else:
             columns = transposed(b, [joined(b, loads[row::4]) for row in range(4)])
         found |= {number: columns[number - first] for number in here}

@@ -31,7 +31,7 @@ def clock_parameters(used: Iterable[str], taken: Collection[str] = ()) -> dict[s
     """Parameters for those of the clock's uniforms that kernels have; ``taken`` are names that a shader has itself."""
     named = {_SET_BY[name] for name in used if name in _SET_BY}
     return {
-        (ours := _beside(name, taken)): replace(parameter, name=ours)
+        (ours := _free_name(name, taken)): replace(parameter, name=ours)
         for name, parameter in _PARAMETERS.items()
         if name in named
     }
@@ -39,14 +39,14 @@ def clock_parameters(used: Iterable[str], taken: Collection[str] = ()) -> dict[s
 
 def clock_uniforms(values: Mapping[str, Any], taken: Collection[str] = ()) -> dict[str, Any]:
     """What the clock's uniforms are, from parameters."""
-    given = {own: _beside(name, taken) for own, name in _SET_BY.items()}
+    given = {own: _free_name(name, taken) for own, name in _SET_BY.items()}
     return {"pg_frame": FRAME_INDEX} | {own: values[name] for own, name in given.items() if name in values}
 
 
-def _beside(name: str, taken: Collection[str]) -> str:
+def _free_name(name: str, taken: Collection[str]) -> str:
     """A parameter of the clock's, where a shader has one of the same name.
 
-    >>> _beside("time", ()), _beside("time", ("time",))
+    >>> _free_name("time", ()), _free_name("time", ("time",))
     ('time', 'clock_time')
     """
     while name in taken:

@@ -135,14 +135,16 @@ class ShaderEffect:
                     f"when the graph is made, got {got}"
                 )
         written = target(self.name, "rgba16f", scale=1.0) if into is None else into
-        made = self.build(named, values, written)
+        output = self.build(named, values, written)
         frame = named.get(self.images[0]) if self.images else None
-        if frame is None or frame.spec in read_behind(made):
-            return made
+        if frame is None or frame.spec in read_behind(output):
+            return output
         # A shader that never reads its picture is as large as that all the same.
-        made = self.build(named, values, replace(written, name=f"{written.name}.drawn"))
+        output = self.build(named, values, replace(written, name=f"{written.name}.drawn"))
         # Some containers say themselves how large the result is.
-        return shown_beside(made, [frame], written if made.spec.size == written.size else replace(written, size=None))
+        return shown_beside(
+            output, [frame], written if output.spec.size == written.size else replace(written, size=None)
+        )
 
 
 def checked(effect: ShaderEffect, name: str, value: Any) -> Any:

@@ -403,7 +403,7 @@ class _Graph:
         last = {one.target: spec for one, spec in zip(self.header.passes, specs, strict=True) if one.target}
         persistent = {one.target for one in self.header.passes if one.target and one.persistent}
         uniforms = dict(values) | clock_uniforms(values, self.header.parameters)
-        held: dict[str, Target] = {}
+        buffers: dict[str, Target] = {}
         drawn: list[Target] = []
         for one, spec, kernel in zip(self.header.passes, specs, self.kernels, strict=True):
             given: dict[str, Any] = {}
@@ -411,15 +411,15 @@ class _Graph:
                 name = parameter.name
                 if name in uniforms:
                     given[name] = uniforms[name]
-                elif name in held:
-                    given[name] = held[name]
+                elif name in buffers:
+                    given[name] = buffers[name]
                 elif name in persistent:
                     given[name] = previous(last[name])
                 else:
                     given[name] = handle_or_black(pictures.get(name) or self.imported.get(name))
             drawn.append(kernel.called(given, spec))
             if one.target:
-                held[one.target] = drawn[-1]
+                buffers[one.target] = drawn[-1]
         return drawn
 
     def _specs(self, values: Mapping[str, Any], into: TargetSpec) -> list[TargetSpec]:
@@ -432,6 +432,6 @@ class _Graph:
                 break
             formulas = one.formulas(values, f"{self.path}: PASSES[{number}]")
             size = Relative(1.0) if formulas is None else Computed(*formulas)
-            made = target(f"{into.name}.{one.target or 'pass'}.{number}", "rgba32f" if one.is_float else "rgba8")
-            specs.append(replace(made, size=size))
+            spec = target(f"{into.name}.{one.target or 'pass'}.{number}", "rgba32f" if one.is_float else "rgba8")
+            specs.append(replace(spec, size=size))
         return specs

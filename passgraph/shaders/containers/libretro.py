@@ -45,8 +45,11 @@ MAX_CLIMB = 4
 MAX_SCALE = 64.0
 #: What the player calls the rule for reads outside of a picture → what it is called here.
 _BORDERS = {
-    "clamp_to_border": "zero", "clamp_to_edge": "clamp", "repeat": "repeat", "mirrored_repeat": "mirror",
-}  # fmt: skip
+    "clamp_to_border": "zero",
+    "clamp_to_edge": "clamp",
+    "repeat": "repeat",
+    "mirrored_repeat": "mirror",
+}
 _SCALES = ("source", "viewport", "absolute")
 _TRUTH = {"true": True, "1": True, "false": False, "0": False}
 _NAME = re.compile(r"[A-Za-z_]\w{0,63}")
@@ -67,8 +70,8 @@ class Side:
         """Its pixels."""
         if self.type == "absolute":
             return self.by
-        whole = source if self.type == "source" else viewport
-        return whole if self.by == 1 else ("floor", ("mul", whole, self.by))
+        reference = source if self.type == "source" else viewport
+        return reference if self.by == 1 else ("floor", ("mul", reference, self.by))
 
 
 @dataclass(frozen=True)
@@ -127,7 +130,7 @@ def read_preset(text: str, path: Path) -> Preset:
     """
     values = _Values(path, {})
     values.read(text, path, ())
-    count = values.number("shaders", _whole, None, 1, MAX_PASSES)
+    count = values.number("shaders", _integer, None, 1, MAX_PASSES)
     passes = tuple(_pass(values, i) for i in range(count))
     names = [name.strip() for name in values.text("textures", "").split(";") if name.strip()]
     if len(names) > MAX_TEXTURES:
@@ -155,20 +158,20 @@ class _Values:
         for line in text.splitlines():
             if match := _REFERENCE.match(line):
                 at = self.file(match[1] or match[2], path, "#reference")
-                told = shader_text(at, "a preset")
-                self.read(told, at, (*within, own))
+                included = shader_text(at, "a preset")
+                self.read(included, at, (*within, own))
             elif not line.lstrip().startswith(("#", "//")) and (match := _ENTRY.match(line)):
                 plain = re.split(r"\s+//|\s+#|;\s*$", match[4] or "")[0]
                 said[match[1]] = ((match[2] or match[3] or plain).strip(), path)
         self.entries |= said
 
-    def file(self, name: str, beside: Path, what: str) -> Path:
+    def file(self, name: str, preset: Path, what: str) -> Path:
         """A file that a preset names, in the tree around it."""
         plain = name.replace("\\", "/")
-        full = (beside.resolve().parent / plain).resolve() if "\0" not in plain else Path("/")
+        full = (preset.resolve().parent / plain).resolve() if "\0" not in plain else Path("/")
         if Path(plain).is_absolute() or re.match(r"[A-Za-z]:", plain) or not full.is_relative_to(self.root):
             raise InputError(
-                f"{beside}: {what} names {name!r}, which lies outside of {self.root}; files of a preset lie at most "
+                f"{preset}: {what} names {name!r}, which lies outside of {self.root}; files of a preset lie at most "
                 f"{MAX_CLIMB} folders above it"
             )
         return full
@@ -223,7 +226,7 @@ def _pass(values: _Values, i: int) -> PresetPass:
         values.one_of(f"wrap_mode{i}", _BORDERS, "clamp_to_border"),
         _sides(values, i),
         "rgba32f" if float_ else "rgba8_srgb" if srgb else "rgba8",
-        values.number(f"frame_count_mod{i}", _whole, 0, 0, 1 << 24),
+        values.number(f"frame_count_mod{i}", _integer, 0, 0, 1 << 24),
         values.one_of(f"mipmap_input{i}", _TRUTH, "false"),
     )
 
@@ -237,13 +240,13 @@ def _sides(values: _Values, i: int) -> tuple[Side, Side] | None:
         type_ = values.one_of(f"scale_type_{axis}{i}", known, values.text(f"scale_type{i}", "source"))
         key = f"scale_{axis}{i}" if f"scale_{axis}{i}" in values.entries else f"scale{i}"
         if type_ == "absolute":
-            sides.append(Side(type_, float(values.number(key, _whole, None, 1, MAX_SIDE))))
+            sides.append(Side(type_, float(values.number(key, _integer, None, 1, MAX_SIDE))))
         else:
             sides.append(Side(type_, values.number(key, float, 1.0, 1 / MAX_SCALE, MAX_SCALE)))
     return sides[0], sides[1]
 
 
-def _whole(text: str) -> int:
+def _integer(text: str) -> int:
     """A whole number, which presets write as 800.0 and as 1_ too: the player stops where digits end."""
     match = re.fullmatch(r"\s*([+-]?\d{1,9})(?:\.0*)?_?\s*", text)
     if match is None:
@@ -381,10 +384,10 @@ def _varying(variable: g.Variable) -> Varying:
     """What is handed on must be floats, which alone are interpolated."""
     lengths = variable.type.lengths
     length = lengths[0] if lengths else None
-    whole = length.value if isinstance(length, g.Number) else None
-    if variable.type.name not in _FLOATS or len(lengths) > 1 or (lengths and not isinstance(whole, int)):
+    number = length.value if isinstance(length, g.Number) else None
+    if variable.type.name not in _FLOATS or len(lengths) > 1 or (lengths and not isinstance(number, int)):
         fail(variable.span, f"the vertex half hands on floats and vectors of them, got {variable.type.name}")
-    return Varying(variable.type.name, variable.name, whole if isinstance(whole, int) else 0)
+    return Varying(variable.type.name, variable.name, number if isinstance(number, int) else 0)
 
 
 def _corner_value(variable: g.Variable) -> str:
@@ -474,18 +477,18 @@ def _effect(preset: Preset, texts: dict[Path, str], path: Path) -> ShaderEffect:
     file = str(path)
     parameters: dict[str, ShaderParameter] = {}
     steps: list[_Step] = []
-    for number, told in enumerate(preset.passes, 1):
-        if told.shader not in texts:
-            read = shader_text(told.shader, f"shader{number - 1} of {file}")
-            texts[told.shader] = read.replace("\r\n", "\n")
-        text = texts[told.shader]
+    for number, preset_pass in enumerate(preset.passes, 1):
+        if preset_pass.shader not in texts:
+            read = shader_text(preset_pass.shader, f"shader{number - 1} of {file}")
+            texts[preset_pass.shader] = read.replace("\r\n", "\n")
+        text = texts[preset_pass.shader]
         if not is_libretro(text):
-            raise InputError(f"{told.shader}: has not both halves, #if defined(VERTEX) and FRAGMENT")
+            raise InputError(f"{preset_pass.shader}: has not both halves, #if defined(VERTEX) and FRAGMENT")
         names = _pictures_of(preset, number)
-        for name, found in shader_parameters(text, str(told.shader)).items():
+        for name, found in shader_parameters(text, str(preset_pass.shader)).items():
             parameters.setdefault(name, replace(found, default=preset.overrides.get(name, found.default)))
-        shader = read_shader(text, told.shader, f"{name_of(path)}.{number}", [*names, *_EARLIER, "Feedback"])
-        steps.append(_Step(told, shader, PixelKernel[Target].of_shader(shader), names))
+        shader = read_shader(text, preset_pass.shader, f"{name_of(path)}.{number}", [*names, *_EARLIER, "Feedback"])
+        steps.append(_Step(preset_pass, shader, PixelKernel[Target].of_shader(shader), names))
     parameters["output_scale"] = ShaderParameter("output_scale", FLOAT, 4.0, 0.0625, 16.0, "viewport by the frame")
     textures = {
         name: _read_as(loaded(f"{file}:{name}", one.path, f"texture {name!r} of {file}"), one)
@@ -500,10 +503,10 @@ def _effect(preset: Preset, texts: dict[Path, str], path: Path) -> ShaderEffect:
 def _pictures_of(preset: Preset, number: int) -> dict[str, int]:
     """What the samplers of pass ``number``, counted from 1, may be called, → whose picture it is; 0 is the frame."""
     found = {"": number - 1, "Orig": 0, f"PassPrev{number}": 0}
-    for i, told in enumerate(preset.passes[: number - 1], 1):
+    for i, preset_pass in enumerate(preset.passes[: number - 1], 1):
         found |= {f"Pass{i}": i, f"PassPrev{number - i}": i}
-        if told.alias:
-            found[told.alias] = i
+        if preset_pass.alias:
+            found[preset_pass.alias] = i
     return found
 
 
@@ -519,25 +522,25 @@ def _built(
         frame = copy(
             t=frame, into=TargetSpec(f"{into.name}.frame", format_named("rgba32f"), Computed("width", "height"))
         )
-    made = [_read_as(frame, steps[0].told)]
+    results = [_read_as(frame, steps[0].told)]
     for number, (step, spec) in enumerate(zip(steps, specs, strict=True), 1):
-        held = {f"{name}Texture": made[i] for name, i in step.names.items()} | dict(textures)
+        samplers = {f"{name}Texture": results[i] for name, i in step.names.items()} | dict(textures)
         for name in _samplers(step):
             base = name.removesuffix("Texture")
-            if name in held:
+            if name in samplers:
                 continue
             if base in _EARLIER:
-                held[name] = _read_as(previous(frame, _EARLIER[base]), steps[0].told)
+                samplers[name] = _read_as(previous(frame, _EARLIER[base]), steps[0].told)
             elif name == "FeedbackTexture" and preset.feedback_pass is not None:
                 at = preset.feedback_pass
-                held[name] = _read_as(previous(specs[at]), steps[at + 1].told if at + 1 < len(steps) else None)
+                samplers[name] = _read_as(previous(specs[at]), steps[at + 1].told if at + 1 < len(steps) else None)
             else:
-                held[name] = made[number - 1]  # a sampler that nobody sets reads the first unit
+                samplers[name] = results[number - 1]  # a sampler that nobody sets reads the first unit
         given: dict[str, Any] = {}
         for parameter in step.kernel.parameters:
             name = parameter.name
             if isinstance(parameter.type, ImageType):
-                given[name] = held[name]
+                given[name] = samplers[name]
             elif name == "FrameCount":
                 most = step.told.frame_count_mod
                 given[name] = FRAME_INDEX.map(partial(_begun_again, most)) if most else FRAME_INDEX
@@ -548,8 +551,8 @@ def _built(
                     name, parameter.default if parameter.has_default else zero_of_type(parameter.type)
                 )
         result = step.kernel.called(given, spec)
-        made.append(_read_as(result, steps[number].told) if number < len(steps) else result)
-    return made[-1]
+        results.append(_read_as(result, steps[number].told) if number < len(steps) else result)
+    return results[-1]
 
 
 def _begun_again(most: int, frame: int) -> int:
@@ -562,9 +565,9 @@ def _samplers(step: _Step) -> list[str]:
 
 def _read_as(picture: Target, reader: PresetPass | PresetTexture | None) -> Target:
     """A pass says how the picture that it starts from is read, by later ones too."""
-    told = reader or PresetPass(Path())
-    read = picture.border(told.border).filter(told.filter)
-    return read.mipmaps() if told.mipmaps else read
+    read_as = reader or PresetPass(Path())
+    read = picture.border(read_as.border).filter(read_as.filter)
+    return read.mipmaps() if read_as.mipmaps else read
 
 
 def _specs(steps: list[_Step], scale: float, into: TargetSpec) -> list[TargetSpec]:
@@ -578,6 +581,6 @@ def _specs(steps: list[_Step], scale: float, into: TargetSpec) -> list[TargetSpe
             size = (sides[0].formula(size[0], viewport[0]), sides[1].formula(size[1], viewport[1]))
         elif last:
             size = viewport
-        made = into if last else target(f"{into.name}.{number}", step.told.format)
-        specs.append(replace(made, size=Computed(*size)))
+        spec = into if last else target(f"{into.name}.{number}", step.told.format)
+        specs.append(replace(spec, size=Computed(*size)))
     return specs

@@ -356,14 +356,14 @@ class _Chain:
     shown: dict[str, tuple[Target, tuple[Formula, Formula]]] = field(default_factory=dict)
     offsets: dict[str, tuple[float, float]] = field(default_factory=dict)
 
-    def keep(self, names: Iterable[str], made: Target, size: tuple[Formula, Formula]) -> None:
+    def keep(self, names: Iterable[str], picture: Target, size: tuple[Formula, Formula]) -> None:
         for name in names:
-            self.held[name], self.sizes[name] = made, size
+            self.held[name], self.sizes[name] = picture, size
 
-    def show(self, own: str, hook: str, made: Target, size: tuple[Formula, Formula]) -> None:
+    def show(self, own: str, hook: str, picture: Target, size: tuple[Formula, Formula]) -> None:
         """What a plane, or the picture from a stage on, is now."""
-        self.keep([own] if own in _PLANES else _STAGES[_STAGES.index(hook) :], made, size)
-        self.shown[own] = made, size
+        self.keep([own] if own in _PLANES else _STAGES[_STAGES.index(hook) :], picture, size)
+        self.shown[own] = picture, size
         self.offsets.setdefault(own, (0.0, 0.0))
 
 
@@ -418,14 +418,14 @@ def read_mpv(text: str, path: Path) -> ShaderEffect:
 
 def _bound(block: MpvBlock, hook: str, textures: Mapping[str, Target]) -> str:
     """Declarations of the textures that a pass reads: what is hooked has its own name too."""
-    made = ""
+    declarations = ""
     for name in sorted({*block.all("BIND"), "HOOKED", hook}):
         if name in textures:
-            made += f"uniform sampler{3 if textures[name].slice_count > 1 else 2}D {name};\n"
+            declarations += f"uniform sampler{3 if textures[name].slice_count > 1 else 2}D {name};\n"
         else:
             moved = block.is_aligned and name in ("HOOKED", hook)
-            made += _BOUND.format(name, f"(pg_position + pg_offset * {name}_pt)" if moved else "pg_position")
-    return made
+            declarations += _BOUND.format(name, f"(pg_position + pg_offset * {name}_pt)" if moved else "pg_position")
+    return declarations
 
 
 def _built(
@@ -435,16 +435,16 @@ def _built(
     scale, of_chroma = (float(values.get(name, 1.0)) for name in ("output_scale", "chroma_scale"))
     output, reduced = ((_scaled("width", by), _scaled("height", by)) for by in (scale, of_chroma))
     chain = _Chain(dict(textures), {}, output)
-    whole: tuple[Formula, Formula] = ("width", "height")
-    chain.show("MAIN", _STAGES[0], frame, whole)
+    full_size: tuple[Formula, Formula] = ("width", "height")
+    chain.show("MAIN", _STAGES[0], frame, full_size)
     of_planes = [one for one in passes if one.hook in _PLANES]
     of_colors = any(one.hook == "CHROMA" for one in of_planes)
     uniforms = clock_uniforms(values) | dict(values) | {"pg_scale": scale}
     if of_planes:
-        luma = small_kernel("luma", _LUMA)(t=frame, into=_spec(f"{into.name}.luma", whole, "rgba32f"))
-        chain.show("LUMA", "LUMA", luma, whole)
+        luma = small_kernel("luma", _LUMA)(t=frame, into=_spec(f"{into.name}.luma", full_size, "rgba32f"))
+        chain.show("LUMA", "LUMA", luma, full_size)
     if of_colors:
-        size, read = (whole, _HERE) if of_chroma == 1.0 else (reduced, _SCALED)
+        size, read = (full_size, _HERE) if of_chroma == 1.0 else (reduced, _SCALED)
         kernel = small_kernel("chroma", _CHROMA.format(read.format("t")))
         chain.show("CHROMA", "CHROMA", kernel(t=frame, into=_spec(f"{into.name}.chroma", size, "rgba32f")), size)
     for number, one in enumerate(passes):
@@ -454,10 +454,10 @@ def _built(
         _add_pass(one, chain, frame, uniforms, f"{into.name}.{number}", file)
     if len(of_planes) == len(passes):
         return _joined(chain, replace(into, size=Computed(*chain.shown["LUMA"][1])), of_colors)
-    made, size = chain.shown["MAIN"]
+    shown, size = chain.shown["MAIN"]
     said, text = _reader(chain, "MAIN", size)
     return small_kernel("shown", said + _COPIED.format(text.format("t")))(
-        t=made, into=replace(into, size=Computed(*size)), **_moved_by(chain, ["MAIN"])
+        t=shown, into=replace(into, size=Computed(*size)), **_moved_by(chain, ["MAIN"])
     )
 
 
@@ -502,7 +502,7 @@ def _add_pass(
         side_formula(one.block.first(side, f"HOOKED.{side[0].lower()}"), sizes, f"{where}: {side}", numbers)
         for side in ("WIDTH", "HEIGHT")
     )
-    known = {**chain.held, **{f"pg_of_{texture}": held for texture, held in chain.held.items()}, **uniforms}
+    known = {**chain.held, **{f"pg_of_{texture}": picture for texture, picture in chain.held.items()}, **uniforms}
     known |= {"pg_of_HOOKED": hooked, f"pg_of_{one.hook}": hooked, "pg_offset": chain.offsets[own]}
     known |= {"pg_frame_before": frame, "pg_frame_now": chain.held["OUTPUT"]}
     given: dict[str, Any] = {}
@@ -511,12 +511,12 @@ def _add_pass(
             name = parameter.name.removeprefix("pg_of_")
             raise InputError(f"{where}: //!BIND {name}: no pass before has saved it")
         given[parameter.name] = known[parameter.name]
-    made = one.kernel.called(given, _spec(target_name, (width, height)))
+    result = one.kernel.called(given, _spec(target_name, (width, height)))
     saved = one.block.first("SAVE", one.hook)
     if saved != one.hook:
-        chain.keep([saved], made, (width, height))
+        chain.keep([saved], result, (width, height))
         return
-    chain.show(own, one.hook, made, (width, height))
+    chain.show(own, one.hook, result, (width, height))
     grown = [
         evaluated(new, NOMINAL) / evaluated(old, NOMINAL) for new, old in zip((width, height), before, strict=True)
     ]

@@ -92,8 +92,8 @@ def _input(transform: str, lut: Any, shape: tuple[int, int, int]) -> Target:
     import PyOpenColorIO as ocio
 
     numbers = np.array(lut.getValues(), np.float32).reshape(shape)
-    made = brought(f"{transform}.{lut.samplerName}", "r32f" if shape[2] == 1 else "rgb32f", numbers)
-    return made.filter("nearest" if lut.interpolation == ocio.INTERP_NEAREST else "linear").border("clamp")
+    texture = brought(f"{transform}.{lut.samplerName}", "r32f" if shape[2] == 1 else "rgb32f", numbers)
+    return texture.filter("nearest" if lut.interpolation == ocio.INTERP_NEAREST else "linear").border("clamp")
 
 
 def _value(data: Any) -> Any:
@@ -101,8 +101,11 @@ def _value(data: Any) -> Any:
     import PyOpenColorIO as ocio
 
     read = {
-        ocio.UNIFORM_DOUBLE: "getDouble", ocio.UNIFORM_BOOL: "getBool", ocio.UNIFORM_FLOAT3: "getFloat3",
-        ocio.UNIFORM_VECTOR_INT: "getVectorInt", ocio.UNIFORM_VECTOR_FLOAT: "getVectorFloat",
-    }  # fmt: skip
+        ocio.UNIFORM_DOUBLE: "getDouble",
+        ocio.UNIFORM_BOOL: "getBool",
+        ocio.UNIFORM_FLOAT3: "getFloat3",
+        ocio.UNIFORM_VECTOR_INT: "getVectorInt",
+        ocio.UNIFORM_VECTOR_FLOAT: "getVectorFloat",
+    }
     value = getattr(data, read[data.type])()
     return value if isinstance(value, (bool, float)) else tuple(value)

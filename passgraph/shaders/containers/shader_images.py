@@ -41,22 +41,22 @@ def shown_with_kept(draw: Callable[[TargetSpec], list[Target]], inner: str, into
     ``draw`` draws all passes, the last into a given target: into ``into``, or where that has to show more than its
     own pass reads, into one of the name ``inner``.
     """
-    *made, shown = draw(into)
-    if not _unread(shown, made):
+    *drawn, shown = draw(into)
+    if not _unread(shown, drawn):
         return shown
-    *made, shown = draw(replace(into, name=inner))
-    return shown_beside(shown, _unread(shown, made), into)
+    *drawn, shown = draw(replace(into, name=inner))
+    return shown_beside(shown, _unread(shown, drawn), into)
 
 
-def _unread(shown: Target, made: Iterable[Target]) -> list[Target]:
+def _unread(shown: Target, drawn: Iterable[Target]) -> list[Target]:
     """Those of some buffers whose passes do not lie behind what is shown, although it reads their earlier frames, or
     buffers that do."""
-    made, found = list(made), list[Target]()
+    drawn, found = list(drawn), list[Target]()
     while True:
         behind = passes_behind([shown, *found])
         needed = {handle.spec for one in behind for handle in one.reads if handle.is_previous}
         needed -= {spec for one in behind for spec in one.writes}
-        more = [one for one in made if one.spec in needed]
+        more = [one for one in drawn if one.spec in needed]
         if not more:
             return found
         found += more

@@ -211,9 +211,10 @@ def _effect(
         one.channels[channel].picture
         for one in passes
         for channel in CHANNELS
-        if channel in one.channels and one.channels[channel].buffer is None
+        if channel in one.channels
+        and one.channels[channel].buffer is None
         and channel in {p.name for p in one.kernel.parameters}
-    )  # fmt: skip
+    )
     parameters = clock_parameters(used)
     if "iMouse" in used:
         parameters["iMouse"] = ShaderParameter("iMouse", VEC4, (0.0,) * 4, label="pixels from the bottom left")
@@ -238,8 +239,8 @@ def _behind(text: str) -> str:
     """The entry, with the sizes of those channels that the text reads or asks about."""
     sizes = ""
     for i, name in enumerate(CHANNELS):
-        asked = re.search(rf"\biChannelResolution\s*\[\s*{i}\s*\]", text) is not None
-        if asked or ("iChannelResolution" in text and re.search(rf"\b{name}\b", text)):
+        reads_size = re.search(rf"\biChannelResolution\s*\[\s*{i}\s*\]", text) is not None
+        if reads_size or ("iChannelResolution" in text and re.search(rf"\b{name}\b", text)):
             sizes += f"iChannelResolution[{i}] = vec3(textureSize({name}, 0), 1.0); "
     return f"void pg_main() {{ {sizes}vec4 c = vec4(0.0); mainImage(c, gl_FragCoord.xy); gl_FragColor = c; }}"
 
@@ -255,7 +256,7 @@ def _drawn(
     passes: list[_Pass], given: Mapping[str, Target], values: Mapping[str, Any], specs: list[TargetSpec]
 ) -> list[Target]:
     uniforms = clock_uniforms(values) | dict(values)
-    made: list[Target] = []
+    drawn: list[Target] = []
     for number, one in enumerate(passes):
         named: dict[str, Any] = {}
         for parameter in one.kernel.parameters:
@@ -267,8 +268,8 @@ def _drawn(
             if source is None or source.buffer is None:
                 picture = given.get(source.picture) if source is not None else None
             else:
-                picture = made[source.buffer] if source.buffer < number else previous(specs[source.buffer])
+                picture = drawn[source.buffer] if source.buffer < number else previous(specs[source.buffer])
             black = handle_or_black(picture)
             named[name] = black if source is None else source.reading(black)
-        made.append(one.kernel.called(named, specs[number]))
-    return made
+        drawn.append(one.kernel.called(named, specs[number]))
+    return drawn

@@ -51,12 +51,12 @@ def read_transition(text: str, path: Path) -> ShaderEffect:
         For a shader that is refused, with file, line and caret.
     """
     # The default moves into the declaration, and everything before it stays in its column.
-    told = _DEFAULT.sub(lambda m: f"{m[1]} {m[2]}  {_default(m[1], m[3])};", text)
-    told = _DEFAULT_WITHIN.sub(lambda m: f"{m[1]}  {_default(m[1], m[2])}  {m[3]}", told)
-    shader = parse(told, name=name_of(path), file=str(path), entry="pg_main", prelude=_BEFORE, postlude=_BEHIND)
+    source = _DEFAULT.sub(lambda m: f"{m[1]} {m[2]}  {_default(m[1], m[3])};", text)
+    source = _DEFAULT_WITHIN.sub(lambda m: f"{m[1]}  {_default(m[1], m[2])}  {m[3]}", source)
+    shader = parse(source, name=name_of(path), file=str(path), entry="pg_main", prelude=_BEFORE, postlude=_BEHIND)
     kernel: PixelKernel[Target] = PixelKernel.of_shader(shader)
     used = {parameter.name for parameter in kernel.parameters}
-    others = tuple(
+    more_pictures = tuple(
         u.name for u in shader.uniforms if isinstance(u.type, ImageType) and u.name not in _PICTURES.values()
     )
     parameters = {"progress": ShaderParameter("progress", FLOAT, 0.5, 0.0, 1.0, "how far the first is the second")}
@@ -66,7 +66,9 @@ def read_transition(text: str, path: Path) -> ShaderEffect:
             parameters[uniform.name] = ShaderParameter(uniform.name, uniform.type, default)
 
     def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
-        named = {own: pictures.get(name) for name, own in _PICTURES.items()} | {n: pictures.get(n) for n in others}
+        named = {own: pictures.get(name) for name, own in _PICTURES.items()} | {
+            n: pictures.get(n) for n in more_pictures
+        }
         given: dict[str, Any] = {name: handle_or_black(picture) for name, picture in named.items()} | dict(values)
         return kernel.called({name: value for name, value in given.items() if name in used}, into)
 
@@ -74,6 +76,6 @@ def read_transition(text: str, path: Path) -> ShaderEffect:
     credit = author[1].strip() if author else ""
     summary = f"{path.stem}: a transition between two pictures"
     return ShaderEffect(
-        name_of(path), "gl-transition", summary, credit, ("from", "to", *others), parameters, shader.notes, str(path),
-        build,
+        name_of(path), "gl-transition", summary, credit, ("from", "to", *more_pictures), parameters, shader.notes,
+        str(path), build,
     )  # fmt: skip

@@ -53,6 +53,6 @@ class Case:
 def values(size: tuple[int, int], channels: int = 4, seed: int = 0) -> Picture:
     """A picture of random values below, in and above [0, 1], with exact halves of 8-bit steps among them."""
     random = np.random.default_rng(seed)
-    made = random.uniform(-0.2, 1.2, (size[1], size[0], channels)).astype(np.float32)
-    made.reshape(-1)[3::7] = (random.integers(0, 255, made.size)[3::7] + 0.5) / 255
-    return made
+    picture = random.uniform(-0.2, 1.2, (size[1], size[0], channels)).astype(np.float32)
+    picture.reshape(-1)[3::7] = (random.integers(0, 255, picture.size)[3::7] + 0.5) / 255
+    return picture

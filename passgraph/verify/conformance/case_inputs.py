@@ -104,11 +104,11 @@ def plausible(size: tuple[int, int] = SIZE, seed: int = 0) -> Picture:
     >>> float(plausible((8, 4)).max()), plausible((8, 4))[0].any()
     (10000.0, np.False_)
     """
-    made = picture(size, seed)
-    made[-1] = np.geomspace(1.0, 1e4, size[0], dtype=np.float32)[:, None]
-    made[..., 3] = np.linspace(0.0, 1.0, size[0], dtype=np.float32)
-    made[0] = 0.0
-    return made
+    pixels = picture(size, seed)
+    pixels[-1] = np.geomspace(1.0, 1e4, size[0], dtype=np.float32)[:, None]
+    pixels[..., 3] = np.linspace(0.0, 1.0, size[0], dtype=np.float32)
+    pixels[0] = 0.0
+    return pixels
 
 
 #: What a channel holds (`Format.number`) → numbers with meanings of their own: zeros, ones, halves, huge and tiny ones.
@@ -131,17 +131,17 @@ def with_special(picture: Picture, number: str) -> Picture:
     height, width, channels = picture.shape
     count = max(height // 4, 1)
     y, x, channel = np.mgrid[0:count, 0:width, 0:channels]
-    made = picture.copy()
-    made[height - count :] = values[(x + y * channel + x * channel // len(values)) % len(values)]
-    return made
+    changed = picture.copy()
+    changed[height - count :] = values[(x + y * channel + x * channel // len(values)) % len(values)]
+    return changed
 
 
 def depth() -> Picture:
     """Linear depth: a slope with a step."""
     width, height = SIZE
     y, x = np.mgrid[0:height, 0:width] + 0.5
-    made: Picture = (2.0 + 0.05 * y + 3.0 * (x > 20.25))[:, :, None].astype(np.float32)
-    return made
+    slope: Picture = (2.0 + 0.05 * y + 3.0 * (x > 20.25))[:, :, None].astype(np.float32)
+    return slope
 
 
 @lru_cache

@@ -59,9 +59,9 @@ def cause(found: Found) -> str:
     """
     for guess in (_older, _nothing, _turned, _moved, _exchanged, _depth, _curve, _kinds, _rounded, _place):
         with np.errstate(all="ignore"):  # what diverges may hold anything
-            told = next(guess(found), "")
-        if told:
-            return told
+            sentence = next(guess(found), "")
+        if sentence:
+            return sentence
     return ""
 
 
@@ -89,14 +89,14 @@ def _moved(found: Found) -> Iterator[str]:
     """Beside where it belongs, but for the edge, of which nothing is known."""
     rows, columns = found.got.shape[:2]
     for down, right in ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)):
-        to = _beside(down, rows), _beside(right, columns)
-        came = _beside(-down, rows), _beside(-right, columns)
+        to = _shifted(down, rows), _shifted(right, columns)
+        came = _shifted(-down, rows), _shifted(-right, columns)
         if found.beyond[came].any() and not found.allowed.take(came).without(found.got[to]).any():
             steps = ", ".join(f"{-by:+d} {what}" for by, what in ((right, "column"), (down, "row")) if by)
             yield f"Moved by {steps} {_WITHIN}: a place is off by one"
 
 
-def _beside(by: int, count: int) -> slice:
+def _shifted(by: int, count: int) -> slice:
     return slice(max(by, 0), count + min(by, 0))
 
 
@@ -127,11 +127,11 @@ def _curve(found: Found) -> Iterator[str]:
         (linear_to_srgb, "It is encoded as sRGB once too often"),
         (srgb_to_linear, "It is decoded from sRGB once too often, or not encoded"),
     )
-    for curve, told in curves:
+    for curve, sentence in curves:
         colours = expected.copy()
         colours[..., :3] = curve(colours[..., :3])
         if _nearly(colours, found.got, CURVE_STEPS * max(format_.unit, DEPTH_ROOM)):
-            yield told
+            yield sentence
 
 
 def _nearly(one: Picture, other: Picture, room: float) -> bool:

@@ -126,7 +126,7 @@ def cases() -> Iterator[Case]:
     yield _brought()
 
 
-def _whole() -> Picture:
+def _small_integers() -> Picture:
     """Whole numbers from 0 to 7."""
     return np.random.default_rng(11).integers(0, 8, (SIZE[1], SIZE[0], 4)).astype(np.float32)
 
@@ -138,7 +138,7 @@ def _graph(text: str, **values: Any) -> Mapping[str, pg.Target]:
 
 def _case(name: str, text: str, one: Callable[[NDArray[Any], int, int], Any], **values: Any) -> Case:
     """A kernel of one picture, and what it computes from a texel and its column and row."""
-    picture = _whole()
+    picture = _small_integers()
     rows = [[one(picture[y, x].astype(np.float64), x, y) for x in range(SIZE[0])] for y in range(SIZE[1])]
     exact = {"result": np.array(rows, np.float32)}
     return Case(GROUP, name, partial(_graph, text, **values), SIZE, ({"color": picture},), exact=exact)
@@ -179,9 +179,9 @@ def _arrays() -> Case:
             share[x, y] = c[0]
         if 0 <= x - 1 < 3:
             at[x - 1, 1] = at[_end(x - 1, 3), 1] + 7.0
-        made = c[1:], share[_end(y, 3)].copy()
+        drawn = c[1:], share[_end(y, 3)].copy()
         at[n], share[n] = at[1].copy(), share[1].copy()
-        at[1], share[1] = made
+        at[1], share[1] = drawn
         if 0 <= y < 2 and 0 <= x < 3:
             counts[y, x] += 50
         if 0 <= x - 2 < 2:
@@ -240,7 +240,7 @@ def _long() -> Case:
 
 def _brought() -> Case:
     """Each run brings a long array: one that nobody can write to, another such, and the same once more."""
-    picture, tables = _whole(), np.array(np.arange(3000.0).reshape(2, 1500), np.float32)
+    picture, tables = _small_integers(), np.array(np.arange(3000.0).reshape(2, 1500), np.float32)
     tables.flags.writeable = False
     frames = tuple({"color": picture, "table": tables[k]} for k in (0, 1, 1))
     entries = tables[1, (70 * np.arange(SIZE[0])).clip(0, 1499)]
@@ -252,15 +252,15 @@ def _brought() -> Case:
 def _images() -> Case:
     """Which image is read: a written number, a loop's index, or what a pixel holds."""
     names = ("color", "a", "b", "c")
-    pictures = {name: np.roll(_whole(), 3 * k, axis=1) + k for k, name in enumerate(names)}
+    pictures = {name: np.roll(_small_integers(), 3 * k, axis=1) + k for k, name in enumerate(names)}
     color, a, b, c = (pictures[name].astype(np.float64) for name in names)
 
     def at(image: NDArray[Any], x: int, y: int) -> NDArray[Any]:
         return np.asarray(image[_end(y, SIZE[1]), _end(x, SIZE[0])])
 
     def read(layer: tuple[Any, Any, float], k: int, x: int, y: int, to: tuple[int, int]) -> NDArray[Any]:
-        picture, others, gain = layer
-        return np.asarray(at(picture, x + 1, y) * gain + at(others[_end(k, 2)], *to))
+        picture, images, gain = layer
+        return np.asarray(at(picture, x + 1, y) * gain + at(images[_end(k, 2)], *to))
 
     images, layers = (a, b, c), ((b, (c, a), 3.0), (color, (b, c), -1.0))
 

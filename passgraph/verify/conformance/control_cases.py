@@ -167,7 +167,7 @@ def run(c: Image, n: int) -> tuple[vec4, vec4]:
             t += lifted(p.z, 6.0)
     return vec4(t, p.x, p.y, p.z), vec4(t + 1.0)
 """,
-}  # fmt: skip
+}
 #: The size of what a kernel computes, where it is not that of its picture.
 SMALL = {"a whole picture": (3, 1)}
 
@@ -184,8 +184,8 @@ def cases() -> Iterator[Case]:
 def _graph(text: str, size: tuple[int, int]) -> Mapping[str, pg.Target]:
     kernel = pg.kernel(source=text)
     into = [pg.target(f"result{k}", "rgba32f", size=size) for k in range(len(kernel.program.results))]
-    made = kernel(pg.Input("c", size=SIZE), n=pg.Value("n", int), into=tuple(into) if len(into) > 1 else into[0])
-    return {target.name: target for target in (made if isinstance(made, tuple) else (made,))}
+    targets = kernel(pg.Input("c", size=SIZE), n=pg.Value("n", int), into=tuple(into) if len(into) > 1 else into[0])
+    return {target.name: target for target in (targets if isinstance(targets, tuple) else (targets,))}
 
 
 # The same text as Python
@@ -230,7 +230,7 @@ def _discard() -> None:
     raise _Discarded
 
 
-def _whole(value: float) -> int:
+def _clamped_int(value: float) -> int:
     return 0 if math.isnan(value) else int(min(max(value, -(2.0**31)), 2.0**31 - 1))
 
 
@@ -245,15 +245,15 @@ def _names(x: int, y: int, size: tuple[int, int]) -> dict[str, Any]:
 
     return {
         "Image": object, "vec4": lambda *parts: _Vector(parts * (4 // len(parts))), "ivec2": lambda *p: _Vector(p),
-        "pixel": lambda: _Vector((x, y)), "output_size": lambda: _Vector(size), "discard": _discard, "int": _whole,
-        "min": lower, "max": upper, "clamp": lambda v, low, high: lower(upper(v, low), high),
+        "pixel": lambda: _Vector((x, y)), "output_size": lambda: _Vector(size), "discard": _discard,
+        "int": _clamped_int, "min": lower, "max": upper, "clamp": lambda v, low, high: lower(upper(v, low), high),
         "range": lambda *bounds: range(*bounds) if bounds[2:] != (0,) else (),
     }  # fmt: skip
 
 
 def _by_python(text: str, picture: Picture, size: tuple[int, int], n: int) -> dict[str, Picture]:
     """What Python makes of the text, pixel by pixel; discarded ones are zero."""
-    made: list[list[tuple[Any, ...]] | None] = []
+    results: list[list[tuple[Any, ...]] | None] = []
     code = compile(f"from __future__ import annotations\n{text}", "<kernel>", "exec")
     with np.errstate(all="ignore"):
         for y in range(size[1]):
@@ -263,12 +263,12 @@ def _by_python(text: str, picture: Picture, size: tuple[int, int], n: int) -> di
                 run: Callable[[_Seen, int], Any] = names["run"]
                 try:
                     found = run(_Seen(picture, x, y), n)
-                    made.append([v.numbers for v in (found if isinstance(found, tuple) else (found,))])
+                    results.append([v.numbers for v in (found if isinstance(found, tuple) else (found,))])
                 except _Discarded:
-                    made.append(None)
-    count = max(len(pixel) for pixel in made if pixel is not None)
+                    results.append(None)
+    count = max(len(pixel) for pixel in results if pixel is not None)
     zeros = [(0.0,) * 4] * count
     return {
-        f"result{k}": np.array([(pixel or zeros)[k] for pixel in made], np.float32).reshape(size[1], size[0], 4)
+        f"result{k}": np.array([(pixel or zeros)[k] for pixel in results], np.float32).reshape(size[1], size[0], 4)
         for k in range(count)
     }

@@ -76,9 +76,12 @@ def _edges_on_centres() -> Iterator[Case]:
         for turn in (1, -1):
             triangles = [t[::turn] for t in order]
             yield Case(
-                GROUP, f"edges on centres, {name}, {'front' if turn > 0 else 'back'}",
-                partial(counted, made(square, triangles)), (16, 16), exact={"hits": spread(inside)},
-            )  # fmt: skip
+                GROUP,
+                f"edges on centres, {name}, {'front' if turn > 0 else 'back'}",
+                partial(counted, made(square, triangles)),
+                (16, 16),
+                exact={"hits": spread(inside)},
+            )
     spokes = fan(8, (step, step), 4.0, first=0.0)
     yield Case(GROUP, "spokes on centres", partial(counted, spokes), (16, 16), exact={"hits": 1.0})
 

@@ -158,9 +158,10 @@ def _square() -> pg.Mesh:
     depth = (at @ [1.0, 8.0] + 64.0) / 256.0
     places = at / SIZE * [2.0, -2.0] + [-1.0, 1.0]
     return pg.Mesh.make(
-        np.column_stack([places, 2.0 * depth - 1.0]), [[0, 1, 2], [2, 1, 3]],
+        np.column_stack([places, 2.0 * depth - 1.0]),
+        [[0, 1, 2], [2, 1, 3]],
         uvs=np.column_stack([128.0 / (at @ [1.0, 2.0] + 16.0), np.zeros(4)]),
-    )  # fmt: skip
+    )
 
 
 def cases() -> Iterator[Case]:

@@ -50,7 +50,7 @@ def scattered(vertex: Vertex, far: Image, cloud: Image, gain: float) -> Corner:
     place = (there.xy + vertex.uv) / vec2(output_size()) * 2.0 - 1.0
     return Corner(vec4(place, 0.0, 1.0), vec4(there.z, vertex.instance, there.w, gain + far.texel(ivec2(0)).x))
 
-def beside(corner: Corner, cloud: Image, far: Image) -> vec4:
+def beside_cloud(corner: Corner, cloud: Image, far: Image) -> vec4:
     return corner.color + far.texel(pixel()) + cloud.texel(ivec2(0, 0)).xxxx
 
 def every(vertex: Vertex) -> Many:
@@ -101,16 +101,18 @@ def cases() -> Iterator[Case]:
         yield Case(GROUP, f"stencil {name} three times from {start}", graph, SMALL, exact={"color": 2.0})
     for form in ("r32f", "rg32f", "rgb32f"):
         channels = len(form) - 3
-        for source, destination, factors in (("destination_alpha", "source_alpha", (1, 1)),
-                                             ("one_minus_destination_alpha", "destination_alpha", (0, 1)),
-                                             ("source_alpha", "one_minus_source_alpha", (1, 0))):  # fmt: skip
+        for source, destination, factors in (
+            ("destination_alpha", "source_alpha", (1, 1)),
+            ("one_minus_destination_alpha", "destination_alpha", (0, 1)),
+            ("source_alpha", "one_minus_source_alpha", (1, 0)),
+        ):
             name = f"blend {source}, {destination} into {form}"
             mixed = np.array([factors[0] * 5 + factors[1] * 3] * channels, np.float32)
             graph = partial(_opaque, form, Blend(source, destination))
             yield Case(GROUP, name, graph, SMALL, exact={"color": mixed})
-    frame = {"far": _whole(SMALL[::-1]), "near": _whole(SMALL)}
+    frame = {"far": _small_integers(SMALL[::-1]), "near": _small_integers(SMALL)}
     yield Case(GROUP, "pictures and parameters", pictures, SMALL, (frame,), exact={"color": _pictured(**frame)})
-    frame = {"cloud": _CLOUD, "far": _whole(SMALL)}
+    frame = {"cloud": _CLOUD, "far": _small_integers(SMALL)}
     yield Case(GROUP, "scatter", scatter, SMALL, (frame,), exact={"color": _scattered(frame["far"])})
     # 0.2 is a whole number of steps of 1/255 and of 1/65535, 0.25 a half float.
     clamped = (1.0, 0.0, 1.0, 0.0)
@@ -124,14 +126,14 @@ def cases() -> Iterator[Case]:
             graph = partial(_offset, units, counted)
             yield Case(GROUP, f"offset beyond {edge:g}{name}", graph, SMALL, exact={"depth": np.array(edge)})
     for name, state in LEFT.items():
-        held = {"plain": np.array(_PLAIN), "depth": np.array(0.5), "marked": np.array(9.0)}
-        yield Case(GROUP, f"a plain draw behind one with {name}", partial(_behind, state), SMALL, exact=held)
+        expected = {"plain": np.array(_PLAIN), "depth": np.array(0.5), "marked": np.array(9.0)}
+        yield Case(GROUP, f"a plain draw behind one with {name}", partial(_behind, state), SMALL, exact=expected)
     names = ("normal and uv", "color", "tangent")
     first = np.array([1, 2, 3, 5]), np.array([6, 7, 8, 9]), np.array([13, 12, 11, 4])
     yield Case(GROUP, "every attribute", attributes, SMALL, exact=dict(zip(names, first, strict=True)))
 
 
-def _whole(size: tuple[int, int]) -> Picture:
+def _small_integers(size: tuple[int, int]) -> Picture:
     return np.random.default_rng(4).integers(0, 8, (size[1], size[0], 4)).astype(np.float32)
 
 
@@ -187,9 +189,12 @@ def discarding() -> Mapping[str, pg.Target]:
 def _behind(state: Mapping[str, Any]) -> Mapping[str, pg.Target]:
     """A draw in a state, then one in none with a depth of its own, whose clears a last one looks at."""
     first = painted(
-        quad(0.5, (5, 6, 7, 8)), pg.target("color", "rgba32f"), depth=pg.target("first depth", STENCIL_DEPTH),
-        name="first", **state,
-    )  # fmt: skip
+        quad(0.5, (5, 6, 7, 8)),
+        pg.target("color", "rgba32f"),
+        depth=pg.target("first depth", STENCIL_DEPTH),
+        name="first",
+        **state,
+    )
     plain = painted(
         quad(color=_PLAIN), first, depth=pg.target("depth", STENCIL_DEPTH), clear_stencil=0xA5, name="plain"
     )
@@ -211,9 +216,9 @@ def _counted(stencil: Stencil, start: int, end: int) -> Mapping[str, pg.Target]:
         thrice, pg.target("color", "rgba32f"), depth=depth, stencil=stencil, clear_stencil=start,
         depth_compare="always", name="counted",
     )  # fmt: skip
-    held = Stencil("equal", reference=end)
+    test = Stencil("equal", reference=end)
     mark = quad(color=(2, 2, 2, 2))
-    return {"color": painted(mark, counted, depth=counted.depth, stencil=held, depth_compare="always", name="mark")}
+    return {"color": painted(mark, counted, depth=counted.depth, stencil=test, depth_compare="always", name="mark")}
 
 
 def _opaque(form: str, blend: Blend) -> Mapping[str, pg.Target]:
@@ -265,18 +270,18 @@ def scatter() -> Mapping[str, pg.Target]:
 
 
 def _scattered(far: Picture) -> Picture:
-    made = np.zeros((SMALL[1], SMALL[0], 4), np.float32)
+    expected = np.zeros((SMALL[1], SMALL[0], 4), np.float32)
     for number, (x, y, blue, alpha) in enumerate(_CLOUD.reshape(-1, 4)):
         if x >= 0:
             row, column = SMALL[1] - 1 - int(y), int(x)
-            made[row, column] = far[row, column] + np.array([blue, number, alpha, 9 + far[0, 0, 0]])
-    return made
+            expected[row, column] = far[row, column] + np.array([blue, number, alpha, 9 + far[0, 0, 0]])
+    return expected
 
 
 def _pictured(far: Picture, near: Picture) -> Picture:
     moved = near[:, np.maximum(np.arange(near.shape[1]) - 1, 0)]
-    made: Picture = moved * 10.0 + far.transpose(1, 0, 2) * 100.0 + np.array([1, 2, 3, 4], np.float32)
-    return made
+    expected: Picture = moved * 10.0 + far.transpose(1, 0, 2) * 100.0 + np.array([1, 2, 3, 4], np.float32)
+    return expected
 
 
 class _Dressed:
@@ -294,7 +299,8 @@ def attributes() -> Mapping[str, pg.Target]:
     """Thirteen scalars from vertex to fragment."""
     names = ("normal and uv", "color", "tangent")
     kernels: dict[str, Any] = {
-        "vertex": pg.vertex(source=KERNELS, name="every"), "fragment": pg.fragment(source=KERNELS, name="shown"),
-    }  # fmt: skip
-    made = pg.draw(_Dressed(), into=tuple(pg.target(name, "rgba32f") for name in names), **kernels)
-    return dict(zip(names, made, strict=True))
+        "vertex": pg.vertex(source=KERNELS, name="every"),
+        "fragment": pg.fragment(source=KERNELS, name="shown"),
+    }
+    targets = pg.draw(_Dressed(), into=tuple(pg.target(name, "rgba32f") for name in names), **kernels)
+    return dict(zip(names, targets, strict=True))

@@ -42,8 +42,8 @@ _VERTEX = ("place", "lean")
 def stage(name: str) -> Kernel:
     """One of the kernels above."""
     decorate = pg.vertex if name in _VERTEX else pg.fragment
-    made: Kernel = decorate(source=KERNELS, name=name)
-    return made
+    kernel: Kernel = decorate(source=KERNELS, name=name)
+    return kernel
 
 
 def painted(mesh: Soup, into: Any, *, vertex: str = "place", fragment: str | None = "paint", **state: Any) -> Any:
@@ -60,8 +60,8 @@ def over(mesh: Soup, form: str = "rgba32f", fragment: str = "paint", **state: An
         soup(12, seed=5), pg.target("color", form, clear=0.25), fragment=("one", "two", "three", "paint")[channels - 1],
         depth=pg.target("depth", STENCIL_DEPTH), name="base", stencil=Stencil(passed="increment"),
     )  # fmt: skip
-    made = painted(mesh, base, fragment=fragment, depth=base.depth, name="over", **state)
-    return {"color": made, "depth": made.depth}
+    drawn = painted(mesh, base, fragment=fragment, depth=base.depth, name="over", **state)
+    return {"color": drawn, "depth": drawn.depth}
 
 
 def stencil_seen(mesh: Soup, **state: Any) -> Mapping[str, pg.Target]:
@@ -163,9 +163,12 @@ def _depth_only() -> pg.Target:
 def clears() -> Mapping[str, pg.Target]:
     """Colours, depth and stencil cleared to values of their own; little is drawn over them."""
     color = painted(
-        soup(2, 3, 0.3), pg.target("color", "rgba8", clear=(0.2, 0.4, 0.6, 1.0)), clear_stencil=3,
-        depth=pg.target("depth", STENCIL_DEPTH, clear=0.5), stencil=Stencil("equal", reference=3, passed="invert"),
-    )  # fmt: skip
+        soup(2, 3, 0.3),
+        pg.target("color", "rgba8", clear=(0.2, 0.4, 0.6, 1.0)),
+        clear_stencil=3,
+        depth=pg.target("depth", STENCIL_DEPTH, clear=0.5),
+        stencil=Stencil("equal", reference=3, passed="invert"),
+    )
     marked = painted(
         quad(color=(1, 0, 0, 1)), color, depth=color.depth, depth_compare="always", depth_write=False,
         stencil=Stencil("equal", reference=0xFC), name="mark",

@@ -121,4 +121,4 @@ def _graph(effect: Effect, parameters: Mapping[str, Any]) -> Mapping[str, pg.Tar
         arguments = [case_inputs.scene(parameters.get("light", "sun"))]
     elif effect.takes == "world2d":
         arguments = [case_inputs.world(), case_inputs.SIZE]
-    return named_outputs(effect.made(*arguments, **given))
+    return named_outputs(effect.build(*arguments, **given))

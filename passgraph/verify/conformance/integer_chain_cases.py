@@ -77,7 +77,7 @@ STEPS: dict[str, Step] = {
     "int(float(a & 0x3FFFFF) * 1024.0)": lambda a, b: min((a & 0x3FFFFF) * 1024, 2**31 - 1),
     "int(float(a >> 8) * 1024.0)": lambda a, b: _clamped((a >> 8) * 1024, -(2**31), 2**31 - 1),
     "int(abs(uint(a)) >> 1)": lambda a, b: (a % 2**32) >> 1,
-}  # fmt: skip
+}
 #: Operations that overflow.
 QUICK = ("abs(a)", "-a", "a // b", "a << b")
 #: What a result is used for, and what is counted of it.
@@ -148,6 +148,6 @@ def cases(graph: Callable[..., Mapping[str, pg.Target]]) -> Iterator[Case]:
     color = np.concatenate([_halves_of(pairs[..., 0]), _halves_of(pairs[..., 1])], axis=-1)
     given = tuple(float(value) for value in TABLE)
     for first in STEPS:
-        made, exact = partial(graph, kernel_text(first), given=given), {"result0": partial(totals, first)}
+        make, exact = partial(graph, kernel_text(first), given=given), {"result0": partial(totals, first)}
         frames = ({"color": color},)
-        yield Case(GROUP, f"chains after {first}", made, (side, side), frames, exact=exact, quick=first in QUICK)
+        yield Case(GROUP, f"chains after {first}", make, (side, side), frames, exact=exact, quick=first in QUICK)

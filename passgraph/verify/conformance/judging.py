@@ -172,10 +172,10 @@ class Judge:
         plan, bounds, before = self.passes.plan, allowed[key].values, allowed.get((key[0] - 1, *key[1:]))
         target = plan.resources[key[2]]
         where = f"frame {key[0]}, pass {plan.steps[key[1]].name}, target {target.name}"
-        made = divergence(where, got, expected[key], bounds.lo, bounds.hi, beyond)
-        column, row = made.pixel
+        found_at = divergence(where, got, expected[key], bounds.lo, bounds.hi, beyond)
+        column, row = found_at.pixel
         found = Found(got, expected[key], bounds, target.format, None if before is None else before.values)
-        return replace(made, reads=reads_at(self.passes, key, expected, row, column), cause=cause(found))
+        return replace(found_at, reads=reads_at(self.passes, key, expected, row, column), cause=cause(found))
 
     def _vacuous(self, targets: Sequence[TargetVerdict]) -> tuple[Outcome, str]:
         for target in targets:
@@ -240,8 +240,8 @@ def judge(case: Case, backends: Sequence[Backend]) -> list[Verdict]:
     """One case on several open backends, which share the reference's work."""
     start = perf_counter()
     try:
-        made = Judge(case)
+        judging = Judge(case)
     except Exception:
         seconds = perf_counter() - start
         return [Verdict.of_failure(case, backend.name, seconds) for backend in backends]
-    return [made.verdict(backend) for backend in backends]
+    return [judging.verdict(backend) for backend in backends]

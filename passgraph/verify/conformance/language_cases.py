@@ -150,7 +150,7 @@ def run(color: Image) -> vec4:
 """,
         lambda a, x, y: _at(a, -1, 1) + x[..., None],
     ),
-}  # fmt: skip
+}
 
 #: Every kind of parameter at once, so that each lies somewhere else in its block.
 PARAMETERS = """
@@ -208,8 +208,8 @@ def _at(a: Picture, dx: int, dy: int) -> Picture:
 
 
 def _each(a: Picture, x: NDArray[Any], y: NDArray[Any], one: Callable[[Any, int, int], Any]) -> NDArray[Any]:
-    made = [one(a[j, i].astype(np.float64), int(i), int(j)) for j in range(a.shape[0]) for i in range(a.shape[1])]
-    return np.array(made).reshape(a.shape)
+    values = [one(a[j, i].astype(np.float64), int(i), int(j)) for j in range(a.shape[0]) for i in range(a.shape[1])]
+    return np.array(values).reshape(a.shape)
 
 
 def _loop_down(total: Any, x: int, y: int) -> Any:
@@ -258,8 +258,8 @@ def cases() -> Iterator[Case]:
     """Each kernel with what it must give."""
     y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
     for name, (text, expected) in KERNELS.items():
-        made = np.asarray(expected(whole(), x, y), np.float32)
-        yield Case(GROUP, name, partial(_graph, text), SIZE, ({"color": whole()},), exact={"result0": made})
+        result = np.asarray(expected(whole(), x, y), np.float32)
+        yield Case(GROUP, name, partial(_graph, text), SIZE, ({"color": whole()},), exact={"result0": result})
     yield from control_cases.cases()
     yield _parameters(x)
     yield from whole_number_cases.cases(_graph)
@@ -278,8 +278,8 @@ def _graph(text: str, **values: Any) -> Mapping[str, pg.Target]:
     kernel = pg.kernel(source=text)
     into = tuple(pg.target(f"result{k}", "rgba32f") for k in range(len(kernel.program.results)))
     inputs = [pg.Input(name) for name in kernel.program.images]
-    made = kernel(*inputs, into=into if len(into) > 1 else into[0], **values)
-    return {target.name: target for target in (made if isinstance(made, tuple) else (made,))}
+    targets = kernel(*inputs, into=into if len(into) > 1 else into[0], **values)
+    return {target.name: target for target in (targets if isinstance(targets, tuple) else (targets,))}
 
 
 def _parameters(x: NDArray[Any]) -> Case:

@@ -179,9 +179,9 @@ def cases() -> Iterator[Case]:
         if letters & {"N", "G", "f"}:
             yield _floats(row)
         if not letters & {"G", "U", "f", "B"}:
-            yield _whole(row, "int")
+            yield _integer_case(row, "int")
         if "U" in letters or (letters & {"N", "I"} and not row.unsigned):
-            yield _whole(row, "uint")
+            yield _integer_case(row, "uint")
         if letters == {"B"} or (row.converts and "N" in letters):
             yield _bools(row)
         if row.name == "pow":
@@ -218,8 +218,8 @@ def _known_powers() -> Case:
 def _graph(text: str) -> Mapping[str, pg.Target]:
     kernel = pg.kernel(source=text)
     into = tuple(pg.target(f"result{i}", "rgba32f") for i in range(len(kernel.program.results)))
-    made = kernel(pg.Input("a"), pg.Input("b"), into=into if len(into) > 1 else into[0])
-    return {target.name: target for target in (made if isinstance(made, tuple) else (made,))}
+    targets = kernel(pg.Input("a"), pg.Input("b"), into=into if len(into) > 1 else into[0])
+    return {target.name: target for target in (targets if isinstance(targets, tuple) else (targets,))}
 
 
 def _case(name: str, text: str, a: NDArray[Any], b: NDArray[Any]) -> Case:
@@ -263,7 +263,7 @@ def _kernel(head: str, lines: list[str], kind: str) -> str:
     return f"def probe(a: Image, b: Image) -> tuple[vec4, vec4]:\n{head}{body}\n    return {shown}\n"
 
 
-def _whole(row: Operation, given: str) -> Case:
+def _integer_case(row: Operation, given: str) -> Case:
     """Of ints, or of uints with the same bits.
 
     An int is brought as two halves, which float32 holds exactly: upper in the first channel, lower in the second."""

@@ -97,9 +97,9 @@ def _bytes(picture: Picture, scale: NDArray[np.float64]) -> NDArray[np.uint8]:
     if colours.shape[2] == 2:
         colours = np.concatenate([colours, np.zeros_like(colours[:, :, :1])], axis=2)
     values = np.nan_to_num(colours.astype(np.float64), nan=scale[0])
-    made = np.rint(np.interp(values, scale, np.linspace(0.0, 255.0, len(scale)))).astype(np.uint8)
-    made[np.isnan(colours).any(axis=2)] = NAN_COLOUR
-    return made
+    pixels = np.rint(np.interp(values, scale, np.linspace(0.0, 255.0, len(scale)))).astype(np.uint8)
+    pixels[np.isnan(colours).any(axis=2)] = NAN_COLOUR
+    return pixels
 
 
 def _data(pixels: NDArray[np.uint8]) -> str:
@@ -126,17 +126,23 @@ def json_of(report: SuiteReport) -> str:
 
 def _entry(verdict: Verdict) -> dict[str, Any]:
     entry: dict[str, Any] = {
-        "case": verdict.id, "outcome": verdict.outcome, "seconds": round(verdict.seconds, 4),
-        "ambiguous": verdict.ambiguous, "told": verdict.told,
-    }  # fmt: skip
+        "case": verdict.id,
+        "outcome": verdict.outcome,
+        "seconds": round(verdict.seconds, 4),
+        "ambiguous": verdict.ambiguous,
+        "told": verdict.told,
+    }
     if verdict.reason:
         entry["reason"] = verdict.reason
     if verdict.divergence is not None:
         found = verdict.divergence
         numbers = {name: getattr(found, name) for name in ("got", "expected", "low", "high")}
         entry["divergence"] = {
-            "where": found.where, "column": found.pixel[0], "row": found.pixel[1], "channel": found.channel,
+            "where": found.where,
+            "column": found.pixel[0],
+            "row": found.pixel[1],
+            "channel": found.channel,
             **{name: value if np.isfinite(value) else str(value) for name, value in numbers.items()},
             "cause": found.cause,
-        }  # fmt: skip
+        }
     return entry

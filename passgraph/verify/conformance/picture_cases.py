@@ -123,18 +123,18 @@ def through(form: Format, border: str) -> Mapping[str, pg.Target]:
 def far(border: str) -> Mapping[str, pg.Target]:
     """Reads as far away as places can be."""
     into = tuple(pg.target(f"far{k}", "rgba32f") for k in range(3))
-    made = pg.kernel(source=FAR)(pg.Input("frame", "rgba32f").border(border), into=into)
-    return {target.name: target for target in made}
+    targets = pg.kernel(source=FAR)(pg.Input("frame", "rgba32f").border(border), into=into)
+    return {target.name: target for target in targets}
 
 
 def at_places(border: str, filter: str) -> Mapping[str, pg.Target]:
     """By place: nearest, gathered, filtered, in smaller levels, in a volume."""
     frame, table = (pg.Input(name).border(border).filter(filter) for name in ("frame", "table"))
     into = tuple(pg.target(name, "rgba32f", (11, 9)) for name in ("nearest", "gather", "sample", "deep"))
-    made = pg.kernel(source=AT_PLACES)(frame.mipmaps(), into=into)
+    targets = pg.kernel(source=AT_PLACES)(frame.mipmaps(), into=into)
     into = tuple(pg.target(name, "rgba32f", (11, 9)) for name in ("volume", "edges"))
     layers = pg.kernel(source=VOLUME)(table.slices(4), into=into)
-    return {target.name: target for target in (*made, *layers)}
+    return {target.name: target for target in (*targets, *layers)}
 
 
 def brought(form: Format) -> Mapping[str, pg.Target]:
@@ -148,8 +148,8 @@ def brought(form: Format) -> Mapping[str, pg.Target]:
 def resized() -> Mapping[str, pg.Target]:
     """Larger and smaller than the picture, by each border rule."""
     kernel = pg.kernel(source=RESIZED)
-    made, frame = {}, pg.Input("frame")
+    targets, frame = {}, pg.Input("frame")
     for border in BORDERS:
         into = pg.target(border, "rgba32f", scale=1.0)
-        made[border] = kernel(frame.border(border), into=into, name=border)
-    return made
+        targets[border] = kernel(frame.border(border), into=into, name=border)
+    return targets

@@ -25,11 +25,11 @@ ROW = 12
 def _pass(name: str, *arguments: object, into: object, **values: object) -> pg.Target:
     spec = pg.target(into, "rgba32f") if isinstance(into, str) else into
     title = into if isinstance(into, str) else spec.name  # type: ignore[attr-defined]
-    made: pg.Target = pg.kernel(source=KERNELS[name])(*arguments, into=spec, name=title, **values)
-    return made
+    target: pg.Target = pg.kernel(source=KERNELS[name])(*arguments, into=spec, name=title, **values)
+    return target
 
 
-def _beside(picture: Any, into: str) -> pg.Target:
+def _shifted(picture: Any, into: str) -> pg.Target:
     """A pass that reads beside its pixel, so that it is never fused with what it reads."""
     return _pass("shift", picture.border("zero"), into=into)
 
@@ -37,12 +37,12 @@ def _beside(picture: Any, into: str) -> pg.Target:
 def row() -> dict[str, pg.Target]:
     """Passes of one kernel with other numbers in each, and with one that follows from two."""
     frame = pg.Input("frame", "rgba32f", SIZE)
-    made = {}
+    targets = {}
     for k in range(ROW):
         one, other = f"{67 + 2 * k}.0", f"{301 + 2 * k}.0"
         text = f"def scaled(c: Image) -> vec4: return c[0, 0] * {one} + (max({one}, {other}) + 2.0)"
-        made[f"row {k}"] = pg.kernel(source=text)(frame, into=pg.target(f"row {k}", "rgba32f"), name=f"row {k}")
-    return made
+        targets[f"row {k}"] = pg.kernel(source=text)(frame, into=pg.target(f"row {k}", "rgba32f"), name=f"row {k}")
+    return targets
 
 
 def cases() -> Iterator[Case]:
@@ -87,7 +87,7 @@ def hidden_history() -> Mapping[str, pg.Target]:
     """Passes behind it could take the memory of what the next frame reads."""
     spec = pg.target("sum", "rgba32f")
     added = _pass("add", pg.previous(spec), pg.Input("frame"), into=spec)
-    return {"out": _beside(_beside(added, "between"), "out")}
+    return {"out": _shifted(_shifted(added, "between"), "out")}
 
 
 def on_the_way() -> Mapping[str, pg.Target]:
@@ -100,16 +100,16 @@ def on_the_way() -> Mapping[str, pg.Target]:
 def kept_apart() -> Mapping[str, pg.Target]:
     """Two pictures that are made once, and needed at different times of every frame."""
     frame = pg.Input("frame")
-    one = _beside(pg.Input("one", static=True), "baked one")
-    added = _beside(_pass("add", one, frame, into="added"), "beside")
-    two = _beside(_beside(pg.Input("two", static=True), "baked two"), "baked three")
+    one = _shifted(pg.Input("one", static=True), "baked one")
+    added = _shifted(_pass("add", one, frame, into="added"), "beside")
+    two = _shifted(_shifted(pg.Input("two", static=True), "baked two"), "baked three")
     return {"out": _pass("add", added, two, into="out")}
 
 
 def not_static() -> Mapping[str, pg.Target]:
     """A static picture times a number of every frame."""
     scaled = _pass("scale", pg.Input("one", static=True), into="scaled", factor=pg.Value("factor", float))
-    return {"out": _pass("add", _beside(scaled, "beside"), pg.Input("frame"), into="out")}
+    return {"out": _pass("add", _shifted(scaled, "beside"), pg.Input("frame"), into="out")}
 
 
 def static_history() -> Mapping[str, pg.Target]:
@@ -122,7 +122,7 @@ def static_history() -> Mapping[str, pg.Target]:
 def baked() -> Mapping[str, pg.Target]:
     """Nothing but what runs once."""
     factor = pg.Value("factor", float, static=True)
-    return {"out": _beside(_pass("scale", pg.Input("table", static=True), into="scaled", factor=factor), "out")}
+    return {"out": _shifted(_pass("scale", pg.Input("table", static=True), into="scaled", factor=factor), "out")}
 
 
 def needed_later() -> Mapping[str, pg.Target]:

@@ -103,8 +103,8 @@ def counted_rows() -> Mapping[str, pg.Target]:
     from passgraph.graph.reductions import count_bins
 
     into = tuple(pg.target(f"quarter {k}", "rgba32f", ROWS) for k in range(4))
-    made: tuple[pg.Target, ...] = count_bins(pg.Input("numbers", "r32f", SIZE).border("zero"), into=into)
-    return {target.name: target for target in made}
+    targets: tuple[pg.Target, ...] = count_bins(pg.Input("numbers", "r32f", SIZE).border("zero"), into=into)
+    return {target.name: target for target in targets}
 
 
 def counted_together() -> Mapping[str, pg.Target]:
@@ -116,8 +116,8 @@ def counted_together() -> Mapping[str, pg.Target]:
     rows = tuple(pg.target(f"rows {k}", "rgba32f", (ROWS[0], HIGH[1])) for k in range(4))
     counts: tuple[pg.Target, ...] = count_bins(numbered.border("zero"), into=rows)
     into = tuple(pg.target(f"quarter {k}", "rgba32f", (ROWS[0], -(-HIGH[1] // 64))) for k in range(4))
-    made: tuple[pg.Target, ...] = sum_counts(*(part.border("clamp") for part in counts), into=into)
-    return {target.name: target for target in made}
+    targets: tuple[pg.Target, ...] = sum_counts(*(part.border("clamp") for part in counts), into=into)
+    return {target.name: target for target in targets}
 
 
 def levelled() -> Mapping[str, pg.Target]:

@@ -37,8 +37,8 @@ def whole(seed: int, size: tuple[int, int] = SIZE) -> Picture:
 def _call(name: str, *arguments: object, into: str | pg.TargetSpec, **values: object) -> pg.Target:
     kernel = pg.kernel(source=KERNELS[name])
     spec = pg.target(into, "rgba32f") if isinstance(into, str) else into
-    made: pg.Target = kernel(*arguments, into=spec, name=spec.name, **values)
-    return made
+    target: pg.Target = kernel(*arguments, into=spec, name=spec.name, **values)
+    return target
 
 
 def cases() -> Iterator[Case]:
@@ -70,8 +70,8 @@ def cases() -> Iterator[Case]:
 def shift(a: Picture) -> Picture:
     """The kernel of that name, with its border of zeros."""
     padded = np.pad(a, ((1, 1), (1, 1), (0, 0)))
-    made: Picture = padded[1:-1, 2:] * 2.0 + padded[:-2, :-2]
-    return made
+    shifted: Picture = padded[1:-1, 2:] * 2.0 + padded[:-2, :-2]
+    return shifted
 
 
 def running_sum(form: str) -> Mapping[str, pg.Target]:
@@ -84,8 +84,8 @@ def running_sum(form: str) -> Mapping[str, pg.Target]:
 def moving() -> Mapping[str, pg.Target]:
     """History read at other pixels, through a pass between."""
     spec = pg.target("moved", "rgba32f")
-    beside = _call("shift", pg.previous(spec).border("zero"), into="beside")
-    return {"moved": pg.kernel(source=KERNELS["add"])(beside, pg.Input("frame"), into=spec)}
+    shifted = _call("shift", pg.previous(spec).border("zero"), into="beside")
+    return {"moved": pg.kernel(source=KERNELS["add"])(shifted, pg.Input("frame"), into=spec)}
 
 
 def one_late() -> Mapping[str, pg.Target]:
@@ -189,13 +189,13 @@ def braid() -> Mapping[str, pg.Target]:
     """Pictures that live for different spans."""
     frame = pg.Input("frame")
     base = _call("shift", frame.border("zero"), into="base")
-    held = _call("scale", base, into="held", factor=1.0)
+    first = _call("scale", base, into="held", factor=1.0)
     second = _call("scale", base, into="second", factor=2.0)
     third = _call("scale", base, into="third", factor=3.0)
     turned = _call("shift", second.border("zero"), into="turned")
     joined = _call("add", turned, third, into="joined")
     last = _call("shift", joined.border("zero"), into="last")
-    return {"out": _call("add", held, last, into="out")}
+    return {"out": _call("add", first, last, into="out")}
 
 
 def twice() -> Mapping[str, pg.Target]:

@@ -95,12 +95,12 @@ def run(color: Image) -> tuple[vec4, vec4]:
 def _numbers() -> NDArray[np.float32]:
     """Steps of each format and halves between them, ends and what lies beyond; multiples of 2^-16."""
     random = np.random.default_rng(4)
-    made = random.integers(-70000, 70000, (SIZE[1], SIZE[0], 4)) / 65536
-    made[0] = random.choice([0.25, -0.5, 1.0, -1.0, 1.5, -1.5, 0.0625, 2.0**-15], made[0].shape)
+    numbers = random.integers(-70000, 70000, (SIZE[1], SIZE[0], 4)) / 65536
+    numbers[0] = random.choice([0.25, -0.5, 1.0, -1.0, 1.5, -1.5, 0.0625, 2.0**-15], numbers[0].shape)
     for scale in (65535, 32767):
         # A float32 takes some products for a half that are beside it: there the reference, in float64, goes elsewhere.
-        made[np.rint(np.float32(made) * np.float32(scale)) != np.rint(made * scale)] = 0.5
-    return made.astype(np.float32)
+        numbers[np.rint(np.float32(numbers) * np.float32(scale)) != np.rint(numbers * scale)] = 0.5
+    return numbers.astype(np.float32)
 
 
 def _halves(pairs: NDArray[Any]) -> NDArray[np.float32]:
@@ -111,8 +111,8 @@ def _halves(pairs: NDArray[Any]) -> NDArray[np.float32]:
 def cases(graph: Callable[..., Mapping[str, pg.Target]]) -> Iterator[Case]:
     """Each kernel with what it must give; ``graph`` makes one of its text."""
     frame = {"color": _numbers()}
-    made = np.array([[_uints(x, y) for x in range(SIZE[0])] for y in range(SIZE[1])], np.int64)
-    exact = {f"result{k}": _halves(made[:, :, k]) for k in range(3)}
+    results = np.array([[_uints(x, y) for x in range(SIZE[0])] for y in range(SIZE[1])], np.int64)
+    exact = {f"result{k}": _halves(results[:, :, k]) for k in range(3)}
     values = {"seed": SEED, "steps": STEPS, "scale": SCALE}
     yield Case(GROUP, "uints", partial(graph, UINTS, **values), SIZE, (frame,), exact=exact)
     for name, (_, pack) in PACKS.items():

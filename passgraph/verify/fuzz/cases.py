@@ -90,15 +90,15 @@ def pictures_of(case: Case) -> dict[str, Picture]:
 
 def output_of(case: Case, text: str) -> Target:
     """The pass of a kernel case, with ``text`` for its kernel."""
-    made = kernel(source=text, name="k")
+    own_kernel = kernel(source=text, name="k")
     # A case that says nothing of a filter is read linearly.
     read = {name: Input(name).border(case["border"]).filter(case.get("filter", "linear")) for name in ("c", "d", "e")}
     inputs = {"c": read["c"], "d": read["d"].mipmaps(), "e": read["e"].slices(SLICES)}
     given: dict[str, Any] = {}
-    for parameter in made.parameters:
+    for parameter in own_kernel.parameters:
         value = PARAMETERS[parameter.name][1]
         given[parameter.name] = _handed_in(parameter.name if value is None else value, inputs)
-    out: Target = made(**given, into=target("out", case["format"], like=given["c"]))
+    out: Target = own_kernel(**given, into=target("out", case["format"], like=given["c"]))
     return out
 
 
@@ -125,15 +125,15 @@ def kernel_outcome(case: Case, out: Target, backends: list[Backend], tally: Tall
 def judged(outputs: dict[str, Target], backends: list[Backend], tally: Tally, **given: Any) -> str:
     """The oracle's verdict on a graph: the first divergence, or empty."""
     report = compare(outputs, backends, **given)
-    for made in report.backends:
-        tally.verdicts[made.name] += 1
-        for one in made.targets:
+    for backend in report.backends:
+        tally.verdicts[backend.name] += 1
+        for one in backend.targets:
             tally.targets += 1
             tally.vague += one.ambiguous + one.unpromised
-        if made.failed:
-            return f"{made.name} failed: {made.failed}"
-        if made.first_divergence is not None:
-            return f"{made.name}: {made.first_divergence}"
+        if backend.failed:
+            return f"{backend.name} failed: {backend.failed}"
+        if backend.first_divergence is not None:
+            return f"{backend.name}: {backend.first_divergence}"
     return ""
 
 

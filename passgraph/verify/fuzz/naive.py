@@ -93,19 +93,21 @@ class Naive:
     def _run_pass(self, node: Pass) -> None:
         if node not in self._programs:
             self._programs[node] = self._compiled(node)
-        program, made = self._programs[node]
+        program, contents = self._programs[node]
         pictures = {_name(source): self._value(source) for source in (*node.reads, *_lent_sizes(node))}
         brought: dict[str, Any] = {name: picture for name, picture in pictures.items() if name in program.inputs}
         brought |= {name: self._given[name] for name in program.plan.values}
         results = program(**brought)
-        self._values |= {made[name]: np.array(result) for name, result in results.items()}
+        self._values |= {contents[name]: np.array(result) for name, result in results.items()}
 
     def _compiled(self, node: Pass) -> tuple[Program, dict[str, Target]]:
         """A pass as a graph of its own, and the contents that its results stand for."""
         inputs = {source.content: self._input(source) for source in (*node.reads, *_lent_sizes(node))}
         specs = {spec: replace(spec, size=_size_of(spec, inputs)) for spec in node.writes}
-        images = {name: replace(image, spec=inputs[image.content].spec, made_by=None, slot=0, frames_ago=0)
-                  for name, image in node.images.items()}  # fmt: skip
+        images = {
+            name: replace(image, spec=inputs[image.content].spec, made_by=None, slot=0, frames_ago=0)
+            for name, image in node.images.items()
+        }
         into = tuple(specs[spec] for spec in node.into)
         alone: Pass
         if isinstance(node, DrawPass):
@@ -118,8 +120,8 @@ class Naive:
         else:
             alone = replace(node, images=images, into=into)
         outputs = {f"o{slot}": Target(spec, alone, slot) for slot, spec in enumerate(into)}
-        made = {f"o{slot}": Target(spec, node, slot) for slot, spec in enumerate(node.into)}
-        return compile_graph(outputs, self.backend, options=_OPTIONS, results="stored"), made
+        contents = {f"o{slot}": Target(spec, node, slot) for slot, spec in enumerate(node.into)}
+        return compile_graph(outputs, self.backend, options=_OPTIONS, results="stored"), contents
 
     def _input(self, source: Target) -> Target:
         picture = self._value(source)
@@ -130,8 +132,8 @@ class Naive:
 
 def _copy(source: Target, into: TargetSpec) -> Target:
     copy = kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")
-    made: Target = copy(source, into=into)
-    return made
+    target: Target = copy(source, into=into)
+    return target
 
 
 def _lent_sizes(node: Pass) -> list[Target]:

@@ -32,8 +32,8 @@ def _tame(row: Operation) -> tuple[Range, ...]:
 def result_of(row: Operation) -> Range:
     """Whole numbers that the results of tame operands lie between, as the row's meaning gives them on a grid."""
     grid = np.meshgrid(*(np.linspace(low, high, 33) for low, high in _tame(row)))
-    made = row.reference(*(axis.ravel() for axis in grid))
-    return float(np.floor(made.min())), float(np.ceil(made.max()))
+    results = row.reference(*(axis.ravel() for axis in grid))
+    return float(np.floor(results.min())), float(np.ceil(results.max()))
 
 
 #: Functions of floats → ranges of their operands, range of their result.
@@ -68,13 +68,13 @@ COMPARISONS, TESTS = _rows("I I -> B"), _rows("G -> B")
 def _mixed(kind: str) -> dict[str, tuple[str, ...]]:
     """Rows that make an int (or a uint) of whole numbers of both kinds, or of more than two, with their operands."""
     types = {"I": kind, "S": "int", "U": "uint"}
-    made = {}
+    found = {}
     for row in OPERATIONS.values():
         operands = tuple(types.get(letter, "") for letter in row.operands)
         new = len(operands) > 2 or set(operands) != {kind}
         if types.get(row.result) == kind and "" not in operands and new and row.call not in ("clamp", kind):
-            made[row.name] = operands
-    return made
+            found[row.name] = operands
+    return found
 
 
 MIXED = {kind: _mixed(kind) for kind in ("int", "uint")}
@@ -134,8 +134,8 @@ class Expressions:
             )
         if type_ in SIZE and type_.startswith("vec"):
             return self._vector(type_, depth - 1, wanted)
-        made: str = getattr(self, f"_{type_}")(depth - 1, *((wanted,) if type_ == "float" else ()))
-        return made
+        text: str = getattr(self, f"_{type_}")(depth - 1, *((wanted,) if type_ == "float" else ()))
+        return text
 
     def _literal(self, type_: str, wanted: Range) -> str:
         if type_ == "float":
@@ -176,8 +176,11 @@ class Expressions:
         return self.fit(f"({self.of(type_, d)} * {factor})", WHOLE, wanted)
 
     def _quotient(self, d: int, wanted: Range) -> str:
-        divisor = self.of("float", d, (1, 8)) if self.features.wild or self.pick("+", "-") == "+" else (
-            self.of("float", d, (-8, -1)))  # fmt: skip
+        divisor = (
+            self.of("float", d, (1, 8))
+            if self.features.wild or self.pick("+", "-") == "+"
+            else (self.of("float", d, (-8, -1)))
+        )
         return self.fit(f"({self.of('float', d)} {self.pick('/', '/', '//')} {divisor})", WHOLE, wanted)
 
     def _power(self, d: int, wanted: Range) -> str:
@@ -285,8 +288,11 @@ class Expressions:
             return self._applied(self.pick(*COMPARISONS), form, d)
         if form == "logic":
             return self._applied(self.pick(*LOGIC), "bool", d)
-        return self._applied(self.pick(*TESTS), "float", d) if form == "nan" else self._applied(
-            self.pick(*FOLDS), "bvec3", d)  # fmt: skip
+        return (
+            self._applied(self.pick(*TESTS), "float", d)
+            if form == "nan"
+            else self._applied(self.pick(*FOLDS), "bvec3", d)
+        )
 
     def _bvec3(self, d: int) -> str:
         return self._applied(self.pick(*COMPARISONS), "vec3", d, by_name=True)
@@ -303,7 +309,7 @@ class Expressions:
         reads = self.features.reads and type_ == "vec4"
         form = self.pick(*forms, *["derivative"] * self.features.reads, *["read"] * reads)
         if form == "make":
-            return self._made(type_, d, wanted)
+            return self._construct(type_, d, wanted)
         if form == "sum":
             return self._sum(d, wanted, type_)
         if form == "product":
@@ -322,14 +328,14 @@ class Expressions:
             return self.fit(self._read(d), (-math.inf, math.inf), wanted)
         return self._linear(type_, d, wanted) if form == "matrix" else self._own(type_, d, wanted)
 
-    def _made(self, type_: str, d: int, wanted: Range) -> str:
+    def _construct(self, type_: str, d: int, wanted: Range) -> str:
         if type_ == "vec4" and self.pick("parts", "numbers") == "parts":
             return f"vec4({self.of('vec3', d, wanted)}, {self.of('float', d, wanted)})"
         return f"{type_}({', '.join(self.of('float', d, wanted) for _ in range(SIZE[type_]))})"
 
     def _linear(self, type_: str, d: int, wanted: Range) -> str:
         if type_ == "vec4":
-            return self._made(type_, d, wanted)
+            return self._construct(type_, d, wanted)
         matrix, vector = self.of("mat" + type_[3], d), self.of(type_, d, (-1, 1))
         form = self.pick("times", "transposed", "outer", "inverse", "oblong")
         if form == "oblong":
@@ -339,9 +345,10 @@ class Expressions:
         if form == "inverse":  # of a matrix whose diagonal is the largest
             return self.fit(f"(inverse({matrix} * 0.125 + {'mat' + type_[3]}(2.0)) * {vector})", WHOLE, wanted)
         texts = {
-            "times": f"({matrix} * {vector})", "transposed": f"(transpose({matrix}) * {vector})",
+            "times": f"({matrix} * {vector})",
+            "transposed": f"(transpose({matrix}) * {vector})",
             "outer": f"outer({vector}, {vector})[1]",
-        }  # fmt: skip
+        }
         return self.fit(texts[form], (-math.inf, math.inf), wanted)
 
     def _own(self, type_: str, d: int, wanted: Range) -> str:

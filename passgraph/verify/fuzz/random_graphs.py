@@ -55,7 +55,7 @@ PIXEL_KERNELS = {
     "    result = a[0, 0]\n    if use_b:\n        result = b[0, 0]\n    return result",
     "level": "def level(color: Image, top: Image) -> vec4: return color[0, 0] * 0.5 + top.texel(pixel()) * 0.25",
     "pair": "def pair(color: Image) -> tuple[vec4, vec4]: return color[0, 0] * 0.5, vec4(1.0) - color[0, 0]",
-}  # fmt: skip
+}
 DRAW_KERNELS = """
 class Corner:
     position: vec4
@@ -91,16 +91,16 @@ class Growing:
         self.count += 1
         return target(f"t{self.count}", format_, SIZES[size])
 
-    def keep(self, made: Target, size: int) -> None:
-        self.contents.append((made, size))
-        self.written.append(made)
+    def keep(self, target: Target, size: int) -> None:
+        self.contents.append((target, size))
+        self.written.append(target)
 
     def grow(self, operation: str, first: int, second: int, size: int, format_: str, flag: bool, border: str) -> None:
         """Add one pass; ``first`` and ``second`` count contents back from the newest, so that graphs grow deep."""
         a, size_a = self.contents[-1 - first % len(self.contents)]
         b, size_b = self.contents[-1 - second % len(self.contents)]
         named: dict[str, Any] = {"name": f"p{self.count}"}
-        made = self.kernels.get(operation)
+        kernel = self.kernels.get(operation)
         if operation == "zoom" or (operation in ("add", "either", "history") and size_a != size_b):
             self.keep(self.kernels["zoom"](a.border(border), into=self.spec(size, format_), **named), size)
         elif operation == "pair":
@@ -115,10 +115,10 @@ class Growing:
         elif operation in ("draw", "draw still"):
             self._draw(a, b if operation == "draw" else self.still, size_a, format_, flag, named)
         else:
-            assert made is not None
+            assert kernel is not None
             more = {"add": (b,), "either": (b, flag), "gain": (Value("by", float) if flag else 1.25,)}
             arguments = (a if operation == "either" else a.border(border), *more.get(operation, ()))
-            self.keep(made(*arguments, into=self.spec(size_a, format_), **named), size_a)
+            self.keep(kernel(*arguments, into=self.spec(size_a, format_), **named), size_a)
 
     def _history(self, a: Target, b: Target, size: int, format_: str, flag: bool, named: dict[str, Any]) -> None:
         into = self.spec(size, format_)
@@ -153,11 +153,11 @@ class Growing:
 
 def grown(case: Case) -> dict[str, Target]:
     """The outputs that a description asks for."""
-    made = Growing()
+    growing = Growing()
     for step in case["steps"]:
-        made.grow(*step)
-    last = len(made.written) - 1
-    return {f"out{i}": made.written[i] for i in sorted({last, *(n % (last + 1) for n in case["outputs"])})}
+        growing.grow(*step)
+    last = len(growing.written) - 1
+    return {f"out{i}": growing.written[i] for i in sorted({last, *(n % (last + 1) for n in case["outputs"])})}
 
 
 @st.composite

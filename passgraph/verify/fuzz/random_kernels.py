@@ -27,13 +27,13 @@ def values(seed: int, size: tuple[int, int], special: bool = True) -> Picture:
     """(height, width, 4), mostly in [-2, 2]; a few rows on steps of 1/8, and of special values where wanted."""
     random = np.random.default_rng(seed)
     width, height = size
-    made = random.uniform(-2, 2, (height, width, 4)).astype(np.float32)
-    made[::5] = np.round(made[::5] * 8) / 8
+    pixels = random.uniform(-2, 2, (height, width, 4)).astype(np.float32)
+    pixels[::5] = np.round(pixels[::5] * 8) / 8
     if special:
         # Every eighth row, beside each other in all combinations; the rest stays what ranges promise.
-        rows = made[3::8]
+        rows = pixels[3::8]
         rows[...] = random.choice(SPECIAL, rows.shape)
-    return made
+    return pixels
 
 
 def unit(seed: int, size: tuple[int, int], channels: int = 4) -> Picture:

@@ -24,7 +24,7 @@ from passgraph.verify.fuzz.random_kernels import SIDE
 class Judge(Protocol):
     """Runs a case on backends; why it fails, or empty."""
 
-    def __call__(self, case: Case, made: Any, backends: list[Backend], tally: Tally, /) -> str: ...
+    def __call__(self, case: Case, graph: Any, backends: list[Backend], tally: Tally, /) -> str: ...
 
 
 #: Kind → what makes its graphs, what judges them.
@@ -50,7 +50,7 @@ def outcome(case: Case, backends: Iterable[Backend], tally: Tally | None = None)
     make, judge = KINDS[case["kind"]]
     tally.cases[case["kind"]] += 1
     try:
-        made = make(case)
+        graph = make(case)
     except (KernelError, GraphError):
         tally.refused += 1
         return ""
@@ -58,7 +58,7 @@ def outcome(case: Case, backends: Iterable[Backend], tally: Tally | None = None)
         raise InputError(f"the {case['kind']} case cannot be read: {type(error).__name__} {error}") from error
     with np.errstate(all="ignore"):
         try:
-            return judge(case, made, list(backends), tally)
+            return judge(case, graph, list(backends), tally)
         except Exception as error:
             # Whatever is raised after the language's own checks is a failure as any other.
             return f"raised {type(error).__name__}: {' '.join(str(error).split())}"

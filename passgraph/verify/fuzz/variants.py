@@ -137,11 +137,11 @@ class Rewriting:
             result = TYPES[statement.targets[0].id]
             # Whole numbers widen at the return, as they do at an assignment.
             parameters = ", ".join(f"{n}: {TYPES[n]}" for n in read)
-            made = _statement(f"def outlined({parameters}) -> {result}: return 0.0")
-            assert isinstance(made, ast.FunctionDef) and isinstance(made.body[0], ast.Return)
-            made.body[0].value = statement.value
+            function = _statement(f"def outlined({parameters}) -> {result}: return 0.0")
+            assert isinstance(function, ast.FunctionDef) and isinstance(function.body[0], ast.Return)
+            function.body[0].value = statement.value
             statement.value = ast.parse(f"outlined({', '.join(read)})", mode="eval").body
-            self.tree.body.insert(len(self.tree.body) - 1, made)
+            self.tree.body.insert(len(self.tree.body) - 1, function)
 
     def inlined(self) -> None:
         """A call of ``blend`` replaced by its body, each argument a variable first."""
@@ -186,9 +186,9 @@ def _statement(text: str) -> ast.stmt:
 
 def rewritten(text: str, name: str, place: int) -> str:
     """A kernel's text with one rewriting at one place; the text itself where nothing fits."""
-    made = Rewriting(text, place)
-    getattr(made, name.replace(" ", "_"))()
-    return made.text()
+    rewriting = Rewriting(text, place)
+    getattr(rewriting, name.replace(" ", "_"))()
+    return rewriting.text()
 
 
 @st.composite
@@ -209,11 +209,11 @@ def pair_of(case: Case) -> tuple[Target, Target]:
     return output_of(case, case["text"]), output_of(case, case["other"])
 
 
-def variant_outcome(case: Case, made: tuple[Target, Target], backends: list[Backend], tally: Tally) -> str:
+def variant_outcome(case: Case, both_forms: tuple[Target, Target], backends: list[Backend], tally: Tally) -> str:
     """Equal bits of both forms; where a compiler may contract, the oracle's verdict on the rewritten one."""
-    _, other = made
+    _, other = both_forms
     for backend in backends:
-        pictures = [run({"out": out}, backend, None, **inputs_of(case, out))["out"] for out in made]
+        pictures = [run({"out": out}, backend, None, **inputs_of(case, out))["out"] for out in both_forms]
         tally.verdicts[backend.name] += 1
         if same_bits(*pictures):
             continue

@@ -112,16 +112,18 @@ class _PixelPass(ReferencePixelPass):
             first_only=watch is not None,
         )
         untried = self.oracle.limit.end()
-        return Found([
-            Allowed(
-                stored(output.format, values).map(lambda v: v.reshape(height, width, -1)),
-                bounds.ambiguous.reshape(height, width),
-                bounds.unpromised.reshape(height, width),
-                bounds.names,
-                untried,
-            )
-            for output, values in zip(outputs, bounds.outputs, strict=True)
-        ])  # fmt: skip
+        return Found(
+            [
+                Allowed(
+                    stored(output.format, values).map(lambda v: v.reshape(height, width, -1)),
+                    bounds.ambiguous.reshape(height, width),
+                    bounds.unpromised.reshape(height, width),
+                    bounds.names,
+                    untried,
+                )
+                for output, values in zip(outputs, bounds.outputs, strict=True)
+            ]
+        )
 
 
 class _DrawPass(ReferenceDrawPass):
@@ -159,17 +161,17 @@ class DrawOracle:
     """One draw of one run: ``state`` ends up with what its targets may hold, ``untried`` with the number of fragments
     of which time left nothing to say."""
 
-    def __init__(self, made: ReferenceDrawPass, call: DrawCall, oracle: OracleBackend) -> None:
-        self.pass_, self.step = made, made.step
+    def __init__(self, draw_pass: ReferenceDrawPass, call: DrawCall, oracle: OracleBackend) -> None:
+        self.pass_, self.step = draw_pass, draw_pass.step
         self.geometry, self.snapped = call.geometry, oracle.snapped
         self.limit, self.untried = oracle.limit, 0
-        pictures = [name for name, _ in made.step.images], call.images, oracle.carried
-        self.vertex = StageOracle(made.vertex, call.vertex, *pictures, limit=self.limit)
+        pictures = [name for name, _ in draw_pass.step.images], call.images, oracle.carried
+        self.vertex = StageOracle(draw_pass.vertex, call.vertex, *pictures, limit=self.limit)
         self.fragment: StageOracle | None = None
-        if made.fragment is not None:
-            watch = oracle.watches.get(id(made.step))
-            self.fragment = StageOracle(made.fragment, call.fragment, *pictures, watch, self.limit)
-        self.state = State.before(made.step, call.outputs, call.depth)
+        if draw_pass.fragment is not None:
+            watch = oracle.watches.get(id(draw_pass.step))
+            self.fragment = StageOracle(draw_pass.fragment, call.fragment, *pictures, watch, self.limit)
+        self.state = State.before(draw_pass.step, call.outputs, call.depth)
         self.names: Counter[str] = Counter()
 
     def run(self) -> list[Allowed]:
@@ -253,11 +255,11 @@ class DrawOracle:
 
         def of_triangle(axes: str) -> dict[str, Callable[[], Bounded]]:
             there = fragments.beside(axes, found) if axes else fragments
-            made: dict[str, Callable[[], Bounded]] = {
+            varyings: dict[str, Callable[[], Bounded]] = {
                 name: partial(_varying, found, there, columns, shape)
                 for name, (columns, shape) in self.pass_.varyings.items()
             }
-            return {"fragment_depth": lambda: depth_of(found, there) if axes else depth, **made}
+            return {"fragment_depth": lambda: depth_of(found, there) if axes else depth, **varyings}
 
         builtins |= on_quads(of_triangle)
         bounds = self.fragment.bounds(len(fragments), builtins, fragments.y * width + fragments.x)

@@ -123,10 +123,10 @@ def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: Dr
     area, area_off = _area(at[0], at[1], at[2])
     surely = np.abs(area) > area_off
     front = area < 0
-    gone = {"none": np.zeros_like(front), "back": surely & ~front, "front": surely & front}[state.cull]
-    gone |= (area == 0) & (area_off == 0)
+    is_culled = {"none": np.zeros_like(front), "back": surely & ~front, "front": surely & front}[state.cull]
+    is_culled |= (area == 0) & (area_off == 0)
     placed = (w > 0) & (np.abs(values[:, :2]) <= FARTHEST * w[:, None]).all(axis=1)
-    kept = np.flatnonzero(placed[corners].all(axis=1) & ~gone)
+    kept = np.flatnonzero(placed[corners].all(axis=1) & ~is_culled)
     picked = [a[kept] for a in at]
     offset = _offset(picked[0], picked[1], picked[3], picked[2], picked[4], area[kept], area_off[kept], state)
     return Triangles(
@@ -140,8 +140,8 @@ def _clipped(vertices: Corners, indices: Ints, snapped: bool) -> tuple[Corners, 
     largest numbers of its triangle stay as they are."""
     columns, count = vertices.values.shape[1], len(vertices.values)
     sizes = np.abs(vertices.values)
-    beside = [vertices.values, vertices.errors, sizes, _largest_near(sizes, indices)]
-    both, corners, _ = clip_triangles(Vertices(np.concatenate(beside, axis=1)), indices)
+    vertex_columns = [vertices.values, vertices.errors, sizes, _largest_near(sizes, indices)]
+    both, corners, _ = clip_triangles(Vertices(np.concatenate(vertex_columns, axis=1)), indices)
     values, errors, shares, largest = (both.rows[:, k * columns : (k + 1) * columns] for k in range(4))
     errors = errors.copy()
     lost = SHARES_ULP * ULP * shares + FLUSHED * largest if snapped else CLIP_ULP * ULP * largest
@@ -166,13 +166,13 @@ def _snapped(x: Float64, y: Float64, off: Float64) -> tuple[Float64, Float64, Fl
     return middle[0], middle[1], np.maximum(*reach)
 
 
-def _others(values: Float64) -> tuple[Float64, Float64]:
+def _next_corners(values: Float64) -> tuple[Float64, Float64]:
     """Of each corner the next one and the one behind that."""
     return np.roll(values, -1, axis=1), np.roll(values, -2, axis=1)
 
 
 def _area(x: Float64, y: Float64, off: Float64) -> tuple[Float64, Float64]:
-    (x1, x2), (y1, y2) = _others(x), _others(y)
+    (x1, x2), (y1, y2) = _next_corners(x), _next_corners(y)
     area = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
     first_order = (off * (np.abs(y1 - y2) + np.abs(x1 - x2))).sum(axis=1)
     return area, first_order + 6.0 * off.max(axis=1, initial=0.0) ** 2
@@ -187,7 +187,7 @@ def _offset(
     if (factor, units) == (0.0, 0.0):
         return Interval.point(np.zeros(len(area)))
     room = np.maximum(np.abs(area) - area_off, 0.0)
-    (x1, x2), (y1, y2) = _others(x), _others(y)
+    (x1, x2), (y1, y2) = _next_corners(x), _next_corners(y)
     middle = depth.mean(axis=1, keepdims=True)
     slopes = []
     # Σ depth · side over the area, where subtracting the mean depth changes nothing (the sides add up to 0) but
@@ -317,8 +317,8 @@ def depth_of(found: Triangles, fragments: Fragments) -> Interval:
     )
     low, high = middle - off + found.offset.lo[at], middle + off + found.offset.hi[at]
     strange = ~np.isfinite(low + high)
-    made = rounded(np.clip(low, 0.0, 1.0), np.clip(high, 0.0, 1.0), np.zeros(len(at), np.bool_), 0.5)
-    return Interval(np.where(strange, 0.0, made.lo), np.where(strange, 1.0, made.hi), made.nan)
+    clamped = rounded(np.clip(low, 0.0, 1.0), np.clip(high, 0.0, 1.0), np.zeros(len(at), np.bool_), 0.5)
+    return Interval(np.where(strange, 0.0, clamped.lo), np.where(strange, 1.0, clamped.hi), clamped.nan)
 
 
 def _spread(weights_off: Float64, corners: Float64, middle: Float64) -> Float64:
@@ -349,7 +349,7 @@ def _plane_off(found: Triangles, corners: Float64, fragments: Fragments) -> Floa
 def _plane_size(found: Triangles, corners: Float64) -> Float64:
     """The largest number in a plane's evaluation: a corner's value, or the way from a corner to the corner of the
     picture and back to a pixel, along steps of which each part may be larger than their difference."""
-    (x1, x2), (y1, y2) = _others(found.x), _others(found.y)
+    (x1, x2), (y1, y2) = _next_corners(found.x), _next_corners(found.y)
     apart = np.abs(corners - corners.mean(axis=1, keepdims=True))
     parts = []
     for place, side, length in zip((found.x, found.y), (y1 - y2, x2 - x1), found.size, strict=True):
@@ -374,18 +374,18 @@ def varying_of(found: Triangles, fragments: Fragments, columns: slice) -> Interv
     vertices = found.rows.values[:, columns][found.corners]
     corners = vertices[at]
     corners_off = found.rows.errors[:, columns][found.corners[at]]
-    made = np.einsum("nk,nkc->nc", weights, corners)
+    values = np.einsum("nk,nkc->nc", weights, corners)
     parts: list[Float64] = []
     for c in range(corners.shape[2]):
-        spread = _spread(off, corners[:, :, c], made[:, c])
+        spread = _spread(off, corners[:, :, c], values[:, c])
         rounding = _rounding(fragments, size) * np.abs(corners[:, :, c]).max(axis=1)
         parts.append(spread + _shared(weights, off, corners_off[:, :, c]) + rounding)
         if not found.snapped:
             # Planes of v/w and 1/w: what rounds there is large near the eye and where planes are steep.
             over_w_off = _plane_off(found, vertices[:, :, c] * found.inverse_w, fragments)[at]
-            planes = over_w_off + np.abs(made[:, c]) * plane_off
+            planes = over_w_off + np.abs(values[:, c]) * plane_off
             parts[-1] += planes / np.where(room > 0, room, np.nan)
-    error = np.stack(parts, axis=1) if parts else np.zeros_like(made)
-    strange = ~np.isfinite(made + error)
-    low, high = np.where(strange, -np.inf, made - error), np.where(strange, np.inf, made + error)
+    error = np.stack(parts, axis=1) if parts else np.zeros_like(values)
+    strange = ~np.isfinite(values + error)
+    low, high = np.where(strange, -np.inf, values - error), np.where(strange, np.inf, values + error)
     return Interval(low, high, strange)

@@ -103,10 +103,10 @@ class Track:
 
     def path(self) -> Choices:
         """Every choice that was made, (lanes, most decisions)."""
-        made = np.full((len(self.forced), int(self.met.max(initial=0))), -1, np.int8)
+        choices = np.full((len(self.forced), int(self.met.max(initial=0))), -1, np.int8)
         for lanes, at, choice in self.taken:
-            made[lanes, at] = choice
-        return made
+            choices[lanes, at] = choice
+        return choices
 
 
 @dataclass

@@ -50,9 +50,9 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         self.numbers = NumberDomain()
 
     def constant(self, type_: Type, numbers: Sequence[ir.Number]) -> Bounded:
-        made = shaped(numbers, type_)
+        values = shaped(numbers, type_)
         # Literals are float32 on every backend.
-        return Interval.of(made.astype(np.float32)) if made.dtype.kind == "f" else made
+        return Interval.of(values.astype(np.float32)) if values.dtype.kind == "f" else values
 
     def widened(self, value: Bounded, slack: Bounded) -> Bounded:
         assert isinstance(value, Interval)
@@ -99,11 +99,11 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         if name in _SIMPLE:
             return _SIMPLE[name](*a)
         if name in _WHOLE:
-            return self._whole(_WHOLE[name], a[0], name)
+            return self._to_integer(_WHOLE[name], a[0], name)
         if name in FUNCTIONS:
             return FUNCTIONS[name](*a)
-        made: Bounded = getattr(self, f"_{name}")(*a)
-        return made
+        result: Bounded = getattr(self, f"_{name}")(*a)
+        return result
 
     # Decisions
 
@@ -111,7 +111,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         other = self.track.choose(can_be & can_fail, name)
         return np.asarray(can_be & ~other)
 
-    def _whole(self, function: Callable[[Any], Any], a: Interval, name: str) -> Interval:
+    def _to_integer(self, function: Callable[[Any], Any], a: Interval, name: str) -> Interval:
         low, high = function(a.lo), function(a.hi)
         wide = self.track.mark(self.track.wide, ~(high - low <= 1) & (low != high) & ~np.isnan(low))
         chosen = np.where(self.track.choose((low < high) & ~wide, name), high, low)
@@ -192,7 +192,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         return self._clamp(x, zero, Interval.point(np.ones_like(x.lo)))
 
     def _fract(self, x: Interval) -> Interval:
-        below = self._whole(np.floor, x, "fract")
+        below = self._to_integer(np.floor, x, "fract")
         part = iv.sub(x, below)
         # Below 0 only where x is a product that goes into the difference unrounded: by its rounding.
         least = -iv.spacing(x.magnitude)
@@ -204,9 +204,9 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         low, high = np.floor(np.minimum.reduce(ends)), np.floor(np.maximum.reduce(ends))
         smallest = iv.absolute(y).lo
         size = np.maximum(np.abs(low), np.abs(high))
-        told = (size < MOD_QUOTIENT) & (smallest >= MOD_DIVISOR) & (high - low <= 1)
-        whole = np.where(self.track.choose(told & (low < high), "floor"), high, low)
-        times = (y.lo * whole, y.hi * whole)
+        is_bounded = (size < MOD_QUOTIENT) & (smallest >= MOD_DIVISOR) & (high - low <= 1)
+        quotient = np.where(self.track.choose(is_bounded & (low < high), "floor"), high, low)
+        times = (y.lo * quotient, y.hi * quotient)
         rest = iv.rounded(x.lo - np.maximum(*times), x.hi - np.minimum(*times), x.nan | y.nan, 1.0)
         # Rests are capped at the number below y.
         below = [np.nextafter(end.astype(np.float32), np.float32(0)).astype(np.float64) for end in (y.lo, y.hi)]
@@ -215,12 +215,12 @@ class IntervalDomain(Domain[Bounded, Lanes]):
             for end, cap in zip((rest.lo, rest.hi), below, strict=True)
         )
         any_rest = Interval(np.minimum(below[0], 0.0), np.maximum(below[1], 0.0), rest.nan | (size > FLOAT_MAX))
-        made = iv.where(told, Interval(lo, hi, rest.nan), any_rest)
+        result = iv.where(is_bounded, Interval(lo, hi, rest.nan), any_rest)
         known = np.isfinite(x.magnitude) & np.isfinite(y.magnitude) & ~y.has(0.0)
-        return iv.where(known, made, Interval.anything(made.shape))
+        return iv.where(known, result, Interval.anything(result.shape))
 
     def _float_floor_divide(self, a: Interval, b: Interval) -> Interval:
-        return self._whole(np.floor, iv.div(a, b), "floor")
+        return self._to_integer(np.floor, iv.div(a, b), "floor")
 
     def _smoothstep(self, low: Interval, high: Interval, x: Interval) -> Interval:
         low, high, x = (a.both(lambda end: 0.5 * end) for a in (low, high, x))  # exact, as the prelude does
@@ -233,10 +233,10 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         t = self._saturate(iv.where(equal, Interval.point(np.where(below, 0.0, 1.0)), inside))
         lo, hi = (v * v * (3 - 2 * v) for v in (t.lo, t.hi))  # rises with t
         lo = np.where(lo < 4 * iv.SMALLEST_NORMAL, 0.0, lo)  # of a square that was flushed
-        made = iv.rounded(lo, hi, t.nan, HERMITE_ULP)
-        made = Interval(np.maximum(made.lo, 0.0), made.hi, made.nan)
+        result = iv.rounded(lo, hi, t.nan, HERMITE_ULP)
+        result = Interval(np.maximum(result.lo, 0.0), result.hi, result.nan)
         exact = t.exact & ((t.lo == 0) | (t.lo == 1))
-        return iv.where(exact, t, made)
+        return iv.where(exact, t, result)
 
     def select(self, condition: Bounded, then: Bounded, orelse: Bounded) -> Bounded:
         assert not isinstance(condition, Interval)
@@ -294,8 +294,8 @@ class IntervalDomain(Domain[Bounded, Lanes]):
     def join(self, one: Lanes, other: Lanes) -> Lanes:
         return self.numbers.join(one, other)
 
-    def without(self, mask: Lanes, gone: Lanes) -> Lanes:
-        return self.numbers.without(mask, gone)
+    def without(self, mask: Lanes, removed: Lanes) -> Lanes:
+        return self.numbers.without(mask, removed)
 
     def merge(self, mask: Lanes, new: Bounded, old: Bounded) -> Bounded:
         if isinstance(new, Interval) or isinstance(old, Interval):
@@ -337,9 +337,9 @@ class _Part(Part[Bounded]):
 
     def _put(self, new: NDArray[Any], old: NDArray[Any]) -> NDArray[Any]:
         shape = len(self.all.lanes), *old.shape[1:]
-        whole = np.broadcast_to(old, shape).copy() if len(old) in (1, shape[0]) else np.zeros(shape, old.dtype)
-        whole[self.rows] = new
-        return whole
+        merged = np.broadcast_to(old, shape).copy() if len(old) in (1, shape[0]) else np.zeros(shape, old.dtype)
+        merged[self.rows] = new
+        return merged
 
     def end(self) -> None:
         self.domain.parts.pop()

@@ -180,8 +180,8 @@ def _outward(lo: Float64, hi: Float64) -> tuple[Float64, Float64]:
     tiny = bits.view(np.uint32) - FIRST_BELOW_ZERO < DENORMALS
     if tiny.any():
         nearest[0][tiny[0]], nearest[1][tiny[1]] = -0.0, 0.0
-    made = nearest.astype(np.float64)
-    return np.negative(made[0], out=made[0]), made[1]
+    outward = nearest.astype(np.float64)
+    return np.negative(outward[0], out=outward[0]), outward[1]
 
 
 # Arithmetic

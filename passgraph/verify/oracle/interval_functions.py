@@ -54,8 +54,8 @@ def monotone(row: Operation) -> Function:
 
     def apply(a: Interval) -> Interval:
         first, last = (np.clip(x, low, high) for x in ((a.hi, a.lo) if row.course == "falls" else (a.lo, a.hi)))
-        made = _widened(row.name, row.reference(first), row.reference(last), a.nan)
-        return where((a.lo < low) | (a.hi > high), Interval.anything(a.shape), made)
+        widened = _widened(row.name, row.reference(first), row.reference(last), a.nan)
+        return where((a.lo < low) | (a.hi > high), Interval.anything(a.shape), widened)
 
     return apply
 
@@ -82,8 +82,8 @@ def _sine_like(name: str) -> Function:
     def apply(a: Interval) -> Interval:
         middle, half = 0.5 * (a.lo + a.hi), 0.5 * a.width
         value = reference(middle)
-        made = _widened(name, np.maximum(value - half, -1.0), np.minimum(value + half, 1.0), a.nan | np.isnan(value))
-        return where(a.magnitude <= LARGEST_ANGLE, made, _beyond(a, 1.0))
+        widened = _widened(name, np.maximum(value - half, -1.0), np.minimum(value + half, 1.0), a.nan | np.isnan(value))
+        return where(a.magnitude <= LARGEST_ANGLE, widened, _beyond(a, 1.0))
 
     return apply
 
@@ -91,8 +91,8 @@ def _sine_like(name: str) -> Function:
 def _tan(a: Interval) -> Interval:
     branch = np.floor(a.lo / np.pi + 0.5)
     one_branch = (branch == np.floor(a.hi / np.pi + 0.5)) & (a.magnitude <= LARGEST_ANGLE)
-    made = _widened("tan", np.tan(a.lo), np.tan(a.hi), a.nan)
-    return where(one_branch, made, _beyond(a, np.inf))
+    widened = _widened("tan", np.tan(a.lo), np.tan(a.hi), a.nan)
+    return where(one_branch, widened, _beyond(a, np.inf))
 
 
 def _beyond(a: Interval, largest: float) -> Interval:
@@ -114,27 +114,27 @@ def even(row: Operation) -> Function:
 def _pow(x: Interval, y: Interval) -> Interval:
     """Of a negative x, the power of its size with the sign that a sure exponent's parity gives."""
     positive, negative = _power_of_size(x, y), _power_of_size(iv.neg(x), y)
-    whole, half = np.floor(y.lo) == y.lo, 0.5 * y.lo
-    negative = where(whole & (np.floor(half) != half), iv.neg(negative), negative)
+    is_integer, half = np.floor(y.lo) == y.lo, 0.5 * y.lo
+    negative = where(is_integer & (np.floor(half) != half), iv.neg(negative), negative)
     one = Interval.point(np.ones_like(positive.lo))
     no_number = Interval.point(np.full_like(one.lo, np.nan))
     # Of an exponent that is not surely whole nothing is known, but that between -1 and 1 only 0 is whole.
     small = where(y.has(0.0), hull(one, no_number), no_number)
     unsure = where((y.lo > -1) & (y.hi < 1), small, Interval.anything(one.shape))
-    negative = where(y.exact, where(whole, negative, no_number), unsure)
-    made = where(x.lo >= 0, positive, where(x.hi < 0, negative, hull(positive, negative)))
+    negative = where(y.exact, where(is_integer, negative, no_number), unsure)
+    result = where(x.lo >= 0, positive, where(x.hi < 0, negative, hull(positive, negative)))
     # The sign of a zero is not kept, so that its odd negative powers are infinite either way.
-    either = Interval(np.full_like(one.lo, -np.inf), np.full_like(one.lo, np.inf), made.nan)
-    made = where(x.has(0.0) & (y.lo < 0) & ~np.isnan(y.lo), either, made)
-    return where(y.exact & (y.lo == 0), one, made)
+    either = Interval(np.full_like(one.lo, -np.inf), np.full_like(one.lo, np.inf), result.nan)
+    result = where(x.has(0.0) & (y.lo < 0) & ~np.isnan(y.lo), either, result)
+    return where(y.exact & (y.lo == 0), one, result)
 
 
 def _power_of_size(x: Interval, y: Interval) -> Interval:
     """Monotone in x and in y for x >= 0."""
     base = Interval(np.maximum(x.lo, 0.0), np.maximum(x.hi, 0.0), x.nan)
-    made = _widened("pow", *corners("pow", base, y))
-    one = Interval.point(np.ones_like(made.lo))
-    return where(y.has(0.0) & x.nan, hull(made, one), made)  # 1 even where x is NaN
+    result = _widened("pow", *corners("pow", base, y))
+    one = Interval.point(np.ones_like(result.lo))
+    return where(y.has(0.0) & x.nan, hull(result, one), result)  # 1 even where x is NaN
 
 
 def _atan2(y: Interval, x: Interval) -> Interval:
@@ -143,15 +143,15 @@ def _atan2(y: Interval, x: Interval) -> Interval:
     around = (y.lo < 0) & (y.hi >= 0) & (x.lo <= 0)
     lo, hi = np.where(around, -np.pi, lo), np.where(around, np.pi, hi)
     # A denormal x that is not 0 when it is compared may be 0 when it divides.
-    made = _widened("atan2", lo, hi, nan | (y.has(0.0) & x.has(0.0) & (x.lo != x.hi)))
+    widened = _widened("atan2", lo, hi, nan | (y.has(0.0) & x.has(0.0) & (x.lo != x.hi)))
     # The quotient y / x is undefined on OpenGL from there on.
-    return where(x.magnitude > LARGEST_DIVISOR, Interval.anything(made.shape), made)
+    return where(x.magnitude > LARGEST_DIVISOR, Interval.anything(widened.shape), widened)
 
 
 def _ldexp(x: Interval, n: Interval) -> Interval:
     """Monotone in x; an int is one number."""
-    made = x.both(lambda end: OPERATIONS["ldexp"].reference(end, n.lo))
-    return rounded(made.lo, made.hi, made.nan, 0.5)
+    scaled = x.both(lambda end: OPERATIONS["ldexp"].reference(end, n.lo))
+    return rounded(scaled.lo, scaled.hi, scaled.nan, 0.5)
 
 
 def _mix(x: Interval, y: Interval, a: Interval) -> Interval:
@@ -216,11 +216,11 @@ def expanded(domain: IntervalDomain, operation: str, arguments: Sequence[Bounded
     emitter = _Emitter(domain)
     results = expand.EXPANSIONS[operation](emitter, parts, types)  # type: ignore[arg-type]
     shape = _shape_after(operation, arguments)
-    made = [emitter.value(r) for r in results]
-    if not isinstance(made[0], Interval):
-        bools = np.stack(np.broadcast_arrays(*made), axis=-1)  # type: ignore[arg-type]
+    values = [emitter.value(r) for r in results]
+    if not isinstance(values[0], Interval):
+        bools = np.stack(np.broadcast_arrays(*values), axis=-1)  # type: ignore[arg-type]
         return np.asarray(bools.reshape(len(bools), *shape))
-    stacked = _stack([as_interval(m) for m in made])
+    stacked = _stack([as_interval(m) for m in values])
     return stacked.map(lambda x: x.reshape(len(x), *shape))
 
 
@@ -234,8 +234,8 @@ def _length(v: Interval) -> Interval:
     total = iv.square(near[0])
     for part in near[1:]:
         total = iv.add(total, iv.square(part))
-    made = _times(iv.sqrt(total), 1.0 / power)
-    return iv.rounded(made.lo, made.hi, made.nan, 0.5)
+    root = _times(iv.sqrt(total), 1.0 / power)
+    return iv.rounded(root.lo, root.hi, root.nan, 0.5)
 
 
 def _inverse(domain: IntervalDomain, m: Interval) -> Interval:
@@ -244,9 +244,9 @@ def _inverse(domain: IntervalDomain, m: Interval) -> Interval:
     size = m.shape[1]
     emitter = _Emitter(domain)
     cells = expand.plain_inverse(emitter, expand.columns(_components(near), size))  # type: ignore[arg-type]
-    made = _stack([as_interval(emitter.value(cell)) for cell in cells]).map(lambda x: x.reshape(len(x), size, size))
-    made = _times(made, power[:, None, :])
-    return iv.rounded(made.lo, made.hi, made.nan, 0.5)
+    inverse = _stack([as_interval(emitter.value(cell)) for cell in cells]).map(lambda x: x.reshape(len(x), size, size))
+    inverse = _times(inverse, power[:, None, :])
+    return iv.rounded(inverse.lo, inverse.hi, inverse.nan, 0.5)
 
 
 def _normalize(domain: IntervalDomain, v: Interval) -> Interval:
@@ -267,12 +267,12 @@ def _normalize(domain: IntervalDomain, v: Interval) -> Interval:
         # The sum of n squares loses n ULP, its root half of that and 3; each may be two of the quotient's, which
         # loses 2.5 itself.
         results.append(iv.rounded(lo, hi, p.nan | length.nan, 2.0 * (0.5 * len(parts) + 3.0) + 2.5))
-    made = _stack(results)
+    units = _stack(results)
     zero = domain.apply("equal", [length, Interval.point(np.zeros_like(length.lo))])
     assert not isinstance(zero, Interval)
-    made = iv.where(zero[:, None], Interval.point(np.zeros_like(made.lo)), made)
+    units = iv.where(zero[:, None], Interval.point(np.zeros_like(units.lo)), units)
     strange = ~np.isfinite(v.magnitude.max(axis=1))[:, None]
-    return iv.where(strange, Interval.anything(made.shape), made)
+    return iv.where(strange, Interval.anything(units.shape), units)
 
 
 class _Emitter:

@@ -46,9 +46,9 @@ class StageOracle:
         self.uncertain: dict[str, tuple[SampledImage, SampledImage]] = {}
         for name, storage in zip(names, storages, strict=True):
             if carried and id(storage) in carried and name in stage.program.pictures:
-                held = carried[id(storage)]
+                interval = carried[id(storage)]
                 facts = stage.facts.images.get(name, ImageFacts())
-                low, high = (x.reshape(storage.pixels.shape).astype(np.float32) for x in (held.lo, held.hi))
+                low, high = (x.reshape(storage.pixels.shape).astype(np.float32) for x in (interval.lo, interval.hi))
                 self.uncertain[name] = SampledImage(low, facts), SampledImage(high, facts)
 
     def whole(self, image: str) -> Interval:
@@ -76,12 +76,12 @@ class StageOracle:
         ``first_only``: of the first path of each, which is what a watch sees.
         """
         pixels = np.arange(count) if pixels is None else pixels
-        made: dict[str, Bounded] = {}
+        known_builtins: dict[str, Bounded] = {}
 
         def builtin(name: str) -> Bounded:
-            if name not in made:
-                made[name] = builtins[name]()
-            return made[name]
+            if name not in known_builtins:
+                known_builtins[name] = builtins[name]()
+            return known_builtins[name]
 
         program = self.bound.program
         sizes = [component_count(result.type) for result in program.results]

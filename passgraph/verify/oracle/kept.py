@@ -84,17 +84,17 @@ class Kept:
         if name in self._held:
             return self._held[name]
         data = disk_cache.recall(PART, name) if self.on_disk and name else None
-        made = None if data is None else _read(data)
-        if made is None:
-            made = find()
+        result = None if data is None else _read(data)
+        if result is None:
+            result = find()
             # What is left of them when time is up is no answer for whoever has more.
-            if self.on_disk and name and not any(one.untried for one in made.allowed):
-                data = _written(made)
+            if self.on_disk and name and not any(one.untried for one in result.allowed):
+                data = _written(result)
                 if data is not None:
                     disk_cache.remember(PART, name, data)
         if name:
-            self._held[name] = made
-        return made
+            self._held[name] = result
+        return result
 
 
 def texts() -> tuple[Path, ...]:
@@ -103,16 +103,18 @@ def texts() -> tuple[Path, ...]:
     packages = (Path(__file__), Path(reference.__file__), Path(language.__file__))
     backends = Path(steps.__file__).parent
     return (
-        *(package.parent for package in packages), *(root / name for name in _BESIDE),
-        backends / "base.py", backends / "steps.py",
-    )  # fmt: skip
+        *(package.parent for package in packages),
+        *(root / name for name in _BESIDE),
+        backends / "base.py",
+        backends / "steps.py",
+    )
 
 
 @cache
 def texts_digest() -> str:
     """Stands for what finds bounds: other text, or another NumPy, may find others."""
-    told = (np.__version__, *(disk_cache.text_digest(path) for path in texts()))
-    return hashlib.sha256("\0".join(told).encode()).hexdigest()
+    versions = (np.__version__, *(disk_cache.text_digest(path) for path in texts()))
+    return hashlib.sha256("\0".join(versions).encode()).hexdigest()
 
 
 def decides_pixels(
@@ -128,14 +130,17 @@ def decides_pixels(
 
 
 def decides_draw(
-    made: ReferenceDrawPass, call: DrawCall, snapped: bool, carried: Mapping[int, Interval],
+    draw_pass: ReferenceDrawPass,
+    call: DrawCall,
+    snapped: bool,
+    carried: Mapping[int, Interval],
     stencils: Mapping[int, tuple[Ints, Ints]],
-) -> Iterator[object]:  # fmt: skip
+) -> Iterator[object]:
     """The same of a draw."""
-    step, depth = made.step, call.depth
+    step, depth = draw_pass.step, call.depth
     yield "draw"
     yield step.size, step.state, step.clears, step.depth_clear, snapped
-    for stage, block in ((made.vertex, call.vertex), (made.fragment, call.fragment)):
+    for stage, block in ((draw_pass.vertex, call.vertex), (draw_pass.fragment, call.fragment)):
         if stage is None:
             yield "none"
         else:
@@ -184,36 +189,36 @@ def _name(deciding: Iterable[object]) -> str:
 
 
 def _digest(deciding: Iterable[object]) -> str:
-    made = hashlib.sha256()
+    digest = hashlib.sha256()
 
     def add(part: object) -> None:
         if isinstance(part, np.ndarray):
-            made.update(f"{part.dtype.str}{part.shape}".encode())
-            made.update(np.ascontiguousarray(part).data)
+            digest.update(f"{part.dtype.str}{part.shape}".encode())
+            digest.update(np.ascontiguousarray(part).data)
         elif isinstance(part, Interval):
             add((part.lo, part.hi, part.nan))
         elif isinstance(part, Mapping):
             add(tuple(item for name in sorted(part) for item in (name, part[name])))
         elif isinstance(part, tuple) and any(isinstance(one, np.ndarray) for one in part):
-            made.update(f"({len(part)} ".encode())
+            digest.update(f"({len(part)} ".encode())
             for one in part:
                 add(one)
         else:
             text = repr(part).encode(errors="surrogatepass")
-            made.update(f"{len(text)} ".encode())
-            made.update(text)
+            digest.update(f"{len(text)} ".encode())
+            digest.update(text)
 
     for part in deciding:
         add(part)
-    return made.hexdigest()
+    return digest.hexdigest()
 
 
 def _written(found: Found) -> bytes | None:
     """NumPy's own arrays, without pickle; None for what is too large."""
     arrays: dict[str, NDArray[Any]] = {}
     for number, one in enumerate(found.allowed):
-        held = (one.values.lo, one.values.hi, one.values.nan, one.ambiguous, one.unpromised)
-        arrays |= {f"{number} {name}": array for name, array in zip(_ARRAYS, held, strict=True)}
+        arrays_of_one = (one.values.lo, one.values.hi, one.values.nan, one.ambiguous, one.unpromised)
+        arrays |= {f"{number} {name}": array for name, array in zip(_ARRAYS, arrays_of_one, strict=True)}
         arrays[f"{number} names"] = np.frombuffer(json.dumps(one.names).encode(), np.uint8)
     if found.stencil is not None:
         arrays["lowest"], arrays["highest"] = found.stencil

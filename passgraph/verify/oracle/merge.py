@@ -78,7 +78,7 @@ class State:
         for output, clear, blend, mask in zip(outputs, step.clears, blends, masks, strict=True):
             channels = output.format.channels
             if clear is None:
-                values = _held(output.flat)
+                values = _exactly(output.flat)
             else:
                 colour = np.broadcast_to(np.asarray(clear, np.float32), (1, channels))
                 values = stored(output.format, Interval.of(colour)).take(np.zeros(count, np.int64))
@@ -86,11 +86,11 @@ class State:
         depths, stencils = None, None
         if depth is not None:
             start = depth.pixels.reshape(-1) if step.depth_clear is None else np.full(count, step.depth_clear)
-            depths = _held(start.astype(np.float32))
+            depths = _exactly(start.astype(np.float32))
             if depth.stencil is not None:
-                held = depth.stencil.reshape(-1).astype(np.int64)
-                held = held if step.depth_clear is None else np.full(count, state.clear_stencil, np.int64)
-                stencils = held.copy(), held.copy()
+                stencil = depth.stencil.reshape(-1).astype(np.int64)
+                stencil = stencil if step.depth_clear is None else np.full(count, state.clear_stencil, np.int64)
+                stencils = stencil.copy(), stencil.copy()
         return cls(step, colours, depths, stencils, *(np.zeros(count, np.bool_) for _ in range(2)))
 
     def forget(self) -> None:
@@ -125,16 +125,16 @@ class State:
         for layer, colour in zip(self.colours, colours, strict=False):
             self._write(layer, at, colour, surely, perhaps)
 
-    def _tests(self, at: Ints, depth: Interval, surely: Lanes, perhaps: Lanes, held: Interval) -> tuple[Lanes, Lanes]:
+    def _tests(self, at: Ints, depth: Interval, surely: Lanes, perhaps: Lanes, stored: Interval) -> tuple[Lanes, Lanes]:
         state = self.step.state
-        can_pass, can_fail = compared(state.depth_compare, depth, held.take(at))
+        can_pass, can_fail = compared(state.depth_compare, depth, stored.take(at))
         if state.stencil is not None and self.stencil is not None:
             allowed, refused = self._stencil_test(state.stencil, at, surely, perhaps, can_pass, can_fail)
             can_pass, can_fail = can_pass & allowed, can_fail | refused
         perhaps = perhaps & can_pass
         surely = surely & ~can_fail
         if state.depth_write:
-            _put(held, at, depth, surely, perhaps)
+            _put(stored, at, depth, surely, perhaps)
         return surely, perhaps
 
     def _stencil_test(
@@ -181,18 +181,18 @@ class State:
         _put(layer.values, at, new, surely, perhaps)
 
 
-def _held(pixels: NDArray[np.float32]) -> Interval:
+def _exactly(pixels: NDArray[np.float32]) -> Interval:
     """What is stored, exactly, in arrays of its own."""
     exact = pixels.astype(np.float64)
     return Interval(exact, exact.copy(), np.isnan(exact))
 
 
-def _put(held: Interval, at: Ints, new: Interval, surely: Lanes, perhaps: Lanes) -> None:
+def _put(stored: Interval, at: Ints, new: Interval, surely: Lanes, perhaps: Lanes) -> None:
     """New values in place where they surely come, the hull with the old ones where they may."""
-    old = held.take(at)
+    old = stored.take(at)
     shape = (-1,) + (1,) * (old.ndim - 1)
     value = iv.where(surely.reshape(shape), new, iv.where(perhaps.reshape(shape), iv.hull(old, new), old))
-    held.lo[at], held.hi[at], held.nan[at] = value.lo, value.hi, value.nan
+    stored.lo[at], stored.hi[at], stored.nan[at] = value.lo, value.hi, value.nan
 
 
 def compared(name: str, a: Interval, b: Interval) -> tuple[Lanes, Lanes]:
@@ -221,15 +221,15 @@ def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> I
     around = StageValues[Bounded]({"source": given.map(filled), "destination": old.map(filled)})
     (result,) = Interpreter(program, domain, around).run()[0].values()
     assert isinstance(result, Interval)
-    made = result.map(lambda x: np.broadcast_to(x.reshape(len(x), source.shape[1]), source.shape))
+    mixed = result.map(lambda x: np.broadcast_to(x.reshape(len(x), source.shape[1]), source.shape))
     if not format_.unit:
-        return stored(format_, made)
+        return stored(format_, mixed)
     # Both products may be off by half a step. Of bits their sum is a step again; of halves it is rounded once more.
-    slack = format_.unit * (0.5 if format_.steps else np.maximum(made.magnitude, SMALLEST_HALF))
-    low, high = made.lo - slack, made.hi + slack
+    slack = format_.unit * (0.5 if format_.steps else np.maximum(mixed.magnitude, SMALLEST_HALF))
+    low, high = mixed.lo - slack, mixed.hi + slack
     if not format_.steps:  # what overflows may stop at the largest number
         low, high = np.minimum(low, LARGEST_HALF), np.maximum(high, -LARGEST_HALF)
-    return stored(format_, Interval(low, high, made.nan))
+    return stored(format_, Interval(low, high, mixed.nan))
 
 
 def converted(format_: Format, source: Interval) -> Interval:

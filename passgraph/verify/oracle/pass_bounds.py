@@ -90,18 +90,18 @@ class Passes:
         order = {id(step): number for number, step in enumerate(plan.steps)}
         try:
             for frame, (pictures, values) in enumerate(self.frames):
-                made: dict[Key, Picture] = {}
+                by_key: dict[Key, Picture] = {}
 
-                def observe(step: Step, _: Any, frame: int = frame, made: dict[Key, Picture] = made) -> None:
+                def observe(step: Step, _: Any, frame: int = frame, by_key: dict[Key, Picture] = by_key) -> None:
                     for resource in step.writes:
                         key = frame, order[id(step)], resource
-                        made[key] = execution.download(resource)
+                        by_key[key] = execution.download(resource)
                         # A stencil cannot be uploaded, so a picture with one stays the backend's own.
                         if fed is not None and not self.plan.resources[resource].format.stencil:
                             execution.replace(resource, fed[key])
 
                 execution.run(pictures, values, observe)
-                yield made
+                yield by_key
         finally:
             execution.release()
 

@@ -35,12 +35,12 @@ def loaded(
         colour = iv.rounded(texels - slack, texels + slack, exact.nan, 0.5)
         read = iv.where(np.arange(4) < 3, colour, read)
     # 1 and what is missing go through no curve where there is none.
-    whole = (
+    is_exact = (
         (texels == 0)
         | ((np.abs(texels) == 1) & ((np.arange(4) == 3) | (not format_.srgb)))
         | (np.arange(4) >= channels)
     )
-    return iv.where(whole, exact, read)
+    return iv.where(is_exact, exact, read)
 
 
 def as_read(steps: Interval) -> Interval:
@@ -62,8 +62,8 @@ def stored(format_: Format, value: Interval) -> Interval:
                 value.nan,
             )
         if not format_.steps:
-            held = value.both(lambda x: quantised(x, format_).astype(np.float64))
-            return held if format_.unit else iv.flushed(held)
+            rounded = value.both(lambda x: quantised(x, format_).astype(np.float64))
+            return rounded if format_.unit else iv.flushed(rounded)
         steps = float(format_.steps)
         clamped = value.both(lambda x: np.clip(np.nan_to_num(x, nan=0.0), 0.0, 1.0))
         scaled = iv.mul(clamped, Interval.point(np.full((1,) * clamped.ndim, steps)))

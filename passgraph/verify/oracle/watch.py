@@ -80,20 +80,20 @@ class WatchedInterpreter(Interpreter[Bounded, Lanes]):
             return super().value(expression)
         arguments = [self.value(argument) for argument in expression.arguments]
         names, doubt = self.track.names.copy(), _doubt(self.track)
-        made = self.domain.apply(expression.operation, arguments)
+        result = self.domain.apply(expression.operation, arguments)
         for name, count in (self.track.names - names).items():
             self.watch.decisions[Cause(name, expression.span)] += count
         wider = _doubt(self.track) - doubt
         if wider:
             self.watch.decisions[Cause(expression.operation, expression.span)] += wider
-        self._note_opened(expression, arguments, made)
-        self._note_imprecise(expression, arguments, made)
-        return made
+        self._note_opened(expression, arguments, result)
+        self._note_imprecise(expression, arguments, result)
+        return result
 
-    def _note_opened(self, expression: ir.Apply, arguments: Sequence[Bounded], made: Bounded) -> None:
-        if not isinstance(made, Interval):
+    def _note_opened(self, expression: ir.Apply, arguments: Sequence[Bounded], result: Bounded) -> None:
+        if not isinstance(result, Interval):
             return
-        fresh = _special(made)
+        fresh = _special(result)
         for argument in arguments:
             if isinstance(argument, Interval):
                 fresh = fresh & ~_special(argument)
@@ -102,10 +102,10 @@ class WatchedInterpreter(Interpreter[Bounded, Lanes]):
             found = self.watch.opened.setdefault(Cause(expression.operation, expression.span), [])
             found.append(self.pixels[self.track.lanes[lanes]])
 
-    def _note_imprecise(self, expression: ir.Apply, arguments: Sequence[Bounded], made: Bounded) -> None:
-        if not isinstance(made, Interval):
+    def _note_imprecise(self, expression: ir.Apply, arguments: Sequence[Bounded], result: Bounded) -> None:
+        if not isinstance(result, Interval):
             return
-        fresh = _imprecise(made)
+        fresh = _imprecise(result)
         for argument in arguments:
             if isinstance(argument, Interval):
                 fresh = fresh & ~_imprecise(argument)

@@ -1,7 +1,7 @@
-; Sources f3971d662bc91b0d2def5b88790cc74b1bae6e0ad5547855351f3c4fb6b1bfe0
+; Sources 44220678787166085e3a0dcc18bf642b79255ef5662fb792e321fa9ae6256f6d
 ; Made by `python -m passgraph.backends.numpy.raster.generate`.
 
-define internal i32 @assemble(ptr noalias %retptr, ptr noalias %excinfo, i64 %arg.first, i64 %arg.last, i64 %arg.chunk, i64 %arg.free, i64 %arg.at, ptr noalias %arg.triangles.0, ptr noalias %arg.triangles.1, i64 %arg.triangles.2, i64 %arg.triangles.3, ptr noalias %arg.triangles.4, i64 %arg.triangles.5.0, i64 %arg.triangles.5.1, i64 %arg.triangles.6.0, i64 %arg.triangles.6.1, ptr noalias %arg.kinds.0, ptr noalias %arg.kinds.1, i64 %arg.kinds.2, i64 %arg.kinds.3, ptr noalias %arg.kinds.4, i64 %arg.kinds.5.0, i64 %arg.kinds.6.0, ptr noalias %arg.codes.0, ptr noalias %arg.codes.1, i64 %arg.codes.2, i64 %arg.codes.3, ptr noalias %arg.codes.4, i64 %arg.codes.5.0, i64 %arg.codes.6.0, ptr noalias %arg.clip.0, ptr noalias %arg.clip.1, i64 %arg.clip.2, i64 %arg.clip.3, ptr noalias %arg.clip.4, i64 %arg.clip.5.0, i64 %arg.clip.5.1, i64 %arg.clip.6.0, i64 %arg.clip.6.1, ptr noalias %arg.varyings.0, ptr noalias %arg.varyings.1, i64 %arg.varyings.2, i64 %arg.varyings.3, ptr noalias %arg.varyings.4, i64 %arg.varyings.5.0, i64 %arg.varyings.5.1, i64 %arg.varyings.6.0, i64 %arg.varyings.6.1, i64 %arg.width, i64 %arg.height, i64 %arg.cull, ptr noalias %arg.window_x.0, ptr noalias %arg.window_x.1, i64 %arg.window_x.2, i64 %arg.window_x.3, ptr noalias %arg.window_x.4, i64 %arg.window_x.5.0, i64 %arg.window_x.6.0, ptr noalias %arg.window_y.0, ptr noalias %arg.window_y.1, i64 %arg.window_y.2, i64 %arg.window_y.3, ptr noalias %arg.window_y.4, i64 %arg.window_y.5.0, i64 %arg.window_y.6.0, ptr noalias %arg.depth.0, ptr noalias %arg.depth.1, i64 %arg.depth.2, i64 %arg.depth.3, ptr noalias %arg.depth.4, i64 %arg.depth.5.0, i64 %arg.depth.6.0, ptr noalias %arg.inverse_w.0, ptr noalias %arg.inverse_w.1, i64 %arg.inverse_w.2, i64 %arg.inverse_w.3, ptr noalias %arg.inverse_w.4, i64 %arg.inverse_w.5.0, i64 %arg.inverse_w.6.0, ptr noalias %arg.made.0, ptr noalias %arg.made.1, i64 %arg.made.2, i64 %arg.made.3, ptr noalias %arg.made.4, i64 %arg.made.5.0, i64 %arg.made.5.1, i64 %arg.made.6.0, i64 %arg.made.6.1, ptr noalias %arg.corners.0, ptr noalias %arg.corners.1, i64 %arg.corners.2, i64 %arg.corners.3, ptr noalias %arg.corners.4, i64 %arg.corners.5.0, i64 %arg.corners.5.1, i64 %arg.corners.6.0, i64 %arg.corners.6.1) {
+define internal i32 @assemble(ptr noalias %retptr, ptr noalias %excinfo, i64 %arg.first, i64 %arg.last, i64 %arg.chunk, i64 %arg.free, i64 %arg.at, ptr noalias %arg.triangles.0, ptr noalias %arg.triangles.1, i64 %arg.triangles.2, i64 %arg.triangles.3, ptr noalias %arg.triangles.4, i64 %arg.triangles.5.0, i64 %arg.triangles.5.1, i64 %arg.triangles.6.0, i64 %arg.triangles.6.1, ptr noalias %arg.kinds.0, ptr noalias %arg.kinds.1, i64 %arg.kinds.2, i64 %arg.kinds.3, ptr noalias %arg.kinds.4, i64 %arg.kinds.5.0, i64 %arg.kinds.6.0, ptr noalias %arg.codes.0, ptr noalias %arg.codes.1, i64 %arg.codes.2, i64 %arg.codes.3, ptr noalias %arg.codes.4, i64 %arg.codes.5.0, i64 %arg.codes.6.0, ptr noalias %arg.clip.0, ptr noalias %arg.clip.1, i64 %arg.clip.2, i64 %arg.clip.3, ptr noalias %arg.clip.4, i64 %arg.clip.5.0, i64 %arg.clip.5.1, i64 %arg.clip.6.0, i64 %arg.clip.6.1, ptr noalias %arg.varyings.0, ptr noalias %arg.varyings.1, i64 %arg.varyings.2, i64 %arg.varyings.3, ptr noalias %arg.varyings.4, i64 %arg.varyings.5.0, i64 %arg.varyings.5.1, i64 %arg.varyings.6.0, i64 %arg.varyings.6.1, i64 %arg.width, i64 %arg.height, i64 %arg.cull, ptr noalias %arg.window_x.0, ptr noalias %arg.window_x.1, i64 %arg.window_x.2, i64 %arg.window_x.3, ptr noalias %arg.window_x.4, i64 %arg.window_x.5.0, i64 %arg.window_x.6.0, ptr noalias %arg.window_y.0, ptr noalias %arg.window_y.1, i64 %arg.window_y.2, i64 %arg.window_y.3, ptr noalias %arg.window_y.4, i64 %arg.window_y.5.0, i64 %arg.window_y.6.0, ptr noalias %arg.depth.0, ptr noalias %arg.depth.1, i64 %arg.depth.2, i64 %arg.depth.3, ptr noalias %arg.depth.4, i64 %arg.depth.5.0, i64 %arg.depth.6.0, ptr noalias %arg.inverse_w.0, ptr noalias %arg.inverse_w.1, i64 %arg.inverse_w.2, i64 %arg.inverse_w.3, ptr noalias %arg.inverse_w.4, i64 %arg.inverse_w.5.0, i64 %arg.inverse_w.6.0, ptr noalias %arg.ready.0, ptr noalias %arg.ready.1, i64 %arg.ready.2, i64 %arg.ready.3, ptr noalias %arg.ready.4, i64 %arg.ready.5.0, i64 %arg.ready.5.1, i64 %arg.ready.6.0, i64 %arg.ready.6.1, ptr noalias %arg.corners.0, ptr noalias %arg.corners.1, i64 %arg.corners.2, i64 %arg.corners.3, ptr noalias %arg.corners.4, i64 %arg.corners.5.0, i64 %arg.corners.5.1, i64 %arg.corners.6.0, i64 %arg.corners.6.1) {
 entry:
   %.205 = sub i64 %arg.last, %arg.first
   %.251684.not = icmp slt i64 %.205, 1
@@ -197,10 +197,10 @@ holds.2.exit.i:
 
 B908.i:
   %.841.i = icmp slt i64 %at.3.0687, 0
-  %.842.i = select i1 %.841.i, i64 %arg.made.5.0, i64 0
+  %.842.i = select i1 %.841.i, i64 %arg.ready.5.0, i64 0
   %.843.i = add i64 %.842.i, %at.3.0687
-  %.863.i = mul i64 %.843.i, %arg.made.5.1
-  %.867.i = getelementptr i32, ptr %arg.made.4, i64 %.863.i
+  %.863.i = mul i64 %.843.i, %arg.ready.5.1
+  %.867.i = getelementptr i32, ptr %arg.ready.4, i64 %.863.i
   store i32 %.386, ptr %.867.i, align 4, !alias.scope !5, !noalias !10
   %arg.c.arg.b.i = select i1 %.290.i, i32 %.498, i32 %.441
   %.937.i = getelementptr i8, ptr %.867.i, i64 4
@@ -1141,10 +1141,10 @@ holds.2.exit.i621:
 
 B908.i580:
   %.835.i = icmp slt i64 %at.6.2683, 0
-  %.836.i = select i1 %.835.i, i64 %arg.made.5.0, i64 0
+  %.836.i = select i1 %.835.i, i64 %arg.ready.5.0, i64 0
   %.837.i = add i64 %.836.i, %at.6.2683
-  %.857.i = mul i64 %.837.i, %arg.made.5.1
-  %.861.i = getelementptr i32, ptr %arg.made.4, i64 %.857.i
+  %.857.i = mul i64 %.837.i, %arg.ready.5.1
+  %.861.i = getelementptr i32, ptr %arg.ready.4, i64 %.857.i
   store i32 %.862.i, ptr %.861.i, align 4, !alias.scope !116, !noalias !121
   %extract.t.i = trunc i64 %.992 to i32
   %extract.t458.i = trunc i64 %.940 to i32
@@ -1419,7 +1419,7 @@ declare void @llvm.experimental.noalias.scope.decl(metadata)
 !3 = !{!4}
 !4 = distinct !{!4, !2, !"keep.3: %arg.window_y.4"}
 !5 = !{!6}
-!6 = distinct !{!6, !2, !"keep.3: %arg.made.4"}
+!6 = distinct !{!6, !2, !"keep.3: %arg.ready.4"}
 !7 = !{!8, !4, !6}
 !8 = distinct !{!8, !2, !"keep.3: %retptr"}
 !9 = !{!8, !1, !6}
@@ -1530,7 +1530,7 @@ declare void @llvm.experimental.noalias.scope.decl(metadata)
 !114 = !{!115}
 !115 = distinct !{!115, !113, !"keep.4: %arg.window_y.4"}
 !116 = !{!117}
-!117 = distinct !{!117, !113, !"keep.4: %arg.made.4"}
+!117 = distinct !{!117, !113, !"keep.4: %arg.ready.4"}
 !118 = !{!119, !115, !117}
 !119 = distinct !{!119, !113, !"keep.4: %retptr"}
 !120 = !{!119, !112, !117}

@@ -1,7 +1,7 @@
-; Sources f3971d662bc91b0d2def5b88790cc74b1bae6e0ad5547855351f3c4fb6b1bfe0
+; Sources 44220678787166085e3a0dcc18bf642b79255ef5662fb792e321fa9ae6256f6d
 ; Made by `python -m passgraph.backends.numpy.raster.generate`.
 
-define internal i32 @count_tiles(ptr noalias %retptr, ptr noalias %excinfo, i64 %arg.first, i64 %arg.last, i64 %arg.chunk, ptr noalias %arg.made.0, ptr noalias %arg.made.1, i64 %arg.made.2, i64 %arg.made.3, ptr noalias %arg.made.4, i64 %arg.made.5.0, i64 %arg.made.5.1, i64 %arg.made.6.0, i64 %arg.made.6.1, i64 %arg.tiles_x, ptr noalias %arg.counts.0, ptr noalias %arg.counts.1, i64 %arg.counts.2, i64 %arg.counts.3, ptr noalias %arg.counts.4, i64 %arg.counts.5.0, i64 %arg.counts.5.1, i64 %arg.counts.6.0, i64 %arg.counts.6.1) {
+define internal i32 @count_tiles(ptr noalias %retptr, ptr noalias %excinfo, i64 %arg.first, i64 %arg.last, i64 %arg.chunk, ptr noalias %arg.ready.0, ptr noalias %arg.ready.1, i64 %arg.ready.2, i64 %arg.ready.3, ptr noalias %arg.ready.4, i64 %arg.ready.5.0, i64 %arg.ready.5.1, i64 %arg.ready.6.0, i64 %arg.ready.6.1, i64 %arg.tiles_x, ptr noalias %arg.counts.0, ptr noalias %arg.counts.1, i64 %arg.counts.2, i64 %arg.counts.3, ptr noalias %arg.counts.4, i64 %arg.counts.5.0, i64 %arg.counts.5.1, i64 %arg.counts.6.0, i64 %arg.counts.6.1) {
 entry:
   %.78 = sub i64 %arg.last, %arg.first
   %.123259.not = icmp slt i64 %.78, 1
@@ -33,10 +33,10 @@ B36.if:
   %.132 = add nsw i64 %.68.0261, -1
   %.136 = add i64 %.65.0260, 1
   %.191 = icmp slt i64 %.65.0260, 0
-  %.192 = select i1 %.191, i64 %arg.made.5.0, i64 0
+  %.192 = select i1 %.191, i64 %arg.ready.5.0, i64 0
   %.193 = add i64 %.192, %.65.0260
-  %.213 = mul i64 %.193, %arg.made.5.1
-  %1 = getelementptr i32, ptr %arg.made.4, i64 %.213
+  %.213 = mul i64 %.193, %arg.ready.5.1
+  %1 = getelementptr i32, ptr %arg.ready.4, i64 %.213
   %.217 = getelementptr i8, ptr %1, i64 20
   %.218 = load i32, ptr %.217, align 4
   %.219 = sext i32 %.218 to i64

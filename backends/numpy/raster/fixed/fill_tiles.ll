@@ -1,7 +1,7 @@
-; Sources f3971d662bc91b0d2def5b88790cc74b1bae6e0ad5547855351f3c4fb6b1bfe0
+; Sources 44220678787166085e3a0dcc18bf642b79255ef5662fb792e321fa9ae6256f6d
 ; Made by `python -m passgraph.backends.numpy.raster.generate`.
 
-define internal i32 @fill_tiles(ptr noalias %retptr, ptr noalias %excinfo, i64 %arg.first, i64 %arg.last, i64 %arg.chunk, ptr noalias %arg.made.0, ptr noalias %arg.made.1, i64 %arg.made.2, i64 %arg.made.3, ptr noalias %arg.made.4, i64 %arg.made.5.0, i64 %arg.made.5.1, i64 %arg.made.6.0, i64 %arg.made.6.1, i64 %arg.tiles_x, ptr noalias %arg.cursors.0, ptr noalias %arg.cursors.1, i64 %arg.cursors.2, i64 %arg.cursors.3, ptr noalias %arg.cursors.4, i64 %arg.cursors.5.0, i64 %arg.cursors.5.1, i64 %arg.cursors.6.0, i64 %arg.cursors.6.1, ptr noalias %arg.lists.0, ptr noalias %arg.lists.1, i64 %arg.lists.2, i64 %arg.lists.3, ptr noalias %arg.lists.4, i64 %arg.lists.5.0, i64 %arg.lists.6.0) {
+define internal i32 @fill_tiles(ptr noalias %retptr, ptr noalias %excinfo, i64 %arg.first, i64 %arg.last, i64 %arg.chunk, ptr noalias %arg.ready.0, ptr noalias %arg.ready.1, i64 %arg.ready.2, i64 %arg.ready.3, ptr noalias %arg.ready.4, i64 %arg.ready.5.0, i64 %arg.ready.5.1, i64 %arg.ready.6.0, i64 %arg.ready.6.1, i64 %arg.tiles_x, ptr noalias %arg.cursors.0, ptr noalias %arg.cursors.1, i64 %arg.cursors.2, i64 %arg.cursors.3, ptr noalias %arg.cursors.4, i64 %arg.cursors.5.0, i64 %arg.cursors.5.1, i64 %arg.cursors.6.0, i64 %arg.cursors.6.1, ptr noalias %arg.lists.0, ptr noalias %arg.lists.1, i64 %arg.lists.2, i64 %arg.lists.3, ptr noalias %arg.lists.4, i64 %arg.lists.5.0, i64 %arg.lists.6.0) {
 entry:
   %.89 = sub i64 %arg.last, %arg.first
   %.134300.not = icmp slt i64 %.89, 1
@@ -33,10 +33,10 @@ B36.if:
   %.143 = add nsw i64 %.79.0302, -1
   %.147 = add i64 %.76.0301, 1
   %.202 = icmp slt i64 %.76.0301, 0
-  %.203 = select i1 %.202, i64 %arg.made.5.0, i64 0
+  %.203 = select i1 %.202, i64 %arg.ready.5.0, i64 0
   %.204 = add i64 %.203, %.76.0301
-  %.224 = mul i64 %.204, %arg.made.5.1
-  %1 = getelementptr i32, ptr %arg.made.4, i64 %.224
+  %.224 = mul i64 %.204, %arg.ready.5.1
+  %1 = getelementptr i32, ptr %arg.ready.4, i64 %.224
   %.228 = getelementptr i8, ptr %1, i64 20
   %.229 = load i32, ptr %.228, align 4
   %.230 = sext i32 %.229 to i64

@@ -1,7 +1,7 @@
-; Sources f3971d662bc91b0d2def5b88790cc74b1bae6e0ad5547855351f3c4fb6b1bfe0
+; Sources 44220678787166085e3a0dcc18bf642b79255ef5662fb792e321fa9ae6256f6d
 ; Made by `python -m passgraph.backends.numpy.raster.generate`.
 
-define internal i32 @in_order(ptr noalias %retptr, ptr noalias %excinfo, ptr noalias %arg.counter.0, ptr noalias %arg.counter.1, i64 %arg.counter.2, i64 %arg.counter.3, ptr noalias %arg.counter.4, i64 %arg.counter.5.0, i64 %arg.counter.6.0, i64 %arg.count, ptr noalias %arg.busy.0, ptr noalias %arg.busy.1, i64 %arg.busy.2, i64 %arg.busy.3, ptr noalias %arg.busy.4, i64 %arg.busy.5.0, i64 %arg.busy.6.0, i64 %arg.tiles_x, ptr noalias %arg.offsets.0, ptr noalias %arg.offsets.1, i64 %arg.offsets.2, i64 %arg.offsets.3, ptr noalias %arg.offsets.4, i64 %arg.offsets.5.0, i64 %arg.offsets.6.0, ptr noalias %arg.lists.0, ptr noalias %arg.lists.1, i64 %arg.lists.2, i64 %arg.lists.3, ptr noalias %arg.lists.4, i64 %arg.lists.5.0, i64 %arg.lists.6.0, ptr noalias %arg.made.0, ptr noalias %arg.made.1, i64 %arg.made.2, i64 %arg.made.3, ptr noalias %arg.made.4, i64 %arg.made.5.0, i64 %arg.made.5.1, i64 %arg.made.6.0, i64 %arg.made.6.1, ptr noalias %arg.wx.0, ptr noalias %arg.wx.1, i64 %arg.wx.2, i64 %arg.wx.3, ptr noalias %arg.wx.4, i64 %arg.wx.5.0, i64 %arg.wx.6.0, ptr noalias %arg.wy.0, ptr noalias %arg.wy.1, i64 %arg.wy.2, i64 %arg.wy.3, ptr noalias %arg.wy.4, i64 %arg.wy.5.0, i64 %arg.wy.6.0, ptr noalias %arg.wz.0, ptr noalias %arg.wz.1, i64 %arg.wz.2, i64 %arg.wz.3, ptr noalias %arg.wz.4, i64 %arg.wz.5.0, i64 %arg.wz.6.0, ptr noalias %arg.iw.0, ptr noalias %arg.iw.1, i64 %arg.iw.2, i64 %arg.iw.3, ptr noalias %arg.iw.4, i64 %arg.iw.5.0, i64 %arg.iw.6.0, ptr noalias %arg.vary.0, ptr noalias %arg.vary.1, i64 %arg.vary.2, i64 %arg.vary.3, ptr noalias %arg.vary.4, i64 %arg.vary.5.0, i64 %arg.vary.5.1, i64 %arg.vary.6.0, i64 %arg.vary.6.1, double %arg.factor, double %arg.units, i64 %arg.width, i64 %arg.height, ptr noalias %arg.depth.0, ptr noalias %arg.depth.1, i64 %arg.depth.2, i64 %arg.depth.3, ptr noalias %arg.depth.4, i64 %arg.depth.5.0, i64 %arg.depth.6.0, double %arg.depth_clear, i64 %arg.clears, ptr noalias %arg.spans.0, ptr noalias %arg.spans.1, i64 %arg.spans.2, i64 %arg.spans.3, ptr noalias %arg.spans.4, i64 %arg.spans.5.0, i64 %arg.spans.6.0, i64 %arg.rows, ptr noalias %arg.table.0, ptr noalias %arg.table.1, i64 %arg.table.2, i64 %arg.table.3, ptr noalias %arg.table.4, i64 %arg.table.5.0, i64 %arg.table.6.0, i64 %arg.merge, ptr noalias %arg.context.0, ptr noalias %arg.context.1, i64 %arg.context.2, i64 %arg.context.3, ptr noalias %arg.context.4, i64 %arg.context.5.0, i64 %arg.context.6.0) {
+define internal i32 @in_order(ptr noalias %retptr, ptr noalias %excinfo, ptr noalias %arg.counter.0, ptr noalias %arg.counter.1, i64 %arg.counter.2, i64 %arg.counter.3, ptr noalias %arg.counter.4, i64 %arg.counter.5.0, i64 %arg.counter.6.0, i64 %arg.count, ptr noalias %arg.busy.0, ptr noalias %arg.busy.1, i64 %arg.busy.2, i64 %arg.busy.3, ptr noalias %arg.busy.4, i64 %arg.busy.5.0, i64 %arg.busy.6.0, i64 %arg.tiles_x, ptr noalias %arg.offsets.0, ptr noalias %arg.offsets.1, i64 %arg.offsets.2, i64 %arg.offsets.3, ptr noalias %arg.offsets.4, i64 %arg.offsets.5.0, i64 %arg.offsets.6.0, ptr noalias %arg.lists.0, ptr noalias %arg.lists.1, i64 %arg.lists.2, i64 %arg.lists.3, ptr noalias %arg.lists.4, i64 %arg.lists.5.0, i64 %arg.lists.6.0, ptr noalias %arg.triangles.0, ptr noalias %arg.triangles.1, i64 %arg.triangles.2, i64 %arg.triangles.3, ptr noalias %arg.triangles.4, i64 %arg.triangles.5.0, i64 %arg.triangles.5.1, i64 %arg.triangles.6.0, i64 %arg.triangles.6.1, ptr noalias %arg.wx.0, ptr noalias %arg.wx.1, i64 %arg.wx.2, i64 %arg.wx.3, ptr noalias %arg.wx.4, i64 %arg.wx.5.0, i64 %arg.wx.6.0, ptr noalias %arg.wy.0, ptr noalias %arg.wy.1, i64 %arg.wy.2, i64 %arg.wy.3, ptr noalias %arg.wy.4, i64 %arg.wy.5.0, i64 %arg.wy.6.0, ptr noalias %arg.wz.0, ptr noalias %arg.wz.1, i64 %arg.wz.2, i64 %arg.wz.3, ptr noalias %arg.wz.4, i64 %arg.wz.5.0, i64 %arg.wz.6.0, ptr noalias %arg.iw.0, ptr noalias %arg.iw.1, i64 %arg.iw.2, i64 %arg.iw.3, ptr noalias %arg.iw.4, i64 %arg.iw.5.0, i64 %arg.iw.6.0, ptr noalias %arg.vary.0, ptr noalias %arg.vary.1, i64 %arg.vary.2, i64 %arg.vary.3, ptr noalias %arg.vary.4, i64 %arg.vary.5.0, i64 %arg.vary.5.1, i64 %arg.vary.6.0, i64 %arg.vary.6.1, double %arg.factor, double %arg.units, i64 %arg.width, i64 %arg.height, ptr noalias %arg.depth.0, ptr noalias %arg.depth.1, i64 %arg.depth.2, i64 %arg.depth.3, ptr noalias %arg.depth.4, i64 %arg.depth.5.0, i64 %arg.depth.6.0, double %arg.depth_clear, i64 %arg.clears, ptr noalias %arg.spans.0, ptr noalias %arg.spans.1, i64 %arg.spans.2, i64 %arg.spans.3, ptr noalias %arg.spans.4, i64 %arg.spans.5.0, i64 %arg.spans.6.0, i64 %arg.rows, ptr noalias %arg.table.0, ptr noalias %arg.table.1, i64 %arg.table.2, i64 %arg.table.3, ptr noalias %arg.table.4, i64 %arg.table.5.0, i64 %arg.table.6.0, i64 %arg.merge, ptr noalias %arg.context.0, ptr noalias %arg.context.1, i64 %arg.context.2, i64 %arg.context.3, ptr noalias %arg.context.4, i64 %arg.context.5.0, i64 %arg.context.6.0) {
 entry:
   %.2041328 = atomicrmw add ptr %arg.counter.4, i64 1 monotonic, align 8
   %.210.not1329 = icmp slt i64 %.2041328, %arg.count
@@ -15,7 +15,7 @@ B52.lr.ph:
   %.708 = fptrunc double %arg.depth_clear to float
   %.753.not = icmp eq i64 %arg.clears, 0
   %.781 = inttoptr i64 %arg.merge to ptr
-  %.151.i = ptrtoint ptr %arg.made.4 to i64
+  %.151.i = ptrtoint ptr %arg.triangles.4 to i64
   %.372.i = ptrtoint ptr %arg.wx.4 to i64
   %.388.i = ptrtoint ptr %arg.wy.4 to i64
   %.404.i = ptrtoint ptr %arg.wz.4 to i64
@@ -501,7 +501,7 @@ B40.i:
   %.138.i = getelementptr i32, ptr %arg.lists.4, i64 %.107.i
   %.139.i = load i32, ptr %.138.i, align 4, !alias.scope !45, !noalias !50
   %.140.i = sext i32 %.139.i to i64
-  %.152.i = mul i64 %arg.made.6.0, %.140.i
+  %.152.i = mul i64 %arg.triangles.6.0, %.140.i
   %.153.i = add i64 %.152.i, %.151.i
   %.154.i = inttoptr i64 %.153.i to ptr
   tail call void @llvm.prefetch.p0(ptr %.154.i, i32 0, i32 3, i32 1), !noalias !57
@@ -509,8 +509,8 @@ B40.i:
   %.185.i1254 = getelementptr i8, ptr %36, i64 16
   %.186.i1255 = load i32, ptr %.185.i1254, align 4, !alias.scope !45, !noalias !50
   %.189.i = sext i32 %.186.i1255 to i64
-  %.351.i = mul i64 %arg.made.5.1, %.189.i
-  %37 = getelementptr i32, ptr %arg.made.4, i64 %.351.i
+  %.351.i = mul i64 %arg.triangles.5.1, %.189.i
+  %37 = getelementptr i32, ptr %arg.triangles.4, i64 %.351.i
   br label %B312.if.i
 
 B312.if.i:
@@ -548,8 +548,8 @@ soon.2.exit:
   %.1048 = getelementptr i32, ptr %arg.lists.4, i64 %.876.01327
   %.1049 = load i32, ptr %.1048, align 4
   %.1050 = sext i32 %.1049 to i64
-  %.1100 = mul i64 %arg.made.5.1, %.1050
-  %.1104 = getelementptr i32, ptr %arg.made.4, i64 %.1100
+  %.1100 = mul i64 %arg.triangles.5.1, %.1050
+  %.1104 = getelementptr i32, ptr %arg.triangles.4, i64 %.1100
   %.1105 = load i32, ptr %.1104, align 4
   %.1106 = sext i32 %.1105 to i64
   %.1157 = getelementptr i8, ptr %.1104, i64 4
@@ -741,7 +741,7 @@ declare void @llvm.experimental.noalias.scope.decl(metadata)
 
 !0 = !{!"branch_weights", i32 9801, i32 199}
 !1 = !{!2}
-!2 = distinct !{!2, !3, !"numbered.2: %arg.made.4"}
+!2 = distinct !{!2, !3, !"numbered.2: %arg.triangles.4"}
 !3 = distinct !{!3, !"numbered.2"}
 !4 = !{!5}
 !5 = distinct !{!5, !3, !"numbered.2: %arg.depth.4"}
@@ -788,7 +788,7 @@ declare void @llvm.experimental.noalias.scope.decl(metadata)
 !46 = distinct !{!46, !47, !"soon.2: %arg.lists.4"}
 !47 = distinct !{!47, !"soon.2"}
 !48 = !{!49}
-!49 = distinct !{!49, !47, !"soon.2: %arg.made.4"}
+!49 = distinct !{!49, !47, !"soon.2: %arg.triangles.4"}
 !50 = !{!51, !49, !52, !53, !54, !55, !56}
 !51 = distinct !{!51, !47, !"soon.2: %retptr"}
 !52 = distinct !{!52, !47, !"soon.2: %arg.window_x.4"}

@@ -1,7 +1,7 @@
-; Sources f3971d662bc91b0d2def5b88790cc74b1bae6e0ad5547855351f3c4fb6b1bfe0
+; Sources 44220678787166085e3a0dcc18bf642b79255ef5662fb792e321fa9ae6256f6d
 ; Made by `python -m passgraph.backends.numpy.raster.generate`.
 
-define internal i32 @tiles(ptr noalias %retptr, ptr noalias %excinfo, ptr noalias %arg.counter.0, ptr noalias %arg.counter.1, i64 %arg.counter.2, i64 %arg.counter.3, ptr noalias %arg.counter.4, i64 %arg.counter.5.0, i64 %arg.counter.6.0, i64 %arg.count, ptr noalias %arg.busy.0, ptr noalias %arg.busy.1, i64 %arg.busy.2, i64 %arg.busy.3, ptr noalias %arg.busy.4, i64 %arg.busy.5.0, i64 %arg.busy.6.0, i64 %arg.tiles_x, ptr noalias %arg.offsets.0, ptr noalias %arg.offsets.1, i64 %arg.offsets.2, i64 %arg.offsets.3, ptr noalias %arg.offsets.4, i64 %arg.offsets.5.0, i64 %arg.offsets.6.0, ptr noalias %arg.lists.0, ptr noalias %arg.lists.1, i64 %arg.lists.2, i64 %arg.lists.3, ptr noalias %arg.lists.4, i64 %arg.lists.5.0, i64 %arg.lists.6.0, ptr noalias %arg.made.0, ptr noalias %arg.made.1, i64 %arg.made.2, i64 %arg.made.3, ptr noalias %arg.made.4, i64 %arg.made.5.0, i64 %arg.made.5.1, i64 %arg.made.6.0, i64 %arg.made.6.1, ptr noalias %arg.wx.0, ptr noalias %arg.wx.1, i64 %arg.wx.2, i64 %arg.wx.3, ptr noalias %arg.wx.4, i64 %arg.wx.5.0, i64 %arg.wx.6.0, ptr noalias %arg.wy.0, ptr noalias %arg.wy.1, i64 %arg.wy.2, i64 %arg.wy.3, ptr noalias %arg.wy.4, i64 %arg.wy.5.0, i64 %arg.wy.6.0, ptr noalias %arg.wz.0, ptr noalias %arg.wz.1, i64 %arg.wz.2, i64 %arg.wz.3, ptr noalias %arg.wz.4, i64 %arg.wz.5.0, i64 %arg.wz.6.0, ptr noalias %arg.iw.0, ptr noalias %arg.iw.1, i64 %arg.iw.2, i64 %arg.iw.3, ptr noalias %arg.iw.4, i64 %arg.iw.5.0, i64 %arg.iw.6.0, ptr noalias %arg.vary.0, ptr noalias %arg.vary.1, i64 %arg.vary.2, i64 %arg.vary.3, ptr noalias %arg.vary.4, i64 %arg.vary.5.0, i64 %arg.vary.5.1, i64 %arg.vary.6.0, i64 %arg.vary.6.1, double %arg.factor, double %arg.units, i64 %arg.width, i64 %arg.height, ptr noalias %arg.depth.0, ptr noalias %arg.depth.1, i64 %arg.depth.2, i64 %arg.depth.3, ptr noalias %arg.depth.4, i64 %arg.depth.5.0, i64 %arg.depth.6.0, i64 %arg.has_depth, i64 %arg.test, i64 %arg.write, double %arg.clear, ptr noalias %arg.ids.0, ptr noalias %arg.ids.1, i64 %arg.ids.2, i64 %arg.ids.3, ptr noalias %arg.ids.4, i64 %arg.ids.5.0, i64 %arg.ids.6.0, ptr noalias %arg.slots.0, ptr noalias %arg.slots.1, i64 %arg.slots.2, i64 %arg.slots.3, ptr noalias %arg.slots.4, i64 %arg.slots.5.0, i64 %arg.slots.6.0, i64 %arg.rows, ptr noalias %arg.table.0, ptr noalias %arg.table.1, i64 %arg.table.2, i64 %arg.table.3, ptr noalias %arg.table.4, i64 %arg.table.5.0, i64 %arg.table.6.0, i64 %arg.shade, ptr noalias %arg.context.0, ptr noalias %arg.context.1, i64 %arg.context.2, i64 %arg.context.3, ptr noalias %arg.context.4, i64 %arg.context.5.0, i64 %arg.context.6.0) {
+define internal i32 @tiles(ptr noalias %retptr, ptr noalias %excinfo, ptr noalias %arg.counter.0, ptr noalias %arg.counter.1, i64 %arg.counter.2, i64 %arg.counter.3, ptr noalias %arg.counter.4, i64 %arg.counter.5.0, i64 %arg.counter.6.0, i64 %arg.count, ptr noalias %arg.busy.0, ptr noalias %arg.busy.1, i64 %arg.busy.2, i64 %arg.busy.3, ptr noalias %arg.busy.4, i64 %arg.busy.5.0, i64 %arg.busy.6.0, i64 %arg.tiles_x, ptr noalias %arg.offsets.0, ptr noalias %arg.offsets.1, i64 %arg.offsets.2, i64 %arg.offsets.3, ptr noalias %arg.offsets.4, i64 %arg.offsets.5.0, i64 %arg.offsets.6.0, ptr noalias %arg.lists.0, ptr noalias %arg.lists.1, i64 %arg.lists.2, i64 %arg.lists.3, ptr noalias %arg.lists.4, i64 %arg.lists.5.0, i64 %arg.lists.6.0, ptr noalias %arg.triangles.0, ptr noalias %arg.triangles.1, i64 %arg.triangles.2, i64 %arg.triangles.3, ptr noalias %arg.triangles.4, i64 %arg.triangles.5.0, i64 %arg.triangles.5.1, i64 %arg.triangles.6.0, i64 %arg.triangles.6.1, ptr noalias %arg.wx.0, ptr noalias %arg.wx.1, i64 %arg.wx.2, i64 %arg.wx.3, ptr noalias %arg.wx.4, i64 %arg.wx.5.0, i64 %arg.wx.6.0, ptr noalias %arg.wy.0, ptr noalias %arg.wy.1, i64 %arg.wy.2, i64 %arg.wy.3, ptr noalias %arg.wy.4, i64 %arg.wy.5.0, i64 %arg.wy.6.0, ptr noalias %arg.wz.0, ptr noalias %arg.wz.1, i64 %arg.wz.2, i64 %arg.wz.3, ptr noalias %arg.wz.4, i64 %arg.wz.5.0, i64 %arg.wz.6.0, ptr noalias %arg.iw.0, ptr noalias %arg.iw.1, i64 %arg.iw.2, i64 %arg.iw.3, ptr noalias %arg.iw.4, i64 %arg.iw.5.0, i64 %arg.iw.6.0, ptr noalias %arg.vary.0, ptr noalias %arg.vary.1, i64 %arg.vary.2, i64 %arg.vary.3, ptr noalias %arg.vary.4, i64 %arg.vary.5.0, i64 %arg.vary.5.1, i64 %arg.vary.6.0, i64 %arg.vary.6.1, double %arg.factor, double %arg.units, i64 %arg.width, i64 %arg.height, ptr noalias %arg.depth.0, ptr noalias %arg.depth.1, i64 %arg.depth.2, i64 %arg.depth.3, ptr noalias %arg.depth.4, i64 %arg.depth.5.0, i64 %arg.depth.6.0, i64 %arg.has_depth, i64 %arg.test, i64 %arg.write, double %arg.clear, ptr noalias %arg.ids.0, ptr noalias %arg.ids.1, i64 %arg.ids.2, i64 %arg.ids.3, ptr noalias %arg.ids.4, i64 %arg.ids.5.0, i64 %arg.ids.6.0, ptr noalias %arg.slots.0, ptr noalias %arg.slots.1, i64 %arg.slots.2, i64 %arg.slots.3, ptr noalias %arg.slots.4, i64 %arg.slots.5.0, i64 %arg.slots.6.0, i64 %arg.rows, ptr noalias %arg.table.0, ptr noalias %arg.table.1, i64 %arg.table.2, i64 %arg.table.3, ptr noalias %arg.table.4, i64 %arg.table.5.0, i64 %arg.table.6.0, i64 %arg.shade, ptr noalias %arg.context.0, ptr noalias %arg.context.1, i64 %arg.context.2, i64 %arg.context.3, ptr noalias %arg.context.4, i64 %arg.context.5.0, i64 %arg.context.6.0) {
 entry:
   %.209 = and i64 %arg.test, 1
   %.210 = icmp ne i64 %.209, 0
@@ -23,7 +23,7 @@ B148.lr.ph:
   %.540 = fcmp ord double %arg.clear, 0.000000e+00
   %.784 = fptrunc double %arg.clear to float
   %.1018 = icmp slt i64 %arg.ids.5.0, 1
-  %.151.i = ptrtoint ptr %arg.made.4 to i64
+  %.151.i = ptrtoint ptr %arg.triangles.4 to i64
   %.372.i = ptrtoint ptr %arg.wx.4 to i64
   %.388.i = ptrtoint ptr %arg.wy.4 to i64
   %.404.i = ptrtoint ptr %arg.wz.4 to i64
@@ -308,8 +308,8 @@ B178.i:
   tail call void @llvm.experimental.noalias.scope.decl(metadata !34)
   tail call void @llvm.experimental.noalias.scope.decl(metadata !36)
   tail call void @llvm.experimental.noalias.scope.decl(metadata !38)
-  %.130.i.i = mul i64 %arg.made.5.1, %.592.i
-  %.134.i.i = getelementptr i32, ptr %arg.made.4, i64 %.130.i.i
+  %.130.i.i = mul i64 %arg.triangles.5.1, %.592.i
+  %.134.i.i = getelementptr i32, ptr %arg.triangles.4, i64 %.130.i.i
   %.135.i.i = load i32, ptr %.134.i.i, align 4, !alias.scope !40, !noalias !41
   %.136.i.i = sext i32 %.135.i.i to i64
   %.185.i.i = getelementptr i8, ptr %.134.i.i, i64 4
@@ -659,7 +659,7 @@ B40.i:
   %.138.i = getelementptr i32, ptr %arg.lists.4, i64 %.107.i
   %.139.i = load i32, ptr %.138.i, align 4, !alias.scope !82, !noalias !87
   %.140.i = sext i32 %.139.i to i64
-  %.152.i = mul i64 %arg.made.6.0, %.140.i
+  %.152.i = mul i64 %arg.triangles.6.0, %.140.i
   %.153.i = add i64 %.152.i, %.151.i
   %.154.i = inttoptr i64 %.153.i to ptr
   tail call void @llvm.prefetch.p0(ptr %.154.i, i32 0, i32 3, i32 1), !noalias !92
@@ -667,8 +667,8 @@ B40.i:
   %.185.i = getelementptr i8, ptr %45, i64 16
   %.186.i = load i32, ptr %.185.i, align 4, !alias.scope !82, !noalias !87
   %.189.i = sext i32 %.186.i to i64
-  %.351.i = mul i64 %arg.made.5.1, %.189.i
-  %46 = getelementptr i32, ptr %arg.made.4, i64 %.351.i
+  %.351.i = mul i64 %arg.triangles.5.1, %.189.i
+  %46 = getelementptr i32, ptr %arg.triangles.4, i64 %.351.i
   br label %B312.if.i
 
 B312.if.i:
@@ -698,8 +698,8 @@ soon.2.exit:
   %.1404 = getelementptr i32, ptr %arg.lists.4, i64 %.1227.01485
   %.1405 = load i32, ptr %.1404, align 4
   %.1406 = sext i32 %.1405 to i64
-  %.1452 = mul i64 %arg.made.5.1, %.1406
-  %.1456 = getelementptr i32, ptr %arg.made.4, i64 %.1452
+  %.1452 = mul i64 %arg.triangles.5.1, %.1406
+  %.1456 = getelementptr i32, ptr %arg.triangles.4, i64 %.1452
   %.1457 = load i32, ptr %.1456, align 4
   %.1458 = sext i32 %.1457 to i64
   %.1508 = getelementptr i8, ptr %.1456, i64 4
@@ -982,7 +982,7 @@ declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)
 !6 = !{!7}
 !7 = distinct !{!7, !3, !"visible.2: %arg.lists.4"}
 !8 = !{!9}
-!9 = distinct !{!9, !3, !"visible.2: %arg.made.4"}
+!9 = distinct !{!9, !3, !"visible.2: %arg.triangles.4"}
 !10 = !{!11}
 !11 = distinct !{!11, !3, !"visible.2: %arg.window_x.4"}
 !12 = !{!13}
@@ -999,7 +999,7 @@ declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)
 !23 = distinct !{!23, !3, !"visible.2: %retptr"}
 !24 = !{!23, !2, !5, !9, !11, !13, !15, !17, !19, !21}
 !25 = !{!26}
-!26 = distinct !{!26, !27, !"numbered.2: %arg.made.4"}
+!26 = distinct !{!26, !27, !"numbered.2: %arg.triangles.4"}
 !27 = distinct !{!27, !"numbered.2"}
 !28 = !{!29}
 !29 = distinct !{!29, !27, !"numbered.2: %arg.window_x.4"}
@@ -1059,7 +1059,7 @@ declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)
 !83 = distinct !{!83, !84, !"soon.2: %arg.lists.4"}
 !84 = distinct !{!84, !"soon.2"}
 !85 = !{!86}
-!86 = distinct !{!86, !84, !"soon.2: %arg.made.4"}
+!86 = distinct !{!86, !84, !"soon.2: %arg.triangles.4"}
 !87 = !{!88, !86, !89, !90, !91}
 !88 = distinct !{!88, !84, !"soon.2: %retptr"}
 !89 = distinct !{!89, !84, !"soon.2: %arg.window_x.4"}
