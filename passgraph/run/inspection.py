@@ -97,14 +97,14 @@ class Inspection:
     def __str__(self) -> str:
         x, y = self.pixel
         lines = [f"pass {self.step} at ({x}, {y}) of {self.size[0]}x{self.size[1]}: kernel {self.kernel}, {self.file}"]
-        lines += [f"  {name} = {_text(value)}" for name, value in self.parameters.items()]
+        lines += [f"  {name} = {text_of(value)}" for name, value in self.parameters.items()]
         if self.drawn is not None:
             return "\n".join([*lines, *_of_draw(self.drawn, list(self.stored)), *_holds(self.stored)])
         lines += _lines(self.events)
         for name, value in self.results.items():
             stored = self.stored[name]
-            kept = "" if stored == value else f", held as {_text(stored)}"
-            lines.append(f"{name} = {_text(value)}{kept}")
+            kept = "" if stored == value else f", held as {text_of(stored)}"
+            lines.append(f"{name} = {text_of(value)}{kept}")
         return "\n".join(lines)
 
 
@@ -139,15 +139,16 @@ def _lines(events: Sequence[Event]) -> list[str]:
 def _said(event: Event) -> str:
     if isinstance(event, Taken):
         name = f"{event.name} = " if event.name else ""
-        return f"{'returns ' if event.returns else ''}{name}{_text(event.value)}"
+        return f"{'returns ' if event.returns else ''}{name}{text_of(event.value)}"
     if isinstance(event, Branch):
         return "holds" if event.holds else "does not hold"
     return f"{event.count} trip{'' if event.count == 1 else 's'}"
 
 
-def _text(value: Any) -> str:
+def text_of(value: Any) -> str:
+    """A number with 9 digits, and tuples of them; long ones in part."""
     if isinstance(value, tuple):
-        parts = [_text(part) for part in value[:_SHOWN_NUMBERS]]
+        parts = [text_of(part) for part in value[:_SHOWN_NUMBERS]]
         more = f", … {len(value) - _SHOWN_NUMBERS} more" if len(value) > _SHOWN_NUMBERS else ""
         return f"({', '.join(parts)}{more})"
     return f"{value:.9g}" if isinstance(value, float) else str(value)
@@ -167,14 +168,16 @@ def _of_draw(drawn: Drawn, names: Sequence[str]) -> list[str]:
             lines.append(f"  … {fragment.order - last - 1} more")
         last = fragment.order
         side = "front" if fragment.front else "back"
-        lines.append(f"  triangle {fragment.triangle}, {side}, depth {_text(fragment.depth)}: {_fate(fragment, drawn)}")
+        lines.append(
+            f"  triangle {fragment.triangle}, {side}, depth {text_of(fragment.depth)}: {_fate(fragment, drawn)}"
+        )
     for fragment in drawn.told:
         lines += _fragment_lines(fragment, names)
     return lines
 
 
 def _fate(fragment: Fragment, drawn: Drawn) -> str:
-    against = "" if fragment.held is None else f" ({drawn.state.depth_compare} against {_text(fragment.held)})"
+    against = "" if fragment.held is None else f" ({drawn.state.depth_compare} against {text_of(fragment.held)})"
     if fragment.fate == "discarded":
         return "discarded"
     if fragment.fate == "stencil":
@@ -189,18 +192,18 @@ def _fate(fragment: Fragment, drawn: Drawn) -> str:
 def _fragment_lines(fragment: Fragment, names: Sequence[str]) -> list[str]:
     lines = [f"triangle {fragment.triangle}:"]
     for corner in fragment.corners:
-        values = ", ".join(f"{name} = {_text(value)}" for name, value in corner.values.items())
+        values = ", ".join(f"{name} = {text_of(value)}" for name, value in corner.values.items())
         lines.append(f"  vertex {corner.vertex}: {values}")
     if fragment.lines is not None:
-        lines += [f"  {name} = {_text(value)}" for name, value in fragment.lines.inputs.items()]
+        lines += [f"  {name} = {text_of(value)}" for name, value in fragment.lines.inputs.items()]
         lines += _lines(fragment.lines.events)
         if fragment.fate == "passed":
-            lines += [f"{name} = {_text(v)}" for name, v in zip(names, fragment.lines.results, strict=False)]
+            lines += [f"{name} = {text_of(v)}" for name, v in zip(names, fragment.lines.results, strict=False)]
     return lines
 
 
 def _holds(stored: Mapping[str, Any]) -> list[str]:
-    return [f"{name} holds {_text(value)}" for name, value in stored.items()]
+    return [f"{name} holds {text_of(value)}" for name, value in stored.items()]
 
 
 #: Every pass as it is written, each target in memory of its own.

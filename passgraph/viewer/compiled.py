@@ -31,7 +31,9 @@ class Compiled:
         #: The target that is shown, and its name among `targets`.
         self.target = self.targets.get(target, first)
         self.target_name = next((name for name, one in self.targets.items() if one == self.target.content), first.name)
-        outputs = {"shown": shown(self.target), "values": self.target}
+        # An input is no output: what passes read of it is shown.
+        content = self.target if self.target.made_by else as_read(self.target, into=pg.target("read", "rgba32f"))
+        outputs = {"shown": shown(content), "values": content}
         if any(t.is_previous for node in passes_behind([*drawing.outputs.values()]) for t in node.reads):
             # History is kept of all that the drawing computes, whatever is looked at.
             outputs |= {f"output {name}": output for name, output in drawing.outputs.items()}
@@ -63,6 +65,12 @@ class Compiled:
         if self._earlier is not None:
             self._earlier.close()
         self.program.close()
+
+
+@pg.kernel
+def as_read(picture: pg.Image) -> pg.vec4:
+    """A picture as passes read it."""
+    return picture[0, 0]
 
 
 def targets_of(outputs: Mapping[str, pg.Target]) -> dict[str, pg.Target]:

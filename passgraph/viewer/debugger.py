@@ -27,6 +27,7 @@ from passgraph.plan.build import build
 from passgraph.plan.data import DrawStep, Options, PixelStep, Plan
 from passgraph.plan.dependencies import inputs_behind
 from passgraph.run.caller_arrays import admitted_picture, bound_to
+from passgraph.run.inspection import text_of
 from passgraph.verify.lines import Lines, LineValue, lines_at
 from passgraph.verify.oracle.pass_bounds import Passes
 from passgraph.verify.oracle.time_limit import TimeLimit
@@ -191,7 +192,7 @@ def _lines_facts(view: View, found: Sequence[Lines]) -> dict[str, Any]:
     return {
         "title": f"pass {first.step} at {first.pixel} of {first.size[0]}x{first.size[1]}: kernel {first.kernel}, "
         f"{Path(first.file).name}",
-        "parameters": [f"{name} = {value}" for name, value in first.parameters.items()],
+        "parameters": [f"{name} = {text_of(value)}" for name, value in first.parameters.items()],
         "backends": [lines.backend for lines in found],
         "verdicts": [_verdict(lines) for lines in found] + _apart(found),
         "rows": [_row(values) for values in zip_longest(*(lines.values for lines in found))],
@@ -222,9 +223,10 @@ def _row(values: Sequence[LineValue | None]) -> dict[str, Any]:
     """A value on the reference and on each backend; ``wrong`` says for each whether its bounds forbid it."""
     known = next(value for value in values if value is not None)
     probe = known.probe
+    beside = ["" if v is None else "=" if v.value == v.reference else _numbers(v.value, v) for v in values]
     return {
         "line": probe.span.line, "source": probe.span.text.strip(), "name": probe.name, "kind": probe.kind,
-        "values": [_numbers(known.reference, known), *("" if v is None else _numbers(v.value, v) for v in values)],
+        "values": [_numbers(known.reference, known), *beside],
         "wrong": [value is not None and not value.allowed for value in values],
         "differs": any(value is not None and value.value != known.value for value in values),
     }  # fmt: skip
@@ -233,4 +235,4 @@ def _row(values: Sequence[LineValue | None]) -> dict[str, Any]:
 def _numbers(numbers: Sequence[float], value: LineValue) -> str:
     if value.probe.kind == "branch":
         return "holds" if numbers[0] else "does not hold"
-    return "  ".join(f"{number:.7g}" for number in numbers)
+    return "  ".join(f"{number:.9g}" for number in numbers)

@@ -6,7 +6,7 @@ const CHANNELS = ["color", "red", "green", "blue", "alpha", "luminance", "false 
 const stage = $("stage"), canvas = $("picture"), context = canvas.getContext("2d");
 let socket, head = null, pictures = {}, waiting = [], state = {}, controls = [];
 let values = {}, history = [], zoom = 0, offset = [0, 0], steps = 0, restarts = 0, playing = false;
-let orbit = [0, 0, 1], split = 0.5, flickers = 0, drag = null, times = [], picked = null, texels = null;
+let orbit = [0, 0, 1], split = 0.5, flickers = 0, drag = null, times = [], picked = null, texels = null, backendChosen = false, isFitted = true;
 
 const key = () => `passgraph view ${state.name ?? ""}`;
 const send = (message) => socket.readyState === 1 && socket.send(JSON.stringify(message));
@@ -25,7 +25,7 @@ function connect() {
 function askAll() {
   const compare = { verdict: "", flicker: "both" }[$("compare").value] ?? $("compare").value;
   ask({
-    values, target: $("target").value, look: look(), backend: $("backend").value, playing, orbit,
+    values, target: $("target").value, look: look(), ...(backendChosen && { backend: $("backend").value }), playing, orbit,
     other: compare ? $("other").value : "", compare, gain: Number($("gain").value) || 1,
   });
   send({ kind: "ready" });
@@ -55,6 +55,7 @@ async function picture(data) {
     times.push(performance.now());
     times = times.filter((time) => time > performance.now() - 2000);
     document.body.dataset.shown = head.number;
+    if (one.type === "image/png") send({ kind: "statistics" }); // the picture stands still
     requestAnimationFrame(() => send({ kind: "ready" }));
   }
 }
@@ -108,11 +109,12 @@ function markTexels(one) {
 }
 
 function fit() {
+  isFitted = true;
   zoom = Math.min(stage.clientWidth / canvas.width, stage.clientHeight / canvas.height, 8) || 1;
   offset = [(stage.clientWidth - canvas.width * zoom) / 2, (stage.clientHeight - canvas.height * zoom) / 2];
   place();
 }
-new ResizeObserver(fit).observe(stage);
+new ResizeObserver(() => (isFitted ? fit() : place())).observe(stage);
 
 function texelAt(event) {
   const box = stage.getBoundingClientRect();
@@ -130,6 +132,7 @@ function showState(message) {
   const rate = times.length > 1 ? `, ${((times.length - 1) * 1000 / (times.at(-1) - times[0])).toFixed(0)} pictures/s` : "";
   const differs = message.differs ? `  ·  largest difference ${message.differs.largest.toPrecision(3)} at ${message.differs.at}, ${message.differs.pixels} pixels differ` : "";
   $("status").textContent = message.error ? "error" : `${message.target ?? ""} ${(message.size ?? []).join("×")} on ${message.backend ?? ""}: run ${run_ms.toFixed(1)} ms${compile_ms > 1 ? `, compile ${compile_ms.toFixed(0)} ms` : ""}${rate}${differs}`;
+  if (message.backend && !backendChosen) $("backend").value = message.backend;
   if (message.controls) showControls(message.controls);
   if (message.targets) options($("target"), message.targets.map((one) => [one.name, `${one.name}  ${one.format}`]), message.target);
   $("frame").hidden = !(message.frames > 1);
@@ -264,11 +267,11 @@ function look() {
   return { channel: $("channel").value, exposure: Number($("exposure").value), low, high: high === low ? low + 1e-6 : high, srgb: $("srgb").checked, mark: $("mark").checked };
 }
 for (const id of ["channel", "exposure", "low", "high", "srgb", "mark"]) $(id).oninput = () => { $("exposure-value").textContent = $("exposure").value; ask({ look: look() }); };
-$("auto").onclick = () => send({ kind: "statistics" });
+let fitsRange = false;
+$("auto").onclick = () => { fitsRange = true; send({ kind: "statistics" }); };
 $("look-reset").onclick = () => { $("channel").value = "color"; $("exposure").value = 0; $("low").value = 0; $("high").value = 1; $("srgb").checked = false; $("exposure-value").textContent = "0"; ask({ look: look() }); };
 function showStatistics(found) {
   if (found.low === undefined) return;
-  $("low").value = Number(found.low.toPrecision(6)); $("high").value = Number(found.high.toPrecision(6));
   $("statistics").textContent = `${found.low.toPrecision(5)} to ${found.high.toPrecision(5)}; ${found.nan} texels NaN, ${found.infinite} infinite`;
   const chart = $("histogram").getContext("2d"), most = Math.max(1, ...found.histogram.flat());
   chart.clearRect(0, 0, 256, 64); chart.globalCompositeOperation = "lighter";
@@ -276,13 +279,16 @@ function showStatistics(found) {
     chart.fillStyle = found.histogram.length === 1 ? "#aaa" : ["#c33", "#3a3", "#44f"][k];
     bins.forEach((count, bin) => { const tall = 64 * Math.sqrt(count / most); chart.fillRect(bin * 4, 64 - tall, 4, tall); });
   });
+  if (!fitsRange) return;
+  fitsRange = false;
+  $("low").value = Number(found.low.toPrecision(6)); $("high").value = Number(found.high.toPrecision(6));
   ask({ look: look() });
 }
 
 // Targets, backends, comparison, time
 
 $("target").onchange = () => ask({ target: $("target").value });
-$("backend").onchange = askAll;
+$("backend").onchange = () => { backendChosen = true; askAll(); };
 for (const id of ["compare", "other", "gain"]) $(id).onchange = () => {
   const mode = $("compare").value;
   $("other-label").hidden = !mode || mode === "verdict"; $("gain-label").hidden = mode !== "difference";
@@ -334,7 +340,7 @@ stage.addEventListener("wheel", (event) => {
   const box = stage.getBoundingClientRect(), at = [event.clientX - box.left, event.clientY - box.top];
   const next = Math.min(64, Math.max(0.05, zoom * 2 ** (-event.deltaY / 300)));
   offset = offset.map((value, k) => at[k] - (at[k] - value) * next / zoom);
-  zoom = next; place();
+  zoom = next; isFitted = false; place();
 }, { passive: false });
 stage.addEventListener("pointerdown", (event) => { drag = { x: event.clientX, y: event.clientY, offset: [...offset], orbit: [...orbit], moved: false, mouse: !event.altKey && controls.some((one) => one.name === "iMouse") ? texelAt(event) : null, split: $("compare").value === "both" && event.shiftKey }; stage.setPointerCapture(event.pointerId); });
 stage.addEventListener("pointermove", (event) => {
@@ -347,7 +353,7 @@ stage.addEventListener("pointermove", (event) => {
   if (drag.split) { split = Math.min(1, Math.max(0, at[0] / canvas.width)); draw(); }
   else if (drag.mouse) moveMouse(at, drag.mouse, 1);
   else if (state.camera && !event.altKey) { orbit = [drag.orbit[0] - dx / 200, drag.orbit[1] + dy / 200, orbit[2]]; ask({ orbit }); }
-  else { offset = [drag.offset[0] + dx, drag.offset[1] + dy]; place(); }
+  else { offset = [drag.offset[0] + dx, drag.offset[1] + dy]; isFitted = false; place(); }
 });
 stage.addEventListener("pointerup", (event) => {
   const at = texelAt(event);
@@ -381,7 +387,7 @@ document.addEventListener("keydown", (event) => {
   else if (event.key === ".") $("step").click();
   else if (event.key === "Home") $("restart").click();
   else if (event.key === "f") fit();
-  else if (event.key === "1") { zoom = 1; offset = [0, 0]; place(); }
+  else if (event.key === "1") { zoom = 1; offset = [0, 0]; isFitted = false; place(); }
   else if (event.key === "z" && (event.ctrlKey || event.metaKey)) $("undo").click();
 });
 
