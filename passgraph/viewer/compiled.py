@@ -61,6 +61,13 @@ class Compiled:
         finally:
             earlier.close()
 
+    def restart(self) -> None:
+        """Begin history anew."""
+        if self._earlier is not None:
+            self._earlier.close()
+            self._earlier = None
+        self.program.reset()
+
     def close(self) -> None:
         if self._earlier is not None:
             self._earlier.close()

@@ -332,7 +332,7 @@ class Session:
                 self._asked = replace(self._asked, frame=frame)
         if is_restart:
             for compiled in self._programs.values():
-                compiled.program.reset()
+                compiled.restart()
         if self._reads_input or frame != self._frame:
             self._inputs = dict(self.subject.frame(0 if count is None else frame))
         self._clock, self._frame, self._reads_input = clock, frame, False
