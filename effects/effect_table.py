@@ -52,7 +52,7 @@ class Effect:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """What the function takes beside that, from its signature."""
+        """Return the other parameters of the function, from its signature."""
         from passgraph.effects.parameters import parameters_of
 
         return parameters_of(self.function)
@@ -64,7 +64,7 @@ class Effect:
 
     @property
     def alpha(self) -> Alpha:
-        """What it takes color and alpha for, see `passgraph.effects.checked.effect`."""
+        """Return the alpha mode of the effect, see `passgraph.effects.checked.effect`."""
         mark = getattr(self.function, "effect", None)
         return "straight" if mark is None else mark.alpha
 

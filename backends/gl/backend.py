@@ -240,7 +240,8 @@ class GLBackend(Backend):
                 self.unbind()
 
     def offset_unit(self) -> float:
-        """What the driver moves depth by for one unit of a polygon offset (rule 5: 1); the context is current."""
+        """Return the depth that the driver adds for one unit of polygon offset (rule 5: 1); the context must be
+        current."""
         if self._offset_unit is None:
             self._offset_unit = measure_offset_unit(self)
         return self._offset_unit

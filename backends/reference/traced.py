@@ -171,7 +171,7 @@ KEPT_RUNS = 4
 
 @dataclass(frozen=True)
 class Corner:
-    """What the vertex kernel gave for a vertex of the mesh: ``position`` in clip space, and each varying, by name."""
+    """Result of the vertex kernel for one vertex: ``position`` in clip space, and each varying, by name."""
 
     vertex: int
     values: Mapping[str, Any]
@@ -218,7 +218,7 @@ class Fragment:
 
 @dataclass(frozen=True)
 class Drawn:
-    """What a draw does at one pixel.
+    """The trace of a draw at one pixel.
 
     Attributes
     ----------
@@ -301,7 +301,7 @@ class TracedDraw(ReferenceDrawPass):
     # What is told of it
 
     def drawn(self) -> Drawn:
-        """What happened, once it has run."""
+        """Return the trace after the draw has run."""
         fates = [fate for batch in self._batches for fate in batch.fates]
         passed = [order for order, fate in enumerate(fates) if fate == "passed"]
         discarded = [order for order, fate in enumerate(fates) if fate == "discarded"]

@@ -48,7 +48,7 @@ def after_bounces(visibility: float, albedo: vec3) -> vec3:
 
 @pg.kernel
 def dim_ambient(lit: Image, base: Image, ambient: Image, occlusion: Image, bounces: Const[bool]) -> vec4:
-    """Of the light on a surface, only what comes from all around is taken away."""
+    """Darken only the ambient part of a surface's light."""
     here = lit[0, 0]
     share = vec3(occlusion[0, 0].r)
     color = base[0, 0].rgb

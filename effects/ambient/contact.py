@@ -106,7 +106,7 @@ class Window:
         return np.array([[k, 0, 0, 0], [0, 0, -k, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 
     def clip(self, low: float, high: float) -> Float64:
-        """To a clip space whose near plane lies at world y ``high`` and its far plane at ``low``."""
+        """Return the clip matrix with the near plane at world y ``high`` and the far plane at ``low``."""
         matrix, depth = self.flat, high - low
         matrix[2] = 0.0, -2.0 / depth, 0.0, (high + low - 2.0 * float(self.origin[1])) / depth
         return matrix

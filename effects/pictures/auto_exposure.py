@@ -21,7 +21,7 @@ Clipped = Annotated[float, pg.Range(0, 0.49)]
 
 @pg.kernel
 def stops_of(color: Image) -> float:
-    """Where the luminance lies in the histogram, from 0 to 1; what is darker or brighter, at its ends; NaN in none."""
+    """Return the position of the luminance in the histogram, 0 to 1, clamped to its ends; NaN is in no bin."""
     light = dot(color[0, 0].rgb, vec3(0.2126, 0.7152, 0.0722))
     place = clamp((log2(max(light, 1e-30) / GREY) - DARKEST) / STOPS, 0.0, 1.0)
     return -1.0 if isnan(light) else place

@@ -17,7 +17,7 @@ BRIGHTEST = 65504.0
 
 @pg.kernel
 def bright(color: Image, threshold: float) -> vec4:
-    """What is above the threshold, hue kept: the colour scaled by how far its largest channel is above."""
+    """Return the color above the threshold with its hue: scaled by the excess of its largest channel."""
     c = color[0, 0]
     top = min(max(c.r, c.g, c.b), BRIGHTEST)
     share = max(top - threshold, 0.0) / max(top, 1e-6)
@@ -28,7 +28,7 @@ def bright(color: Image, threshold: float) -> vec4:
 
 @pg.function
 def overlap(texel: float, begin: float, length: float) -> float:
-    """How much of a texel lies in an interval."""
+    """Return the part of a texel that lies in an interval."""
     return max(min(texel + 1.0, begin + length) - max(texel, begin), 0.0)
 
 
@@ -41,7 +41,7 @@ def tent_below(x: float) -> float:
 
 @pg.function
 def tent_share(low: float, high: float, centre: float) -> float:
-    """How much a texel, read bilinearly, counts in the mean from low to high."""
+    """Return the weight of a bilinearly read texel in the mean from low to high."""
     return (tent_below(high - centre) - tent_below(low - centre)) / (high - low)
 
 
@@ -54,7 +54,7 @@ def wide_share(low: float, high: float, centre: float) -> float:
 
 @pg.struct
 class Covered:
-    """What a pixel covers of another picture, in texels: from ``first + low`` to ``first + high``."""
+    """The texels of another picture under a pixel: from ``first + low`` to ``first + high``."""
 
     first: ivec2
     low: vec2
@@ -63,7 +63,7 @@ class Covered:
 
 @pg.function
 def covered(size: ivec2, target_size: ivec2) -> Covered:
-    """What this pixel covers of a picture, the target being as large as that; the whole part is exact."""
+    """Return the texels of a picture under this pixel of a target; the integer part is exact."""
     begin = pixel() * size
     first = begin // target_size
     low = vec2(begin - first * target_size) / vec2(target_size)

@@ -60,7 +60,7 @@ def balance(kelvin: float, duv: float) -> Float64:
 
 @pg.function
 def signed_power(x: vec3, exponent: float) -> vec3:
-    """Of the magnitude, with the sign of ``x``."""
+    """Raise the magnitude to a power and keep the sign of ``x``."""
     power = pow(abs(x), vec3(exponent))
     return vec3(
         power.r if x.r > 0.0 else -power.r, power.g if x.g > 0.0 else -power.g, power.b if x.b > 0.0 else -power.b

@@ -34,7 +34,7 @@ THRESHOLDS = tuple(tuple((rank + 0.5) / SIDE**2 for rank in row) for row in baye
 
 @pg.kernel
 def rounded(color: Image, levels: int, noise: Const[bool]) -> vec4:
-    """To the level below or above, by the threshold of this pixel."""
+    """Round to the level below or above, by this pixel's threshold."""
     p, c = pixel(), color[0, 0]
     threshold = 0.0
     if noise:

@@ -34,7 +34,7 @@ def undistorted(radius: float, k1: float, k2: float, k3: float) -> float:
 
 @pg.kernel
 def bent(color: Image, tan_half: float, k1: float, k2: float, k3: float, zoom: float, undo: Const[bool]) -> vec4:
-    """Where the ray of this pixel is in the other picture."""
+    """Sample the other picture along the ray of this pixel."""
     size = vec2(output_size())
     ray = (2.0 * vec2(pixel()) + 1.0 - size) * (tan_half / (size.y * zoom))
     if undo:

@@ -33,7 +33,7 @@ LOOPS = _pairs("0-19 19-69 69-118")
 
 @pg.function
 def middle_within(color: Image, channel: int, reach: int) -> float:
-    """Of one channel of the texels up to 1 or 2 away; arrays of single numbers are short enough to be values."""
+    """Return the median of one channel of texels 1 or 2 away; arrays of scalars are short enough to be values."""
     side = 2 * reach + 1
     sorted_values = [0.0] * 25
     for i in range(side * side):

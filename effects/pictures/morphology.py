@@ -22,7 +22,7 @@ STEPS: dict[Operation, tuple[bool, ...]] = {
 
 @pg.kernel
 def extreme(color: Image, radius: Const[int], across: Const[bool], largest: Const[bool]) -> vec4:
-    """Of each channel along a line."""
+    """Return the extreme of each channel along a line."""
     found = color[0, 0]
     for i in range(1, radius + 1):
         before, behind = color[-i, 0] if across else color[0, -i], color[i, 0] if across else color[0, i]

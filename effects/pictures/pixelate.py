@@ -13,7 +13,7 @@ from passgraph.effects.checked import effect
 
 @pg.kernel
 def mean_of_block(color: Image, side: Const[int]) -> vec4:
-    """Of a square's texels, those beyond the picture's edge left out."""
+    """Return the mean of a square's texels, without those beyond the picture's edge."""
     first = pixel() * side
     total, count = vec4(0.0), 0.0
     for y in range(side):

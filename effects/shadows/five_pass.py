@@ -36,7 +36,7 @@ SPOT_RIM = 0.35
 
 @dataclass(frozen=True)
 class FivePass:
-    """What the five passes write.
+    """The targets of the five passes.
 
     Attributes
     ----------

@@ -225,7 +225,7 @@ def blurred_shadows(
 
 
 def decided(given: ShadowFilter, scene: pg.Scene, softness: float | pg.Value | None) -> DecidedFilter:
-    """What `Auto` stands for: penumbrae of the lights' own width need lights with an extent, and no other width."""
+    """Resolve `Auto`: penumbrae of the lights' own width need lights with an extent, and no other width."""
     if not isinstance(given, Auto):
         return given
     if softness is not None or given.blur.width == "constant" or all(light.radius == 0.0 for light in scene.lights):

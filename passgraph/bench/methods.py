@@ -17,7 +17,7 @@ from passgraph.scene import Scene
 
 @dataclass(frozen=True)
 class Made:
-    """What a method draws.
+    """The targets of one method.
 
     Attributes
     ----------

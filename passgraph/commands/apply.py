@@ -90,7 +90,7 @@ bits_option = click.option(
 
 
 def video_options(command: Decorated) -> Decorated:
-    """How videos are written."""
+    """Add the options for writing videos."""
     for option in (
         click.option(
             "--codec-option", multiple=True, metavar="KEY=VALUE", help="Option of the encoder, such as crf=23."
@@ -107,7 +107,7 @@ class _Effects(click.Group):
         return [effect.name for effect in EFFECTS.values() if effect.takes.startswith("picture")]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """What click does, without loading each effect."""
+        """List the commands like click, without importing each effect."""
         with formatter.section("Effects"):
             formatter.write_dl([(name, EFFECTS[name].summary) for name in self.list_commands(ctx)])
 
@@ -347,7 +347,7 @@ def writing_of(
     rate: str | None, codec: str | None, codec_option: Sequence[str], bits: str | None, raw: str | None = None,
     sound: bool = True,
 ) -> Writing:  # fmt: skip
-    """How outputs are written, from the options of these names."""
+    """Return the output settings from the options of these names."""
     layout = None if raw is None else Raw.parsed(raw)
     a_second = None if rate is None else rate_of(rate)
     codec_options = {}

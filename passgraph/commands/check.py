@@ -201,7 +201,7 @@ def _lost(passes: Passes, default: Callable[[], Passes]) -> str:
 
 
 def _ends_text(ends: Sequence[End]) -> str:
-    """Which numbers each value had.
+    """List the tested numbers of each value.
 
     >>> _ends_text([End("radius", "0", 0, "2"), End("radius", "16", 16, "2"), End("gain", "1", 1.0, "0.5")])
     'radius = 2 (its default), 0, 16; gain = 0.5 (its default), 1'

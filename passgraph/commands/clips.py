@@ -1,4 +1,4 @@
-"""From inputs and an output on the command line to sources and sinks of frames, refused before the work."""
+"""Turn command-line inputs and outputs into sources and sinks of frames; errors come before the work."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def depth_option(required: bool) -> click.Option:
 
 @dataclass(frozen=True)
 class Writing:
-    """How outputs are written, as said on the command line."""
+    """Output settings from the command line."""
 
     raw: Raw | None = None
     rate: Fraction | None = None
@@ -174,7 +174,7 @@ def _numbered(text: str) -> dict[int, Path]:
 
 
 def clips_of(sources: list[Source], output: str, writing: Writing) -> list[Clip]:
-    """Where each source goes."""
+    """Pair each source with its output."""
     if goes_into_folder(output):
         return [Clip(source, _into_folder(source, Path(output), writing)) for source in sources]
     if len(sources) != 1 and not (Pattern.is_in(output) and all(isinstance(s, Pictures) for s in sources)):

@@ -205,7 +205,7 @@ def option_of(parameter: Parameter, kind: type[EffectOption] = EffectOption) -> 
 
 
 def _shown_default(default: object, between: str) -> str | bool:
-    """What help says of a default; True leaves it to click."""
+    """Return the default as help shows it; True leaves it to click."""
     from passgraph.commands.input_values import written_value
 
     return written_value(default).replace(",", between) if isinstance(default, tuple) else True
@@ -269,7 +269,7 @@ class EffectCommand(click.Command):
 
     @staticmethod
     def effect_of(ctx: click.Context) -> Effect | None:
-        """What was named, or is the default; a file of one's own is read once."""
+        """Return the named or default effect; a user's file is read once."""
         found: Effect | None = ctx.meta.get(_CHOSEN)
         return found
 

@@ -50,7 +50,7 @@ def antialias_option(command: Decorated) -> Decorated:
 
 
 def chosen(antialias: Antialias | None, display: bool) -> Antialias:
-    """What is meant where nothing is said; FXAA of light beyond 1 is refused."""
+    """Return the antialiasing mode, or the default; FXAA of light beyond 1 is an error."""
     if antialias == "fxaa" and not display:
         raise InputError(
             "--antialias fxaa smooths pictures for display, and the result is HDR; use --antialias ssaa4, or --display"
@@ -229,7 +229,7 @@ def _job_of(
     renderer: Effect, scene: Path | None, view: View, size: tuple[int, int], drawn: tuple[int, int],
     parameters: dict[str, Any],
 ) -> tuple[Job, Seen | None]:  # fmt: skip
-    """What is rendered, and how its scene is looked at; a flat world is looked at in one way."""
+    """Return the job of a renderer and the view of its scene; a flat world has one view."""
     if renderer.takes == "world2d":
         refuse_view(view, renderer.name)
         # a world's targets say how large they are: the output is all that takes the size asked for

@@ -1,4 +1,4 @@
-"""How ``passgraph render`` looks at a scene: its camera, its light and the ground under it."""
+"""The view of a scene for ``passgraph render``: camera, light and ground."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FOV = (0.1, 170.0)
 
 @dataclass(frozen=True)
 class View:
-    """What was asked for; None where nothing was said.  Angles are in degrees."""
+    """View options; None if not given. Angles are in degrees."""
 
     azimuth: float | None = None
     elevation: float | None = None
@@ -65,7 +65,7 @@ VIEW_FIELDS = tuple(field.name for field in fields(View))
 
 
 def refuse_view(view: View, effect: str) -> None:
-    """Of flat worlds nothing is to be turned."""
+    """Raise if view options are given for a flat world."""
     if view.given():
         raise InputError(f"effect {effect} draws a flat world, which takes no {', '.join(view.given())}; leave it out")
 
@@ -224,7 +224,7 @@ def _lights(scene: Scene, view: View) -> list[Light]:
 
 
 def chosen(flag: str, given: str, names: Sequence[str], what: str, aliases: Sequence[str] = ()) -> int:
-    """Which of several is meant, counted from 0: a name, or the other name that each may have, or else a number from 1.
+    """Return the chosen item, counted from 0: by name, by alias, or by number from 1.
 
     >>> chosen("--camera", "side", ["front", "side"], "camera"), chosen("--camera", "1", ["front", "side"], "camera")
     (1, 0)

@@ -1,4 +1,4 @@
-"""What ``check`` and ``compare`` say alike: the option of how much may be undecided, and verdicts in words."""
+"""Common part of ``check`` and ``compare``: the limit of undecided pixels, and verdicts in words."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def console() -> Console:
 
 
 def say_equality(on: Console, report: Report, name: str = "") -> None:
-    """What is asked first: whether backends made the same bits."""
+    """Print whether backends give the same bits."""
     if report.equality:
         on.print(f"{name}{': ' if name else ''}{report.equality}", markup=False, soft_wrap=True)
 

@@ -133,7 +133,7 @@ def check_apart(inputs: Iterable[Path], outputs: Iterable[tuple[Path, str]]) -> 
 
 
 def _identities(path: Path) -> list[object]:
-    """What tells that two names are one file: the path behind links, and the file itself where it is there."""
+    """Return keys that identify a file: its resolved path, and its inode if it exists."""
     try:
         status = os.stat(path)
     except (OSError, ValueError):

@@ -34,7 +34,7 @@ _SHOWN_NUMBERS = 16
 
 @dataclass(frozen=True)
 class Inspection:
-    """What a pass does at one pixel, in float64; ``str()`` shows it beside the lines of the source.
+    """Trace of a pass at one pixel, in float64; ``str()`` shows it beside the lines of the source.
 
     Attributes
     ----------
@@ -212,7 +212,7 @@ OPTIONS = Options(fuse=False, alias=False, static=False)
 
 @dataclass(frozen=True)
 class Known:
-    """What a program knows of a run: its graph, and what is given."""
+    """A program's graph and the inputs of a run."""
 
     outputs: Mapping[str, Target]
     size: tuple[int, int] | None
@@ -223,7 +223,7 @@ class Known:
 
 
 def inspected(known: Known, name: str | None, x: int, y: int) -> Inspection:
-    """What `passgraph.Program.inspect` does."""
+    """Implement `passgraph.Program.inspect`."""
     for given_name, picture in known.pictures.items():
         if not isinstance(picture, np.ndarray):
             raise InputError(f"input {given_name!r} is on the device, and the reference inspects; give an array")
@@ -323,7 +323,7 @@ class _Looking(ReferenceBackend):
         self._tell(step, program, draw.bound, events, results, holds, drawn)
 
     def _names(self, step: PixelStep | DrawStep) -> list[str]:
-        """Of the targets that it writes, in order."""
+        """Return the names of the targets that it writes, in order."""
         return [self.plan.resources[resource].name for resource in step.outputs]
 
     def _tell(
@@ -336,7 +336,7 @@ class _Looking(ReferenceBackend):
         holds: Mapping[str, Any],
         drawn: Drawn | None = None,
     ) -> None:
-        """What was seen: of a draw without a visible fragment no stage, events nor results."""
+        """Store the trace; a draw without a visible fragment has no stage, events or results."""
         self.found = Inspection(
             step.name, kernel.name, f"{kernel.source.file}:{kernel.source.line}", self.pixel, step.size,
             {} if bound is None else {name: plain(value) for name, value in bound.read.items()}, events,

@@ -215,7 +215,7 @@ def _cut(lengths: Sequence[int], start: int, stop: int) -> Iterator[tuple[int, i
 
 @dataclass(frozen=True, eq=False)
 class _Shared:
-    """What all chunks of a result share."""
+    """State shared by all chunks of a result."""
 
     digest: str
     text: str

@@ -79,7 +79,8 @@ def _nowhere(plan: Plan, _: Mapping[str, Source]) -> dict[str, Any]:
 
 
 class LazyPicture:
-    """What :func:`lazily_tiled` returns: (height, width, channels) float32 by ``picture[rows, columns, channels]``.
+    """A picture computed on demand, returned by :func:`lazily_tiled`: (height, width, channels) float32 by
+    ``picture[rows, columns, channels]``.
 
     It holds its sources, pictures and compiled passes until :meth:`close` (it is a context manager too).
     """
@@ -96,7 +97,7 @@ class LazyPicture:
 
     @property
     def grid(self) -> Grid:
-        """How the picture is cut."""
+        """Return the tiling of the picture."""
         return self._job.grid
 
     @property
