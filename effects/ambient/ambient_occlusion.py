@@ -230,7 +230,7 @@ def ambient_occlusion_passes(
 @effect("ambient-occlusion", "scene")
 @picture_of(ambient_occlusion_passes)
 def ambient_occlusion() -> None:
-    """A scene with soft shadows whose light from all around is dimmed in corners and near contacts.
+    """Render a scene with soft shadows and with ambient light that corners and contacts darken.
 
     Parameters
     ----------

@@ -331,7 +331,7 @@ def contact_passes(
 @effect("contact", "scene")
 @picture_of(contact_passes)
 def contact() -> None:
-    """A scene with soft shadows, and its floor darkened near contacts.
+    """Render a scene with soft shadows, and darken its floor near contacts.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ def light2d(
     display: bool = True,
     name: str = "light2d",
 ) -> pg.Target:
-    """A flat world seen from above.
+    """Render a flat world from above, with lights, walls and soft shadows.
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ def auto_exposure(
     into: pg.TargetSpec | None = None,
     name: str = "auto_exposure",
 ) -> pg.Target:
-    """Scene-linear light times what brings its logarithmic mean to middle grey, 0.18.
+    """Adjust exposure: scale scene-linear light so that its logarithmic mean becomes middle gray, 0.18.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ def black_and_white(
     weights: Annotated[tuple[float, float, float], pg.Range(0, 1)] = REC709,
     into: pg.TargetSpec | None = None,
 ) -> pg.Target:
-    """Each pixel's luma in all three channels; alpha stays.
+    """Convert color to gray: each pixel's luma in all three channels; alpha stays.
 
     Parameters
     ----------

@@ -154,7 +154,7 @@ def bloom(
     into: pg.TargetSpec | None = None,
     name: str = "bloom",
 ) -> pg.Target:
-    """Add a glow around what is bright, by dual filtering: smaller and smaller pictures, and back.
+    """Add a glow around bright areas, by dual filtering (repeated downsampling and upsampling).
 
     Parameters
     ----------

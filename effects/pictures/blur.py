@@ -55,7 +55,7 @@ def gaussian_blur(
     into: pg.TargetSpec | None = None,
     name: str = "gaussian_blur",
 ) -> pg.Target:
-    """Gaussian blur with normalised weights; a constant picture stays as it is.
+    """Blur with a Gaussian of normalized weights; a constant picture is unchanged.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def depth_aware_blur(
     into: pg.TargetSpec | None = None,
     name: str = "depth_aware_blur",
 ) -> pg.Target:
-    """Blur a picture along the surfaces that a depth picture shows, and not over their edges.
+    """Blur along the surfaces of a depth picture, and not across their edges.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ def chromatic_aberration(
     into: pg.TargetSpec | None = None,
     name: str = "chromatic_aberration",
 ) -> pg.Target:
-    """Coloured edges that grow toward the corners: each wavelength is magnified by its own factor.
+    """Add color fringes that grow toward the corners: each wavelength has its own magnification.
 
     Parameters
     ----------

@@ -42,7 +42,7 @@ def color_transform(
     into: pg.TargetSpec | None = None,
     name: str = "color_transform",
 ) -> pg.Target:
-    """A picture in another color space, as a display shows it, or through a LUT file, by OpenColorIO.
+    """Convert to another color space, a display and view, or through a LUT file, by OpenColorIO.
 
     Name what the picture is in (``src``) and one of ``dst``, ``display`` or ``file``; ``look`` goes with ``dst`` and
     ``display``, or alone. Where nothing is named, the picture is for the default display. It needs the extra ``color``

@@ -67,7 +67,7 @@ def denoise(
     into: pg.TargetSpec | None = None,
     name: str = "denoise",
 ) -> pg.Target:
-    """Take noise from a picture and keep its edges and textures: the mean of pixels with like surroundings.
+    """Remove noise and keep edges and textures, by non-local means.
 
     Parameters
     ----------

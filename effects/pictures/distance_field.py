@@ -67,7 +67,7 @@ def distance_field(
     into: pg.TargetSpec | None = None,
     name: str = "distance_field",
 ) -> pg.Target:
-    """Measure how far each pixel is from a shape: from the nearest pixel above a threshold.
+    """Compute the distance of each pixel to a shape: the nearest pixel above a threshold.
 
     Parameters
     ----------

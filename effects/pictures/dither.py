@@ -54,7 +54,7 @@ def dither(
     into: pg.TargetSpec | None = None,
     name: str = "dither",
 ) -> pg.Target:
-    """Round colors to few levels by a pattern of thresholds, so that the mean of neighbors stays.
+    """Round colors to few levels by a pattern of thresholds; the mean of neighbors stays.
 
     Parameters
     ----------

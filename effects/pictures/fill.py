@@ -44,7 +44,7 @@ def fill(
     into: pg.TargetSpec | None = None,
     name: str = "fill",
 ) -> pg.Target:
-    """Fill what is missing in a picture smoothly from around it: what is transparent, masked, NaN or infinite.
+    """Fill transparent, masked, NaN or infinite pixels smoothly from their surroundings.
 
     Parameters
     ----------

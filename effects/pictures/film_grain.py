@@ -83,7 +83,7 @@ def film_grain(
     into: pg.TargetSpec | None = None,
     name: str = "film_grain",
 ) -> pg.Target:
-    """Grain over a finished picture: none in black and white, most between, and none on average.
+    """Add film grain to a finished picture: none in black and white, most in between.
 
     Parameters
     ----------

@@ -66,7 +66,7 @@ def god_rays(
     into: pg.TargetSpec | None = None,
     name: str = "god_rays",
 ) -> pg.Target:
-    """Add beams of light that come from a bright place, such as the sun, between what stands before it.
+    """Add beams of light from a bright place, such as the sun, that objects in front of it interrupt.
 
     Parameters
     ----------

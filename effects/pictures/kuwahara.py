@@ -89,7 +89,7 @@ def kuwahara(
     into: pg.TargetSpec | None = None,
     name: str = "kuwahara",
 ) -> pg.Target:
-    """Paint a picture: areas become even, edges stay, and strokes follow them (anisotropic Kuwahara filter).
+    """Make a picture look painted: flat areas, sharp edges, strokes along them (anisotropic Kuwahara filter).
 
     Parameters
     ----------

@@ -77,7 +77,7 @@ def dirty_lens(
     into: pg.TargetSpec | None = None,
     name: str = "dirty_lens",
 ) -> pg.Target:
-    """Dirt on the lens where the picture is bright.
+    """Show dirt on the lens where the picture is bright.
 
     Parameters
     ----------

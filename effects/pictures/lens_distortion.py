@@ -57,7 +57,7 @@ def lens_distortion(
     into: pg.TargetSpec | None = None,
     name: str = "lens_distortion",
 ) -> pg.Target:
-    """Bend a picture as a lens does, or straighten one that a lens has bent.
+    """Distort a picture like a lens, or undo the distortion of one.
 
     Parameters
     ----------

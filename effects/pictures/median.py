@@ -76,7 +76,7 @@ def median(
     into: pg.TargetSpec | None = None,
     name: str = "median",
 ) -> pg.Target:
-    """The middle one of the numbers around each pixel: specks go, edges stay where they are.
+    """Remove specks by the median of the pixels around each one; edges stay in place.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ def morphology(
     into: pg.TargetSpec | None = None,
     name: str = "morphology",
 ) -> pg.Target:
-    """Make bright shapes thinner or thicker, or take out what is smaller than a square.
+    """Erode, dilate, open or close: shrink or grow bright shapes, or remove small ones.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ def pixelate(
     into: pg.TargetSpec | None = None,
     name: str = "pixelate",
 ) -> pg.Target:
-    """Show a picture as even squares, each the mean of what it covers.
+    """Show a picture as squares, each the mean of its pixels.
 
     Parameters
     ----------

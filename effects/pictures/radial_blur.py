@@ -48,7 +48,7 @@ def radial_blur(
     into: pg.TargetSpec | None = None,
     name: str = "radial_blur",
 ) -> pg.Target:
-    """Blur a picture away from a place, or around it, as a camera that zooms or rolls.
+    """Blur away from a center, or around it, like a camera that zooms or rolls.
 
     Parameters
     ----------

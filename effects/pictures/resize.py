@@ -94,7 +94,7 @@ def resize(
     into: pg.TargetSpec | None = None,
     name: str = "resize",
 ) -> pg.Target:
-    """Make a picture larger or smaller.
+    """Enlarge or shrink a picture by a filter that is as wide as shrinking needs.
 
     Parameters
     ----------

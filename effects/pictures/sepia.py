@@ -30,7 +30,7 @@ def sepia(
     into: pg.TargetSpec | None = None,
     name: str = "sepia",
 ) -> pg.Target:
-    """Tone a picture brown, as old photographs are.
+    """Tone a picture brown, like an old photograph.
 
     Parameters
     ----------

@@ -57,7 +57,7 @@ def tilt_shift(
     into: pg.TargetSpec | None = None,
     name: str = "tilt_shift",
 ) -> pg.Target:
-    """Blur a picture to both sides of a band, as a lens that is tilted against the sensor: scenes look like models.
+    """Blur both sides of a band, like a tilted lens: scenes look like models.
 
     Parameters
     ----------

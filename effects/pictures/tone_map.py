@@ -159,7 +159,7 @@ def tone_map(
     into: pg.TargetSpec | None = None,
     name: str = "tone_map",
 ) -> pg.Target:
-    """A scene-linear picture as a display shows it. NaN and negative values become black, infinity white.
+    """Map scene-linear light to a display. NaN and negative values become black, infinity white.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ def vignette(
     into: pg.TargetSpec | None = None,
     name: str = "vignette",
 ) -> pg.Target:
-    """Less light toward the corners, by the fourth power of the cosine of the angle to the axis.
+    """Darken the corners, by the fourth power of the cosine of the angle to the axis.
 
     Parameters
     ----------

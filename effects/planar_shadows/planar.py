@@ -454,7 +454,7 @@ def planar_passes(
 @effect("planar", "scene")
 @picture_of(planar_passes)
 def planar() -> None:
-    """A scene that is mirrored in, and throws shadows on, a plane parallel to XOZ, in fog.
+    """Render a scene with its mirror image and its shadows on a plane parallel to XOZ, in fog.
 
     Parameters
     ----------

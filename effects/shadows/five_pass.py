@@ -178,7 +178,7 @@ def five_pass_targets(
 @effect("five-pass", "scene")
 @picture_of(five_pass_targets)
 def five_pass() -> None:
-    """A scene under one light with a soft shadow, in the five passes of 2006.
+    """Render a scene under one light with a soft shadow, in the five passes of 2006.
 
     Parameters
     ----------

@@ -141,7 +141,7 @@ def soft_shadow_passes(
 @effect("soft-shadow", "scene")
 @picture_of(soft_shadow_passes)
 def soft_shadow() -> None:
-    """A scene with soft shadows: a shadow map a light, one mask of all shadows, times the lit scene.
+    """Render a scene with soft shadows: a shadow map for each light, one mask of all shadows, times the lit scene.
 
     Parameters
     ----------

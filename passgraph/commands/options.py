@@ -111,12 +111,12 @@ def capture_option(command: Decorated) -> Decorated:
         "--capture",
         type=click.Path(path_type=Path),
         metavar="FOLDER",
-        help="Write what every pass wrote: a PNG to look at and the exact values as npy.",
+        help="Write the result of every pass: as PNG to look at, and as npy with the exact values.",
     )(command)
 
 
 def profile_option(command: Decorated) -> Decorated:
-    return click.option("--profile", is_flag=True, help="Time each pass of a few more runs, one by one.")(command)
+    return click.option("--profile", is_flag=True, help="Time each pass separately, in a few more runs.")(command)
 
 
 def non_finite_option(command: Decorated) -> Decorated:
@@ -125,7 +125,7 @@ def non_finite_option(command: Decorated) -> Decorated:
         type=click.Choice(CHOICES),
         default="error",
         show_default=True,
-        help="NaN and infinity in the input: an error, replaced (by 0 and the largest number), or kept.",
+        help="NaN and infinity in the input: an error, replace them (by 0 and the largest number), or keep them.",
     )(command)
 
 
@@ -133,7 +133,7 @@ def check_finite_option(command: Decorated) -> Decorated:
     return click.option(
         "--check-finite",
         is_flag=True,
-        help="Name the first pass and pixel that make NaN or infinity; slow.",
+        help="Find the first pass and pixel that produce NaN or infinity; slow.",
     )(command)
 
 
