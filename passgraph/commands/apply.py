@@ -46,7 +46,7 @@ from passgraph.commands.written_files import (
     tell_of_lost_bits,
     tell_of_several,
 )
-from passgraph.effects.effect_table import EFFECTS, Effect
+from passgraph.effects.effect_table import EFFECTS, Effect, by_family
 from passgraph.errors import InputError
 from passgraph.files.frame import MOST_JOBS, Source
 from passgraph.files.names import Pattern, is_film, is_video
@@ -113,8 +113,9 @@ class _Effects(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands like click, without importing each effect."""
-        with formatter.section("Effects"):
-            formatter.write_dl([(name, EFFECTS[name].summary) for name in self.list_commands(ctx)])
+        for family, effects in by_family(EFFECTS[name] for name in self.list_commands(ctx)).items():
+            with formatter.section(family):
+                formatter.write_dl([(effect.name, effect.summary) for effect in effects])
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         effect = named_effect(cmd_name)

@@ -13,7 +13,7 @@ from click.core import ParameterSource
 
 from passgraph.arguments import near
 from passgraph.commands.named import is_named, named_effect
-from passgraph.effects.effect_table import EFFECTS, Effect
+from passgraph.effects.effect_table import EFFECTS, Effect, by_family
 from passgraph.errors import BackendError, InputError, PassgraphError
 from passgraph.graph.targets import MAX_SIDE
 from passgraph.run.finite_checks import CHOICES
@@ -291,8 +291,11 @@ class EffectCommand(click.Command):
                     formatter.write_dl(rows)
         if not ctx.meta.get(_NAMED):
             # Showing the parameters of all would load all, a second's work, and fill four screens.
-            with formatter.section(f"Effects ({ctx.command_path} --effect NAME --help shows the parameters of one)"):
-                formatter.write_dl([(one.name, one.summary) for one in self.effects()])
+            formatter.write_paragraph()
+            formatter.write_text(f"Effects; {ctx.command_path} --effect NAME --help shows the parameters of one:")
+            for family, effects in by_family(self.effects()).items():
+                with formatter.section(family):
+                    formatter.write_dl([(effect.name, effect.summary) for effect in effects])
 
 
 def effect_option(what: str) -> Callable[[Decorated], Decorated]:

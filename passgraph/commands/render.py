@@ -81,10 +81,10 @@ def smoothed(job: Job, antialias: Antialias, display: bool, is_transparent: bool
 
 def _smooth(output: Target, antialias: Antialias, display: bool, is_transparent: bool) -> Target:
     if antialias == "ssaa4":
-        from passgraph.effects.pictures.supersampled import supersampled
+        from passgraph.effects.antialias.supersampled import supersampled
 
         return supersampled(output, display, straight=is_transparent)
-    from passgraph.effects.pictures.fxaa import fxaa
+    from passgraph.effects.antialias.fxaa import fxaa
 
     if not is_transparent:
         return fxaa(output)

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import passgraph as pg
 from passgraph import Const, Image, clamp, fract, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.black_and_white import REC709
+from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import axis_of, mapped
 
 #: Places in a pixel each way at which a dot is asked for.

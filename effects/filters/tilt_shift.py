@@ -10,7 +10,7 @@ from typing import Annotated
 import passgraph as pg
 from passgraph import Const, Image, dot, exp, output_size, pixel, vec2, vec4
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.blur import SIGMAS
+from passgraph.effects.filters.blur import SIGMAS
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Place, Share, axis_of, mapped
 

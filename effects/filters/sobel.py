@@ -9,7 +9,7 @@ from typing import Literal
 import passgraph as pg
 from passgraph import Image, dot, sqrt, vec3, vec4
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.black_and_white import REC709
+from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import NotNegative
 
 Weights = Literal["sobel", "scharr", "prewitt"]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import Image, dot, mat3, mix, vec3, vec4
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.black_and_white import REC709
+from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import NotNegative, combined
 
 #: Of D65, the white of Rec. 709: color temperature, and distance from the Planckian locus in CIE 1960 (u, v).

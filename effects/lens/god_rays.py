@@ -9,7 +9,7 @@ from typing import Annotated
 import passgraph as pg
 from passgraph import Const, Image, dot, ivec2, pixel, uv, vec2, vec3, vec4
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.black_and_white import REC709
+from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import NotNegative, Place, Share, combined, mapped
 
 #: Passes over half the picture, each over the sums of the one before, and reads in each.

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import passgraph as pg
 from passgraph import Const, Image, clamp, dot, isfinite, length, sqrt, vec2, vec4
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.blur import gaussian_blur
+from passgraph.effects.filters.blur import gaussian_blur
 from passgraph.effects.pictures.decoded import decoded
 
 #: Directions of the sectors, and where on the unit circle a sector's weight becomes 0, from its middle.

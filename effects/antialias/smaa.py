@@ -8,10 +8,10 @@ from typing import Annotated
 
 import passgraph as pg
 from passgraph import Const, Image, clamp, ivec2, ivec3, mix, pixel, sqrt, vec2, vec4
+from passgraph.effects.antialias.fxaa import perceived
+from passgraph.effects.antialias.smaa_areas import DIAGONAL, STRAIGHT, areas
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.black_and_white import REC709
-from passgraph.effects.pictures.fxaa import perceived
-from passgraph.effects.pictures.smaa_areas import DIAGONAL, STRAIGHT, areas
+from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import Share
 
 #: An edge beside one that is so many times as strong does not count.

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import passgraph as pg
 from passgraph import Const, Image, clamp, pixel, vec4
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.blur import SIGMAS, gaussian_blur, gaussian_weights
+from passgraph.effects.filters.blur import SIGMAS, gaussian_blur, gaussian_weights
 from passgraph.effects.quantities import Share, mapped
 
 #: Four bytes by chance add up to this on average, and deviate by this (variance of n equal steps: (n² - 1) / 12).

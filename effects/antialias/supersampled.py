@@ -7,7 +7,7 @@ from __future__ import annotations
 import passgraph as pg
 from passgraph import Const, Image, ivec2, pixel, vec3, vec4
 from passgraph.effects.checked import checked
-from passgraph.effects.pictures.tone_map import encode_srgb
+from passgraph.effects.color.tone_map import encode_srgb
 
 #: Samples along each side of a pixel.
 ACROSS = 2

@@ -11,8 +11,8 @@ from typing import Annotated, Any, Literal
 import passgraph as pg
 from passgraph import Const, Image, clamp, dot, fract, ivec2, mix, pixel, vec3, vec4
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.black_and_white import REC601
-from passgraph.effects.pictures.tone_map import encode_srgb
+from passgraph.effects.color.black_and_white import REC601
+from passgraph.effects.color.tone_map import encode_srgb
 from passgraph.effects.quantities import Share
 
 Quality = Literal["12", "39"]

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import passgraph as pg
 from passgraph import Const, Image, dot, pixel, sqrt, vec2, vec3, vec4
 from passgraph.effects.checked import effect
-from passgraph.effects.pictures.black_and_white import REC709
+from passgraph.effects.color.black_and_white import REC709
 
 #: Stands for a place of no shape: farther away than any picture is wide.
 NOWHERE = -1.0e6

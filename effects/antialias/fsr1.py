@@ -9,9 +9,9 @@ from typing import Annotated, Any
 
 import passgraph as pg
 from passgraph import Image, clamp, inversesqrt, ivec2, output_size, pixel, saturate, vec2, vec4
+from passgraph.effects.antialias.resize import sized
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
-from passgraph.effects.pictures.resize import sized
 from passgraph.effects.quantities import Share
 from passgraph.formats import FORMATS
 
