@@ -7,7 +7,7 @@ A backend is a class with the interface of :class:`Backend`, found under the ent
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any, ClassVar, NoReturn, Protocol, Self
@@ -77,7 +77,7 @@ class DevicePicture:
 
 @dataclass(frozen=True)
 class Use:
-    """What a run does with a picture that is adopted.
+    """How a run uses an adopted picture: read, written or both.
 
     Attributes
     ----------
@@ -163,7 +163,7 @@ class Backend(ABC):
     @classmethod
     @abstractmethod
     def devices(cls) -> list[DeviceInfo]:
-        """What is here, or one entry that says what is missing.  Must not raise."""
+        """List the devices, or return one entry that says what is missing. Must not raise."""
 
     @abstractmethod
     def make(self, format: Format, size: tuple[int, int]) -> Any:
@@ -180,7 +180,7 @@ class Backend(ABC):
     # Numbers as formats hold them (`Format.number`): these go through float32 where a backend knows no shorter way.
 
     def picture_of(self, given: object) -> DevicePicture | None:
-        """What somebody gives for a picture that is on this device already; None for arrays and the like.
+        """Return the device picture that an object of the caller stands for; None for arrays and other objects.
 
         Raises
         ------
@@ -228,9 +228,14 @@ class Backend(ABC):
         """Compile a pixel pass."""
 
     def own_way(self, step: PixelStep) -> str | None:
-        """How this device does what a step is known to do (`PixelStep.known`) in a way of its own, in a few words for
-        ``explain()``; the results must be the same bits.  None where it runs the step's program."""
+        """Name this device's own implementation of a known step (`PixelStep.known`), in a few words for ``explain()``;
+        None if it runs the step's program. The results must have the same bits."""
         return None
+
+    def code(self, step: PixelStep | DrawStep, sizes: Mapping[int, tuple[int, int]]) -> str:
+        """The code that this device makes of a step, for reading; empty where there is none to show.  ``sizes``
+        (width, height) are those of the pictures, by resource."""
+        return ""
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
         """Compile consecutive pixel passes as one, see :mod:`passgraph.plan.fuse`; what lies between them is read by
@@ -294,7 +299,7 @@ def device_number(device: str) -> int | None:
 
 
 def clear_colour(clear: tuple[float, ...], channels: int, srgb: bool) -> tuple[float, ...]:
-    """What a target is cleared to, one number a channel, before it is quantised.
+    """Return the clear values of a target, one number a channel, before quantization.
 
     A clear colour is linear as what kernels write is; sRGB targets hold it encoded (IEC 61966-2-1).
 
@@ -332,6 +337,6 @@ def vertex_attribute(mesh: Geometry, name: str) -> FloatBlock:
 
 
 def vertex_builtins(mesh: Geometry) -> dict[str, FloatBlock]:
-    """What a vertex kernel sees of a mesh, by the names of the representation: (n, components), of one number (n,)."""
+    """Return the builtins of a vertex kernel for a mesh, by name: (n, components) arrays, or (n,) for one component."""
     attributes = {f"vertex.{name}": vertex_attribute(mesh, name) for name in ATTRIBUTES}
     return {name: values[:, 0] if values.shape[1] == 1 else values for name, values in attributes.items()}

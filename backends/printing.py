@@ -124,7 +124,7 @@ class Printer(ABC):
         self.spans[:0] = [self.program.sources[0] if self.program.sources else NOWHERE] * len(lines)
 
     def called(self, functions: dict[str, str]) -> str:
-        """Those of ``functions`` (name → text) that the text so far calls, in their order.
+        """Return those of ``functions`` (name → text) that the text calls so far, in order.
 
         A later one may call an earlier one.
         """
@@ -326,7 +326,7 @@ class CLike(Printer):
     types: ClassVar[Mapping[str, str]] = {"bool": "bool", "int": "int", "float": "float"}
 
     def declared(self, type_: str) -> str:
-        """What stands before the name of a value: its type and how it is kept."""
+        """Return the declaration of a value without its name: type and qualifiers."""
         return self.types[type_]
 
     def constant(self, type_: str, name: str, expression: str) -> str:

@@ -48,7 +48,7 @@ def _steps(picture: FloatBlock, format_: Format) -> NDArray[Any]:
 
 
 def values_of(numbers: NDArray[Any], format_: Format) -> FloatBlock:
-    """What held numbers stand for, as float32; fractions are rounded once."""
+    """Convert stored numbers to float32; fractions are rounded once."""
     if numbers.dtype == np.float32 and not format_.steps:
         return numbers
     values = np.empty(numbers.shape, np.float32)

@@ -1,4 +1,4 @@
-"""Who may use a backend now: one thread at a time, in the process that opened it."""
+"""Exclusive use of a backend: one thread at a time, in the process that opened it."""
 
 from __future__ import annotations
 

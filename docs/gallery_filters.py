@@ -17,17 +17,21 @@ from passgraph.effects import (
     distance_field,
     dither,
     fill,
+    fsr1,
     halftone,
     hue_saturation,
     kuwahara,
     lens_distortion,
     morphology,
     pixelate,
+    resize,
     sepia,
     sobel,
     tone_map,
     unsharp,
 )
+from passgraph.effects.antialias.resize import FILTERS as FILTERS_OF_SIZE
+from passgraph.effects.antialias.resize import Filter
 from passgraph.srgb import srgb_to_linear
 
 FRAME = pg.Input("frame")
@@ -110,6 +114,16 @@ def lenses() -> list[Panel]:
         Panel("k1 = 0.15, a pincushion", lens_distortion(shown, 0.15), given),
         Panel("the barrel, straightened", lens_distortion(bent, -0.15, undo=True), given),
     ]
+
+
+def sizes() -> list[Panel]:
+    shown = np.ascontiguousarray(detail(street())[60:144, 60:165])
+    given = {"frame": np.asarray(srgb_to_linear(shown), np.float32)}
+
+    def enlarged(filter: Filter) -> Panel:
+        return Panel(filter, tone_map(resize(FRAME, 4.0, filter), curve="linear"), given)
+
+    return [*map(enlarged, FILTERS_OF_SIZE), Panel("fsr1", fsr1(FRAME, 4.0), {"frame": shown})]
 
 
 def prints() -> list[Panel]:
@@ -211,6 +225,10 @@ FILTERS: tuple[Entry, ...] = (
     Entry(
         "Lens distortion", f"{MOTORCYCLE}, with a grid",
         "By the coefficients that OpenCV's calibration gives, and back by the same ones.", lenses, 3,
+    ),
+    Entry(
+        "Sizes", MOTORCYCLE,
+        "105 by 84 pixels, four times as large: by each filter of `resize`, and along edges.", sizes, 3, 1.25,
     ),
     Entry(
         "Squares, dither and dots", MOTORCYCLE,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,7 +17,9 @@ from passgraph.effects import (
     film_grain,
     fog,
     fxaa,
+    motion_blur,
     outlines,
+    smaa,
     soft_shadow,
     soft_shadow_passes,
     supersampled,
@@ -36,6 +39,7 @@ def edges() -> list[Panel]:
         Panel("none", shown, size=size, middle=ENLARGED),
         Panel("fxaa", fxaa(shown), size=size, middle=ENLARGED),
         Panel("fxaa, quality 39", fxaa(shown, "39"), size=size, middle=ENLARGED),
+        Panel("smaa", smaa(shown), size=size, middle=ENLARGED),
         Panel("four samples a pixel", supersampled(shown), size=(1920, 1080), middle=ENLARGED),
     ]
 
@@ -64,6 +68,19 @@ def focus() -> list[Panel]:
         Panel("the table, f/1.4", at(3.4, 1.4)),
         Panel("the duck in front, f/5.6", at(DUCK, 5.6)),
     ]
+
+
+def motion() -> list[Panel]:
+    scene = standing()
+    seen, now = soft_shadow_passes(scene, display=False), scene.camera
+    aside = replace(now, eye=(1.2, 1.4, 2.8))
+    near = replace(now, eye=(1.7, 1.71, 2.95))
+
+    def since(before: pg.Camera) -> pg.Target:
+        blurred = motion_blur(seen.picture, seen.depth, camera=now, previous_camera=before)
+        return tone_map(blurred, curve="linear")
+
+    return [Panel("aside", since(aside)), Panel("forward", since(near))]
 
 
 def highlights() -> list[Panel]:
@@ -121,8 +138,8 @@ TABLE = "`table/table.obj` and `duck.obj` of pybullet's data"
 LOOKS: tuple[Entry, ...] = (
     Entry(
         "Smooth edges", TABLE,
-        "The middle of each picture, enlarged. FXAA smooths edges of the finished picture; four samples a pixel see "
-        "more of the scene, at four times the work.",
+        "The middle of each picture, enlarged. FXAA and SMAA smooth edges of the finished picture; four samples a "
+        "pixel see more of the scene, at four times the work.",
         edges, 2,
     ),
     Entry(
@@ -141,6 +158,10 @@ LOOKS: tuple[Entry, ...] = (
         "Highlights out of focus", "lamps from a random generator",
         "Points become discs, or polygons of the aperture's blades; the front rim of a lens narrows them in corners.",
         highlights, 2,
+    ),
+    Entry(
+        "Motion blur", TABLE,
+        "A shutter that is open for half a frame, from one picture, its depth and two cameras.", motion, 2,
     ),
     Entry(
         "Outlines", f"{TABLE}; `samurai_monastry.obj`",

@@ -104,7 +104,7 @@ def words_of(hint: Any) -> list[str]:
 
 
 def described(hint: Any) -> str:
-    """What an annotation allows, ranges aside, in words.
+    """Describe in words what an annotation allows, apart from ranges.
 
     >>> described(float | pg.Value | None), described(tuple[float, float, float])
     ('a finite number or a pg.Value or None', '3 finite numbers')

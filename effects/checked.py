@@ -1,4 +1,5 @@
-"""What makes a function an effect: arguments held against its signature, and a name on the command line."""
+"""The decorator that makes a function an effect: arguments checked against its signature, and a name for the command
+line."""
 
 from __future__ import annotations
 
@@ -108,7 +109,7 @@ def _surface_depth(depth: Target) -> Target:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """What `effect` says of a function.
+    """The properties that `effect` attaches to a function.
 
     Attributes
     ----------
@@ -178,7 +179,7 @@ class Choice:
 
     @classmethod
     def word(cls) -> str:
-        """What the command line calls it.
+        """Return its name on the command line.
 
         >>> Choice.word()
         'choice'

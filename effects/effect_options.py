@@ -13,7 +13,7 @@ P = ParamSpec("P")
 
 
 class HasPicture(Protocol):
-    """What an effect returns that shows its intermediate targets too."""
+    """Protocol of effect results that have a final picture and intermediate targets."""
 
     @property
     def picture(self) -> pg.Target: ...

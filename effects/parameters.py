@@ -142,7 +142,7 @@ def _settings(alternatives: tuple[type[Choice], ...]) -> Iterator[Parameter]:
 
 
 def _names(class_: type[Choice]) -> set[str]:
-    """What settings lead to, those of a choice inside it among them."""
+    """Return the names of all settings, nested choices included."""
     inner = [_names(one) for _, kind in _fields(class_) for one in kind.alternatives]
     return {kind.called or field.name for field, kind in _fields(class_) if kind.said}.union(*inner)
 
@@ -165,7 +165,7 @@ def _arguments(function: Callable[..., Any]) -> Iterator[tuple[str, Any, Any, st
 
 @dataclass(frozen=True, slots=True)
 class _Kind:
-    """What an annotation comes to: of several alternatives the first that text can say."""
+    """The parsed form of an annotation: the first of its alternatives that text can express."""
 
     hint: Any
     said: ParameterType | None

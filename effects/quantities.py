@@ -69,5 +69,5 @@ def axis_of(angle_rad: float) -> tuple[float, float]:
 
 
 def tan_half(angle_rad: float) -> float:
-    """Of an angle of view: half the picture's height, one unit before the eye."""
+    """Return the tangent of half an angle of view: half the picture's height at distance one."""
     return tan(0.5 * angle_rad)

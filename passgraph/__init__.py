@@ -78,7 +78,7 @@ _MODULES = {"gl": "passgraph.hosts.gl", "opencl": "passgraph.hosts.opencl"}
 
 
 def __getattr__(name: str) -> Any:
-    """What few programs need is loaded when first used, so that importing passgraph stays cheap."""
+    """Import rarely used names on first use, so that importing passgraph stays fast."""
     if name in _LATER:
         from importlib import import_module
 

@@ -180,7 +180,7 @@ def several(
 
 
 def iterable(value: object, what: str, expected: str, error: type[PassgraphError] = GraphError) -> Iterable[Any]:
-    """What can be gone through, part by part; not text, and not an array, which holds numbers."""
+    """Return an iterable argument; text and arrays of numbers are errors."""
     if isinstance(value, (str, bytes, np.ndarray)) or not isinstance(value, Iterable):
         raise error(f"{what} must be {expected}, got {shown(value)}")
     return value

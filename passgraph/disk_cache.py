@@ -1,4 +1,4 @@
-"""What one process leaves on disk for the next: whole files in a folder that nobody else can reach into.
+"""The disk cache: whole files in a folder that only this user can write to.
 
 Some of it is machine code that is run.  So every folder on the way is opened from the one before it, never by its path
 again, and what is asked about ownership is asked of what was opened: exchanging folders or links meanwhile changes
@@ -35,7 +35,7 @@ _pruned: set[Path] = set()
 
 
 def cache_path(part: str) -> Path:
-    """Where one kind of file is kept."""
+    """Return the folder of one kind of file."""
     given = os.environ.get(CACHE_VARIABLE)
     try:
         base = Path(given) if given else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "passgraph"
@@ -107,7 +107,7 @@ def _opened(path: Path, make: bool) -> int:
 
 
 def _link(name: str, folder: int) -> str | None:
-    """Where a link leads that root or this user has laid; None for what is no link."""
+    """Return the target of a link made by root or this user; None if it is no link."""
     try:
         status = os.stat(name, dir_fd=folder, follow_symlinks=False)
     except FileNotFoundError:
@@ -174,7 +174,7 @@ def text_digest(place: Path, endings: tuple[str, ...] = (".py",)) -> str:
 
 
 def recall(part: str, name: str) -> bytes | None:
-    """What :func:`remember` wrote; None where it is missing, damaged or another file's, or nothing can be kept."""
+    """Return what :func:`remember` wrote; None if it is missing, damaged or someone else's, or if the cache is off."""
     try:
         with cache_folder(part, make=False) as folder:
             data = _read(_at(part, name, folder), folder)

@@ -41,17 +41,17 @@ class Format:
 
     @property
     def bytes_per_pixel(self) -> int:
-        """As specified; a backend may need more (3-channel targets are padded on some GL drivers)."""
+        """Return the bytes as specified; a backend may need more (some GL drivers pad 3-channel targets)."""
         return self.channels * self.bits // 8 + (1 if self.stencil else 0)
 
     @cached_property
     def number(self) -> str:
-        """What a channel holds, as NumPy names it: ``"f4"``, ``"f2"``, ``"u1"`` …"""
+        """Return the channel type as a NumPy name: ``"f4"``, ``"f2"``, ``"u1"`` …"""
         return f"{'u' if self.steps else 'f'}{self.bits // 8}"
 
     @property
     def store(self) -> tuple[tuple[Store, ...], tuple[Store, ...]]:
-        """What colour channels and alpha pass through before they are stored, one behind the other."""
+        """Return the operations that color and alpha pass through before they are stored, in order."""
         alpha = (("quantize", float(self.steps)),) if self.steps else format_spelling(self, _STORES, __file__)
         return ((("encode_srgb",), *alpha) if self.srgb else alpha), alpha
 
@@ -78,7 +78,7 @@ _STORES: dict[str, tuple[Store, ...]] = {"f4": (), "f2": (("quantize_half",),)}
 
 
 def format_spelling(format_: Format, spellings: Mapping[str, T], file: str) -> T:
-    """What a backend's file writes for what a channel of a format holds (`Format.number`).
+    """Return a backend's spelling of a format's channel type (`Format.number`).
 
     Raises
     ------
@@ -158,5 +158,5 @@ def as_many_channels(one: Format, other: Format) -> bool:
 
 
 def float_format(channels: int) -> Format:
-    """Of float32 values."""
+    """Return the float32 format with so many channels."""
     return FORMATS[f"{'rgba'[:channels]}32f"]

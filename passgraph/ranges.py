@@ -10,7 +10,7 @@ from passgraph.errors import GraphError
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """What a number may be; where it annotates a colour, each of its numbers.
+    """The allowed values of a number; if it annotates a color, of each channel.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class Range:
         return number == number and not (self.odd and number % 2 != 1)  # type: ignore[operator]
 
     def __str__(self) -> str:
-        """In words, without the unit, as errors say it: "0 or more"."""
+        """Describe the range without its unit, as in errors: "0 or more"."""
         low, high = _short(self.low), _short(self.high)
         words = "odd, " if self.odd else ""
         if self.low is None:

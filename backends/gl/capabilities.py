@@ -1,4 +1,4 @@
-"""What a context has: which OpenGL, which extensions and switches.  Asked once, when its functions are loaded."""
+"""Capabilities of a context: OpenGL version, extensions, limits. Queried once, when its functions are loaded."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OLDEST_DESKTOP, OLDEST_ES = (3, 3), (3, 0)
 
 @dataclass(frozen=True)
 class Where:
-    """Where something is to be found.
+    """The versions and extensions that provide a function or state.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ NEVER_OURS = {
 
 @dataclass(frozen=True)
 class Capabilities:
-    """Of one context.
+    """The capabilities of one context.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Capabilities:
     has_errors: bool = True
 
     def ending(self, where: Where) -> str | None:
-        """What names of functions end with that are found there; None where they are not.
+        """Return the suffix of function names here (such as "EXT"); None if the functions are missing.
 
         >>> indexed = Where((3, 0), (3, 2), {"GL_OES_draw_buffers_indexed": "OES"})
         >>> old = Capabilities(True, (3, 1), frozenset({"GL_OES_draw_buffers_indexed"}))
@@ -129,7 +129,7 @@ class Capabilities:
         return "GL_EXT_texture_sRGB_decode" in self.extensions
 
     def not_kept(self) -> dict[str, str]:
-        """What channels hold (`Format.number`) that no picture can, and what is missing for it.
+        """Map the channel types (`Format.number`) that no texture can store to the missing feature.
 
         >>> Capabilities(True, (3, 0), frozenset()).not_kept()
         {'u2': 'GL_EXT_texture_norm16'}
@@ -137,7 +137,7 @@ class Capabilities:
         return {} if self.has(_SHORTS) else {"u2": "GL_EXT_texture_norm16"}
 
     def not_drawn(self) -> dict[str, str]:
-        """What channels hold that no pass can write, and what is missing for it."""
+        """Map the channel types that no pass can write to the missing feature."""
         missing = self.not_kept()
         if not self.has(_HALVES):
             missing["f2"] = "GL_EXT_color_buffer_half_float"
@@ -170,7 +170,7 @@ def count_group(gl: Any) -> int:
 
 
 def capabilities_of(gl: Any) -> Capabilities:
-    """What the current context has; ``gl`` has ``GetString``, ``GetStringi``, ``integer``.
+    """Query the current context; ``gl`` has ``GetString``, ``GetStringi``, ``integer``.
 
     Nothing is asked that this version lacks: the context may be an engine's, which would hear of the error.
 

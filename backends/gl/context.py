@@ -79,7 +79,7 @@ class Current:
             self.glx = loaded_glx()
 
     def state(self) -> State | None:
-        """What is current, or None."""
+        """Return the current context and its surfaces, or None."""
         if self.egl is None:
             return None
         return self.egl.state() or (self.glx.state() if self.glx is not None else None)
@@ -122,7 +122,7 @@ class Current:
                 raise _refusal("putting the current context aside", refused)
 
     def system(self, state: State) -> System:
-        """Who made it."""
+        """Return the window system that made a context."""
         system = self.egl if state.system == "egl" else self.glx
         assert system is not None
         return system
@@ -156,13 +156,13 @@ def _glcontext() -> Any:
 
 
 def destroy_left() -> None:
-    """What finalisers have put aside."""
+    """Destroy the contexts that finalizers have put aside."""
     while _left:
         destroy_now(_left.popleft())
 
 
 def destroy_later(native: Any) -> None:
-    """For finalisers, which may run in the middle of anything."""
+    """Put a context aside for destruction; safe to call from finalizers."""
     _left.append(native)
 
 

@@ -76,7 +76,7 @@ class Numbers(GLSL):
     place = "pg_place"
 
     def function(self) -> Listing:
-        """With what stands before it."""
+        """Print the function and what it depends on."""
         self.depth = 1
         self.variables()
         self.block(self.program.body)

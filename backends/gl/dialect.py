@@ -102,7 +102,7 @@ class Foreseen:
 
 
 def foreseen_values(program: s.ScalarProgram) -> Foreseen:
-    """What is known of a program's values."""
+    """Return what is known of a program's values before it runs."""
     search = _Search({name for name, _, values in program.tables if all(v != 0 for v in values)})
     count = -1
     while search.count != count:

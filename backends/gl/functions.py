@@ -154,7 +154,7 @@ class Functions:
         (self.DepthRange or self.DepthRangef)(near, far)
 
     def draw_buffer(self, buffer: int) -> None:
-        """Which buffer of framebuffer 0 is drawn into."""
+        """Select the color buffer of framebuffer 0 that is drawn into."""
         if self.DrawBuffer is not None:
             self.DrawBuffer(buffer)
         else:

@@ -201,7 +201,7 @@ class GLSL(CLike):
         return f"pg_hidden({text})" if zero else text
 
     def texel(self, load: s.LoadTexel) -> None:
-        """By ``textureLod``, which llvmpipe runs in two thirds of the time of ``texelFetch``.
+        """Read a texel by ``textureLod``, which takes llvmpipe two thirds of the time of ``texelFetch``.
 
         Coordinates are centres of texels (float32 finds them in any picture up to 2²¹ texels a side), filters
         take the nearest, and textures clamp to their edge.
@@ -341,7 +341,8 @@ class GLSL(CLike):
         return f"{moved}.{LETTERS[index % 4]}"
 
     def _depth(self, axes: str) -> str:
-        """As it is stored: a polygon offset brings it out of 0 to 1, where drivers leave it to shaders."""
+        """Clamp the depth as it is stored: a polygon offset moves it out of 0 to 1, and drivers leave the clamp to
+        shaders."""
         name = f"pg_depth{axes}"
         declaration = f"PRECISE float {name} = clamp({self._stepped('gl_FragCoord.z', axes)}, 0.0, 1.0);"
         self.declarations.setdefault(name, declaration)
@@ -363,7 +364,7 @@ class GLSL(CLike):
         return name
 
     def _region(self, image: str) -> str:
-        """Where a part of a texture begins, and its size."""
+        """Return the uniform with the origin and size of a part of a texture."""
         return region_name(self.own.image, self.image_numbers[image])
 
     def _edges(self, image: str) -> tuple[str, str]:
@@ -447,7 +448,7 @@ def _vec4(values: Sequence[str], missing: tuple[str, ...]) -> str:
 
 
 def varying_place(index: int) -> str:
-    """Where the scalar varying of this number travels."""
+    """Return the interpolated component that carries a scalar varying."""
     return f"pg_varying{index // 4}.{LETTERS[index % 4]}"
 
 

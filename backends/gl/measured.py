@@ -1,4 +1,4 @@
-"""What OpenGL leaves to the driver and results depend on, measured in the context."""
+"""Properties that OpenGL leaves to the driver and that change results, measured in the context."""
 
 from __future__ import annotations
 

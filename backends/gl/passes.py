@@ -86,7 +86,7 @@ def run_pixels(
 
 
 def filtered_images(program: ScalarProgram) -> list[int]:
-    """Which images of a program the device filters."""
+    """Return the images of a program that the device filters."""
     names = {i.image for i in walk(program.body) if isinstance(i, LoadTexel) and i.filtered}
     return [number for number, use in enumerate(program.images) if use.name in names]
 

@@ -70,7 +70,7 @@ class LinkedProgram:
             self.sent_size = size
 
     def send_parts(self, gl: Any, outputs: Sequence[Texture], images: Sequence[Texture]) -> None:
-        """Where pictures begin that are parts of textures, and their sizes."""
+        """Send the origins and sizes of pictures that are parts of textures."""
         if self.output_origin >= 0:
             gl.Uniform2i(self.output_origin, *outputs[0].origin)
         for location, image in zip(self.regions, images, strict=False):
@@ -78,7 +78,7 @@ class LinkedProgram:
                 gl.Uniform4i(location, *image.origin, *image.size)
 
     def send_guard(self, gl: Any, times: int) -> None:
-        """What clip coordinates are multiplied with, for a viewport so many times too large."""
+        """Send the factor of clip coordinates for a viewport that is ``times`` larger than the target."""
         if times != self.sent_guard:
             gl.Uniform1f(self.guard, 1 / times)
             self.sent_guard = times
@@ -114,7 +114,7 @@ class Programs:
         return self.made[key]
 
     def sums(self, program: ScalarProgram, placements: Placements, quarter: int) -> LinkedProgram:
-        """What writes the counts that are the results of a program."""
+        """Return the linked program that writes the counts of a histogram."""
         key = (f"sums {quarter}", program.key, (), placements)
         if key not in self.made:
             dialect = self._counting_dialect("fragment")

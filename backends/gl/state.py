@@ -74,8 +74,8 @@ SWAPPED_BYTES = (0xCF0, 0xD00)
 
 @dataclass(frozen=True)
 class Rows:
-    """Where the rows of a picture in the host's memory begin: so many pixels apart (0: as many as are in one), and
-    then at the next multiple of so many bytes."""
+    """Row layout of a picture in the host's memory: pixels from row to row (0: the width), and the alignment of rows in
+    bytes."""
 
     length: int = 0
     alignment: int = 1
@@ -85,7 +85,7 @@ _ROWS_AT_FIRST = Rows(0, 4)
 
 
 def guard_band(gl: Functions, size: tuple[int, int], limit: int) -> int:
-    """How many times larger than the target the viewport of a draw can be: 8, 4, 2 or 1."""
+    """Return how many times larger than the target the viewport of a draw can be: 8, 4, 2 or 1."""
     is_exact = gl.ViewportIndexedf is not None or not (size[0] % 2 or size[1] % 2)
     return next((times for times in GUARD_BANDS if is_exact and max(size) * times <= limit), 1)
 
@@ -108,7 +108,7 @@ def set_guard_band(
 
 
 def set_common(gl: Functions, bound: Bound, framebuffer: int) -> None:
-    """What pixel passes, draws and clears share: the framebuffer, no surprises."""
+    """Set the state that pixel passes, draws and clears share, and the framebuffer."""
     if not bound.switched_off:
         for switch in gl.has.off:
             gl.Disable(switch)

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """What a shader has to know of it when it is printed; where a part begins and its size are uniforms."""
+    """How a picture lies in its texture, as far as a shader's text depends on it; origin and size of a part are
+    uniforms."""
 
     bottom_up: bool = False
     is_part: bool = False
@@ -34,7 +35,7 @@ PLAIN = Placement()
 
 @dataclass(frozen=True, slots=True)
 class Placements:
-    """Of a pass: of its images, in the program's order, and of its outputs, which agree."""
+    """Placements of a pass: one for each image of the program, and one for all outputs."""
 
     images: tuple[Placement, ...] = ()
     output: Placement = PLAIN
@@ -167,7 +168,7 @@ def in_words(surface: Surface) -> str:
 
 
 def attachment_points(gl: Functions, surface: Surface) -> tuple[int, int]:
-    """Where a surface is attached for depth and for colour."""
+    """Return the attachment points of a surface for depth and for color."""
     if surface.kind == "window":
         if gl.has.is_es:  # it has one buffer to draw into, and no left and right
             return DEPTH_OF_WINDOW, surface.buffer
@@ -224,7 +225,7 @@ class Objects:
         return self._table
 
     def linear_sampler(self) -> int:
-        """In the place of a texture's own parameters: bilinear, clamped to the edge."""
+        """Return a sampler that overrides a texture's parameters: bilinear, clamped to the edge."""
         if not self._linear:
             self._linear = self.new("Sampler")
             for parameter, value in _LINEAR.items():

@@ -47,7 +47,7 @@ _EMPTY = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
 
 
 def rows_of(array: NDArray[Any]) -> Rows | None:
-    """How OpenGL goes along an array (height, width, channels); None where it cannot be told.
+    """Return the row layout of an array (height, width, channels) for OpenGL; None if OpenGL cannot express it.
 
     >>> rows_of(np.zeros((4, 8, 3), np.uint8)[:, 2:5]), rows_of(np.zeros((4, 8, 3), np.uint8)[::-1])
     (Rows(length=8, alignment=1), None)
@@ -70,7 +70,7 @@ def rows_of(array: NDArray[Any]) -> Rows | None:
 
 @cache
 def storing_program(format_: Format, read: Format | None = None) -> ScalarProgram:
-    """What quantises the texels of ``values`` for a format, as kernels that write into it do.
+    """Return the program that quantizes the texels of ``values`` to a format, as kernels that write into it do.
 
     Nothing is encoded, unless the values are those of another format and one of both is sRGB.
     """
@@ -194,7 +194,7 @@ def read_pixels(backend: GLBackend, texture: Texture, room: NDArray[Any], type_:
 
 
 def _dtype(texture: Texture) -> np.dtype[Any]:
-    """What one pixel's channels are handed over as."""
+    """Return the dtype in which one pixel's channels are transferred."""
     return DEPTH_AND_STENCIL if texture.format.stencil else np.dtype(texture.format.number)
 
 

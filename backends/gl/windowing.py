@@ -21,7 +21,7 @@ GONE = "no such context"
 
 @dataclass(frozen=True)
 class State:
-    """What is current: all that it takes to make it so again."""
+    """A current context with its surfaces: all that is needed to make it current again."""
 
     system: str  # "egl" or "glx"
     display: Handle
@@ -36,7 +36,7 @@ class System(Protocol):
     address: Callable[[str], int]
 
     def state(self) -> State | None:
-        """What it has current in this thread."""
+        """Return this thread's current state."""
 
     def make(self, state: State) -> str:
         """Make it current; empty, or why it was refused."""
@@ -54,8 +54,8 @@ class System(Protocol):
         """It is gone when it is no longer current anywhere."""
 
     def lives(self, host: State) -> Callable[[], bool]:
-        """What tells, from now on, whether the system still knows the display of the host that is current now; where
-        it does not, no function may be called for what was made in it."""
+        """Return a function that tells if the window system still knows the host's display. When it does not, no
+        function may be called for what was made in it."""
 
     def surface_size(self, state: State) -> tuple[int, int] | None:
         """(width, height) of what framebuffer 0 is, where there is one and the system tells."""
@@ -67,7 +67,7 @@ def function(library: ctypes.CDLL, name: str, result: Any, *arguments: Any) -> C
 
 
 def addresses(library: ctypes.CDLL, name: str) -> Callable[[str], int]:
-    """Where OpenGL's functions are."""
+    """Return a function that finds the addresses of OpenGL's functions."""
     find = function(library, name, ctypes.c_void_p, ctypes.c_char_p)
     return lambda name_: find(name_.encode()) or 0
 
@@ -78,7 +78,7 @@ _ON_CLOSE = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
 
 @contextmanager
 def x_errors_kept() -> Iterator[list[int]]:
-    """What X refuses inside comes into a list; else it ends the process."""
+    """Collect X errors in a list; otherwise they end the process."""
     errors: list[int] = []
 
     def note(display: int, event: int) -> int:
@@ -131,7 +131,7 @@ _displays: dict[int, _Display] = {}
 
 
 def is_open(address: int) -> Callable[[], bool]:
-    """What tells, from now on, whether a display that is open now still is."""
+    """Return a function that tells if a display, open now, is still open."""
     if not _displays:
         atexit.register(_forget_all)
     display = _displays.get(address)
@@ -220,7 +220,7 @@ class Egl:
         return shared
 
     def _version(self) -> tuple[int, int]:
-        """Of the current context, as it says itself: many are newer than what was asked for."""
+        """Return the version of the current context; drivers often give a newer one than was requested."""
         text = ctypes.CFUNCTYPE(ctypes.c_char_p, ctypes.c_uint)(self.address("glGetString"))(_GL_VERSION)
         return version_of((text or b"").decode(errors="replace"))[1]
 

@@ -54,7 +54,7 @@ class Storage:
 
     @cached_property
     def last_row(self) -> tuple[int, int]:
-        """That row's number, and where a copy is behind which may be read; -1: none is needed."""
+        """Return the number of the last row and the address of its padded copy; -1 if none is needed."""
         if self.is_ours or self._room_behind >= ROOM * self.numbers.itemsize:
             return -1, self.address
         row = self.numbers[self._last].reshape(-1)

@@ -60,7 +60,7 @@ def _number(image: ImageLayout, on_cpu: bool) -> Listing:
 
 
 def _store(outputs: Sequence[ImageLayout], quarter: int) -> str:
-    """What writes the pixels of a column and a row in all outputs."""
+    """Return the statements that write the pixels of a column and a row in all outputs."""
     parts = []
     for k, layout in enumerate(outputs):
         parts.append(f"{layout.index_type} o{k} = {layout.place('(x)', '(y)')};")

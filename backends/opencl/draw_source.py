@@ -65,7 +65,7 @@ PIXELS = {axes: number for number, axes in enumerate(("", *OTHER_PIXELS))}
 
 @dataclass(frozen=True)
 class DrawLayouts:
-    """What the storages of a draw look like."""
+    """The layouts of a draw's storages."""
 
     vertex_images: tuple[ImageLayout, ...]
     images: tuple[ImageLayout, ...]
@@ -105,7 +105,7 @@ def _defines(rows: Mapping[str, object]) -> str:
 
 
 def _read(program: ScalarProgram | None) -> list[tuple[str, str]]:
-    """What a fragment kernel is handed, and at which pixel of its quad."""
+    """List the builtins of a fragment kernel, with the pixel of the quad at which each is read."""
     return [] if program is None else [own_pixel(name) for name, _ in program.builtins]
 
 
@@ -142,7 +142,7 @@ def _image_parameters(layouts: Sequence[ImageLayout]) -> list[str]:
 
 
 def _images(program: ScalarProgram, layouts: Sequence[ImageLayout], name: str) -> dict[str, tuple[str, ImageLayout]]:
-    """Of a program's images, the parameter that has it, and what it looks like."""
+    """Map a program's images to the kernel parameter and layout of each."""
     pairs = enumerate(zip(program.images, layouts, strict=True))
     return {use.name: (f"{name}{i}", layout) for i, (use, layout) in pairs}
 
@@ -291,7 +291,7 @@ def _blends(step: DrawStep) -> Iterator[Listing]:
 
 
 def _place(i: int, layout: ImageLayout) -> str:
-    """Where this pixel of a target begins."""
+    """Return the declaration of this pixel's index in a target."""
     return f"{layout.index_type} o{i} = {layout.place('x', 'y')};"
 
 

@@ -53,7 +53,7 @@ def load_expression(format_: Format, image: str, index: str) -> str:
 
 
 def store_expression(format_: Format, value: str) -> str:
-    """What is stored for a float; one that the format holds is stored as it is."""
+    """Return the expression that quantizes a float; a value that the format holds is kept."""
     if format_.steps:
         return f"convert_{element(format_)}_sat_rte(({value}) * {format_.steps}.0f)"
     return f"pg_store_half({value})" if format_.number == "f2" else value
@@ -71,7 +71,7 @@ def join(*parts: Listing | str) -> Listing:
 
 
 def prologue(constant_uniforms: bool) -> str:
-    """What every source begins with."""
+    """Return the text at the start of every source."""
     space = "__constant" if constant_uniforms else "__global const"
     functions = "".join(
         [*FUNCTIONS.values(), *(border_function(rule) for rule in BORDERS if not BORDERS[rule].is_nearest)]
@@ -169,8 +169,8 @@ class OpenCLPrinter(CLike):
         return f"{border_name(border)}({position}, {count})"
 
     def stored(self, format_: Format, value: s.Operand) -> str:
-        """What is stored for a result; the steps themselves where it has just been counted in steps: compilers do not
-        see that the division is undone, nor vectorise conversions that saturate."""
+        """Return the expression that stores a result. A value that was just divided by its steps is stored as steps:
+        compilers do not see that the division is undone, and do not vectorize saturating conversions."""
         operation = self._operations.get(value.id) if isinstance(value, s.Val) else None
         if operation is not None and (operation.operation, operation.on) == ("div", "float"):
             counted, steps = operation.arguments
@@ -182,7 +182,7 @@ class OpenCLPrinter(CLike):
 
     @cached_property
     def _operations(self) -> dict[int, s.Op]:
-        """What made the values that are no branch's or loop's own."""
+        """Map values to the operations that compute them, outside of branches and loops."""
         return {i.to.id: i for i in self.program.body if isinstance(i, s.Op)}
 
     def open(self, head: str) -> None:

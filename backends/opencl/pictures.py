@@ -50,7 +50,7 @@ class OpenCLPicture(DevicePicture):
 
     @property
     def array(self) -> Any:
-        """That array, while it is there."""
+        """Return the array, or None if it was garbage-collected."""
         return None
 
     @property
@@ -93,12 +93,12 @@ class BufferPicture(OpenCLPicture):
 
     @cached_property
     def in_memory(self) -> tuple[tuple[str, int], int]:
-        """What tells its memory from other memory, and the byte there that its buffer begins at."""
+        """Return the identity of the memory and the byte at which the buffer begins."""
         return _memory_of(self.memory)
 
     @property
     def bytes(self) -> int:
-        """From its first byte to its last."""
+        """Return the size in bytes, from the first byte to the last."""
         low, end = self.placement.span(self.size)
         return (end - low) * self.format.bits // 8
 
@@ -253,7 +253,7 @@ def array_picture(context: Any, array: Any, format_: Format | None) -> BufferPic
 
 @dataclass(frozen=True)
 class BufferParts:
-    """What is said of a picture in a buffer, and how messages call it."""
+    """The description of a picture in a buffer, and its name in messages."""
 
     format: Format
     size: tuple[int, int]

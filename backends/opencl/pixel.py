@@ -14,7 +14,7 @@ first.  The sRGB curve on three channels takes a sixteenth of the time.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 from weakref import ReferenceType, ref
@@ -100,8 +100,16 @@ def pixel_source(
     return join(prologue(constant), *(_kernel(name, program, images, outputs, run, block) for name in names))
 
 
+def readable_source(step: PixelStep, sizes: Mapping[int, tuple[int, int]]) -> str:
+    """The kernel with borders by itself, one pixel a work-item; ``sizes`` by resource."""
+    formats = zip(step.images, step.image_formats, strict=True)
+    images = [(name, ImageLayout(format_, sizes[resource])) for (name, resource), format_ in formats]
+    outputs = [ImageLayout(format_, step.size) for format_ in step.output_formats]
+    return _kernel("pg_pixel", step.program, images, outputs, 1, (0, 0, 0, 0)).text
+
+
 def kernels_of(size: tuple[int, int], block: Inner) -> tuple[str, ...]:
-    """Those that a pass runs."""
+    """Return the kernels that a pass runs."""
     if not block[2]:
         return ("pg_pixel",)
     return ("pg_inner",) if block[2:] == size else ("pg_inner", "pg_pixel")
@@ -145,9 +153,9 @@ WHOLE = "int x = (int)get_global_id(0);\nint y = (int)get_global_id(1);"
 
 
 def _inner_place(run: int) -> str:
-    """Of a work-item in the inner block, which begins at column ``cut.x`` and row ``cut.z``, and whose last run begins
-    at column ``cut.y``.  The last run, or the last pixel until its group is whole, is gone over again: that costs less
-    than one more kernel."""
+    """Return the pixel of a work-item in the inner block. The block begins at column ``cut.x`` and row ``cut.z``; its
+    last run begins at column ``cut.y``. The last run, or the last pixel until its group is full, is computed twice:
+    that costs less than another kernel."""
     row = "int y = (int)get_global_id(1) + cut.z;"
     if run > 1:
         return f"{row}\nint start = min(cut.x + (int)get_global_id(0) * {run}, cut.y);"
@@ -155,15 +163,15 @@ def _inner_place(run: int) -> str:
 
 
 def cut_of(block: Inner, run: int) -> tuple[int, int, int, int]:
-    """What `_inner_place` speaks of: an argument, since LLVM makes unsigned what it knows to be positive, and then does
-    not see that texels to the left lie side by side (four times slower)."""
+    """Return ``cut`` for `_inner_place`. It is an argument: LLVM treats a known positive number as unsigned, and then
+    does not see that texels to the left are adjacent (four times slower)."""
     x, y, width, _ = block
     return x, x + width - run, y, 0
 
 
 def _around_place(block: Inner, size: tuple[int, int]) -> str:
-    """Of a work-item around the inner block, which are counted row by row: first the rows above and below, then the
-    columns left and right.  The last pixel is gone over until its group is whole."""
+    """Return the pixel of a work-item around the inner block. Work-items are counted row by row: first the rows above
+    and below, then the columns left and right. The last pixel is repeated until its group is full."""
     x, y, width, height = block
     rows, columns = size[1] - height, size[0] - width
     lines = [f"int i = min((int)get_global_id(0), {pixels_around(block, size) - 1});"]
@@ -181,18 +189,18 @@ def _around_place(block: Inner, size: tuple[int, int]) -> str:
 
 
 def pixels_around(block: Inner, size: tuple[int, int]) -> int:
-    """How many pixels of a picture an inner block leaves."""
+    """Return the number of pixels outside an inner block."""
     return size[0] * size[1] - block[2] * block[3]
 
 
 def parameters(images: Sequence[ImageLayout], outputs: Sequence[ImageLayout]) -> str:
-    """What kernels of a pixel pass take: ``out0`` …, what it reads, and ``cut``."""
+    """Return the parameter list of a pixel pass: ``out0`` …, its inputs, and ``cut``."""
     found = [f"__global {element(layout.format)}* restrict out{i}" for i, layout in enumerate(outputs)]
     return ", ".join([*found, *inputs(images), "int4 cut"])
 
 
 def inputs(images: Sequence[ImageLayout]) -> list[str]:
-    """What a pixel pass reads: ``image0`` and so on, and its parameters."""
+    """Return the input parameters of a pixel pass: ``image0`` …, then its uniforms."""
     found = [f"__global const {element(layout.format)}* restrict image{i}" for i, layout in enumerate(images)]
     return [*found, "PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
 

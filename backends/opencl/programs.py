@@ -26,7 +26,7 @@ LOG_CHARACTERS = 2000
 
 
 class Recent(dict[_Key, _Made]):
-    """What was made last, at most so many: layouts of a caller's memory may come and go."""
+    """A bounded dict of the latest programs: layouts of a caller's memory may come and go."""
 
     def __init__(self, most: int) -> None:
         super().__init__()

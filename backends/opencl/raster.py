@@ -218,14 +218,14 @@ class Triangles:
         self.draw(first + half, count - half)
 
     def _starts(self, span: tuple[Any, ...], chunks: int) -> tuple[Any, int]:
-        """Where each chunk's slots begin, and how many there are."""
+        """Return the first slot of each chunk and the number of slots."""
         counted = self.backend.scratch_buffer("chunks", 4 * (chunks + 1))
         arguments = (self.clip, self.mesh.triangles, *span, counted)
         self.runner.launch(self.kernels["pg_count"], chunks, arguments, self.group)
         return self._summed(counted, chunks, "chunk starts")
 
     def _tile_starts(self, bins: Any, chunks: int) -> tuple[Any, int]:
-        """Where each tile's list begins, and the length of all together."""
+        """Return the start of each tile's list and the length of all lists."""
         totals = self.backend.scratch_buffer("tile totals", 4 * self.tile_count)
         self.runner.launch(
             self.kernels["pg_scan"], self.tile_count, (bins, np.int32(chunks), totals, np.int32(self.tile_count))

@@ -48,7 +48,7 @@ class Storage:
 
 @dataclass(frozen=True)
 class Placement:
-    """Where a picture's numbers lie in a buffer, counted in numbers.
+    """The layout of a picture in a buffer, counted in numbers.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ def tight(channels: int, width: int) -> Placement:
 
 @dataclass(frozen=True)
 class ImageLayout:
-    """What generated code must know about a storage."""
+    """The storage layout that generated code depends on."""
 
     format: Format
     size: tuple[int, int]
@@ -97,7 +97,7 @@ class ImageLayout:
         return "int" if placement.span(self.size)[1] < INT_LIMIT else "long"
 
     def place(self, x: str, y: str) -> str:
-        """Where a pixel begins, as an expression of its column and row."""
+        """Return the index of a pixel as an expression of its column and row."""
         type_, width = self.index_type, self.size[0]
         if self.placement is None:
             at = f"(({type_}){y} * {width} + {x})"
@@ -106,5 +106,5 @@ class ImageLayout:
         return f"({type_}){y} * {row} + ({type_}){x} * {pixel} + {first}"
 
     def channel(self, number: int) -> int:
-        """Where a channel is in its pixel."""
+        """Return the offset of a channel in its pixel."""
         return number if self.placement is None else self.placement.channels[number]

@@ -149,7 +149,7 @@ def _over(backend: OpenCLBackend, array: NDArray[Any]) -> Any | None:
 
 
 def _give_back(backend: OpenCLBackend, buffer: Any, array: NDArray[Any]) -> None:
-    """What was written through a buffer is in the array, which the device then lets go."""
+    """Make results in a mapped buffer visible in the array, and release the array."""
     cl, queue = backend.cl, backend.queue
     if array.flags.writeable:
         mapped, _ = cl.enqueue_map_buffer(queue, buffer, cl.map_flags.READ, 0, array.shape, array.dtype)
@@ -159,7 +159,7 @@ def _give_back(backend: OpenCLBackend, buffer: Any, array: NDArray[Any]) -> None
 
 
 class Running:
-    """What is adopted inside is given back at the end.  A class, since every run passes here."""
+    """A context manager that releases adopted arrays at its end. A class, since every run enters it."""
 
     __slots__ = ("backend", "outer")
 

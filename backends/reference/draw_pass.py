@@ -84,7 +84,7 @@ def last_of_each(pixel: Ints) -> Ints:
 
 
 def passing(storage: Storage | None, state: DrawState, pixel: Ints, depth: Float32) -> Lanes:
-    """Which fragments pass both tests; depth and stencil of ``storage`` are updated on the way."""
+    """Return the fragments that pass both tests; update depth and stencil of ``storage``."""
     if storage is None:
         return np.ones(len(pixel), np.bool_)
     depths = storage.pixels.reshape(-1)
@@ -227,7 +227,7 @@ class ReferenceDrawPass:
         return cover(screen, self.step.size)
 
     def _tested(self, covered: Covered, depth: Storage | None) -> NDArray[np.bool_]:
-        """Which fragments pass stencil and depth, which are updated."""
+        """Return the fragments that pass stencil and depth tests, and update both."""
         return passing(depth, self.step.state, covered.pixel, covered.depth)
 
     def _merge(
@@ -300,7 +300,7 @@ class Covered:
         return own | on_quads(self._of_triangle)
 
     def _of_triangle(self, axes: str = "") -> Builtins:
-        """What the triangles have at a pixel of each quad."""
+        """Return the builtins of the triangles at a pixel of each quad."""
         if axes:
             neighbors = self.fragments.beside(axes, self.screen)
             return Covered(neighbors, self.screen, self.vertices, self.draw)._of_triangle()

@@ -33,7 +33,7 @@ class Domain(ABC, Generic[V, M]):
 
     @abstractmethod
     def trips(self, start: V, stop: V, step: V) -> Iterator[tuple[V, M]]:
-        """For each trip of ``range(start, stop, step)`` its index, and the lanes whose trips are over.
+        """Yield, for each trip of ``range(start, stop, step)``, its index and the lanes that have finished.
 
         The index never wraps; a step of 0 makes no trip.
         """
@@ -121,7 +121,7 @@ class Part(ABC, Generic[V]):
 
 
 class Surroundings(ABC, Generic[V]):
-    """What a stage reads from outside: parameters, stage values, pictures."""
+    """The inputs of a stage: parameters, builtins, pictures."""
 
     @abstractmethod
     def uniform(self, expression: ir.Uniform) -> V:
@@ -137,7 +137,7 @@ class Surroundings(ABC, Generic[V]):
 
     @abstractmethod
     def property(self, image: str, name: str) -> ir.Number:
-        """What the graph's handle says of an image."""
+        """Return a property of an image's handle."""
 
     @abstractmethod
     def size(self, image: str) -> V:

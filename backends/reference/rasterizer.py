@@ -23,7 +23,7 @@ POLYGONS_AT_ONCE = 1 << 14
 
 @dataclass(frozen=True)
 class Vertices:
-    """What the vertex kernel gave: rows of clip position (4) and varyings side by side."""
+    """Results of the vertex kernel: rows of clip position (4) and varyings side by side."""
 
     rows: Float64
 
@@ -220,7 +220,7 @@ class Fragments:
         return len(self.triangle)
 
     def beside(self, axes: str, triangles: ScreenTriangles) -> Fragments:
-        """Where the pixels' quads have them along these axes, whether or not the triangle covers it."""
+        """Return the fragments at the quad neighbors along these axes, covered or not."""
         x, y = self.x ^ int("x" in axes), self.y ^ int("y" in axes)
         return Fragments(self.triangle, x, y, _weights(triangles, self.triangle, x, y))
 

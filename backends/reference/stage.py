@@ -52,17 +52,17 @@ class Storage:
 
 
 def encode_srgb(linear: NDArray[Any]) -> Float64:
-    """In float64, of [0, 1]; beyond is clamped."""
+    """Encode linear values of [0, 1] in float64; others are clamped."""
     return linear_to_srgb(np.clip(np.asarray(linear, np.float64), 0.0, 1.0))
 
 
 def decode_srgb(encoded: NDArray[Any]) -> Float64:
-    """In float64."""
+    """Decode sRGB values in float64."""
     return srgb_to_linear(np.asarray(encoded, np.float64))
 
 
 def stored(format_: Format, values: NDArray[Any]) -> Float32:
-    """What a kernel's result (…, channels) becomes in a target: sRGB formats hold encoded colour."""
+    """Quantize a kernel's result (…, channels) to a target's format; sRGB formats hold encoded color."""
     if format_.srgb:
         values = np.concatenate([encode_srgb(values[..., :3]), values[..., 3:]], axis=-1)
     return quantised(values, format_)
@@ -125,7 +125,7 @@ def constant(value: NDArray[Any]) -> Callable[[], Numbers]:
 
 
 def on_quads(of: Callable[[str], Mapping[str, Callable[[], Made]]]) -> dict[str, Callable[[], Made]]:
-    """What a draw's triangles hand in at every pixel of a quad; ``of`` says what they do at one, named by its axes.
+    """Return the builtins of a draw at every pixel of a quad; ``of`` returns those at one pixel, by axes.
 
     It is asked for another pixel only where a kernel reads there.
     """
@@ -150,7 +150,7 @@ class Stage:
         self.long = {name for name, _ in scalar.buffers}
 
     def bind(self, block: Block, names: Sequence[str] = (), storages: Sequence[Storage] = ()) -> BoundStage:
-        """With the parameters and pictures of one run."""
+        """Bind the parameters and pictures of one run."""
         given = dict(zip(names, storages, strict=True))
         images = {
             name: SampledImage(storage.pixels, self.facts.images.get(name, ImageFacts()))
@@ -220,7 +220,7 @@ class BoundStage:
 
 
 class _Lanes(Surroundings[Numbers]):
-    """What one batch of lanes sees."""
+    """The inputs of one batch of lanes."""
 
     def __init__(self, bound: BoundStage, builtins: Builtins) -> None:
         self.bound, self.builtins = bound, builtins

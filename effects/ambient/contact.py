@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import Const, Image, clamp, discard, front_facing, mat4, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import checked, effect
+from passgraph.effects.color.tone_map import tone_map
 from passgraph.effects.effect_options import picture_of
-from passgraph.effects.pictures.tone_map import tone_map
 from passgraph.effects.quantities import Height, Reach, Share
 from passgraph.effects.shadows.shadow_light import multiply
 from passgraph.effects.shadows.soft_shadow import SoftShadow, soft_shadow_passes
@@ -106,7 +106,7 @@ class Window:
         return np.array([[k, 0, 0, 0], [0, 0, -k, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 
     def clip(self, low: float, high: float) -> Float64:
-        """To a clip space whose near plane lies at world y ``high`` and its far plane at ``low``."""
+        """Return the clip matrix with the near plane at world y ``high`` and the far plane at ``low``."""
         matrix, depth = self.flat, high - low
         matrix[2] = 0.0, -2.0 / depth, 0.0, (high + low - 2.0 * float(self.origin[1])) / depth
         return matrix
@@ -331,7 +331,7 @@ def contact_passes(
 @effect("contact", "scene")
 @picture_of(contact_passes)
 def contact() -> None:
-    """A scene with soft shadows, and its floor darkened near contacts.
+    """Render a scene with soft shadows, and darken its floor near contacts.
 
     Parameters
     ----------

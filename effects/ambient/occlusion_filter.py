@@ -1,4 +1,4 @@
-"""What stands before and behind the search for occlusion: half the size, a blur over its noise, full size again."""
+"""Filters around the search for occlusion: half resolution before it, blur and upsampling after it."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -17,7 +17,7 @@ OFF_PLANE_PX = 2.0
 
 @pg.function
 def sharpness(frame: ViewFrame, far: float, radius: float, pixel_width: float) -> float:
-    """What a difference of linear depths is multiplied by, so that 1 is too much."""
+    """Return the factor that maps a depth difference at the edge limit to 1."""
     wide = spread(frame, far)
     return wide * wide / max(OFF_PLANE * radius, OFF_PLANE_PX * pixel_width * wide)
 

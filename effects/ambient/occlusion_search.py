@@ -83,7 +83,7 @@ def facing_normal(packed: vec2, v: vec3) -> vec3:
 
 @pg.function
 def linear_depth_step(frame: ViewFrame, n: vec3, ray: vec3, far: float, pixel: vec2) -> vec2:
-    """By how much `linear_on_planes` of the depth grows on the plane through a pixel, to the right and down.
+    """Return the step of `linear_on_planes` of the depth on the plane through a pixel, to the right and down.
 
     In perspective it is dot(n, ray) / (dot(n, ray of the pixel) * far), in parallel views -n.xy · way / dot(n, ray).
     ``pixel`` is a pixel's width and height at distance 1.

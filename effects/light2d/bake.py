@@ -17,7 +17,7 @@ from passgraph.scene import Mesh
 
 @pg.struct
 class Baked:
-    """What the vertex kernel hands over."""
+    """Varyings of the vertex kernel."""
 
     position: vec4
     color: vec4

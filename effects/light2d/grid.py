@@ -70,7 +70,8 @@ def inside(wall: Wall, place: Point) -> bool:
 
 
 def reach(grid: NDArray[np.float32] | Float64, window: Window, place: Point, cell: float, thinnest: float) -> float:
-    """How long a moving thing's shadow may be: the grid's distance at ``place`` plus the thinnest wall, world units."""
+    """Return the largest length of a moving object's shadow: the grid's distance at ``place`` plus the thinnest wall,
+    world units."""
     column = int((place[0] - window.left) / cell)
     row = int((window.top - place[1]) / cell)
     height, width = grid.shape

@@ -114,7 +114,7 @@ def _hard(window: Window, light: Light2D, source: Point, edges: Float64, into: p
 
 
 def _spread(light: Light2D, edges: Float64, how: Penumbra, draws: int) -> list[tuple[Point, Float64]]:
-    """Where the light stands in each draw, and which edges throw its shadows."""
+    """Return the light's position in each draw, and the edges that cast its shadows."""
     x, y = light.position
     if how == "move":
         # equal parts of the disc's area on a spiral: even from every side

@@ -1,4 +1,4 @@
-"""Which lights reach each tile of a picture, and which edges may stand between: found on the host, as tables."""
+"""Tables of the lights that reach each tile of a picture, and of the edges that may occlude them; built on the host."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ TRIPS = 1 << 16
 
 
 def most_edges(lights: int) -> int:
-    """How many edges may stand before each of some lights of a tile in one pass.
+    """Return the most edges that may occlude each light of a tile in one pass.
 
     >>> [most_edges(lights) for lights in (1, 31, 64)]
     [180, 32, 22]
@@ -53,7 +53,7 @@ COMPARED_AT_ONCE = 1 << 18
 
 @dataclass(frozen=True, eq=False)
 class TileTables:
-    """What `tile_light` reads.
+    """The tables that `tile_light` reads.
 
     Attributes
     ----------
@@ -172,7 +172,7 @@ def _check_table(texels: int) -> None:
 
 
 def _texels(pairs: _Pairs) -> int:
-    """Of the table: two for a light, one for an edge."""
+    """Return the texels of the table: two for a light, one for an edge."""
     return int((2 + pairs.count).sum())
 
 
@@ -268,7 +268,7 @@ def _rank(keys: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _table_starts(pairs: _Pairs, order: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Where each row's entry begins: two texels, then its edges."""
+    """Return the start of each row's entry: two texels, then its edges."""
     starts = np.zeros(len(order), np.int64)
     long = 2 + pairs.count[order]
     starts[order] = np.cumsum(long) - long
@@ -337,7 +337,7 @@ class LiveLight:
     name: str
 
     def inputs(self, lights: Sequence[Light2D], walls: Sequence[Wall]) -> dict[str, NDArray[np.float32]]:
-        """What a run brings: ``program.run(**live.inputs(lights, walls))``.
+        """Return the inputs of a run: ``program.run(**live.inputs(lights, walls))``.
 
         Raises
         ------

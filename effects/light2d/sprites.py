@@ -24,7 +24,7 @@ FAR = 2.0**20
 
 
 def shadow_of(edges: Float64, light: Point) -> Shape:
-    """What lies behind edges (n, 4) as seen from a light: one quad an edge, without end.
+    """Return the shadow volume of edges (n, 4) seen from a light: one unbounded quad an edge.
 
     Neighbouring edges share their corners to the last bit, so no light passes between their quads.  Every
     vertex carries its edge (ax, ay, bx, by) as its color.

@@ -175,7 +175,7 @@ def outlines_of(walls: Iterable[Wall]) -> Outlines:
 
 
 def in_reach(edges: Float64, light: Light2D) -> Float64:
-    """Those of the edges (n, 4) that are near enough to stand in a light's way."""
+    """Return the edges (n, 4) that are near enough to occlude a light."""
     return edges[distance_to_edges(light.position, edges) < light.radius]
 
 

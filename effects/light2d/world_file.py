@@ -185,7 +185,7 @@ def _color(given: object, where: str) -> Color:
 
 
 def _checked(where: str, make: Callable[[], Made]) -> Made:
-    """What a constructor makes; what it refuses is named by its place in the file."""
+    """Call a constructor; an error names the place in the file."""
     try:
         return make()
     except pg.GraphError as error:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import Const, Image, clamp, discard, dot, exp, mat3, mat4, normalize, smoothstep, vec2, vec3, vec4
 from passgraph.effects.checked import checked, effect
+from passgraph.effects.color.tone_map import tone_map
 from passgraph.effects.effect_options import picture_of
-from passgraph.effects.pictures.tone_map import tone_map
 from passgraph.effects.quantities import Color, Height, NotNegative, Share, Width
 from passgraph.effects.shadows.shadow_light import KINDS, light_at
 from passgraph.effects.surfaces.batches import batches, merged
@@ -81,7 +81,7 @@ def projection(light: Float64, level: float) -> Float64:
 
 
 def homogeneous(light: pg.Light, origin: Float64) -> Float64:
-    """Where a light is relative to ``origin``: a position (w = 1), or the direction toward it (w = 0)."""
+    """Return a light relative to ``origin``: its position (w = 1), or the direction toward it (w = 0)."""
     if light.kind == "directional":
         return np.append(-np.asarray(light.direction, np.float64), 0.0)
     return np.append(np.subtract(light.position, origin), 1.0)
@@ -143,7 +143,7 @@ class Shade:
 
 @pg.vertex
 def place_lit(vertex: pg.Vertex, clip_from_local: mat4, eye_from_local: mat4, height_row: vec4) -> Lit:
-    """Where it is drawn and where it is lit are apart: a reflection is the lit object, seen elsewhere."""
+    """Place a vertex; its lit position is separate, since a reflection is the lit object seen elsewhere."""
     local = vec4(vertex.position, 1.0)
     place = eye_from_local * local
     return Lit(clip_from_local * local, vertex.normal, place.xyz, dot(height_row, local), vertex.uv, vertex.color)
@@ -238,7 +238,7 @@ SHADOW_OFFSET = (-1.0, -2.0)
 
 
 class Draws:
-    """What all steps share: the view, the lights, textures."""
+    """State shared by all passes: view, lights and textures."""
 
     def __init__(self, scene: pg.Scene, ground: Ground, ambient: float) -> None:
         self.ground = ground
@@ -454,7 +454,7 @@ def planar_passes(
 @effect("planar", "scene")
 @picture_of(planar_passes)
 def planar() -> None:
-    """A scene that is mirrored in, and throws shadows on, a plane parallel to XOZ, in fog.
+    """Render a scene with its mirror image and its shadows on a plane parallel to XOZ, in fog.
 
     Parameters
     ----------

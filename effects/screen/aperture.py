@@ -1,4 +1,4 @@
-"""What an aperture does to a point: how wide it is blurred, and in which shape."""
+"""The blur of a point by an aperture: its width and its shape."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -32,7 +32,7 @@ class ThinLens:
     unit_m: float
 
     def blur(self, focus_distance: float) -> tuple[float, float]:
-        """What a distance z is blurred by: a disc of radius ``|a - b / z|`` of the picture's height, negative before.
+        """Return the blur of a distance z: a disc of radius ``|a - b / z|`` of the picture's height, negative in front.
 
         The circle of confusion's diameter on the sensor is F² / (N (s - F)) · |z - s| / z.
 
@@ -73,7 +73,7 @@ def aperture_places(
 
 
 def _rim(angle: float, blades: int) -> float:
-    """How far the aperture's rim is in a direction, from the axis on which a corner lies."""
+    """Return the radius of the aperture's rim in a direction, measured from a corner's axis."""
     if blades == 0:
         return 1.0
     part = 2.0 * pi / blades

@@ -110,7 +110,7 @@ def contact_shadow(
     into: pg.TargetSpec | None = None,
     name: str = "contact_shadow",
 ) -> pg.Target:
-    """A picture with short shadows where its depth shows something between a surface and the light.
+    """Add short shadows where the depth shows something between a surface and the light.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def share_of_ways(
     denoised: bool,
     name: str = "contact_shadow",
 ) -> pg.Target:
-    """Of each pixel the share of one light that passes what the depth shows, in red."""
+    """Return, for each pixel, the share of one light that the depth lets through, in red."""
     normals, frame, toward = (
         depth_normals(depth, view.camera, f"{name} normals"),
         view.frame(),
@@ -177,7 +177,7 @@ def share_of_ways(
 
 
 def toward_light(camera: pg.Camera, light: pg.Light) -> tuple[float, float, float, float]:
-    """Where a light is in the camera's frame (w = 1), or which way it is (w = 0)."""
+    """Return a light in the camera's frame: its position (w = 1), or its direction (w = 0)."""
     turn = camera.view_rotation()[:3, :3]
     if light.kind == "directional":
         return (*(turn @ -np.asarray(light.direction)).tolist(), 0.0)

@@ -44,7 +44,8 @@ def nearer(radius: float) -> float:
 
 @pg.function
 def disc(radius: float, away: float) -> float:
-    """How bright a point, blurred to a disc of this radius, is so far away from its middle; even but for the rim."""
+    """Return the brightness of a point, blurred to a disc of this radius, at a distance from its center; uniform except
+    for the rim."""
     least = max(radius, 0.5)
     return clamp(radius - away + 0.5, 0.0, 1.0) / (least * least)
 
@@ -226,7 +227,7 @@ def enlarged(half: Image) -> vec4:
 
 @pg.kernel
 def together(little: Image, circles: Image, far: Image, near: Image, hidden: Image) -> vec4:
-    """What is sharp, what is blurred behind it, and what is blurred before both."""
+    """Composite the sharp picture, the blur behind it and the blur in front."""
     here, radius = little[0, 0], circles[0, 0].r
     shown = here.rgb
     if radius > SMALL:

@@ -25,14 +25,14 @@ FULL = 1.5
 
 @pg.function
 def linear_or_sky(frame: ViewFrame, distance: float) -> float:
-    """What is linear over the picture on every plane; what is not drawn lies endlessly far away."""
+    """Return a depth value that is linear on planes; the sky is infinitely far."""
     drawn = linear_on_planes(frame, distance)
     return drawn if distance > 0.0 else (0.0 if frame.perspective else ENDLESS)
 
 
 @pg.function
 def step_back(frame: ViewFrame, depth: Image, here: float, by: ivec2) -> float:
-    """How far beside this pixel, to either side, things lie behind its plane, scene units; negative before it.
+    """Return how far the neighbors on both sides lie behind this pixel's plane, scene units; negative in front.
 
     Second differences vanish on planes at any angle.  At the picture's border no plane is known.
     """
@@ -86,7 +86,7 @@ def outlines(
     into: pg.TargetSpec | None = None,
     name: str = "outlines",
 ) -> pg.Target:
-    """Draw lines along silhouettes and creases, as a drawing has them.
+    """Draw lines along silhouettes and creases.
 
     Parameters
     ----------

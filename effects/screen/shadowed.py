@@ -23,7 +23,7 @@ from passgraph.effects.surfaces.views import Casters, View
 
 @pg.kernel
 def shares(free: Image, shadowed: Image, depth: Image) -> vec4:
-    """Of each channel's light the share that arrives; all of it where there is no surface."""
+    """Return the share of light that arrives, for each channel; 1 without a surface."""
     light = free[0, 0].rgb
     dim = shadowed[0, 0].rgb
     share = vec3(share_of(dim.r, light.r), share_of(dim.g, light.g), share_of(dim.b, light.b))

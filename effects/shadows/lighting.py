@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import passgraph as pg
-from passgraph.effects.pictures.blur import gaussian_blur
+from passgraph.effects.filters.blur import gaussian_blur
 from passgraph.effects.quantities import mapped
 from passgraph.effects.shadows.moment_maps import MomentView, blurred_moments
 from passgraph.effects.shadows.nearest_casters import nearest_casters
@@ -127,7 +127,7 @@ class Lighting:
         return MapView(light, self.casters, face, self._fit)
 
     def _map(self, look: MapView, meshes: list[CasterMesh], name: str) -> tuple[pg.Target, object]:
-        """What a lookup reads: the map of one light, and what each run sets of the filter."""
+        """Return the inputs of a lookup: the map of one light, and the run values of the filter."""
         map_ = shadow_map(look, meshes, self.textures, self.map_size, f"shadow map of {name}")
         self.maps.append(map_)
         # does not soften shadows (see soft_shadow); without a radius it is the map itself
@@ -139,7 +139,7 @@ class Lighting:
         return map_, mapped(width, lambda number: only_width(float(number)))
 
     def _fitted(self) -> Fit | None:
-        """What maps are fitted to; what is blurred or read over a width that a run says may reach beyond any fit."""
+        """Return the region that maps are fitted to; None if a run value sets a width that may exceed any fit."""
         wide = isinstance(self.filter, Disc) and self.width is not None
         if wide or isinstance(self.filter, MomentFilter) or not self.casters.nodes:
             return None
@@ -159,7 +159,7 @@ class Lighting:
 
 
 def only_width(width: float) -> FilterFrame:
-    """What filters of depths are set by."""
+    """Return the frame of a filter of depths."""
     return FilterFrame(width, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
 
 

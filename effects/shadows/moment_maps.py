@@ -34,7 +34,7 @@ NOT_WRITTEN_OUT = 64
 
 @dataclass(frozen=True, eq=False)
 class MomentView(MapView):
-    """How a map of moments looks at the scene: farther to each side than a map of depths, by what a blur reads.
+    """The view of a map of moments: wider than a map of depths by the radius of the blur.
 
     ``width`` is half that of edges in scene units: a number or a value.
     """
@@ -43,7 +43,7 @@ class MomentView(MapView):
     width: object = 0.0
 
     def frustum(self, light: pg.Light, seen: Seen | None = None) -> tuple[Float64, Float64]:
-        """As fitted to the casters; widened where the width is a number, as in each run it is."""
+        """Return the matrices fitted to the casters, widened for the blur of each run."""
         view, projection = super().frustum(light)
         if not isinstance(self.width, float):
             return view, projection
@@ -52,7 +52,7 @@ class MomentView(MapView):
         return view, np.diag([inner, inner, 1.0, 1.0]) @ projection
 
     def _radius(self, light: pg.Light, projection: Float64) -> float:
-        """Of the blur, in texels of the widened map; ``projection`` is that of the casters."""
+        """Return the radius of the blur in texels of the widened map; ``projection`` is that of the casters."""
         assert isinstance(self.width, float)
         near, far = depths_of(projection)
         share = self.width * float(projection[0, 0])
@@ -76,7 +76,7 @@ class MomentView(MapView):
         return combined(frame_of, view.camera, self.light, self.width)
 
     def filter_frame(self, filter_: MomentFilter) -> pg.Derived:
-        """What each run sets of the filter."""
+        """Return the run values of the filter."""
         exponent = filter_.exponent if isinstance(filter_, Evsm4) else 0.0  # the others have no warp
 
         def frame(light: pg.Light, width: float) -> FilterFrame:
@@ -147,7 +147,7 @@ class BoxKernels:
 
 @lru_cache(maxsize=64)
 def box_kernels(reach: int, channels: int) -> BoxKernels:
-    """For any half width up to ``reach`` texels, and of half a texel at least.  Two channels or four.
+    """Return box kernels for any half width from half a texel to ``reach`` texels. Two channels or four.
 
     The outermost texels count by the part of them that the box covers.
     """

@@ -1,4 +1,4 @@
-"""How near to the light casters come about each place of a shadow map: what bounds the search for them.
+"""Bounds for the search for casters: the least depth around each block of a shadow map.
 
 A caster can be in the way of a light with an extent only within the cone from the receiver to the light, which is the
 wider the nearer the caster is to the light.  How wide a search has to be is a fact of the casters before that

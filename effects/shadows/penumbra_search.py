@@ -96,7 +96,7 @@ def facing_light(light: LightFrame, position: vec3, n: vec3, kind: int) -> bool:
 
 @pg.function
 def step_aside(size: ivec2, frame: ViewFrame) -> vec2:
-    """How far the flat places of neighbouring pixels lie apart, to the right and downwards."""
+    """Return the offset between the flat places of neighboring pixels, to the right and down."""
     return vec2(2.0, -2.0) * half_extent(frame, size) / vec2(size)
 
 

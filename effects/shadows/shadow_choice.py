@@ -1,4 +1,4 @@
-"""How shadows are filtered: one of ten kinds, each with its settings."""
+"""The choice of a shadow filter: one of ten kinds, each with its settings."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ FARTHEST = 0.5
 
 @pg.struct
 class FilterFrame:
-    """What each run sets of a filter; depths beyond ``near`` are for maps of moments."""
+    """Run values of a filter; depths beyond ``near`` are for maps of moments."""
 
     width: float  # half width of edges, scene units
     bleed: float  # a share of light so small counts as none
@@ -86,7 +86,7 @@ def flat(row: vec3, axis: vec3) -> vec3:
 
 @pg.function
 def receiver_at(map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, kind: int) -> Receiver:
-    """Where a point lies in the map, how large a texel is there, and how the point's plane slopes.
+    """Return a point's place in the map, the size of a texel there, and the slope of the point's plane.
 
     On the plane n·(x - L) = k, seen from L along d (A + u B + v C), 1/d is linear in u and v; in a parallel map a
     texel is some way across the axis, and d changes over it by what keeps n·x. A parallel map may be drawn in

@@ -1,4 +1,4 @@
-"""From the choice of a shadow filter to the kernel function that it stands for."""
+"""Map the choice of a shadow filter to its kernel function."""
 
 from __future__ import annotations
 

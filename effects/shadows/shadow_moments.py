@@ -56,13 +56,13 @@ def normalised(depth: float, by: FilterFrame) -> float:
 
 @pg.function
 def two_moments(d: float) -> vec2:
-    """What "vsm" stores."""
+    """Return the moments that "vsm" stores."""
     return vec2(d, d * d)
 
 
 @pg.function
 def warped_moments(d: float, exponent: float) -> vec4:
-    """What "evsm4" stores: a depth warped in two ways, and the squares."""
+    """Return the moments that "evsm4" stores: a depth warped in two ways, and their squares."""
     up = exp(exponent * d)
     down = -exp(-min(exponent, NEGATIVE_EXPONENT) * d)
     return vec4(up, up * up, down, down * down)
@@ -70,7 +70,7 @@ def warped_moments(d: float, exponent: float) -> vec4:
 
 @pg.function
 def four_moments(d: float) -> vec4:
-    """What "msm" stores."""
+    """Return the moments that "msm" stores."""
     square = d * d
     return vec4(d, square, square * d, square * square)
 
@@ -175,7 +175,7 @@ class Probe:
 def probe(
     map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, by: FilterFrame, kind: int
 ) -> Probe:
-    """What every lookup reads.
+    """Read what every lookup needs.
 
     Within the blur lie the receiver's own plane, or the half of it that the far plane has not cut off, and in
     a hollow edge the next wall, no steeper than the cone of CONE_SLOPE.  A lookup asks so far before the
@@ -217,7 +217,7 @@ def before(at: Probe, offset: float) -> float:
 
 @pg.function
 def variance_bound(at: Probe, by: FilterFrame) -> float:
-    """By two moments.
+    """Return the light bound from two moments.
 
     The mean of a plane is its own depth; that of a hollow edge or of a plane cut off lies before it by no
     more than 0.87 standard deviations of the steeper side.
@@ -246,7 +246,7 @@ def exponential_bound(at: Probe, by: FilterFrame) -> float:
 
 @pg.function
 def moment_bound(at: Probe, by: FilterFrame) -> float:
-    """By four moments; it is 1 at PLANE_DEVIATIONS before a plane.
+    """Return the light bound from four moments; 1 at PLANE_DEVIATIONS in front of a plane.
 
     Source: C. Peters, R. Klein, "Moment Shadow Mapping", 2015. Deviation: the offset of slanted planes.
     """

@@ -1,1 +1,1 @@
-"""What effects on scenes draw first: surfaces, textures, views and the maps of lights."""
+"""First passes of effects on scenes: surfaces, textures, views and shadow maps."""

@@ -24,7 +24,7 @@ ROUNDING = 4e-6
 
 @pg.function
 def rise(frame: ViewFrame, here: float, there: float) -> float:
-    """From one depth to another, what `linear_on_planes` grows by, without cancellation."""
+    """Return the increase of `linear_on_planes` from one depth to another, without cancellation."""
     return (here - there) / (here * there) if frame.perspective else there - here
 
 

@@ -43,7 +43,7 @@ def to_distance(depth: Image, frame: DepthFrame) -> float:
 
 
 def depth_frame(holds: pg.HardwareDepth) -> DepthFrame:
-    """What a depth buffer holds, for kernels."""
+    """Return a depth buffer's convention as kernel values."""
     make: Any = DepthFrame  # its fields are tuples on the host, vectors in kernels
     frame = make(holds.ends, not holds.orthographic, holds.reversed_z)
     assert isinstance(frame, DepthFrame)

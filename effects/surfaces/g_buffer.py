@@ -43,7 +43,7 @@ FLATTEST_VIEW = 0.25
 
 @pg.struct
 class Surface:
-    """What a vertex hands over, in the camera's frame."""
+    """Varyings of a surface, in the camera's frame."""
 
     position: vec4
     normal: vec3
@@ -113,7 +113,7 @@ def bent(texel: vec3, surface: Surface, n: vec3) -> vec3:
 
 @pg.function
 def rise_of(view: vec3, in_perspective: bool) -> vec2:
-    """How the triangle's plane rises, see `GBuffer.rises`."""
+    """Return the slopes of the triangle's plane, see `GBuffer.rises`."""
     linear = -1.0 / view.z if in_perspective else -view.z
     return vec2(dfdx(linear), -dfdy(linear))
 
@@ -280,7 +280,7 @@ def _draw(
 def _levels(
     word: str, texture: pg.Texture | None, use: Use, textures: TextureInputs, any_input: object
 ) -> dict[str, object]:
-    """What kernels take beside a map, for its smaller sizes."""
+    """Return the kernel arguments for the mipmap levels of a material texture."""
     if texture is None:
         unused = {f"{word}_{name}": 0 for name in ("count", "wrap", "minify")}
         return {f"{word}_levels": any_input, f"{word}_size": (1.0, 1.0), **unused}
@@ -314,7 +314,7 @@ def _draw_translucent(
 
 @dataclass(frozen=True)
 class SceneSurfaces:
-    """What `scene_surfaces` returns, of the nearest opaque surface; zeros where there is none.
+    """Results of `scene_surfaces` for the nearest opaque surface; zeros without one.
 
     Attributes
     ----------

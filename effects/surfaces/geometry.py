@@ -10,7 +10,8 @@ from passgraph import dot, ivec2, normalize, output_size, vec2, vec3
 
 @pg.struct
 class ViewFrame:
-    """How a place in the picture and a distance become a position in the camera's frame, which looks along -z.
+    """The conversion from a place in the picture and a distance to a position in the camera's frame, which looks along
+    -z.
 
     In perspective lengths are measured at distance 1 and grow with the distance; in parallel views they do not.
     """
@@ -30,7 +31,7 @@ def half_extent(frame: ViewFrame, size: ivec2) -> vec2:
 
 @pg.function
 def spread(frame: ViewFrame, distance: float) -> float:
-    """What lengths of the frame are multiplied by at a distance along the view axis."""
+    """Return the scale of the frame's lengths at a distance along the view axis."""
     return distance if frame.perspective else 1.0
 
 
@@ -48,7 +49,7 @@ def view_position(frame: ViewFrame, at: vec2, distance: float) -> vec3:
 
 @pg.function
 def line_of_sight(frame: ViewFrame, at: vec2) -> vec3:
-    """Where positions at a place in the picture move with each unit of distance along the view axis."""
+    """Return the change of position for each unit of distance along the view axis, at a place in the picture."""
     return vec3(flat_place(frame, at) if frame.perspective else vec2(0.0), -1.0)
 
 
@@ -70,7 +71,7 @@ def plane_terms(frame: ViewFrame, n: vec3, flat: vec2) -> vec2:
 
 @pg.function
 def picture_place(frame: ViewFrame, position: vec3) -> vec2:
-    """Where a position before the eye lies in the picture, as in `view_position`."""
+    """Project a position in front of the eye to the picture, as in `view_position`."""
     flat = position.xy / (spread(frame, -position.z) * half_extent(frame, output_size())) - frame.shift
     return vec2(0.5 + 0.5 * flat.x, 0.5 - 0.5 * flat.y)
 

@@ -156,7 +156,7 @@ def _cut(polygons: Float64, normal: Float64, offset: float) -> Float64:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """What maps of one scene are fitted to.
+    """The region that the maps of one scene are fitted to.
 
     Attributes
     ----------
@@ -181,7 +181,7 @@ class Fit:
     def window(
         self, light: pg.Light, frustum: tuple[Float64, Float64], camera: pg.Camera, size: tuple[int, int]
     ) -> Float64:
-        """What stands before a light's projection, (4, 4); the unit matrix where nothing narrower will do."""
+        """Return the matrix in front of a light's projection, (4, 4); the identity if nothing narrower fits."""
         # the map and the kernels that read it ask alike in each run
         key = light, camera, size, frustum[0].tobytes(), frustum[1].tobytes()
         return self._once("window", key, lambda: self._window(light, frustum, camera, size))
@@ -231,7 +231,8 @@ def _nearest(points: Float64, camera: pg.Camera) -> float:
 def needed_places(
     light: pg.Light, view: Float64, projection: Float64, points: Float64, casters: Float64
 ) -> Float64 | None:
-    """Where in a map casters may shadow some points, in the map's clip space; None for all over the map.
+    """Return the part of a map in which casters may shadow some points, in the map's clip space; None for the whole
+    map.
 
     Parameters
     ----------

@@ -73,7 +73,7 @@ def _top(height: int, number: int) -> int:
 
 
 def _gathered(values: NDArray[np.float32], use: Use) -> NDArray[np.float32]:
-    """What may be averaged: colours times alpha, normals in -1..1."""
+    """Return values that may be averaged: colors times alpha, normals in -1..1."""
     if use == "normals":
         return values * np.float32(2.0) - np.float32(1.0)
     return np.concatenate([values[:, :, :3] * values[:, :, 3:], values[:, :, 3:]], axis=2)
@@ -158,7 +158,7 @@ def mipped(
 
 
 def wrap_number(wrap: Wrap) -> int:
-    """As `wrapped` takes it."""
+    """Return the number of a wrap mode for `wrapped`."""
     return WRAPS.index(wrap)
 
 
@@ -186,7 +186,7 @@ class TextureInputs:
         return self._made[key]
 
     def levels(self, texture: Texture, use: Use) -> dict[str, object]:
-        """What `mipped` takes beside a texture: the input of its levels, their size and count, its wrap and filter."""
+        """Return the arguments of `mipped` beside a texture: its levels, their size and count, its wrap and filter."""
         key = (id(texture), use)
         if key not in self._mips:
             mips = mips_of(texture.decode(), use, texture.wrap)

@@ -1,4 +1,4 @@
-"""What the camera and the lights mean to kernels: matrices relative to the eye, composed in float64."""
+"""Camera and lights as kernel values: matrices relative to the eye, composed in float64."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class View:
     camera: Any
 
     def derived(self, function: Callable[[pg.Camera], Any]) -> Any:
-        """What a function makes of the camera: at each run, or here."""
+        """Apply a function to the camera: in each run, or now for a constant one."""
         return function(self.camera) if isinstance(self.camera, pg.Camera) else self.camera.map(function)
 
     def view_from(self, origin: Float64) -> pg.Derived:
@@ -71,7 +71,7 @@ class View:
         return pg.combine(matrix, self.camera, pg.OUTPUT_SIZE)
 
     def frame(self) -> Any:
-        """How places in the picture and distances become positions: a `ViewFrame`."""
+        """Return the `ViewFrame` that converts places and distances to positions."""
         return self.derived(view_frame)
 
     def in_perspective(self) -> Any:
@@ -102,7 +102,7 @@ Seen = tuple[pg.Camera, tuple[int, int]]
 
 @dataclass(frozen=True, eq=False)
 class MapView:
-    """How one shadow map looks at the scene; a cube map is six of these."""
+    """The view of one shadow map; a cube map has six."""
 
     light: pg.Value
     casters: Casters
@@ -140,13 +140,15 @@ class MapView:
         return self.derived(matrix)
 
     def derived(self, function: Callable[..., object]) -> pg.Derived:
-        """From the light, and from what the camera sees where the map is fitted to that: it changes by steps then."""
+        """Derive a value from the light, and from the camera's view if the map is fitted to it; it then changes in
+        steps."""
         if self.fit is None:
             return self.light.map(function)
         return pg.combine(function, self.light, self.fit.camera, pg.OUTPUT_SIZE, by_value=True)
 
     def depth_row(self, origin: Float64) -> pg.Derived:
-        """What gives the depth of positions relative to ``origin``, in scene units along the light's axis."""
+        """Return the row that gives the depth of positions relative to ``origin``, in scene units along the light's
+        axis."""
         return self.light.map(lambda light: -(self._whole_scene(light)[0] @ translation(origin))[2])
 
     def frame(self, view: View, map_size: int) -> pg.Derived:
@@ -184,7 +186,7 @@ class MapView:
 
 @dataclass(frozen=True, eq=False)
 class Casters:
-    """What throws shadows, with boxes for fitting shadow maps."""
+    """The shadow casters, with boxes for fitting shadow maps."""
 
     nodes: tuple[pg.Node, ...]
     scene_bounds: Float64

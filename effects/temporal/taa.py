@@ -69,7 +69,7 @@ def stands_before(distance: float, other: float) -> bool:
 
 @pg.function
 def clipped(history: vec4, mean: vec4, half: vec4) -> vec4:
-    """What of the way from a box's middle to a color lies inside."""
+    """Return the part of the way from a box's center to a color that lies inside the box."""
     way = history - mean
     out = abs(way) / max(half, vec4(1e-20))
     return mean + way / max(out.x, out.y, out.z, out.w, 1.0)

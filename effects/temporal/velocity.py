@@ -50,7 +50,7 @@ def camera_velocity(
     into: pg.TargetSpec | None = None,
     name: str = "velocity",
 ) -> pg.Target:
-    """How far each pixel's surface moved in the picture since the frame before, where only the camera moves.
+    """Return the motion of each pixel's surface since the last frame, if only the camera moves.
 
     Parameters
     ----------

@@ -195,7 +195,7 @@ def processor() -> str:
 
 
 def truth_line(result: SceneResult) -> str:
-    """How sure the truth is."""
+    """Say how accurate the ground truth is."""
     truth = result.truth
     times = result.best_rmse / truth.noise if truth.noise > 0.0 else float("inf")
     return (

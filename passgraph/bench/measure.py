@@ -79,7 +79,7 @@ class SceneResult:
 
 @dataclass(frozen=True)
 class Settings:
-    """What is measured.
+    """Settings of a benchmark.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class Settings:
 
 @dataclass
 class _Drawn:
-    """What one scene has given so far."""
+    """Intermediate results of one scene."""
 
     shares: dict[tuple[str, str, int], Float32] = field(default_factory=dict)
     counts: dict[str, Mask] = field(default_factory=dict)
@@ -147,7 +147,8 @@ def measure(name: str, settings: Settings, say: Callable[[str], object] = lambda
 
 
 def _counts(scene: Scene, device: Backend, size: tuple[int, int], truth: Truth) -> Mask:
-    """Where the truth counts, the rasteriser sees the same surface, and light arrives by the shading normal too."""
+    """Return where pixels count: the truth is valid, the rasterizer sees the same surface, and the shading normal faces
+    the light."""
     passes = passes_of(scene, 64, filter=Hard())
     with compile([passes.depth, passes.unshadowed], backend=device, size=size) as program:
         drawn = program()

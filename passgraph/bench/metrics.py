@@ -1,4 +1,4 @@
-"""How like two pictures are, how far a shadow is from the truth, and which methods no other beats."""
+"""Metrics: similarity of two pictures, error of a shadow, and the Pareto front of methods."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ SAME_SURFACE = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What rays say about one scene and light.
+    """Ray-traced ground truth of one scene and light.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Truth:
         return self.counts & (self.share > PENUMBRA[0]) & (self.share < PENUMBRA[1])
 
     def same_surface(self, depth: Float32) -> Mask:
-        """Where a rasterised depth picture shows what the rays met."""
+        """Return where a rasterized depth picture shows the surface that the rays hit."""
         return np.asarray(np.abs(depth - self.depth) <= SAME_SURFACE * self.depth)
 
 
@@ -56,7 +56,7 @@ def truth_of(scene: Scene, size: tuple[int, int], samples: int) -> Truth:
 
 
 def whole_light_above(light: Light, seen: Surfaces) -> Mask:
-    """Where all of the light lies over the plane of the surface's own triangle."""
+    """Return where the whole light is above the plane of the surface's triangle."""
     if light.kind == "directional":
         sine = light.radius / np.hypot(1.0, light.radius)
         return np.asarray(-(seen.normals @ np.array(light.direction)) > sine)

@@ -25,7 +25,7 @@ Picture = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class Difference:
-    """Of two pictures of one size.
+    """The difference of two pictures of one size.
 
     Attributes
     ----------
@@ -133,7 +133,7 @@ def _call(program: Program, given: Mapping[str, Any]) -> Callable[[int], Picture
 
 
 def difference(got: Picture, true: Picture) -> Difference:
-    """What tells one picture from another.
+    """Measure the difference of two pictures.
 
     >>> black, grey = np.zeros((4, 4, 3), np.float32), np.full((4, 4, 3), 0.25, np.float32)
     >>> difference(grey, black).rmse, difference(grey, black).largest

@@ -1,4 +1,4 @@
-"""From inputs and an output on the command line to sources and sinks of frames, refused before the work."""
+"""Turn command-line inputs and outputs into sources and sinks of frames; errors come before the work."""
 
 from __future__ import annotations
 
@@ -24,9 +24,8 @@ from passgraph.commands.written_files import (
     tell_of_unread,
 )
 from passgraph.errors import InputError
-from passgraph.files.animation import Animation
+from passgraph.files.animation import Animation, is_animated
 from passgraph.files.animation_sink import ToAnimation
-from passgraph.files.animation_times import is_animated
 from passgraph.files.film import Film, rate_given
 from passgraph.files.frame import Sink, Source
 from passgraph.files.names import Pattern, folder_files, glob_files, has_wildcard, is_film, is_video, missing_numbers
@@ -86,7 +85,7 @@ def depth_option(required: bool) -> click.Option:
 
 @dataclass(frozen=True)
 class Writing:
-    """How outputs are written, as said on the command line."""
+    """Output settings from the command line."""
 
     raw: Raw | None = None
     rate: Fraction | None = None
@@ -174,7 +173,7 @@ def _numbered(text: str) -> dict[int, Path]:
 
 
 def clips_of(sources: list[Source], output: str, writing: Writing) -> list[Clip]:
-    """Where each source goes."""
+    """Pair each source with its output."""
     if goes_into_folder(output):
         return [Clip(source, _into_folder(source, Path(output), writing)) for source in sources]
     if len(sources) != 1 and not (Pattern.is_in(output) and all(isinstance(s, Pictures) for s in sources)):

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Settings:
-    """How the frames are run."""
+    """Settings of a run over frames."""
 
     backend: str | None
     linear: bool = False
@@ -82,14 +82,14 @@ class FramesJob:
         return in_bytes(first) if as_bytes else first
 
     def sources(self, clip: Clip) -> Source | dict[str, Source]:
-        """Where the frames of a clip come from, by input."""
+        """Return the sources of a clip's frames, by input."""
         if self.makes_all:
             return clip.source
         depth = {} if self.depth is None else {"depth": self.depth}
         return {"frame": clip.source, **depth, **self.pictures}
 
     def values(self, clip: Clip) -> Values:
-        """What the runs of a clip are given beside its frames."""
+        """Return the run values of a clip."""
         return self.given if self.changing is None else self.changing.values(clip.source, clip.rate, self.given)
 
 
@@ -111,7 +111,7 @@ def red_of(picture: Stored) -> Stored:
 
 
 def colors_of(picture: Stored) -> Stored:
-    """As `passgraph.load` gives a picture: float32, (h, w, 4)."""
+    """Return a picture as `passgraph.load` does: float32, (h, w, 4)."""
     return scaled(with_channels(picture, 4))
 
 
@@ -225,7 +225,7 @@ def _say(clip: Clip, line: str) -> None:
 
 
 def complain_of(outcome: Outcome) -> str:
-    """What is said of a frame that failed."""
+    """Return the message for a frame that failed."""
     text = outcome.reason if outcome.reason.startswith(outcome.name) else f"{outcome.name}: {outcome.reason}"
     return f"passgraph: error: {on_one_line(text)}"
 

@@ -35,7 +35,7 @@ Pictures = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Change:
-    """How far an output lies from what was recorded.
+    """The distance of an output from its recording.
 
     Attributes
     ----------
@@ -147,7 +147,7 @@ def _change(
 
 
 def steps_between(one: NDArray[Any], other: NDArray[Any], format_: Format) -> NDArray[np.float64]:
-    """How many stored values of a format lie between values; infinite where one only is NaN, 0 where both are.
+    """Count the stored values of a format between two values; infinite if only one is NaN, 0 if both are.
 
     >>> from passgraph.formats import FORMATS
     >>> one, other = np.float32([0.0, 1.0, np.nan]), np.float32([2 / 255, 1.0, 1.0])

@@ -77,7 +77,7 @@ def _parameter_type(node: Pass, name: str) -> Type | None:
 
 
 def _parameters(node: Pass, name: str) -> list[Parameter]:
-    """Those of this name of a pass's kernels."""
+    """Return the parameters of this name of a pass's kernels."""
     kernels = (node.kernel,) if isinstance(node, PixelPass) else (node.vertex, node.fragment)
     own = name.rpartition("/")[2]
     return [p for kernel in kernels if kernel is not None for p in kernel.parameters if p.name == own]

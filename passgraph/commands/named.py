@@ -1,4 +1,4 @@
-"""What is named on the command line: an effect by its name, or a file of one's own, and what of it is meant."""
+"""Resolve a command-line name: a built-in effect, or an item of the user's file."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Reader:
-    """What is read of one kind of file.
+    """Reader of one kind of file.
 
     Attributes
     ----------

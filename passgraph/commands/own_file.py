@@ -81,7 +81,7 @@ def graphs_of(path: Path, name: str | None = None) -> dict[str, Graph]:
 
 
 def names_of(path: Path) -> dict[str, Any]:
-    """What stands at the top of a user's Python module, which is run."""
+    """Run a user's Python module and return its top-level names."""
     check_regular(path, "a Python module")
     return _run(path)
 

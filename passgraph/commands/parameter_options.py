@@ -84,12 +84,12 @@ class Changing:
 
     @staticmethod
     def of(effect: Effect, given: dict[str, Any]) -> Changing:
-        """What of the given parameters changes, taken out of them; a frame's time that is given stays as it is."""
+        """Take the changing parameters out of the given ones; a given frame time stays."""
         time = None if effect.frame_time in given else effect.frame_time
         return Changing(effect, {n: given.pop(n) for n, value in list(given.items()) if isinstance(value, Ramp)}, time)
 
     def handles(self) -> dict[str, Value]:
-        """What stands for them in a graph.
+        """Return the run values that stand for them in a graph.
 
         A frame lasts as long as the effect says where a clip has no rate.
         """
@@ -99,7 +99,7 @@ class Changing:
         return values
 
     def graph(self, make: Callable[[Mapping[str, Any]], Any]) -> Any:
-        """What ``make`` makes with values in the place of what changes."""
+        """Build a graph with run values in place of the changing parameters."""
         try:
             return make(self.handles())
         except (GraphError, InputError) as error:
@@ -111,7 +111,7 @@ class Changing:
             ) from error
 
     def values(self, source: Source, rate: Fraction | None, constants: Mapping[str, Any]) -> Values:
-        """What the runs of a clip of so many frames a second are given."""
+        """Return the run values of a clip with so many frames a second."""
         known = dict(constants)
         if self.frame_time is not None and rate is not None:
             known[self.frame_time] = float(1 / rate)

@@ -101,7 +101,7 @@ class ShaderFileEffect(Effect):
         return named_outputs(self._of_pictures(self.shader(*map(pg.Input, self.shader.images), **values)))
 
     def _of_pictures(self, outputs: Any) -> Any:
-        """What was made, where no picture that was brought is read as a volume."""
+        """Return the outputs if no picture is read as a volume; else raise."""
         for volume in flat_volumes([outputs]):
             raise InputError(
                 f"{self.path}: {volume!r} is a sampler3D, and the command line has pictures only; in Python "

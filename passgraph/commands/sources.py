@@ -1,4 +1,4 @@
-"""From what stands on the command line to a graph and what its run brings."""
+"""Turn command-line arguments into a graph and its inputs."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def generator_job(effect: Effect, path: Path | None, size: tuple[int, int] | Non
 
 
 def as_distance(depth: Target, holds: HardwareDepth | None) -> Target:
-    """What effects take: a depth as it is, or what an engine's buffer holds."""
+    """Return distances for effects: a depth as it is, or converted from an engine's buffer."""
     if holds is None:
         return depth
     from passgraph.effects.surfaces.engine_depth import distances
@@ -115,7 +115,7 @@ def picture_parameters(effect: Effect, parameters: dict[str, Any]) -> tuple[dict
 
 
 def effect_output(effect: Effect, targets: list[Target], parameters: dict[str, Any]) -> Any:
-    """What an effect makes of targets, and never an input itself."""
+    """Call an effect; an input that is returned unchanged gets a copy pass."""
     result = effect.build(*targets, **parameters)
     if isinstance(result, Target) and result.made_by is None:
         # A blur of radius 0 returns its input, which no pass computes.
@@ -155,7 +155,7 @@ def load_scene(path: Path | None, *, up: Literal["y", "z"] | None = None, ground
 
 
 def values_of(scene: Scene, outputs: dict[str, Target]) -> dict[str, Any]:
-    """What a scene says about run values that have no default: its camera and its lights."""
+    """Return a scene's own camera and lights for run values without a default."""
     known: dict[str, Any] = {"camera": scene.camera, "lights": scene.lights}
     known |= {f"light{i}": light for i, light in enumerate(scene.lights)}
     if scene.lights:

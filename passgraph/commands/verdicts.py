@@ -1,4 +1,4 @@
-"""What ``check`` and ``compare`` say alike: the option of how much may be undecided, and verdicts in words."""
+"""Common part of ``check`` and ``compare``: the limit of undecided pixels, and verdicts in words."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def most_ambiguous_option(command: Decorated) -> Decorated:
 
     return click.option(
         "--most-ambiguous", type=FiniteRange(0.0, 1.0), default=MOST_AMBIGUOUS, show_default=True, metavar="SHARE",
-        help="Share of a target's pixels that may hang on decisions that rounding turns; beyond it: undecided.",
+        help="Largest share of ambiguous pixels (rounding can change a decision); above it, a target is undecided.",
     )(command)  # fmt: skip
 
 
@@ -35,8 +35,8 @@ def most_seconds_option(command: Decorated) -> Decorated:
         "--most-seconds",
         type=FiniteRange(0.0),
         metavar="SECONDS",
-        help="Run the reference, which ends at any rate, and look for bounds no longer than this; what is left then is "
-        "undecided. Without it: as long as it takes.",
+        help="Time limit of the search for bounds; the rest is undecided. The reference itself runs to its end.  "
+        "[default: no limit]",
     )(command)
 
 
@@ -47,7 +47,7 @@ def console() -> Console:
 
 
 def say_equality(on: Console, report: Report, name: str = "") -> None:
-    """What is asked first: whether backends made the same bits."""
+    """Print whether backends give the same bits."""
     if report.equality:
         on.print(f"{name}{': ' if name else ''}{report.equality}", markup=False, soft_wrap=True)
 

@@ -12,7 +12,7 @@ import click
 
 from passgraph.arguments import shown
 from passgraph.errors import InputError
-from passgraph.files.animation_times import is_animated
+from passgraph.files.animation import is_animated
 from passgraph.files.names import Pattern, has_wildcard, is_film, is_video, unread_files
 from passgraph.image_files import WRITABLE
 from passgraph.pictures import format_of_suffix, holds_several
@@ -133,7 +133,7 @@ def check_apart(inputs: Iterable[Path], outputs: Iterable[tuple[Path, str]]) -> 
 
 
 def _identities(path: Path) -> list[object]:
-    """What tells that two names are one file: the path behind links, and the file itself where it is there."""
+    """Return keys that identify a file: its resolved path, and its inode if it exists."""
     try:
         status = os.stat(path)
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""What every engine's adapter shares: an effect, planned for the engine's frame, run on it in place.
+"""Common part of the engines' adapters: an effect that runs on the engine's frame in place.
 
 An adapter calls :meth:`Attachment.draw` from the engine's hook, and says where the frame is and what camera saw it.
 """
@@ -60,7 +60,7 @@ def imported(module: str, distribution: str) -> Any:
 
 @dataclass(frozen=True)
 class View:
-    """What a frame was seen by.
+    """The camera of a frame.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class _Facts:
-    """What a program is planned for."""
+    """The frame properties that a program is planned for."""
 
     size: tuple[int, int]
     frame: Format
@@ -244,7 +244,7 @@ class Attachment:
 
     @property
     def isolation(self) -> str | None:
-        """How the engine's state is left alone: "sibling" or "guard"; None before the first frame."""
+        """Return how the engine's state is protected: "sibling" or "guard"; None before the first frame."""
         return None if self._host is None else self._host.isolation
 
     def set(self, **values: object) -> None:
@@ -282,7 +282,7 @@ class Attachment:
             self._structure = object()  # behind the values: who sees it plans with them
 
     def on_close(self, detach: Callable[[], object]) -> None:
-        """What takes the hook out of the engine; for adapters."""
+        """Register the function that removes the hook from the engine; for adapters."""
         self._detach.append(detach)
 
     def close(self) -> None:
@@ -337,7 +337,7 @@ class Attachment:
         self._skipped = str(reason)
 
     def _draw_again(self) -> None:
-        """In a context that the engine has made anew, if need be."""
+        """Draw in a context that the engine has recreated, if necessary."""
         try:
             self._draw()
         except OtherContextError:
@@ -389,7 +389,7 @@ class Attachment:
             program.run(into={"picture": frame}, **self._inputs_of(program, frame, depth))
 
     def _inputs_of(self, program: pg.Program, frame: HostPicture, depth: HostPicture | None) -> dict[str, Any]:
-        """What a run of a program is given in this frame."""
+        """Return the inputs of a run for this frame."""
         wanted = program.plan.values
         given: dict[str, Any] = {name: value for name, value in self._given.items() if name in wanted}
         if not wanted.keys().isdisjoint(("camera", "previous_camera", _HOLDS)):

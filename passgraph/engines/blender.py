@@ -29,7 +29,8 @@ class ViewAttachment(Attachment):
         self, scene: Any, view_layer: Any, view3d: Any, region: Any, view_matrix: Any, projection_matrix: Any,
         **options: Any,
     ) -> None:  # fmt: skip
-        """In the place of ``offscreen.draw_view3d``, with the same arguments; the effect gets both matrices' camera."""
+        """Draw instead of ``offscreen.draw_view3d``, with the same arguments; the effect gets the camera of both
+        matrices."""
         self.offscreen.draw_view3d(scene, view_layer, view3d, region, view_matrix, projection_matrix, **options)
         self._matrices = np.array(view_matrix, np.float64), np.array(projection_matrix, np.float64)
         self.draw()

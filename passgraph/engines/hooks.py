@@ -33,7 +33,7 @@ class _Hooked:
         return result
 
     def remove_when_idle(self) -> None:
-        """Where someone else has put theirs around ours since, ours stays, and does nothing."""
+        """Remove the hook; if another hook wraps it, it stays and does nothing."""
         if self.before or self.after or vars(self.owner).get(self.name) is not self:
             return
         if self.was_own:

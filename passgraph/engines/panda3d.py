@@ -134,8 +134,8 @@ def _filtered(output: Any, regions: list[Any]) -> Any:
 
 
 def _pixels(output: Any, part: Any) -> tuple[int, int, int, int]:
-    """Where an output's picture lies, or a display region's, in what is bound, which may be larger: Panda3D pads
-    textures to powers of two."""
+    """Return the rectangle of an output or display region in its texture, which may be larger: Panda3D pads textures to
+    powers of two."""
     width, height = output.get_fb_x_size(), output.get_fb_y_size()
     if part is None:
         return 0, 0, width, height

@@ -80,7 +80,7 @@ class _Display:
         self._is_scaled = surface is not None and _is_enlarged(surface.get_size(), module.get_window_size())
 
     def remember_mode(self, size: object = None, flags: int = 0, *_: object, **__: object) -> bool:
-        """Of a call of ``set_mode``. Sizes say nothing after it: the surface of a display with OpenGL keeps its own."""
+        """Remember the mode of a ``set_mode`` call. The surface of an OpenGL display does not follow later sizes."""
         self._is_scaled = bool(flags & _SCALED)
         return False
 

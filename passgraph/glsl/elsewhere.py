@@ -48,7 +48,7 @@ _LONGEST = 64
 
 
 def mending(word: str, known: Iterable[str]) -> str:
-    """What to write for a word that has no meaning, to be put behind a message; empty where nothing is near.
+    """Return a suggestion for an unknown word, to append to a message; empty if nothing is similar.
 
     >>> mending("lerp", ()), mending("float3x3", ()), mending("colr", ["color", "k"]), mending("zzz", ["color"])
     ('; write mix(a, b, t)', '; write mat3', "; did you mean 'color'?", '')

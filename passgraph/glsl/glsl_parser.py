@@ -1,4 +1,4 @@
-"""From tokens to the syntax tree: expressions, declarations, functions and statements."""
+"""Parse tokens to the syntax tree: expressions, declarations, functions and statements."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class ExpressionParser:
         return self.take()
 
     def _check_statement(self) -> None:
-        """Of two names that begin a statement, the first is meant as a type."""
+        """Raise if a statement begins with two names: the first is an unknown type."""
         before = [token.text for token in self.tokens[max(self.position - 2, 0) : self.position]]
         first = self.tokens[self.position - 1]
         if self.here.kind == first.kind == "name" and (len(before) < 2 or before[0] in (";", "{", "}", "(", ")")):
@@ -113,7 +113,7 @@ class ExpressionParser:
     # Expressions
 
     def expression(self) -> g.Expr:
-        """With commas."""
+        """Parse an expression, with commas."""
         first = self.assignment()
         if not self.at(","):
             return first
@@ -209,7 +209,7 @@ class ExpressionParser:
         return self.node(g.Name, token.span, token.text)
 
     def arguments(self, name: Token) -> tuple[tuple[g.Expr, ...], Span]:
-        """What stands in the parentheses of a call, and where the whole stands."""
+        """Parse the arguments of a call; return them and the span of the call."""
         self.expect("(")
         found: list[g.Expr] = []
         if self.at("void") and self.ahead().text == ")":
@@ -250,7 +250,7 @@ class ExpressionParser:
 
 
 def _between(start: Span, end: Span) -> Span:
-    """From one stretch to another, or to the end of the first line."""
+    """Return the span from one span to another, or to the end of the first line."""
     if (start.file, start.line) != (end.file, end.line):
         return Span(start.file, start.line, start.column, max(len(start.text.rstrip()), start.end_column), start.text)
     return Span(start.file, start.line, start.column, max(end.end_column, start.end_column), start.text)

@@ -99,7 +99,7 @@ class Statements:
         return then_done and else_done, takes_rest
 
     def _guarded(self, rest: Sequence[g.Statement], span: Span) -> bool:
-        """What follows, under the condition that nothing has left the function yet."""
+        """Emit the rest under the condition that the function has not returned."""
         if not rest:
             return False
         done: list[bool] = []
@@ -143,7 +143,7 @@ class Statements:
         return block
 
     def start(self, node: g.Statement) -> None:
-        """What stands first in the parentheses of a ``for``."""
+        """Emit the first part of a ``for``."""
         self._other(node)
 
     def _switch(self, node: g.Switch) -> None:

@@ -207,7 +207,7 @@ def output_size(unit: Unit, span: Span) -> Part:
 
 
 def position(unit: Unit, span: Span) -> Part:
-    """Where this pixel's centre lies in the picture, (0, 0) at the bottom left and (1, 1) at the top right."""
+    """Return this pixel's center in the picture, from (0, 0) at the bottom left to (1, 1) at the top right."""
     fragment_position = _fragment(unit, span)
     assert isinstance(fragment_position, ir.Construct)
     centre = ir.Construct(VEC2, fragment_position.arguments[:2], span)

@@ -88,7 +88,7 @@ class Count:
 
 
 def counted(body: Body, node: g.Loop) -> Count | None:
-    """How many trips a loop makes; None where neither constants nor the counters around tell."""
+    """Return the trip count of a loop; None if it depends on more than constants and outer counters."""
     if node.condition is None or node.update is None:
         return None
     functions = partial(overloads, body.unit)
@@ -142,7 +142,7 @@ def _settled(value: ir.Expr) -> ir.Expr:
 
 @dataclass(frozen=True)
 class _Amount:
-    """What a number lies between; where it ``follows``, what it lies above the counter."""
+    """The range of a number; if it ``follows``, relative to the counter."""
 
     range: Range
     follows: bool = False
@@ -225,8 +225,8 @@ def _combined(operation: str, of_floats: bool, parts: Sequence[_Amount]) -> _Amo
 
 
 def _following(low: float, high: float, nan: bool, of_floats: bool) -> _Amount:
-    """What lies so far above the counter, with what a float sum loses; of what the counter adds to that the loop's
-    count takes care."""
+    """Return a range relative to the counter, widened by the rounding of a float sum. The loop's count accounts for the
+    counter itself."""
     lost = _LOST * max(abs(low), abs(high)) if of_floats else 0.0
     return _Amount(Range(low - lost, high + lost, nan), follows=True)
 
@@ -371,7 +371,7 @@ def emit_loop(body: Body, node: g.Loop) -> None:
 
 
 def _counted(body: Body, node: g.Loop) -> Count | None:
-    """How many trips a loop makes by the step in its head, or else by one in its block."""
+    """Return the trip count from the step in the loop's head, or else from one in its block."""
     if node.update is not None:
         return counted(body, node)
     counts = (counted(body, stepped) for stepped in with_step(node))
@@ -381,7 +381,7 @@ def _counted(body: Body, node: g.Loop) -> Count | None:
 
 
 def _open_trips(unit: Unit, block: tuple[ir.Stmt, ...]) -> int:
-    """As many trips as the limits of a kernel leave; open loops around have as many."""
+    """Return the most trips that the kernel's limits leave; open outer loops have as many."""
     work = _work(block)
     room = (_MAX_WORK - unit.work) // _SHARE
     together = min(_MAX_TOGETHER // (unit.told * _trips(block)), room // (unit.told * work))

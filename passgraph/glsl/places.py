@@ -1,4 +1,4 @@
-"""What can be assigned to: a variable, and a way to a part of it."""
+"""Assignable places: a variable and the path to a part of it."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Place:
 
 
 def place_of(body: Body, node: g.Expr) -> Place:
-    """Where an expression that is assigned to lies; indices in it are computed here, once."""
+    """Return the place of an assigned expression; indices in it are computed here, once."""
     if isinstance(node, g.Name):
         binding = body.lookup(node.name, node.span)
         if isinstance(binding, Slot):
@@ -78,7 +78,7 @@ def _type_at(place: Place) -> Type | None:
 
 
 def _elements(type_: Type | None) -> tuple[int, Type | None]:
-    """How many elements [] chooses from, and their type."""
+    """Return the number of elements that [] chooses from, and their type."""
     if isinstance(type_, Array):
         return type_.length, type_.element
     if isinstance(type_, Matrix):
@@ -103,7 +103,7 @@ def perhaps(body: Body, index: ir.Expr, node: g.Expr, type_: Type | None) -> ir.
 
 
 def read_place(body: Body, place: Place) -> Part:
-    """What a place holds."""
+    """Read a place."""
     part = read_variable(place.slot.variable, place.span)
     for step in place.way:
         part = part_at(part, step, place.span, body.builder.name_it)

@@ -154,7 +154,7 @@ class Expander:
     def _arguments(
         self, macro: Macro, name: Token, source: Iterator[Token], pending: list[Token]
     ) -> tuple[dict[str, list[Token]], frozenset[str]]:
-        """What stands between the parentheses, by parameter, and what the closing one came out of."""
+        """Return the macro's arguments by parameter, and the macros that the closing parenthesis came from."""
         assert macro.parameters is not None
         given: list[list[Token]] = [[]]
         depth = 1

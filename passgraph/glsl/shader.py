@@ -118,7 +118,7 @@ def _check_apart(names: Iterable[g.Variable | g.Parameter]) -> None:
 
 
 def _place(before: Span, span: Span) -> str:
-    """Where the first of two stands."""
+    """Format the location of the first span."""
     if before.file != span.file:
         return f" ({before.file}:{before.line})"
     return "" if before.line == span.line else f" (line {before.line})"
@@ -279,7 +279,7 @@ def parse(text: str, *, folder: str | Path | None = None, levels: Collection[str
 
 
 def parse_shader(source: ShaderText, folder: Path | None = None, levels: frozenset[str] = frozenset()) -> Shader:
-    """As :func:`parse`; without a folder, only the files that ``source`` brings are included."""
+    """Parse like :func:`parse`; without a folder, only files in ``source`` are included."""
     file = source.file
     around = frozenset([source.prelude_file, POSTLUDE])
     unit = Unit(source.rows_up, levels, around)
@@ -365,7 +365,7 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
 def _outputs(
     body: Body, value: Part | None, declared: list[tuple[str, Slot]], span: Span
 ) -> list[tuple[str, Variable]]:
-    """What holds the results: the value of the entry, declared outputs, or the built-in ones that are used."""
+    """Return the result variables: the entry's value, declared outputs, or the built-in outputs that are used."""
     unit = body.unit
     if value is not None:
         type_ = type_of_part(value)

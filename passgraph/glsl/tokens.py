@@ -1,4 +1,4 @@
-"""From the text of a shader to tokens, each with the stretch of its own line."""
+"""Split a shader's text into tokens, each with its line and columns."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ NativeValue: TypeAlias = Callable[["Unit", Span], Part]
 
 @dataclass(eq=False)
 class Unit:
-    """What all functions of one shader share."""
+    """State shared by all functions of one shader."""
 
     rows_up: bool = True  # whether the shader counts rows from the bottom
     leveled: frozenset[str] = frozenset()  # pictures with smaller levels, which derivatives choose from
@@ -107,7 +107,7 @@ class Unit:
         self.notes.setdefault((span.file, span.line, text), Note(span, text))
 
     def captured(self, compute: Callable[[], T], span: Span) -> tuple[tuple[ir.Stmt, ...], T]:
-        """What a computation emits, as a block of its own, and what it gives."""
+        """Run a computation and return the statements that it emits, as a block, and its value."""
         found: list[T] = []
         return self.builder.captured(lambda: found.append(compute()), span), found[0]
 

@@ -1,4 +1,4 @@
-"""What lies below a part of the syntax tree."""
+"""Traversal of the syntax tree."""
 
 from __future__ import annotations
 

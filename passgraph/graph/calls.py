@@ -118,7 +118,7 @@ class PixelKernel(Kernel, Generic[Made]):
 
 
 def pass_name(given: object, into: object, otherwise: str, what: str) -> str:
-    """As given; else that of the targets that the pass is the first to write; else ``otherwise``."""
+    """Return the given name, or that of the targets that the pass writes first, or ``otherwise``."""
     if given is not None:
         return text(given, what)
     specs = into if isinstance(into, (tuple, list)) else [into]
@@ -318,7 +318,7 @@ def _columns(value: object, type_: Array, name: str) -> list[tuple[str, Type, ob
 
 
 def _in_a_row(given: Any, type_: Type, name: str) -> list[Any]:
-    """What one struct of an array adds to a part's array: a value, or all that an array in the struct holds."""
+    """Return the entries that one struct adds to an array of a part: one value, or an inner array's entries."""
     if not isinstance(type_, Array):
         return [given]
     if isinstance(type_.element, ImageType):
@@ -333,7 +333,7 @@ def _in_a_row(given: Any, type_: Type, name: str) -> list[Any]:
 
 
 def _entries(value: Any, type_: Array, name: str) -> list[Any]:
-    """What an array holds on the host, arrays in arrays one behind the other."""
+    """Return an array's entries on the host; nested arrays are flattened."""
     listed = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
     if not listed or len(value) != type_.length:
         raise GraphError(f"{name} must be {type_}, a list of {type_.length}, got {arguments.shown(value)}")

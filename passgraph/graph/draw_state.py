@@ -1,4 +1,4 @@
-"""What a draw is given: fixed-function state in OpenGL 3.3's terms, and meshes that stay as they were."""
+"""Inputs of a draw: fixed-function state in OpenGL 3.3's terms, and immutable meshes."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ class DrawState:
 
 
 class Geometry(Protocol):
-    """What a draw needs of a mesh: float32 arrays by vertex and (m, 3) int32 triangles."""
+    """The mesh data of a draw: float32 arrays by vertex and (m, 3) int32 triangles."""
 
     @property
     def positions(self) -> NDArray[np.float32]: ...

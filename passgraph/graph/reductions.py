@@ -41,7 +41,7 @@ def of_channel(color: vec4, channel: int) -> float:
 
 @function
 def neutral(how: int) -> vec4:
-    """What changes nothing: it stands where the picture ends."""
+    """Return the neutral element of a reduction; it stands for texels beyond the picture."""
     if how == MIN:
         return vec4(INFINITY)
     if how == MAX:
@@ -81,7 +81,7 @@ def joined(a: vec4, b: vec4, how: int, first: bool) -> vec4:
 
 @function
 def at_place(image: Image, at: ivec2, how: int, channel: int, first: bool) -> vec4:
-    """What a texel, or the level before, has there."""
+    """Return the value of a texel, or of a texel of the level before."""
     color = image.texel(at)
     if first:
         color = leaf(color, at, how, channel)
@@ -166,7 +166,7 @@ def mean(top: Image, image: Image) -> vec4:
 
 @kernel
 def reduced_place(top: Image) -> vec2:
-    """Where the best candidate is; (-1, -1) where there is none."""
+    """Return the place of the best candidate; (-1, -1) if there is none."""
     best = top[0, 0]
     return best.gb if best.a > 0.0 else vec2(-1.0)
 
@@ -202,7 +202,7 @@ def counted(number: float, wanted: vec4) -> vec4:
 
 @kernel
 def count_bins(numbers: Image) -> Counts:
-    """How often bins' numbers stand in a row: bins from left to right, rows from top to bottom.
+    """Count each bin's numbers in each row: bins from left to right, rows from top to bottom.
 
     Sixteen bins, as reading a number costs more than comparing it; and several numbers a trip, those beyond the
     picture 0.
@@ -359,7 +359,7 @@ def histogram(
     into: TargetSpec | None = None,
     name: str | None = None,
 ) -> Target:
-    """How many texels have a channel's number in each of some bins of equal width from ``low`` to ``high``.
+    """Count the texels of a channel in bins of equal width from ``low`` to ``high``.
 
     As ``numpy.histogram``: a bin takes its lower edge, the last one both, and what is below ``low``, above ``high`` or
     NaN is in none.  A number within a rounding of an edge may be counted on its other side.
@@ -451,7 +451,7 @@ def _check_picture(image: object, what: str) -> None:
 
 
 def _channel_number(channel: object, image: Target, what: str) -> int:
-    """As the kernels take it; ``"luma"`` is the one behind the channels, and the first where there are one or two."""
+    """Return the channel's number; ``"luma"`` comes after the channels, or is the first of one or two."""
     if arguments.among(channel, ("luma",)):
         stored = image.spec.format
         return 0 if stored is not None and stored.channels < 3 else 4

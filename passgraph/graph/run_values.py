@@ -142,7 +142,7 @@ def check_formula(formula: object, where: str, depth: int = 0) -> None:
 
 
 def evaluated(formula: Formula, size: tuple[int, int]) -> float:
-    """What a formula comes to where the output has this size.
+    """Evaluate a formula for an output size.
 
     >>> evaluated(("max", ("floor", ("div", "width", 12.0)), 1.0), (100, 50))
     8

@@ -441,7 +441,7 @@ def Input(
 
 
 def previous(spec: TargetSpec | Target, frames_ago: int = 1) -> Target:
-    """What a target held at the end of an earlier run.
+    """Return a handle to a target's content at the end of an earlier run.
 
     Parameters
     ----------

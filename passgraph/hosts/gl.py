@@ -297,7 +297,8 @@ class Host(GLBackend):
         return self._room(external, format, use) if use.is_written else self._read(external, format, use)
 
     def _read(self, picture: HostPicture, format_: Format, use: Use) -> Texture | None:
-        """To be sampled: the texture itself, or a copy made on the device of what cannot be or is written over."""
+        """Return a texture to sample: the host's own, or a copy on the device if it cannot be sampled or is
+        overwritten."""
         readable = picture.format == format_ or (
             (format_.number, format_.channels) == ("f4", picture.format.channels) and not picture.format.srgb
         )
@@ -351,7 +352,7 @@ class Host(GLBackend):
         self._give_back(lambda: super(Host, self).release_geometry(geometry))
 
     def _give_back(self, give_back: Callable[[], None]) -> None:
-        """Where the host's context is not current, when it next is; what nobody enters for goes when this closes."""
+        """Release in the host's context: now if it is current, else when it next is, or when this host closes."""
         try:
             give_back()
         except BackendError:
@@ -387,7 +388,7 @@ class Host(GLBackend):
 
 
 def check_asked(name: object, region: object, size: object, origin: object, srgb: object) -> None:
-    """What a host is asked for a picture with, before OpenGL sees any of it."""
+    """Check the arguments of a picture before any OpenGL call."""
     if name is not None:
         if isinstance(getattr(name, "glo", None), int):
             raise InputError("the name of OpenGL's object is a whole number; moderngl's objects have it as .glo")

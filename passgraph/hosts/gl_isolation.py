@@ -41,7 +41,7 @@ OTHER_CONTEXT = (
 
 
 def current_state(current: Current) -> State:
-    """What is current in this thread.
+    """Return the current state of this thread.
 
     Raises
     ------
@@ -133,7 +133,8 @@ class Guard:
         self.has_clip_control = gl.ClipControl is not None
 
     def save(self) -> list[Restore]:
-        """What sets everything again, to be called from the last to the first; then nothing is in our way.
+        """Save the state: return the functions that restore it, to be called in reverse. Afterwards the state is
+        neutral.
 
         Raises
         ------

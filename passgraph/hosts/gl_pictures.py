@@ -179,7 +179,8 @@ def attached(gl: Functions, depth: bool) -> Surface | None:
 
 
 def facts_of(gl: Functions, surface: Surface, scratch: int, size: tuple[int, int] | None) -> Facts:
-    """What a surface is.  ``scratch`` is a framebuffer of ours to attach it to, ``size`` what the caller knows of it.
+    """Return the facts of a surface. ``scratch`` is a framebuffer of ours to attach it to, ``size`` the caller's
+    information.
 
     Raises
     ------
@@ -233,7 +234,7 @@ def told_now(gl: Functions, facts: Facts) -> tuple[int, int, int, int] | None:
 
 
 def _of_level(gl: Functions, surface: Surface, bound_as: int, level_target: int) -> dict[str, int]:
-    """What OpenGL says of a texture's level, on the unit that is active; nothing in OpenGL ES 3.0."""
+    """Query a texture's level on the active unit; empty in OpenGL ES 3.0."""
     if gl.GetTexLevelParameteriv is None:
         return {}
     gl.BindTexture(bound_as, surface.name)
@@ -259,7 +260,7 @@ def _of_renderbuffer(gl: Functions, surface: Surface) -> dict[str, int]:
 
 
 def _facts_by_host(surface: Surface, size: tuple[int, int] | None) -> dict[str, int]:
-    """Where OpenGL does not say it: of framebuffer 0, and of textures in OpenGL ES 3.0."""
+    """Return facts that OpenGL does not report: for framebuffer 0, and for textures in OpenGL ES 3.0."""
     if size is None:
         raise BackendError(f"gl: the size of {in_words(surface)} is not known; give it as size=(width, height)")
     return {"width": size[0], "height": size[1], "internal": 0, "samples": 0}
@@ -297,8 +298,8 @@ def _with_components(gl: Functions, surface: Surface, scratch: int, found: dict[
 
 
 def _sized(components: tuple[int, ...], format_: Format, encoded: bool) -> int:
-    """What a copy of a surface is stored as whose format OpenGL does not say.  ``encoded``: as sRGB too, between which
-    and other formats OpenGL ES converts what it copies."""
+    """Return the internal format of a copy of a surface of unknown format. ``encoded``: sRGB too; OpenGL ES converts
+    copies between sRGB and other formats."""
     if encoded:
         return _SRGB_ALPHA8
     if format_.number != "f4" or components[0] == 32:
@@ -352,7 +353,7 @@ class _Room:
 
 
 class Copies:
-    """Of one host; textures for copies are kept from run to run."""
+    """Copies of one host's pictures; their textures are kept from run to run."""
 
     def __init__(self, host: Host) -> None:
         self.host = host
@@ -465,7 +466,7 @@ class Copies:
         return copy
 
     def _resolved(self, picture: HostPicture, format_: Format) -> Texture:
-        """By a pass of ours over all samples."""
+        """Resolve all samples by a pass."""
         gl, facts = self.host.context.gl, picture.facts
         copied, room = self._samples_of(picture), self._room_for(picture, format_, False, not facts.is_depth)
         places = None
@@ -504,7 +505,7 @@ class Copies:
         return name
 
     def _blitted(self, picture: HostPicture, format_: Format) -> Texture:
-        """By one blit of OpenGL's."""
+        """Copy by one OpenGL blit."""
         gl, facts = self.host.context.gl, picture.facts
         # Of several samples OpenGL ES copies to the same place only.
         in_place = gl.has.is_es and facts.samples > 0
@@ -588,7 +589,7 @@ class Copies:
         return room.name
 
     def end_run(self) -> None:
-        """What was copied is not needed any more."""
+        """Release the copies of this run."""
         for room in self._rooms:
             room.free = True
         self._of_run.clear()
@@ -618,7 +619,7 @@ class Copies:
 
 
 def _point(facts: Facts) -> int:
-    """Where both ends of a copy are attached."""
+    """Return the attachment point for both ends of a copy."""
     if not facts.is_depth:
         return g.COLOR_ATTACHMENT0
     return g.DEPTH_STENCIL_ATTACHMENT if facts.internal in _STENCILS else g.DEPTH_ATTACHMENT

@@ -87,7 +87,7 @@ void main()
 
 
 class Samples:
-    """Of one host."""
+    """Multisample handling of one host."""
 
     def __init__(self, host: Host) -> None:
         self.host = host
@@ -133,7 +133,7 @@ class Samples:
         self._end(f"writing {picture}")
 
     def places(self, count: int) -> NDArray[np.float32]:
-        """Where the samples of the bound draw framebuffer lie in a pixel, from its middle, (count, 2)."""
+        """Return the sample positions of the bound draw framebuffer, from the pixel's center, (count, 2)."""
         gl, pair, found = self.host.context.gl, (ctypes.c_float * 2)(), []
         for k in range(count):
             gl.GetMultisamplefv(_SAMPLE_POSITION, k, pair)

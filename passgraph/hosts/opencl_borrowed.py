@@ -1,4 +1,4 @@
-"""What a host has borrowed of its caller: pictures as passes take them, and what is owed when a run ends."""
+"""Pictures that a host has borrowed from its caller, and the copies to write back when a run ends."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WRITTEN = Use(is_read=False, is_written=True)
 
 @dataclass(frozen=True, slots=True)
 class _Known:
-    """What became of a picture when it was last adopted, and what it may be used for."""
+    """The earlier adoption of a picture, and its allowed uses."""
 
     format: Format
     uses: list[Use]
@@ -31,7 +31,8 @@ class _Known:
 
 
 class Borrowed:
-    """Of one host.  A picture in a buffer is known for as long as the caller keeps it, that of an image for one run."""
+    """Borrowed pictures of one host. A picture in a buffer is kept as long as the caller keeps it, one of an image for
+    one run."""
 
     def __init__(self, host: Host) -> None:
         self.host = host
@@ -45,7 +46,7 @@ class Borrowed:
 
     @property
     def counts(self) -> tuple[int, int, int, int]:
-        """How many pictures, arrays, copies of images and results for other queues are known."""
+        """Count known pictures, arrays, copies of images and results for other queues."""
         return len(self._known), len(self._arrays), len(self._copies), len(self._written)
 
     def array(self, array: Any) -> BufferPicture:
@@ -193,5 +194,5 @@ def check_room(picture: OpenCLPicture, format_: Format) -> None:
 
 
 def as_held(picture: OpenCLPicture, format_: Format) -> Format:
-    """What a picture's numbers are, where they are to be moved."""
+    """Return the format of a picture's numbers for transfers."""
     return format_ if picture.holds(format_) else picture.format

@@ -73,7 +73,7 @@ class Place:
         return Place(self.variable, self.type.element, (*self.indices, (index, self.type.length)))
 
     def index(self, span: Span) -> ir.Expr:
-        """In a flat array; -1, where nothing is written, if one of the indices is out of its range."""
+        """Return the index in a flat array; -1, which writes nothing, if one of the indices is out of range."""
         first, *more_indices = self.indices
         if not more_indices and (isinstance(first[0], ir.Literal) or reads_plainly(self.type)):
             return first[0]

@@ -1,4 +1,4 @@
-"""What reads outside of a picture find: the rules, one row each, in the kernel language.
+"""Border rules for reads outside of a picture, one row each, in the kernel language.
 
 A rule is the same for columns and for rows.
 """
@@ -12,7 +12,7 @@ _NEAREST = "min(max(i, 0), size - 1)"
 
 @dataclass(frozen=True, slots=True)
 class Border:
-    """Where along an axis of ``size`` texels a read of texel ``i``, any int, finds its texel.
+    """The texel along an axis of ``size`` texels for a read of texel ``i``, any int.
 
     ``place`` is an expression of the kernel language, of ``i`` and ``size``, without branches; it leaves texels inside
     where they are and never leaves 32 bits.  ``period``: the number of texels, of ``size`` and more than 1, after which

@@ -41,7 +41,7 @@ def _lowered(text: str) -> s.ScalarProgram:
 
 
 def border_place(rule: str, place: NDArray[np.int64] | int, size: int) -> NDArray[np.int64]:
-    """Where along an axis of ``size`` texels a read finds its texel; ``"zero"`` reads 0 where that moves it.
+    """Return the texel that a read finds along an axis of ``size`` texels; ``"zero"`` reads 0 where that moves it.
 
     >>> {rule: border_place(rule, np.arange(-2, 5), 3).tolist() for rule in ("repeat", "mirror", "reflect-101")}
     {'repeat': [1, 2, 0, 1, 2, 0, 1], 'mirror': [1, 0, 0, 1, 2, 2, 1], 'reflect-101': [2, 1, 0, 1, 2, 1, 0]}

@@ -240,7 +240,7 @@ def _joined(lists: list[Lists], span: Span) -> Parts:
 
 
 def each_image(builder: Builder, choice: ImageChoice, read: Callable[[ImageValue], Part], span: Span) -> Part:
-    """What ``read`` makes of the image that an index chooses: a branch for each, so that the others are not read."""
+    """Emit ``read`` for the image that an index chooses: a branch for each, so that the others are not read."""
     name = builder.fresh("chosen")
     types: list[Value | Array] = []
 

@@ -28,7 +28,7 @@ class _Block:
 
 
 class _Liveness:
-    """Which values, variables and blocks the results need; one visit for each."""
+    """Liveness of values, variables and blocks; visits each once."""
 
     def __init__(self, body: Sequence[s.Instruction], roots: Sequence[s.Operand]) -> None:
         self.definitions: dict[int, tuple[s.Instruction, _Block | None]] = {}
@@ -438,12 +438,12 @@ def repeated(program: s.ScalarProgram) -> dict[int, Call]:
 
 
 def _owners(program: s.ScalarProgram) -> dict[int, int]:
-    """Of each value that a call makes the call's number."""
+    """Map each value that a call computes to the call's number."""
     return {value: n for n, (first, last) in enumerate(program.calls) for value in range(first, last + 1)}
 
 
 def _parts(body: Sequence[s.Instruction], owners: dict[int, int]) -> Iterator[tuple[s.Op | s.Choose, ...]]:
-    """What is left of each call where it stands, in one row."""
+    """Yield the instructions of each call that remain in place, in one row."""
     part: list[s.Op | s.Choose] = []
     for i in (*body, None):
         owner = owners.get(i.to.id) if isinstance(i, (s.Op, s.Choose)) else None

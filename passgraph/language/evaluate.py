@@ -1,4 +1,4 @@
-"""What straight instructions compute of many numbers at once, each rounded as backends do."""
+"""Evaluate straight-line instructions for many inputs at once, rounded as backends do."""
 
 from __future__ import annotations
 

@@ -207,7 +207,7 @@ def plain_inverse(e: Emitter, m: list[Values]) -> Values:
 
 
 def _inverse(e: Emitter, args: list[Values], types: list[Type]) -> Values:
-    """With each column near 1: products of all columns neither overflow nor vanish."""
+    """Invert with each column scaled near 1, so that products of columns neither overflow nor vanish."""
     assert isinstance(types[0], Matrix)
     m = columns(args[0], types[0].rows)
     powers = [_toward_one(e, _step_of(e, column), NEAR_ONE) for column in m]

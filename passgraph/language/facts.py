@@ -1,4 +1,4 @@
-"""What the graph knows about a kernel when it is compiled, and what it shares with kernels fused into it."""
+"""Compile-time facts of a kernel, and state shared with the kernels fused into it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PROPERTIES: dict[str, Scalar] = {"is_nearest": BOOL, "is_blank": BOOL, "border":
 
 @dataclass(frozen=True)
 class ImageFacts:
-    """What the graph knows about an image that a kernel reads."""
+    """Compile-time facts of an image that a kernel reads."""
 
     channels: int = 4
     border: str = "clamp"
@@ -47,7 +47,7 @@ class ImageFacts:
 
 @dataclass(frozen=True)
 class Facts:
-    """What the graph knows about a kernel when it is compiled."""
+    """Compile-time facts of a kernel."""
 
     constants: Mapping[str, object] = field(default_factory=dict)
     images: Mapping[str, ImageFacts] = field(default_factory=dict)
@@ -68,7 +68,7 @@ class Fused:
 
 
 def fused_in(facts: Facts) -> list[Fused]:
-    """What is computed inside a kernel in the place of its images."""
+    """Return the kernels that are computed in place of images."""
     return [image.fused for image in facts.images.values() if image.fused is not None]
 
 
@@ -87,7 +87,7 @@ def inner_first(facts: Facts) -> list[Facts]:
 
 
 class Shared:
-    """What a kernel and everything fused into it have in common."""
+    """State shared by a kernel and everything fused into it."""
 
     def __init__(self, emitter: Emitter, by_table: bool = False) -> None:
         self.emitter = emitter
@@ -140,7 +140,7 @@ class Shared:
         )
 
     def _live_use(self, use: s.ImageUse, used: list[s.Instruction]) -> s.ImageUse:
-        """What is left of an image's footprint when dead code has gone."""
+        """Return an image's footprint after dead code elimination."""
         live = s.ImageUse(use.name, use.channels)
         for i in used:
             if not (isinstance(i, s.LoadTexel) and i.image == use.name):

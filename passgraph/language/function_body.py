@@ -58,7 +58,7 @@ _OF_ENTRY = 3
 
 @dataclass
 class Builder:
-    """What all frames of one kernel share."""
+    """State shared by all frames of one kernel."""
 
     stage: ir.Stage
     blocks: list[list[ir.Stmt]] = field(default_factory=lambda: [[]])
@@ -92,7 +92,7 @@ class Builder:
             )
 
     def captured(self, emit: Callable[[], None], span: Span) -> tuple[ir.Stmt, ...]:
-        """What ``emit`` emits, as a block of its own."""
+        """Return what ``emit`` emits, as a block."""
         if len(self.blocks) > MAX_BLOCKS:
             fail(
                 span,
@@ -104,7 +104,7 @@ class Builder:
         return tuple(self.blocks.pop())
 
     def tried(self, compute: Callable[[], T]) -> T | None:
-        """What a computation gives, of which nothing is kept that it emits; None where it is refused."""
+        """Run a computation and drop what it emits; return its value, or None for an error."""
         blocks, calls, discards = len(self.blocks), len(self.calls), self.discards
         self.blocks.append([])
         try:
@@ -116,7 +116,7 @@ class Builder:
             self.discards = discards
 
     def discard(self, span: Span) -> None:
-        """What this pixel or fragment computes is dropped, whatever follows; the caller leaves its body."""
+        """Discard this pixel or fragment; the caller leaves its body."""
         self.discards += 1
         self.emit(ir.Assign(KEPT, ir.Literal(BOOL, False, span), span))
 

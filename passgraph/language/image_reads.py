@@ -34,7 +34,7 @@ METHODS: dict[str, tuple[tuple[tuple[str, Value], ...], str, str | None]] = {
 
 
 def _reads() -> str:
-    """How a picture is read, as messages list it."""
+    """List the ways to read a picture, for messages."""
     ways = ["image[dx, dy]"]
     for name, (parameters, _, deep) in METHODS.items():
         if name.startswith("_"):

@@ -57,7 +57,7 @@ class Uniform:
 
 @dataclass(frozen=True, slots=True)
 class Builtin:
-    """What the stage hands in: ``pixel``, ``output_size``, ``vertex.position``, ``varying.normal`` …
+    """A stage input: ``pixel``, ``output_size``, ``vertex.position``, ``varying.normal`` …
 
     ``varying@x.normal`` is that of the pixel beside a fragment's own in its quad, see :func:`other_pixel`.
     """
@@ -164,7 +164,7 @@ class Filtered:
 
 @dataclass(frozen=True, slots=True)
 class Property:
-    """What the graph's handle says of an image, see :data:`.facts.PROPERTIES`: known when the graph is compiled."""
+    """A property of an image's handle, see :data:`.facts.PROPERTIES`: known when the graph is compiled."""
 
     type: Value
     image: str
@@ -340,7 +340,7 @@ def of_triangle(name: str) -> bool:
 
 
 def other_pixel(name: str, axes: str) -> str:
-    """What a builtin of :data:`OF_TRIANGLE` is called at the pixel of the quad that lies apart along these axes.
+    """Return the name of a builtin of :data:`OF_TRIANGLE` at the quad's pixel that is apart along these axes.
 
     >>> other_pixel("varying.normal", "x"), other_pixel("fragment_depth", "xy")
     ('varying@x.normal', 'fragment_depth@xy')
@@ -350,7 +350,7 @@ def other_pixel(name: str, axes: str) -> str:
 
 
 def own_pixel(name: str) -> tuple[str, str]:
-    """What a builtin is called at a fragment's own pixel, and the axes along which the pixel lies that it is of.
+    """Return the name of a builtin at the fragment's own pixel, and the axes of the pixel that it belongs to.
 
     >>> own_pixel("varying@x.normal.2"), own_pixel("pixel.0")
     (('varying.normal.2', 'x'), ('pixel.0', ''))

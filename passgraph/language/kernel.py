@@ -64,7 +64,7 @@ class Kernel:
 
     @property
     def scopes(self) -> Mapping[FunctionSource, Scope]:
-        """For each function in it, the scope that recorded what names stand for."""
+        """Map each function to the scope that recorded its names."""
         return self._parsed[1]
 
     @classmethod

@@ -49,7 +49,7 @@ def buffers_in(type_: Type, name: str) -> Iterator[tuple[str, Array]]:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """How an array lies in its picture: ``texels`` for each entry, and width and height."""
+    """The layout of an array in its picture: ``texels`` for each entry, width and height."""
 
     channels: int
     texels: int
@@ -129,12 +129,12 @@ def checked_numbers(value: object, type_: Array, name: str) -> NDArray[Any]:
 
 
 def number_of(type_: Array) -> type[np.generic]:
-    """What a component is as NumPy has it."""
+    """Return the NumPy type of a component."""
     return _NUMBERS[element_of(type_).name]
 
 
 def as_held(flat: NDArray[Any], type_: Array) -> NDArray[Any]:
-    """What :func:`checked_numbers` gives, of that type: uints are the ints with their bits before."""
+    """Return :func:`checked_numbers` in their own type: uints are reinterpreted from ints."""
     kind = number_of(type_)
     return flat.astype(np.int64).astype(kind) if held_as(type_) == "int" else flat.astype(kind)
 

@@ -119,7 +119,7 @@ def count_trips(counter: str, first: ir.Expr, condition: ir.Expr, following: ir.
 
 
 def _values(is_float: bool, start: float, step: Any, by: float) -> Any:
-    """What the counter holds in each trip that is looked for, and behind the last."""
+    """Return the counter's value in each examined trip, and after the last."""
     with np.errstate(all="ignore"):
         if is_float:
             numbers = np.full(MAX_COUNTED + 1, by, np.float32)

@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 
 
 class Elements:
-    """Those that one kernel reads and replaces."""
+    """The array elements that one kernel reads and replaces."""
 
     def __init__(self, lowering: Lowering) -> None:
         self.lowering, self.emitter = lowering, lowering.emitter
         self.limits = {parameter.name: parameter.range for parameter in lowering.program.parameters}
 
     def parameter(self, expression: ir.Uniform, which: range | None = None) -> list[s.Operand]:
-        """Those components of a parameter, or all: nothing is loaded for the others."""
+        """Load components of a parameter, or all; others are not loaded."""
         which = range(component_count(expression.type)) if which is None else which
         if expression.name in self.lowering.arguments:
             return [self.lowering.arguments[expression.name][i] for i in which]
@@ -246,7 +246,7 @@ class Lowering:
         self.block(self.program.body)
 
     def _producers(self) -> list[Fused]:
-        """Of what is fused into this kernel what has not been computed yet, the last one first."""
+        """Return the fused kernels that have not been computed yet, the last one first."""
         fused = [self._facts(image).fused for image in self.program.images]
         missing = {f.prefix: f for f in fused if f is not None and f.prefix not in self.shared.fused}
         return list(missing.values())[::-1]
@@ -535,7 +535,7 @@ def _prelude_program(name: str) -> ir.TypedKernel:
 
 @cache
 def _decoded_steps(function: str) -> tuple[float, ...]:
-    """What a function of the prelude makes of the 256 steps of a channel: the bits that it computes."""
+    """Return the results of a prelude function for the 256 steps of a channel, bit for bit."""
     shared = Shared(Emitter())
     result = _inlined(_prelude_program(function), [shared.emitter.builtin("step", "float")], shared)
     steps = np.arange(256, dtype=np.float32) / np.float32(255)

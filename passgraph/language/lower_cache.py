@@ -28,7 +28,7 @@ def digest(*parts: str) -> str:
 
 
 def kernel_digest(program: ir.TypedKernel) -> str:
-    """Of everything that decides what a kernel computes, and of where its parts stand in the text.
+    """Return a digest of everything that decides a kernel's result, and of the source positions of its parts.
 
     Raises
     ------
@@ -96,7 +96,7 @@ class _Walk:
 
 
 def facts_digest(facts: Facts) -> str:
-    """Of facts with all that is fused; TypeError for values that no text tells apart.
+    """Return a digest of facts with everything fused; TypeError for values without a text.
 
     Facts of what is fused come first, each once and as a digest of its own: text inside text would be quoted again at
     every level, and a producer that is read through two parameters digested twice at each.
@@ -145,7 +145,7 @@ _MAKERS[_single.__module__, _single.__name__] = _single
 
 
 class Programs:
-    """What one plan has lowered so far, by digest: many passes of one kernel share one program."""
+    """The programs that one plan has lowered, by digest: passes of one kernel share one program."""
 
     def __init__(self) -> None:
         self._digests: dict[int, tuple[ir.TypedKernel, str]] = {}  # by the identity of the kernel, which is kept
@@ -158,7 +158,7 @@ class Programs:
 
 
 def lower_once(program: ir.TypedKernel, facts: Facts, known: Programs | None = None) -> scalar.ScalarProgram:
-    """As :func:`~.lower.lower`, from disk where it is there; ``known`` holds those of one plan."""
+    """Lower like :func:`~.lower.lower`, from disk if cached; ``known`` holds the programs of one plan."""
     known = Programs() if known is None else known
     try:
         name = digest(disk_cache.text_digest(Path(__file__).parent), known.digest(program), facts_digest(facts))

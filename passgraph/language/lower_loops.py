@@ -42,7 +42,7 @@ ANY_NUMBER = 1 << 30
 
 
 def most_trips(program: ir.TypedKernel, facts: Facts) -> int:
-    """How many trips nested loops of one pixel may make together.
+    """Return the most trips that nested loops of one pixel can make together.
 
     How many fragments a draw has is not known beforehand, nor is the target of a kernel that is not made for its size.
     """
@@ -53,13 +53,13 @@ def most_trips(program: ir.TypedKernel, facts: Facts) -> int:
 
 
 def most_work(program: ir.TypedKernel, facts: Facts) -> int:
-    """How many instructions one pixel may take."""
+    """Return the most instructions that one pixel can take."""
     return max(MAX_WORK, INSTRUCTIONS_A_LONE_TRIP * most_trips(program, facts))
 
 
 @dataclass(frozen=True)
 class Trips:
-    """Of a loop whose bounds come from data: the most that it makes, how many it makes, and what its index is."""
+    """A loop with bounds from data: its most trips, its trip count, and its index."""
 
     most: int
     value: s.Operand
@@ -167,7 +167,7 @@ class Loops:
     # Bounds from data
 
     def _count(self, statement: ir.For, start: s.Operand, stop: s.Operand, step: s.Operand) -> Trips:
-        """How many trips a loop makes: the most that it may, and the value that says how many."""
+        """Return the most trips of a loop, and the value of its trip count."""
         e, zero = self.emitter, s.Lit("int", 0)
         least, most = e.bounds.of(step)[:2]
         rise = max(0.0, e.trip_bounds.apart(stop, start)) if most >= 1 else 0.0
@@ -219,7 +219,7 @@ class Loops:
         return e.choose(e.op("less", low, high), between, s.Lit("int", 0))
 
     def _reach(self, start: s.Operand, stop: s.Operand, rises: bool, falls: bool) -> tuple[float, float]:
-        """What the index lies between: ``stop`` is not reached."""
+        """Return the range of the index; ``stop`` is excluded."""
         first, end = self.emitter.bounds.of(start), self.emitter.bounds.of(stop)
         low = min([first.low] * rises + [end.low + 1] * falls, default=0)
         return low, max([end.high - 1] * rises + [first.high] * falls, default=0)

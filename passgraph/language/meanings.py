@@ -1,4 +1,4 @@
-"""What operations mean: on float64, int64, uint32 or bool arrays, a batch on axis 0 and components behind it."""
+"""Meaning of the operations: on float64, int64, uint32 or bool arrays, batch on axis 0, components behind it."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def dot(a: Values, b: Values) -> Values:
 
 
 def power(x: Values, y: Values) -> Values:
-    """Of a negative x only whole powers; a zero has no sign here, so that its negative powers have none either."""
+    """Raise to a power; of a negative x only integer powers. Zero has no sign, so its negative powers have none."""
     missing = np.isnan(y) | ((x < 0) & (np.floor(y) != y))
     return np.where(missing, np.nan, np.power(np.where(missing, 1.0, x + 0.0), np.where(missing, 1.0, y)))
 
@@ -267,7 +267,7 @@ def find_lsb(a: Values) -> Values:
 
 
 def find_msb(a: Values) -> Values:
-    """Of a negative int, the highest bit that is 0."""
+    """Return the highest set bit; of a negative int, the highest bit that is 0."""
     bits = bits_of(np.where(np.asarray(a) < 0, ~np.asarray(a), a))
     return np.where(np.any(bits, axis=-1), 31 - np.argmax(bits[..., ::-1], axis=-1), -1)
 
@@ -277,7 +277,7 @@ def bitfield_reverse(a: Values) -> Values:
 
 
 def field(offset: Values, bits: Values) -> tuple[Values, Values]:
-    """Where a field begins and how many bits it has, brought into 32 bits."""
+    """Return the offset and length of a bit field, clamped to 32 bits."""
     start = np.clip(offset, 0, 31)
     return start, np.clip(bits, 0, 32 - start)
 

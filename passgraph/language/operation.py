@@ -15,7 +15,7 @@ from passgraph.language.symbols import Symbol
 
 @dataclass(frozen=True, slots=True)
 class Domain:
-    """From ``low`` to ``high``, and no nearer to 0 than ``least``.
+    """The domain of an operand: from ``low`` to ``high``, and at least ``least`` away from 0.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Domain:
 
     @property
     def promised(self) -> tuple[float, float]:
-        """From where to where the bound holds."""
+        """Return the interval in which the bound holds."""
         return (-math.inf, math.inf) if self.beyond else (self.low, self.high)
 
 
@@ -137,7 +137,7 @@ class Operation(Symbol):
 
     @property
     def types(self) -> tuple[str, ...]:
-        """Of a primitive: the scalar types that printers spell it for."""
+        """Return the scalar types of a primitive for which printers have a spelling."""
         return () if self.kind != "primitive" else self.on or _TYPES[self.operands[0]]
 
     @property
@@ -158,7 +158,7 @@ class Operation(Symbol):
 
     @property
     def spoken(self) -> str:
-        """What errors call it: as it is written first."""
+        """Return its name in errors: its first spelling."""
         if self.signs and "(" not in self.written[0]:
             sign = next(iter(self.signs))
             return f"unary {sign}" if len(self.operands) == 1 and sign in "+-" else sign
@@ -175,7 +175,7 @@ class Operation(Symbol):
         return self.domain[operand] if operand < len(self.domain) else ANY
 
     def ordinary(self, operand: int) -> Range:
-        """Where an operand is tame: as the row says, else its domain within :data:`WHOLE`."""
+        """Return the tame range of an operand: the row's, else its domain within :data:`WHOLE`."""
         domain = self.domain_of(operand)
         within = (max(WHOLE[0], domain.low), min(WHOLE[1], domain.high))
         return self.tame[operand] if operand < len(self.tame) else within

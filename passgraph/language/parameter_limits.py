@@ -1,4 +1,4 @@
-"""What a parameter may be: ``Annotated[T, pg.Range(...)]`` of a signature, as text, as a check and as bounds."""
+"""Ranges of parameters: ``Annotated[T, pg.Range(...)]`` of a signature, as text, as a check and as bounds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the text of a kernel to its typed intermediate representation.
+"""Parse the text of a kernel to its typed intermediate representation.
 
 Functions are inlined and structs taken apart (:mod:`.function_body`); branches, loops and exits are
 :mod:`.statements`.

@@ -22,7 +22,7 @@ Node: TypeAlias = str | int
 
 
 class Feeding:
-    """Of a kernel's statements: what they assign and read, and what of it derivatives hang on.
+    """Data flow of a kernel's statements: assignments, reads, and what derivatives depend on.
 
     ``derivatives`` are the variables that take one, with its axis; what each is of stands as its value.
     """
@@ -91,7 +91,7 @@ class Feeding:
         self._hangs.setdefault(node, set()).update(others)
 
     def _expose(self, statements: tuple[ir.Stmt, ...], live: set[str]) -> None:
-        """From what is read after some statements, ``live``, to what is read before they give it a value."""
+        """Turn the variables read after some statements, ``live``, into those read before them."""
         for statement in reversed(statements):
             if isinstance(statement, ir.Assign):
                 live.discard(statement.name)
@@ -165,7 +165,7 @@ def names(expression: ir.Expr) -> set[str]:
 
 
 def _nodes(expression: ir.Expr) -> Iterator[Any]:
-    """What an expression is made of, each part once however often it is named."""
+    """Yield the parts of an expression, each once."""
     pending: list[Any] = [expression]
     seen: set[int] = set()
     while pending:
@@ -187,7 +187,8 @@ _Held = tuple[str, str]
 
 
 def derivative(name: str, axes: str, value: ir.Expr, builder: Builder, span: Span) -> ir.Expr:
-    """How much a typed value grows along ``"x"``, to the right, or ``"y"``, down; the sizes of both, along ``"xy"``.
+    """Return the change of a value along ``"x"``, to the right, or ``"y"``, down; along ``"xy"``, the sum of both
+    magnitudes.
 
     The builder's body computes it; ``name`` is what errors call it.
     """
@@ -436,7 +437,7 @@ class _Quads:
         return self._place(f"$odd.{axis}", apply("equal", [last, ir.Literal(INT, 1)], self.body[0].span))
 
     def _step(self, axis: str) -> ir.Expr:
-        """From this pixel to the other one: -1 from an odd one, else 1."""
+        """Return the direction to the quad's other pixel: -1 from an odd one, else 1."""
         step = ir.Select(INT, self._odd(axis), ir.Literal(INT, -1), ir.Literal(INT, 1))
         return self._place(f"$step.{axis}", step)
 

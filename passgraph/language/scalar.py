@@ -117,7 +117,7 @@ class LoadTexel:
 
 @dataclass(frozen=True, slots=True)
 class Read:
-    """What a variable holds now."""
+    """Read a variable."""
 
     to: Val
     variable: str
@@ -133,7 +133,7 @@ class Write:
 
 @dataclass(frozen=True, slots=True)
 class ReadAt:
-    """What an array holds now at an index, which lies inside."""
+    """Read an array at an index inside its range."""
 
     to: Val
     array: str
@@ -208,7 +208,7 @@ Instruction: TypeAlias = (
 
 @dataclass(frozen=True, slots=True)
 class UniformSlot:
-    """Where a parameter lies in its block: ``count`` entries from ``offset``, in component order."""
+    """The place of a parameter in its block: ``count`` entries from ``offset``, in component order."""
 
     name: str
     type: object  # a Scalar, Vector, Matrix or Array of passgraph.language.types
@@ -220,7 +220,7 @@ class UniformSlot:
 
 @dataclass(frozen=True, slots=True)
 class ImageUse:
-    """How a pass reads an image: relative offsets it reaches (x and y, inclusive), and whether it jumps."""
+    """How a pass reads an image: its range of relative offsets (x and y, inclusive), and whether it reads elsewhere."""
 
     name: str
     channels: int
@@ -257,7 +257,7 @@ class Output:
 
 @dataclass(frozen=True)
 class ScalarProgram:
-    """What one stage of a pass computes."""
+    """The scalar program of one stage of a pass."""
 
     name: str
     stage: str
@@ -316,7 +316,7 @@ def walk(body: Iterable[Instruction]) -> Iterator[Instruction]:
 
 
 def count(body: Iterable[Instruction]) -> int:
-    """How many instructions there are, those inside branches and loops too."""
+    """Count the instructions, nested ones included."""
     total = 0
     for i in body:
         total += 1

@@ -127,7 +127,7 @@ WORDS: dict[str, str] = {
 
 
 def mending(name: str, known: Iterable[str] = ()) -> str:
-    """What to write for a name that means nothing here, to be put behind a message; empty where nothing is near.
+    """Return a suggestion for an unknown name, to append to a message; empty if nothing is similar.
 
     ``known`` are further names that have a meaning.
 
@@ -150,7 +150,7 @@ def mending(name: str, known: Iterable[str] = ()) -> str:
 
 
 def own_spelling(name: str) -> str:
-    """What to write for somebody else's function of a name, such as ``sin`` of NumPy; empty where there is nothing.
+    """Return our spelling of another library's function, such as NumPy's ``sin``; empty if there is none.
 
     >>> own_spelling("sin"), own_spelling("arctan2"), own_spelling("abs"), own_spelling("fft")
     ('; write sin(x), with: from passgraph import sin', '; write atan(y, x)', '; write abs(x)', '')
@@ -273,7 +273,7 @@ class Scope:
             fail(span, f"name {name!r} is not defined here{mend or sees}")
 
     def _importing(self, name: str) -> str:
-        """Where a name of the language comes from, and the others that the text lacks: they are mended at once."""
+        """Return the import that provides a name of the language, and the others that the text lacks."""
         if name == "Annotated":
             return "; import it: from typing import Annotated"
         every = sorted({name, *self.lacking()} - {"pi", "Annotated"})
@@ -352,7 +352,7 @@ class ModuleName:
 
 
 def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:
-    """What a name leads to (:func:`classified`); tables are made once where the scope keeps them."""
+    """Resolve a name (:func:`classified`); tables are built once if the scope keeps them."""
     if scope.tables is not None and path in scope.tables and scope.tables[path][0] is value:
         return dataclasses.replace(scope.tables[path][1], span=span)
     meaning = scope.meanings[path] = classified(value, path, scope, span)
@@ -447,7 +447,7 @@ def written(node: ast.Constant, span: Span) -> ir.Literal:
 
 
 def as_array(value: object) -> NDArray[Any]:
-    """As NumPy sees it; what holds no numbers becomes an array of one object, which every check refuses."""
+    """Convert to a NumPy array; anything without numbers becomes an array of one object, which every check rejects."""
     try:
         return numbers(value, "a constant")
     except InputError:

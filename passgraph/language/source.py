@@ -1,4 +1,4 @@
-"""Where kernel source comes from, and how an error points into it."""
+"""Kernel source: where it comes from, and positions for errors."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class Source:
         return self.lines[number - 1] if 0 < number <= len(self.lines) else ""
 
     def span(self, node: ast.AST) -> Span:
-        """Where a node begins, and where it ends on that line; found once for each node."""
+        """Return the span of a node: its start, and its end on that line. Cached by node."""
         found: Span | None = getattr(node, "passgraph_span", None)
         if found is None:
             found = node.passgraph_span = self._span(node)  # type: ignore[attr-defined]
@@ -146,7 +146,7 @@ class Source:
 
 
 def _children(node: ast.AST) -> list[ast.AST]:
-    """As :func:`ast.iter_child_nodes`, in half the time."""
+    """Return the children like :func:`ast.iter_child_nodes`, in half the time."""
     found: list[ast.AST] = []
     for name in node._fields:
         value = getattr(node, name, None)

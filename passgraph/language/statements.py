@@ -31,7 +31,7 @@ def always_matches(case: ast.match_case) -> bool:
 
 
 def branches(node: ast.Match, subject: str, span: Callable[[ast.AST], Span]) -> list[ast.stmt]:
-    """What does the same as a ``match`` whose subject has the name ``subject``.
+    """Rewrite a ``match`` as if statements on a subject named ``subject``.
 
     Raises
     ------
@@ -112,7 +112,7 @@ class Exit:
         self.builder.emit(ir.If(ir.Local(BOOL, self.name, span), (ir.Break(span),), (), span))
 
     def unless_left(self, emit: Callable[[], None], span: Span) -> None:
-        """What follows, where nothing has returned yet."""
+        """Emit the rest under the condition that nothing has returned yet."""
         block = self.builder.captured(emit, span)
         still_here = ir.Apply(BOOL, "logical_not", (ir.Local(BOOL, self.name, span),), span)
         self.builder.emit(ir.If(still_here, block, (), span))
@@ -197,7 +197,7 @@ class Statements:
         return then_done and else_done if then_returns or else_returns else None
 
     def _guarded(self, pending: list[ast.stmt], position: int, node: ast.stmt) -> bool | None:
-        """What follows from ``position`` on, under the condition that nothing has returned yet."""
+        """Emit the statements from ``position`` on, under the condition that nothing has returned yet."""
         frame, span = self.frame, self.span(node)
         self._here = span
         if self.loops:

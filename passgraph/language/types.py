@@ -34,7 +34,7 @@ class Vector:
 
 @dataclass(frozen=True, slots=True)
 class Matrix:
-    """Of floats, made of columns as in GLSL: ``m[i]`` is column i, ``m * v`` transforms v."""
+    """A matrix of floats with columns as in GLSL: ``m[i]`` is column i, ``m * v`` transforms v."""
 
     columns: int
     rows: int
@@ -129,7 +129,7 @@ def element_of(type_: Type) -> Scalar:
 
 
 def innermost(type_: Type) -> Type:
-    """What an array holds at last; any other type itself."""
+    """Return the innermost element type of an array; other types as they are."""
     return innermost(type_.element) if isinstance(type_, Array) else type_
 
 
@@ -142,7 +142,7 @@ def flat_type(array: Array) -> Array:
 
 
 def sides_of(type_: Type) -> tuple[int, ...]:
-    """How many entries arrays in arrays have, the outermost first."""
+    """Return the lengths of nested arrays, the outermost first."""
     return (type_.length, *sides_of(type_.element)) if isinstance(type_, Array) else ()
 
 
@@ -153,7 +153,7 @@ def is_plain(type_: Type) -> bool:
 
 
 def plain_parts(type_: Type, name: str = "") -> list[tuple[str, Type]]:
-    """What a value is taken apart into: plain values and images, and arrays of such, by dotted names.
+    """Split a value into plain values, images and arrays of such, by dotted names.
 
     An array of structs is one array for each field.
 
@@ -184,7 +184,7 @@ def image_names(type_: Type, name: str) -> list[str]:
 
 
 def image_count(type_: Type) -> int:
-    """How many names :func:`image_names` gives."""
+    """Count the names of :func:`image_names`."""
     parts = (part for _, part in plain_parts(type_) if isinstance(innermost(part), ImageType))
     return sum(part.length if isinstance(part, Array) else 1 for part in parts)
 
@@ -203,7 +203,7 @@ def held_as(type_: Type) -> str:
 
 
 def component_count(type_: Type) -> int:
-    """How many scalars a value of this type holds."""
+    """Count the scalars in a value of this type."""
     if isinstance(type_, Scalar):
         return 1
     if isinstance(type_, Vector):

@@ -107,7 +107,7 @@ def apply(name: str, arguments: list[ir.Expr], span: Span) -> ir.Expr:
 
 
 def _common_size(row: Operation, arguments: list[ir.Expr], span: Span) -> int:
-    """How many components the vectors among the arguments have; 0 when all are scalars."""
+    """Return the size of the vectors among the arguments; 0 if all are scalars."""
     size = 0
     for letter, argument in zip(row.operands, arguments, strict=True):
         if not isinstance(argument.type, Vector) or letter in "fib":
@@ -192,7 +192,7 @@ def _matmul(arguments: list[ir.Expr], span: Span) -> ir.Expr:
 
 
 def _factors(a: Type, b: Type) -> str:
-    """What goes with the matrix among two factors."""
+    """Describe the type that fits a matrix in a product."""
     if isinstance(a, Matrix):
         n = a.columns
         return f"{a} has {n} columns and takes a vec{n} or a matrix of {n} rows behind it"

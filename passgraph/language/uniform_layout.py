@@ -115,7 +115,8 @@ def in_order(array: NDArray[Any], type_: Type) -> NDArray[Any] | None:
 
 
 def described(type_: Type) -> str:
-    """How many numbers a host value of this type has, for errors; of matrices that are not square, the rows too."""
+    """Describe how many numbers a host value of this type has, for errors; of matrices that are not square, the rows
+    too."""
     count, matrix = component_count(type_), innermost(type_)
     if isinstance(matrix, Matrix) and matrix.rows != matrix.columns:
         return f"{count} numbers; {matrix.rows} rows of {matrix.columns} each"

@@ -45,7 +45,7 @@ TRUTH = Range(0, 1)
 
 
 class Ranges:
-    """Of the values that ``made`` says how they are made; ``indices`` are those whose ends are known, as loops' are."""
+    """Ranges of values; ``made`` has their instructions, ``indices`` the known ranges, such as loop indices'."""
 
     def __init__(self, made: Mapping[int, s.Op | s.Choose], indices: Mapping[int, tuple[float, float]]) -> None:
         self.made, self.indices = made, indices
@@ -56,7 +56,7 @@ class Ranges:
         self.found.pop(number, None)
 
     def of(self, value: s.Operand, depth: int = 0) -> Range:
-        """What an int, float or bool (0 or 1) lies between."""
+        """Return the range of an int, float or bool (0 or 1)."""
         if isinstance(value, s.Lit):
             return of_number(float(value.value)) if value.type == "float" else Range(value.value, value.value)
         if value.id in self.indices:
@@ -95,8 +95,8 @@ class Ranges:
         return instruction.arguments if isinstance(instruction, s.Op) and instruction.operation == operation else ()
 
     def _offset(self, high: s.Operand, low: s.Operand, otherwise: float) -> float:
-        """Where the difference, up to a multiple of 2**32, is from 0 to the largest int, that is the most it may be:
-        another multiple of 2**32 is negative."""
+        """Return the largest difference, up to a multiple of 2**32, if it lies between 0 and the largest int; another
+        multiple of 2**32 would be negative."""
         terms, constant = self._terms(high)
         low_terms, subtracted = self._terms(low)
         for number, factor in low_terms.items():
@@ -147,7 +147,7 @@ def _int_range(low: int, high: int) -> Range:
 
 
 def union(a: Range, b: Range) -> Range:
-    """What either may be."""
+    """Return the smallest range that contains both."""
     return Range(min(a.low, b.low), max(a.high, b.high), a.nan or b.nan)
 
 
@@ -315,6 +315,6 @@ _FLOATS: dict[str, Callable[..., Range | None]] = {
 
 
 def of_operation(name: str, of_floats: bool, operands: Sequence[Range]) -> Range | None:
-    """What an operation on ints or floats gives; None where nothing is known of it."""
+    """Return the range of an operation on ints or floats; None if unknown."""
     rule = (_FLOATS if of_floats else _INTS).get(name)
     return None if rule is None else rule(*operands)

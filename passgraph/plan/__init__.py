@@ -1,1 +1,1 @@
-"""From a graph to a plan: validate, specialise, cull, fuse, order, share memory.  No device needed."""
+"""The planner: validate, specialize, cull, fuse, order, share memory. Needs no device."""

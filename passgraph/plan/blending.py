@@ -84,7 +84,7 @@ def _combined(terms: tuple[str, str, str], letters: str, zero: str, alphas: dict
 
 @cache
 def blend_kernel(blend: Blend, format_: Format) -> ir.TypedKernel:
-    """What a blend means before it is quantised: builtins ``source`` and ``destination`` (vec4), one result.
+    """Return the kernel of a blend before quantization: builtins ``source`` and ``destination`` (vec4), one result.
 
     Of channels that the format lacks nothing hangs on what the builtins hold.
     """

@@ -1,4 +1,4 @@
-"""From targets to a plan, phase by phase.
+"""Build a plan from targets, phase by phase.
 
 collect → specialise → levels → cull, trim → fuse → order → lifetimes and memory → static → emit → limits.  Each
 phase takes and returns plain data; what it decided goes into ``notes``.

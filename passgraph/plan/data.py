@@ -99,14 +99,15 @@ class PixelStep:
 
     @property
     def known(self) -> Counting | None:
-        """What its program is known to do, see :mod:`passgraph.plan.known`: a device may do it in a way of its own."""
+        """Return the recognized work of its program, see :mod:`passgraph.plan.known`; a device may implement it in its
+        own way."""
         from passgraph.plan.known import known_work
 
         return known_work(self)
 
     @property
     def work(self) -> str:
-        """What it does, in a few words."""
+        """Describe the step in a few words."""
         return "pixels" + (f" with {', '.join(self.fused)}" if self.fused else "")
 
     @property
@@ -147,7 +148,7 @@ class DrawStep:
 
     @property
     def blending(self) -> tuple[ScalarProgram | None, ...]:
-        """For each output how it is blended, see :func:`passgraph.plan.blending.blend_program`; None: written over."""
+        """Return the blend program of each output, see :func:`passgraph.plan.blending.blend_program` or None."""
         from passgraph.plan.blending import blend_program
 
         blends = self.state.blend or (None,) * len(self.outputs)
@@ -237,11 +238,11 @@ class Plan:
 
     @property
     def bytes_unaliased(self) -> int:
-        """What it would be with a memory of its own for each picture."""
+        """Return the bytes without aliasing: an allocation of its own for each picture."""
         return sum(Memory(r.format, r.size).bytes for r in self.resources)
 
     def explain(self) -> str:
-        """What runs in which order and what was left out, fused, shared, and why."""
+        """Explain the order of steps, and what was culled, fused or aliased, and why."""
         from passgraph.plan.explain import explain
 
         return explain(self)

@@ -1,4 +1,4 @@
-"""What some targets depend on: the passes behind them in topological order, and the inputs that those read."""
+"""Dependencies of targets: the passes behind them in topological order, and the inputs that they read."""
 
 from __future__ import annotations
 

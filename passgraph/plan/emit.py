@@ -47,8 +47,7 @@ class Resources:
         return self.by_content[content]
 
     def histories(self) -> dict[int, int]:
-        """For each target with history and each of its earlier contents, as far back as one is read, the content of
-        one run before."""
+        """Map the contents of each target with history to the content of one run before, as far back as one is read."""
         deepest = dict.fromkeys(self.work.final, 1)
         for lowered in self.work.passes.values():
             for image in lowered.images.values():
@@ -93,7 +92,7 @@ def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
 
 
 def _share_pictures(lowered: Lowered, resources: Resources, copies: Copies, steps: list[Step]) -> None:
-    """What a draw writes over keeps its picture, or gets a copy of it where the old content is still needed."""
+    """Let a draw write over its target's picture, or over a copy if the old content is still needed."""
     node = lowered.node
     for new, load in _loads(lowered):
         if load is None:
@@ -107,7 +106,7 @@ def _share_pictures(lowered: Lowered, resources: Resources, copies: Copies, step
 
 
 def _loads(lowered: Lowered) -> list[tuple[Target, Target | None]]:
-    """What a draw makes, and what it draws over."""
+    """Return what a draw makes, and what it draws over."""
     done = lowered.done
     if not isinstance(done, DrawPass):
         return []
@@ -256,7 +255,7 @@ def _memories(resources: list[Resource], steps: list[Step], work: Work) -> tuple
 
 
 def _named(occupants: list[str]) -> str:
-    """Who shares a memory, the last ones of many: notes stay short where hundreds share one."""
+    """Name the sharers of an allocation; of many, only the last ones."""
     more = len(occupants) - MAX_NAMED
     listed = ", ".join(occupants[-MAX_NAMED:]) + (f" and {more} more" if more > 0 else "")
     return f"{listed}: never alive together"

@@ -26,7 +26,7 @@ MAX_INSTRUCTIONS = 2000
 
 
 class Chains:
-    """Where the chains of a plan may begin and end; what hangs on the whole plan is looked up once."""
+    """The places where a plan's chains may begin and end; properties of the whole plan are computed once."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
@@ -86,7 +86,7 @@ MAX_FUSED_IMAGES = 32
 
 @dataclass(frozen=True)
 class Known:
-    """What fusing asks of the whole graph; ``readers`` and ``lengths`` change as passes become one."""
+    """Properties of the whole graph for fusion; ``readers`` and ``lengths`` change as passes are fused."""
 
     static: set[Pass]
     wanted: set[Target]
@@ -137,7 +137,7 @@ def _known(work: Work, limits: Limits) -> Known:
 
 
 def _note_fused(producer: Pass, consumer: Lowered, known: Known) -> None:
-    """What the producer read is now read by the consumer."""
+    """Note that the producer's inputs are now read by the consumer."""
     known.lengths[consumer.node] += known.lengths[producer]
     known.numbers[consumer.node] = _together(known, producer, consumer.node)
     for target in consumer.images.values():

@@ -24,7 +24,7 @@ COUNTED, COUNTS = FORMATS["r32f"], FORMATS["rgba32f"]
 
 @dataclass(frozen=True, slots=True)
 class Counting:
-    """How often whole numbers stand in the rows of a picture of one channel.
+    """Count integers in the rows of a single-channel picture.
 
     Each row of the picture gives a row of each output.  There a channel of a pixel holds how many texels of the row are
     exactly the number of its bin; numbers between, beyond and NaN are in none.  Rows of the outputs below the picture
@@ -44,7 +44,7 @@ class Counting:
 
 
 def known_work(step: PixelStep) -> Counting | None:
-    """What a step is known to do; None for nearly every one."""
+    """Recognize the work of a step; None for nearly every one."""
     if (step.image_formats, step.output_formats) != ((COUNTED,), (COUNTS,) * 4):
         return None
     # Few plans count, and these kernels take a while to read.

@@ -30,7 +30,7 @@ def order(work: Work) -> tuple[list[Pass], Copies]:
 
 
 def dependencies(work: Work) -> tuple[Waits, Copies]:
-    """Who waits for whom, and which contents must be copied because someone still needs them.
+    """Return the dependencies of passes, and the contents to copy because a later pass still reads them.
 
     A draw over existing content writes in place.  Whoever else reads that content must come before; where that is
     impossible (the reader waits for the draw, the content is a result, or two draws start from it) a copy is made.
@@ -79,7 +79,7 @@ def _ranks(work: Work) -> dict[Pass, int]:
 
 
 def _least_memory(as_written: list[Pass], waits: Mapping[Pass, Mapping[Pass, None]], work: Work) -> list[Pass]:
-    """From the results back, for each pass first what needs most memory beside what it leaves behind.
+    """Order passes for least memory: from the results back, first what needs most memory beside what it leaves behind.
 
     Exact where every pass has one reader; elsewhere a good guess.
     Source: R. Sethi and J. D. Ullman, "The Generation of Optimal Code for Arithmetic Expressions", 1970.

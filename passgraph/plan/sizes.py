@@ -1,4 +1,4 @@
-"""How large every target is: as declared, or taken from an input, another target or the output."""
+"""Sizes of targets: declared, or taken from an input, another target or the output."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def find_sizes(passes: list[Pass], work: Work) -> None:
 
 
 def _output_size(work: Work) -> tuple[int, int] | None:
-    """What targets take for the output's size where none is asked for."""
+    """Return the output's size if none was requested."""
     for target in work.outputs.values():
         if isinstance(target.spec, TargetSpec) and isinstance(target.spec.size, Absolute):
             return target.spec.size.width, target.spec.size.height
@@ -82,7 +82,7 @@ def _find_size(spec: TargetSpec, work: Work) -> None:
 
 
 def _size_source(spec: TargetSpec, work: Work) -> Target | tuple[int, int]:
-    """What a target takes its size from."""
+    """Return what a target takes its size from."""
     if isinstance(spec.size, Absolute):
         return spec.size.width, spec.size.height
     if isinstance(spec.size, Like | Blocks):
@@ -107,9 +107,10 @@ def _why_not_asked(spec: TargetSpec, source: Target | tuple[int, int], work: Wor
     if not isinstance(source, Target):
         return ""
     if isinstance(source.spec, InputSpec):
-        if isinstance(spec.size, Blocks):
-            return "" if work.size_of(source) == work.size else f"reduced from input {source.name!r}"
-        return f"the size of input {source.name!r}"
+        if work.size_of(source) == work.size:
+            return ""
+        how = "reduced from" if isinstance(spec.size, Blocks) else "the size of"
+        return f"{how} input {source.name!r}"
     return work.not_asked.get(source.spec, f"the size of target {source.name!r}")
 
 

@@ -78,7 +78,7 @@ def _filter_apart(lowered: Lowered, work: Work) -> None:
 
 
 def _made_for_sizes(node: Pass) -> bool:
-    """Where it is asked for, and where loops go over whole pictures: known sizes bound their trips."""
+    """Return True if the pass asks for known sizes, or has loops over whole pictures: known sizes bound their trips."""
     return (isinstance(node, PixelPass) and node.known_sizes) or any(map(loops_over_sizes, _programs_of(node)))
 
 
@@ -133,7 +133,7 @@ def link(vertex: ScalarProgram, varyings: tuple[str, ...]) -> ScalarProgram:
 
 
 def used_images(program: ScalarProgram, images: dict[str, Target], node: Pass, work: Work) -> dict[str, Target]:
-    """What a program reads, pictures of long arrays too."""
+    """Return the images that a program reads, pictures of long arrays included."""
     long = {name: work.buffer(node, name, cast(Array, type_)) for name, type_ in program.buffers}
     return {use.name: long.get(use.name) or images[use.name] for use in program.images}
 

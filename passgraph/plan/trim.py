@@ -85,7 +85,7 @@ def _live(work: Work) -> set[Target]:
 
 
 def _kept(lowered: Lowered, dead: Sequence[Target]) -> list[int]:
-    """Which of its colour targets stay, counted among those that it has."""
+    """Return the color targets that stay, by number."""
     kept = [number for number, target in enumerate(lowered.colours) if target not in dead]
     # Without any there is no fragment program, which may be what says where depth is not written.
     discards = lowered.fragment is not None and lowered.fragment.keep is not None
@@ -132,5 +132,5 @@ def _with_results(program: TypedKernel, kept: Sequence[int]) -> TypedKernel:
 
 
 def _chosen(parts: Sequence[T], kept: Sequence[int]) -> tuple[T, ...]:
-    """Those of each target's parts; none where they stand for none."""
+    """Return the parts of the targets that stay."""
     return tuple(parts[number] for number in kept) if parts else ()

@@ -39,7 +39,7 @@ class Halo(NamedTuple):
 
 @dataclass(frozen=True)
 class Footprint:
-    """What a window of a plan's results needs.
+    """The halo and whole inputs of a window of a plan's results.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Footprint:
 
 
 def footprint(plan: Plan) -> Footprint:
-    """What windows of the results need.
+    """Return what windows of the results need.
 
     Raises
     ------
@@ -169,7 +169,7 @@ def _refuse(step: Step, reason: str, mend: str) -> NoReturn:
 
 
 def _reach(program: s.ScalarProgram, use: s.ImageUse) -> Halo:
-    """How far a pass's relative reads of one image go."""
+    """Return the halo of a pass's relative reads of one image."""
     if not use.relative:
         return Halo()
     left, right, up, down = max(0, -use.x[0]), max(0, use.x[1]), max(0, -use.y[0]), max(0, use.y[1])

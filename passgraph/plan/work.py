@@ -1,4 +1,4 @@
-"""What the phases of planning hand on to each other: every pass with what is known of it so far."""
+"""State shared by the phases of planning: every pass and what is known of it."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Lowered:
 
 @dataclass
 class Work:
-    """What the phases hand on to each other."""
+    """State shared by the phases of planning."""
 
     outputs: dict[str, Target]
     size: tuple[int, int] | None  # None as long as neither asked for nor known from an input
@@ -111,5 +111,5 @@ class Work:
         return Target(self.buffers[key])
 
     def roots(self) -> list[Target]:
-        """What must be computed: the outputs and what the next run reads as history."""
+        """Return what must be computed: outputs, and history for the next run."""
         return [*self.outputs.values(), *self.final.values()]

@@ -65,7 +65,7 @@ class Spare:
 
 
 class _Lent:
-    """What every array in a memory keeps alive."""
+    """The owner of an allocation, kept alive by the arrays in it."""
 
     def __init__(self, memory: NDArray[np.uint8]) -> None:
         self.__array_interface__ = memory.__array_interface__
@@ -189,7 +189,7 @@ class Admission:
         return found
 
     def pictures(self, given: Mapping[str, Any], on_device: Callable[[object], DevicePicture | None]) -> dict[str, Any]:
-        """Of one run; InputError for one that is missing or unfit."""
+        """Return the checked pictures of one run; InputError for one that is missing or unfit."""
         pictures: dict[str, Any] = {}
         for name, spec in self._specs.items():
             picture = given.get(name, spec.default)
@@ -348,7 +348,7 @@ WORTH_MAKING = 1 << 13
 
 
 class Lending:
-    """What the caller lends to one run after another.
+    """Bind the caller's arrays to plan allocations, from run to run (zero-copy).
 
     Attributes
     ----------
@@ -370,7 +370,7 @@ class Lending:
 
     @property
     def transfers(self) -> dict[str, str]:
-        """How each array of the last run came in or went out, in words, which few runs are asked for."""
+        """Describe how each array of the last run was transferred."""
         return {what: f"{how} {_in_words(layout)}" for what, (how, layout) in self._transfers.items()}
 
     def begin(self, room: Mapping[int, Picture], results: Results | None = None) -> None:
@@ -463,7 +463,7 @@ class Lending:
 
     @cached_property
     def _uses(self) -> list[_PlaceUse]:
-        """What steps do with each memory; results may share theirs with what is done with before."""
+        """Return how steps use each allocation; results may share one with pictures that are no longer needed."""
         plan = self.plan
         uses = [Use(is_read=False, is_written=True) for _ in plan.memories]
         first = [len(plan.steps)] * len(plan.memories)
@@ -499,14 +499,14 @@ class Lending:
 
 @dataclass(frozen=True)
 class _PlaceUse:
-    """What a run does with a memory, and the first step that writes it."""
+    """How one run uses an allocation, and the first step that writes it."""
 
     use: Use
     first_written: int
 
 
 def _layout(array: Picture) -> tuple[object, ...]:
-    """What `_in_words` tells of; nothing of the array itself is kept."""
+    """Return the layout that `_in_words` describes; keeps no reference to the array."""
     return (str(array),) if isinstance(array, DevicePicture) else (array.dtype, array.shape, array.strides)
 
 

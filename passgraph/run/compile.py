@@ -1,4 +1,4 @@
-"""From targets to a program: the graph behind them, checked and planned, on a backend that is opened for it."""
+"""Compile targets: check and plan the graph behind them, and open a backend for it."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def picked(value: object, fields: Sequence[str], key: str) -> object:
 
 
 def resolve(handle: object, values: dict[Any, object]) -> object:
-    """What a handle stands for in this run."""
+    """Return the value of a handle in this run."""
     if isinstance(handle, Value):
         return values[handle.name]
     assert isinstance(handle, Derived)
@@ -67,7 +67,7 @@ class Buffers:
                 self._write(resource, value)
 
     def bring(self, values: dict[Any, object]) -> None:
-        """What a run needs: values that are new since the last one.
+        """Upload the values that changed since the last run.
 
         Raises
         ------
@@ -363,7 +363,7 @@ class Execution:
         return [step for step, _ in (self._runs if looking else self._chained)]
 
     def _move_history(self) -> None:
-        """What runs wrote becomes older; at the start of a run, so that results can be read after the last one."""
+        """Age the history by one run; done at the start of a run, so that results can be read after the last one."""
         if self._moves_due:
             self._moves_due = False
             places = self.places
@@ -371,7 +371,7 @@ class Execution:
                 places[now], places[before] = places[before], places[now]
 
     def reset(self) -> None:
-        """As though nothing had run: history holds what its targets start from."""
+        """Reset to the state before the first run: history holds the targets' initial values."""
         self.runs, self._moves_due, self._static_seen = 0, False, None
         self._begin_history(started=False)
 
@@ -386,7 +386,7 @@ class Execution:
         self.runs = earlier.runs
 
     def _begin_history(self, started: bool) -> None:
-        """What every earlier run is taken to have written.  ``started``: memory is new, and 0."""
+        """Fill the history that comes before the first run. ``started``: memory is new, and 0."""
         for resource in self.plan.resources:
             is_zero = not isinstance(resource.initial, np.ndarray) and not any(resource.initial)
             if resource.kind == "history" and not (started and is_zero):
@@ -414,7 +414,7 @@ class Execution:
         return values
 
     def _default_value(self, handle: Value) -> object:
-        """What a run that does not say so takes for a value."""
+        """Return the default of a value that a run does not set."""
         if handle is OUTPUT_SIZE:
             return self.plan.size
         return self.runs if handle is FRAME_INDEX else handle.default
@@ -496,7 +496,7 @@ class Execution:
 
 
 def _earliest_first(plan: Plan) -> list[tuple[int, int]]:
-    """Of what has history, itself and its content one run before; those before others that become them."""
+    """Order the history and its content one run before, so that each is moved before it is overwritten."""
     follows = {r.id: r.history for r in plan.resources if r.history is not None}
     found: list[tuple[int, int]] = []
     for start in follows.keys() - set(follows.values()):
@@ -513,7 +513,7 @@ def _same(one: object, other: object) -> bool:
 
 
 def _contents(value: object) -> object:
-    """What tells two derived values apart: numbers as bytes, fields of structs one by one."""
+    """Return a key of a derived value: numbers as bytes, struct fields one by one."""
     if isinstance(value, (list, tuple)) and any(hasattr(part, "__dict__") for part in value):
         return tuple(map(_contents, value))
     if isinstance(value, np.ndarray) or not hasattr(value, "__dict__"):

@@ -100,7 +100,7 @@ def _squares(picture: NDArray[np.floating]) -> float:
 
 
 def _are_finite_halves(picture: NDArray[Any]) -> bool:
-    """By their bits, in which larger numbers of one sign are larger: as ints the positive ones, as uints the others."""
+    """Test half floats through their bit patterns: positive ones order like ints, negative ones like uints."""
     largest, lowest = picture.view(np.int16).max(), picture.view(np.uint16).max()
     return bool(largest < HALF_INFINITY and lowest < HALF_INFINITY + 0x8000)
 

@@ -1,4 +1,4 @@
-"""How long each pass takes: `passgraph.Program.profile`."""
+"""Time each pass: `passgraph.Program.profile`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _NAME_COLUMNS = 64
 
 @dataclass(frozen=True)
 class PassTime:
-    """What ran at once: a pass, or several that the backend makes one.
+    """The time of a pass, or of several that the backend runs as one.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class PassTime:
 
     @property
     def pixels_per_second(self) -> float:
-        """Of its target; infinite for what was kept."""
+        """Return the speed in pixels of its target; infinite if it was kept."""
         return self.size[0] * self.size[1] / self.seconds if self.seconds else float("inf")
 
 

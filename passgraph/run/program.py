@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Held:
-    """What a program must give back: known to its finaliser, which cannot know the program."""
+    """Resources of a program, for its finalizer, which cannot hold the program."""
 
     backend: Backend
     owns: bool
@@ -73,7 +73,7 @@ class Alone:
 
 
 class Program:
-    """What :func:`passgraph.compile` returns.  Call it with inputs and values by name.
+    """A compiled graph, returned by :func:`passgraph.compile`. Call it with inputs and values by name.
 
     It owns its pictures and compiled passes until :meth:`close` (it is a context manager too).
 
@@ -124,7 +124,7 @@ class Program:
 
     @property
     def inputs(self) -> dict[str, InputSpec]:
-        """What each run brings as pictures, by name: every input behind the outputs, read or not."""
+        """Return the pictures of a run, by name: every input behind the outputs, read or not."""
         return dict(self._inputs)
 
     @cached_property
@@ -161,7 +161,7 @@ class Program:
             raise GraphError("this program is closed; compile the graph again")
 
     def explain(self) -> str:
-        """What runs in which order and why, and how the arrays of the last run came in and went out."""
+        """Explain the order of steps, and how the arrays of the last run were transferred."""
         lines = [self.plan.explain()]
         lines += self._own_ways()
         if self.backend.about:
@@ -171,7 +171,7 @@ class Program:
         return "\n".join(lines)
 
     def _own_ways(self) -> list[str]:
-        """What the device does in ways of its own, as it was compiled."""
+        """List what the device implements in its own way."""
         lines: list[str] = []
         for unit in [] if self._execution is None else self._execution.units:
             step = unit[0]
@@ -190,7 +190,7 @@ class Program:
         return to_data(self._outputs)
 
     def settings(self) -> dict[str, Any]:
-        """What `compile` was told beside the outputs, as plain data; of the backend its name."""
+        """Return the settings of `compile` besides the outputs, as plain data; of the backend its name."""
         return {
             "backend": self.backend.name, "size": self._size, "options": asdict(self._options),
             "non_finite": self._non_finite, "check_finite": self._check_finite, "results": self._results,
@@ -389,7 +389,7 @@ class Program:
             return inspected(known, step, x, y)
 
     def profile(self, runs: int = 5, /, **given: Any) -> Profile:
-        """How long each pass takes: the median of some runs, after one in which code is made and inputs come in.
+        """Time each pass: the median of some runs, after one that compiles and uploads.
 
         The device is waited for around each pass, so what would overlap does not.  What it runs as one is one row.
 
@@ -414,7 +414,7 @@ class Program:
         --------
         >>> import numpy as np
         >>> import passgraph as pg
-        >>> from passgraph.effects.pictures.blur import gaussian_blur
+        >>> from passgraph.effects.filters.blur import gaussian_blur
         >>> with pg.compile(gaussian_blur(pg.Input("frame"))) as program:
         ...     profile = program.profile(3, frame=np.zeros((9, 16, 4), np.float32))
         >>> [each.passes for each in profile.passes], profile.runs

@@ -1,4 +1,4 @@
-"""What runs bring back: pictures by name."""
+"""Results of runs: pictures by name."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ PROFILE_WAYS, AROUND = 256, 64
 
 
 class Aim(NamedTuple):
-    """From the target to the camera, and what is up in the picture: unit vectors."""
+    """Direction from the target to the camera, and up in the picture: unit vectors."""
 
     back: Vec3
     up: Vec3
@@ -131,7 +131,8 @@ DEFAULT_FOV_RAD = 40.0 * pi / 180.0
 
 
 class Window(NamedTuple):
-    """What a camera sees: half its width and height, and its middle, at distance 1, or anywhere if orthographic."""
+    """The extent of a camera's view: half its width and height, and its middle, at distance 1, or anywhere if
+    orthographic."""
 
     half: tuple[float, float]
     middle: tuple[float, float]
@@ -223,14 +224,14 @@ class Camera:
         return project(*half, self.near, self.far, middle)
 
     def window(self, aspect: float) -> Window:
-        """What is seen in a picture whose width / height is ``aspect``."""
+        """Return the extent of the view in a picture of aspect ratio ``aspect``."""
         ratio = number(aspect, "camera: aspect", 0.0, np.inf, open_low=True) if self.aspect is None else self.aspect
         height = self.orthographic_height
         half = tan(0.5 * self.vertical_fov_rad) if height is None else 0.5 * height
         return Window((half * ratio, half), (self.shift[0] * half * ratio, self.shift[1] * half))
 
     def hardware_depth(self, reversed_z: bool = False) -> HardwareDepth:
-        """What a depth buffer holds in which this camera's picture is drawn.
+        """Return the depth convention of a depth buffer drawn with this camera.
 
         >>> Camera((0, 0, 5), (0, 0, 0), near=1.0, far=9.0).hardware_depth().depth(9.0).item()
         1.0

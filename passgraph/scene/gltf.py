@@ -362,7 +362,7 @@ def _layout(accessor: dict[str, Any], where: str) -> tuple[np.dtype[Any], int, i
 
 
 def bytes_of(uri: str) -> bytes:
-    """What a ``data:`` address holds (RFC 2397).
+    """Decode a ``data:`` address (RFC 2397).
 
     >>> bytes_of("data:image/png;base64,aGk="), bytes_of("data:,hi%21")
     (b'hi', b'hi!')

@@ -28,7 +28,7 @@ WRAPS: dict[Any, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 
 @dataclass(frozen=True)
 class Coordinates:
-    """How the pictures of a material are laid onto a mesh: a set of coordinates and the (2, 3) matrix upon it."""
+    """The mapping of a material's textures onto a mesh: a set of coordinates and the (2, 3) matrix applied to it."""
 
     number: int = 0
     matrix: tuple[tuple[float, float, float], tuple[float, float, float]] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
@@ -230,7 +230,7 @@ def skinned(data: GltfData, arrays: Arrays, primitive: dict[str, Any], skin: Any
 
 
 def _joint_matrices(data: GltfData, skin: dict[str, Any]) -> Float64:
-    """From the mesh's frame at rest to the world, (joints, 4, 4)."""
+    """Return the matrices from the mesh's rest frame to the world, (joints, 4, 4)."""
     joints = skin.get("joints", [])
     worlds = np.stack([world_of(data.header, joint, data.file) for joint in joints])
     if "inverseBindMatrices" not in skin:
@@ -286,7 +286,7 @@ def nodes_of(data: GltfData, turn: Float64) -> tuple[list[Node], list[str]]:
 
 
 def _copies(data: GltfData, node: dict[str, Any], placed: PlacedMeshes) -> list[Float64]:
-    """Where a node's mesh stands, as seen from the node: once at its place, or a copy for each row of a table."""
+    """Return the placements of a node's mesh, relative to the node: one, or one for each row of an instancing table."""
     attributes = node.get("extensions", {}).get(_COPIES, {}).get("attributes", {})
     rows = {said.lower(): data.array(attributes[said]) for said in _PLACES if said in attributes}
     if not rows:

@@ -158,7 +158,8 @@ def has_floor(scene: Scene) -> bool:
 
 
 def _is_floor(node: Node, low: Float64, high: Float64) -> bool:
-    """What lies in the lowest part and covers the scene from above; or a sheet that does, such as terrain."""
+    """Return True for a node in the lowest part that covers the scene from above, or for a sheet that does, such as
+    terrain."""
     node_low, node_high = node.bounds
     wide, tall = float(max(node_high[0] - node_low[0], node_high[2] - node_low[2])), float(node_high[1] - node_low[1])
     if _footprint(node_low, node_high) < COVERED * _footprint(low, high) or _footprint(low, high) == 0.0:

@@ -221,7 +221,7 @@ class Light:
         return cls("spot", place, along, tint, intensity, radius, inner, outer, name)
 
     def reaching(self, place: ArrayLike, nearest: float = 1e-9) -> float:
-        """How bright a white surface at ``place`` shows that faces the light, whatever its colour and cone.
+        """Return the brightness of a white surface at ``place`` that faces the light, whatever its color and cone.
 
         A lamp that is closer than ``nearest``, above 0 and in scene units, counts as that far away.
 

@@ -132,8 +132,8 @@ def _fans(places: Int, face: NDArray[np.float64]) -> Int:
 
 
 def least_joined(count: int, joins: Int) -> Int:
-    """For each of so many numbers the least that ``joins``, (2, n), lead to: the roots of joined ones are joined, and
-    every path to a root made short, which ends after about log2(count) rounds."""
+    """Return, for each of ``count`` numbers, the least number that ``joins``, (2, n), connect it to. Joins roots and
+    shortens paths, which ends after about log2(count) rounds."""
     label = np.arange(count)
     while joins.size:
         roots = label[joins]

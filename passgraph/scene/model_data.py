@@ -166,7 +166,7 @@ MAX_NODES = 100_000
 
 @dataclass(frozen=True, eq=False)
 class Arrays:
-    """What a file says of one mesh; the arrays are not checked yet.
+    """The data of one mesh in a file; not checked yet.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a file asked for and did not get: one line for a thing, with the names of the objects that it concerns."""
+"""Unsupported features of a file: one line each, with the names of the objects concerned."""
 
 from __future__ import annotations
 

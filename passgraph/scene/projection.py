@@ -1,4 +1,4 @@
-"""What a projection matrix of an engine says: angle or extent, shift, near and far, reversed depth."""
+"""Read an engine's projection matrix: angle or extent, shift, near and far planes, reversed depth."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STEP_BACK = 1.0 / 64.0
 
 
 class Planes(NamedTuple):
-    """Where a depth range begins and ends; both from the eye, which may have been put back."""
+    """The ends of a depth range, as distances from the eye, which may have been moved back."""
 
     near: float
     far: float
@@ -155,7 +155,7 @@ DepthNumbers = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class HardwareDepth:
-    """How a depth buffer holds distances: as numbers from 0 to 1, whatever clip space the engine has.
+    """The convention of a depth buffer: numbers from 0 to 1, whatever clip space the engine has.
 
     In perspective 1 / distance is linear in the number, in parallel projections the distance.
 
@@ -204,7 +204,7 @@ class HardwareDepth:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """What is linear in the number, at 0 and at 1: 1 / distance, or the distance if orthographic.
+        """Return the value that is linear in the number, at 0 and at 1: 1 / distance, or the distance if orthographic.
 
         Between them lies ``(1 - d) * ends[0] + d * ends[1]``: both terms are positive, so that float32 keeps every
         digit that ``d`` or ``1 - d`` has, however large far / near is.

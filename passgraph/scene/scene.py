@@ -33,7 +33,7 @@ MOST_VIEWS = 216_000
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What is drawn, from where, and lit by what.
+    """Nodes, a camera and lights.
 
     Attributes
     ----------

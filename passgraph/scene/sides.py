@@ -1,4 +1,4 @@
-"""Which side of a surface is the outer one, where a file does not say whether it is seen from both."""
+"""The outer side of a surface, for files that do not say if it is double-sided."""
 
 from __future__ import annotations
 

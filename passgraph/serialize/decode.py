@@ -1,4 +1,4 @@
-"""From plain data of strangers to targets."""
+"""Decode graphs from untrusted plain data."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def from_data(data: object) -> dict[str, Target]:
 
 
 class _Graph:
-    """What has been read so far, section by section; each refers to what stands before it."""
+    """The objects decoded so far, by section; each refers to earlier ones."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
@@ -214,7 +214,7 @@ class _Graph:
         return Relative(scale) if names == ["scale"] else Like(self._lender(record["like"], f"{where}.like"), scale)
 
     def _lender(self, given: object, where: str) -> Target:
-        """What a size is taken from; only its size is asked for, so that no pass stands behind it."""
+        """Return the target whose size is used; only its size is needed, so no pass is decoded for it."""
         kind = "input" if isinstance(given, Mapping) and "input" in given else "target"
         number = self.document.record(given, where, kind)[kind]
         known: list[Any] = self.inputs if kind == "input" else self.targets
@@ -273,7 +273,7 @@ class _Graph:
         return _by_slot(targets)
 
     def _drawn(self, spec: TargetSpec, load: object, where: str) -> TargetSpec | Target:
-        """What a draw goes into: a target to clear, or the content that it goes over."""
+        """Return the destination of a draw: a target to clear, or the content that it draws over."""
         if load is None:
             return spec
         content = self._handle(load, where)
@@ -311,7 +311,7 @@ class _Graph:
         return tuple(self.document.index(number, where, self.targets, "targets") for number in numbers)
 
     def _arguments(self, kernels: list[Kernel], record: Mapping[str, Any], where: str) -> dict[str, Any]:
-        """What kernels are called with, by parameter."""
+        """Return the arguments of kernels, by parameter."""
         document = self.document
         parameters: dict[str, tuple[Type, bool]] = {}
         for kernel in kernels:
@@ -408,7 +408,7 @@ def _formula(given: object, depth: int = 0) -> Any:
 
 
 def _by_slot(returned: Target | tuple[Target, ...]) -> dict[int, Target]:
-    """What a pass returned, and the depth of a draw that has one."""
+    """Return the targets of a pass by slot, the depth of a draw included."""
     targets = returned if isinstance(returned, tuple) else (returned,)
     found = {target.slot: target for target in targets}
     if getattr(targets[0].made_by, "depth", None) is not None:

@@ -134,7 +134,7 @@ class Document:
         return value
 
     def index(self, value: object, where: str, known: Sequence[Any], what: str) -> Any:
-        """What stands earlier in the document, by its number."""
+        """Return an earlier object of the document, by its number."""
         if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < len(known):
             self.wrong(where, f"the number of one of the {len(known)} {what} before it", value)
         return known[value]

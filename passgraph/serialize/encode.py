@@ -1,4 +1,4 @@
-"""From targets to plain data."""
+"""Encode targets as plain data."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ _PLAIN: dict[str, Callable[[float], bool | int | float]] = {
 
 
 def to_data(outputs: Outputs) -> dict[str, Any]:
-    """What :func:`passgraph.compile` takes, as plain data that JSON can hold: no Python function, no pickle.
+    """Encode the outputs for :func:`passgraph.compile` as plain data for JSON: no Python functions, no pickle.
 
     Inputs, targets, passes with the text of their kernels, numbers and run values, draws with their meshes.  Kernels
     keep their file and line, so that errors where the data arrive show them; numbers are exact, NaN and infinity too.
@@ -237,7 +237,7 @@ class _Writer:
 
 
 def _reading(target: Target) -> dict[str, Any]:
-    """How a handle is read: its border, and what differs from other handles."""
+    """Encode how a handle is read: its border, and what differs from other handles."""
     found = {name: getattr(target, field) for name, field in READING.items()}
     unread = {name: getattr(target.content, field) for name, field in READING.items()}
     return {name: value for name, value in found.items() if name == "border" or value != unread[name]}

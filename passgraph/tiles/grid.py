@@ -1,4 +1,4 @@
-"""How a picture is cut into tiles: as large as the memory given allows, and no two shapes of them."""
+"""Tiling of a picture: tiles as large as the memory limit allows, in at most two shapes a side."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def checked_shape(shape: Any, what: str) -> tuple[int, int, int]:
 
 
 def checked_dtype(dtype: Any, what: str) -> np.dtype[Any]:
-    """What pictures hold: bools, uint8, uint16 and floats."""
+    """Check a picture's dtype: bool, uint8, uint16 or float."""
     try:
         checked: np.dtype[Any] = np.dtype(dtype)
     except TypeError:
@@ -112,7 +112,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class Tile:
-    """What is read and computed, and the part of it that is right and is written."""
+    """The window that is read and computed, and the part of it that is exact and is written."""
 
     window: Part
     core: Part
@@ -120,7 +120,7 @@ class Tile:
 
 @dataclass(frozen=True)
 class Grid:
-    """How a picture was cut: what :func:`passgraph.tiled` returns.
+    """The tiling of a picture, returned by :func:`passgraph.tiled`.
 
     Attributes
     ----------
@@ -210,7 +210,7 @@ def _grid(size: tuple[int, int], core: tuple[int, int], halo: Halo, cost: Cost) 
 def _cores(
     size: tuple[int, int], footprint: Footprint, pixels: int, block: tuple[int, int]
 ) -> Iterator[tuple[int, int]]:
-    """What tiles may write whose windows have at most so many pixels, the widest first."""
+    """Yield the possible cores of tiles whose windows have at most so many pixels, the widest first."""
     (width, height), halo = size, footprint.halo
     across = width
     while across >= 1:

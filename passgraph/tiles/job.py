@@ -1,4 +1,4 @@
-"""From a graph, sources and sinks to a job: what is needed, what it costs, and how the picture is cut."""
+"""Prepare a job from a graph, sources and sinks: footprint, cost and tiling."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ INPUTS_ALIVE, RESULTS_ALIVE = 3, 2
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """What is asked for beside sinks, as :func:`passgraph.tiled` describes it."""
+    """The request besides sinks, as :func:`passgraph.tiled` describes it."""
 
     graph: Graph
     source: object
@@ -94,7 +94,7 @@ def _pair(given: object, what: str) -> tuple[int, int]:
 
 
 def _by_name(specs: Mapping[str, InputSpec], given: object) -> dict[str, Any]:
-    """What sources are made of: what was given, or the input's own picture."""
+    """Return the sources by name: the given ones, or the inputs' default pictures."""
     missing = [name for name, spec in specs.items() if spec.default is None]
     if given is not None and not isinstance(given, Mapping):
         if len(missing) != 1:

@@ -45,7 +45,7 @@ def lazily_tiled(
     Examples
     --------
     >>> import passgraph as pg
-    >>> from passgraph.effects.pictures.blur import gaussian_blur
+    >>> from passgraph.effects.filters.blur import gaussian_blur
     >>> soft = gaussian_blur(pg.Input("frame"), sigma_px=2.0, radius_px=7)
     >>> with lazily_tiled(soft, np.ones((64, 96, 4), np.float32), tile=(32, 32)) as picture:
     ...     picture.shape, picture.chunks, bool(abs(picture[10:20, 40, 0] - 1.0).max() < 1e-6)
@@ -79,7 +79,8 @@ def _nowhere(plan: Plan, _: Mapping[str, Source]) -> dict[str, Any]:
 
 
 class LazyPicture:
-    """What :func:`lazily_tiled` returns: (height, width, channels) float32 by ``picture[rows, columns, channels]``.
+    """A picture computed on demand, returned by :func:`lazily_tiled`: (height, width, channels) float32 by
+    ``picture[rows, columns, channels]``.
 
     It holds its sources, pictures and compiled passes until :meth:`close` (it is a context manager too).
     """
@@ -96,7 +97,7 @@ class LazyPicture:
 
     @property
     def grid(self) -> Grid:
-        """How the picture is cut."""
+        """Return the tiling of the picture."""
         return self._job.grid
 
     @property

@@ -1,4 +1,4 @@
-"""What runs in a worker of dask: one window of a picture, with a graph that the worker compiled once."""
+"""The code of a dask worker: one window of a picture, with a graph that the worker compiled once."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WINDOWS, MOST_WINDOWS = "passgraph-windows", 8
 
 @dataclass(frozen=True)
 class Told:
-    """What all windows of a picture share.
+    """Data shared by all windows of a picture.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Told:
 
 @dataclass(frozen=True)
 class Pieces:
-    """Where pieces of a picture lie in a part of it: (first row, first column) of each."""
+    """The places of pieces in a part of a picture: (first row, first column) of each."""
 
     shape: tuple[int, int, int]
     places: Sequence[tuple[int, int]]
@@ -98,7 +98,7 @@ class _Compiled:
 def computed(
     task: Told, tile: Tile, pictures: Mapping[str, Numbers | Named], whole: Mapping[str, Any]
 ) -> dict[str, NDArray[Any]] | None:
-    """What is right of a window's results; None where a file that is named looks different here."""
+    """Return the exact part of a window's results; None if a named file is different on this machine."""
     files = [picture for picture in pictures.values() if isinstance(picture, Named)]
     if not all(file.is_here for file in files):
         return None

@@ -1,4 +1,4 @@
-"""Where tiles are written to: TIFF files and Zarr stores, whole or not at all, and arrays of the caller."""
+"""Sinks of tiles: TIFF files and Zarr stores, written atomically, and arrays of the caller."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CHUNK = 512
 
 
 class Sink(Protocol):
-    """What tiles are written to, one by one in any order; ``block`` is the (height, width) that it writes at once."""
+    """A sink of tiles, written one by one in any order; ``block`` is the (height, width) that it writes at once."""
 
     @property
     def block(self) -> tuple[int, int]: ...
@@ -121,7 +121,7 @@ class ArraySink:
         """It is written."""
 
     def abandon(self) -> None:
-        """What is written stays: the array is the caller's."""
+        """Keep what is written: the array is the caller's."""
 
 
 class FileSink:

@@ -1,4 +1,4 @@
-"""Where tiles are read from: TIFF files, Zarr, and whatever gives its parts as ``array[rows, columns]``."""
+"""Sources of tiles: TIFF files, Zarr, and objects that return parts as ``array[rows, columns]``."""
 
 from __future__ import annotations
 

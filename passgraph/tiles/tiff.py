@@ -1,4 +1,7 @@
-"""TIFF files part by part, by tifffile: striped and tiled, BigTIFF, 8 and 16 bits and floats."""
+"""TIFF files part by part, by tifffile: striped and tiled, BigTIFF, 8 and 16 bits and floats.
+
+Unlike OpenImageIO, tifffile reserves the tiles of a file. Several workers then write them in any order.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ TILE = 256
 
 
 def opaque(dtype: np.dtype[Any]) -> Any:
-    """What alpha 1 is in a type."""
+    """Return alpha 1 in a type."""
     return np.iinfo(dtype).max if dtype.kind == "u" else 1
 
 
@@ -65,7 +68,7 @@ class TiffSource:
             raise InputError(f"{self.name}: is stored turned (tag Orientation); turn it upright first")
 
     def _begin(self, page: Any) -> int | None:
-        """Where the picture begins in the file, if it lies there row by row as plain numbers."""
+        """Return the file offset of the picture if its rows lie there as plain numbers."""
         if page.is_tiled or self._planar or not page.is_contiguous or page.compression != 1:
             return None
         return int(page.dataoffsets[0])

@@ -55,7 +55,7 @@ class Bound:
         return inputs_behind(list(self.outputs.values()))
 
     def settings(self) -> dict[str, Any]:
-        """What `passgraph.compile` takes beside the outputs, as plain data; of the backend its name."""
+        """Return the arguments of `passgraph.compile` besides the outputs, as plain data; of the backend its name."""
         return {
             "backend": self.backend.name,
             "size": self.size,
@@ -195,7 +195,7 @@ class Job:
     paths: Mapping[str, Path]  # of sources that are files
 
     def windows(self) -> Windows:
-        """What computes its tiles; the caller closes it."""
+        """Return the windows that compute its tiles; the caller closes them."""
         return Windows(self.bound, self.plan, self.needs, self.grid.window)
 
     def read(self, tile: Tile) -> Pictures:
@@ -212,7 +212,7 @@ class Job:
         return windows.compute(tile.window, {**self.whole, **pictures}, self.values)
 
     def write(self, tile: Tile, results: Pictures) -> None:
-        """What is right of a tile's results, to where it belongs."""
+        """Write the exact part of a tile's results."""
         for name, sink in self.sinks.items():
             sink.write(tile.core, _Cut(results[name], tile, sink))
 

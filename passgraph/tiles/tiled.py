@@ -98,7 +98,7 @@ def tiled(
     Examples
     --------
     >>> import passgraph as pg
-    >>> from passgraph.effects.pictures.blur import gaussian_blur
+    >>> from passgraph.effects.filters.blur import gaussian_blur
     >>> soft = gaussian_blur(pg.Input("frame"), sigma_px=2.0, radius_px=7)
     >>> picture, result = np.ones((64, 96, 4), np.float32), np.zeros((64, 96, 4), np.float32)
     >>> grid = tiled(soft, picture, result, tile=(32, 32), progress=False)
@@ -120,7 +120,7 @@ def tiled(
 
 
 def _runner(job: Job, client: Client | None, memory: int | str, stack: ExitStack) -> Callable[[Advance], None]:
-    """What computes every tile of a job: here, or by the workers of a cluster."""
+    """Return the function that computes every tile of a job: here, or on the workers of a cluster."""
     if client is None:
         windows = stack.enter_context(closing(job.windows()))
         return lambda advance: run_tiles(job, windows, advance)
@@ -133,7 +133,7 @@ def _runner(job: Job, client: Client | None, memory: int | str, stack: ExitStack
 
 
 def _notes(sources: Mapping[str, Source], given: object) -> Metadata:
-    """What a result keeps of the first input: its color profile, its resolution, and whether it has no alpha."""
+    """Return what a result keeps of the first input: color profile, resolution, and whether it has alpha."""
     name, source = next(iter(sources.items()), ("", None))
     picture = given.get(name) if isinstance(given, Mapping) else given
     found = metadata_of(Path(picture)) if isinstance(picture, (str, os.PathLike)) else Metadata()

@@ -1,4 +1,4 @@
-"""What shadows should look like: the visible share of each light, by tracing rays.
+"""Ground truth of shadows: the visible share of each light, by ray tracing.
 
 Embree traces; its package comes with ``passgraph[truth]``.
 

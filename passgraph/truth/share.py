@@ -28,7 +28,7 @@ HORIZON = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class VisibleShare:
-    """How much of one light each pixel sees.
+    """The visible share of one light at each pixel.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ def visible_share(
     seed: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> VisibleShare:
-    """How much of one light each pixel sees: rays from the first surface to points spread over the light.
+    """Trace the visible share of one light at each pixel: rays from the first surface to points spread over the light.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def visible_shares(
 
 
 def _shines_on(light: Light, surfaces: Surfaces) -> NDArray[np.bool_]:
-    """Where the light's middle is above the surface's horizon, and the surface in a spot's cone."""
+    """Return where the light's center is above the surface's horizon, and the surface in a spot's cone."""
     if light.kind == "directional":
         return np.asarray(surfaces.normals @ light.direction < -HORIZON)
     with np.errstate(invalid="ignore"):

@@ -81,13 +81,13 @@ def placed_triangles(nodes: Sequence[tuple[int, Node]], origin: Float64) -> Tria
 
 
 def seen_triangles(scene: Scene, origin: Float64) -> Triangles:
-    """What a camera sees: everything that is not translucent."""
+    """Return the triangles that a camera sees: everything that is not translucent."""
     nodes = [(i, n) for i, n in enumerate(scene.nodes) if n.material.alpha_mode != "blend"]
     return placed_triangles(nodes, origin)
 
 
 def casting_triangles(scene: Scene, origin: Float64) -> Triangles:
-    """What a light sees: everything that casts and is not translucent."""
+    """Return the triangles that a light sees: everything that casts shadows and is not translucent."""
     nodes = [(i, n) for i, n in enumerate(scene.nodes) if n.casts and n.material.alpha_mode != "blend"]
     return placed_triangles(nodes, origin)
 
@@ -137,7 +137,7 @@ def first_surfaces(scene: Scene, size: tuple[int, int], camera: Camera | None = 
 
 
 def _view_rays(camera: Camera, size: tuple[int, int]) -> tuple[Float64, Float64]:
-    """Where rays through the middles of the pixels begin, relative to the eye, and their unit vectors.
+    """Return the origins of the rays through the pixel centers, relative to the eye, and their unit directions.
 
     (h, w, 3) each, row 0 on top.
     """

@@ -1,1 +1,1 @@
-"""What holds backends to the meaning: bounds, comparison, the suite, and cases made up at random."""
+"""Verification of backends: bounds, comparison, the conformance suite, and fuzzing."""

@@ -206,7 +206,7 @@ def _both_not_finite(got: Picture, expected: Picture) -> NDArray[np.bool_]:
 
 
 def _places(target: TargetReport, watch: Watch) -> tuple[tuple[Cause, int], ...]:
-    """What leaves a target undecided, and in how many pixels."""
+    """List the causes that leave a target undecided, with their number of pixels."""
     if target.ambiguous > target.most_ambiguous:
         return tuple(watch.decisions.most_common())
     if target.is_vague and target.unpromised <= max(target.most_ambiguous, MOST_UNPROMISED):
@@ -216,7 +216,7 @@ def _places(target: TargetReport, watch: Watch) -> tuple[tuple[Cause, int], ...]
 
 
 def distance(picture: Picture, reference: Picture) -> NDArray[np.float64]:
-    """How far values lie apart; 0 for the same infinity or two NaN, infinite where only one is."""
+    """Return the distance of values; 0 for the same infinity or two NaN, infinite if only one is."""
     a, b = np.asarray(picture, np.float64), np.asarray(reference, np.float64)
     with np.errstate(invalid="ignore"):
         apart = np.abs(a - b)
@@ -259,7 +259,7 @@ def _measured(
 
 
 def _spread(picture: Picture) -> float:
-    """What finite values span, without the outermost twentieths, or their size if that is more."""
+    """Return the span of finite values without the outermost twentieths, or their size if that is more."""
     finite = np.asarray(picture, np.float64)[np.isfinite(picture)]
     if not finite.size:
         return float("inf")

@@ -40,7 +40,7 @@ MOST_CAUSES = 3
 
 @dataclass(frozen=True)
 class OtherKind:
-    """Where one target holds values of another kind than the reference's, though no decision is to blame.
+    """Values of another kind (number, NaN, infinity) than the reference's in one target, without a decision to blame.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class OtherKind:
 
     @property
     def given(self) -> str:
-        """What the pass reads there, in words."""
+        """Describe what the pass reads there."""
         return reads_in_words(self.reads)
 
     @property
@@ -84,7 +84,7 @@ class OtherKind:
 
     @property
     def cause(self) -> str:
-        """Where in the kernel it comes from, and how to mend it there."""
+        """Return the place in the kernel that causes it, and how to fix it."""
         if not self.causes:
             return (
                 "what is stored may lie beyond the largest number of the format; "
@@ -97,7 +97,7 @@ class OtherKind:
 
 
 def reads_in_words(reads: tuple[tuple[str, tuple[float, ...]], ...]) -> str:
-    """What a pass reads at a pixel, in words; empty where it reads nothing.
+    """Describe what a pass reads at a pixel; empty if it reads nothing.
 
     >>> reads_in_words((("a", (0.5,)),))
     ', given a = (0.5)'
@@ -106,7 +106,7 @@ def reads_in_words(reads: tuple[tuple[str, tuple[float, ...]], ...]) -> str:
 
 
 def numbers(values: tuple[float, ...]) -> str:
-    """As float32 values are told apart.
+    """Format float32 values so that different ones read differently.
 
     >>> numbers((0.1, float("nan")))
     '(0.1, nan)'
@@ -131,8 +131,8 @@ def _reason(operation: str) -> str:
 def other_kinds(
     judged: Mapping[Key, Picture], expected: Mapping[Key, Picture], allowed: Mapping[Key, Allowed]
 ) -> dict[Key, NDArray[np.bool_]]:
-    """Of targets that have such: pixels (height, width) of another kind than the reference's where no decision is to
-    blame."""
+    """Return, for targets that have such, the pixels (height, width) of another kind than the reference's without a
+    decision to blame."""
     found = {key: _other_kind(judged[key], picture, allowed[key]) for key, picture in expected.items()}
     return {key: pixels for key, pixels in found.items() if pixels.any()}
 

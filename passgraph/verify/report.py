@@ -1,4 +1,4 @@
-"""What :func:`passgraph.verify.compare.compare` found: for each backend and target, figures and a verdict in words."""
+"""Results of :func:`passgraph.verify.compare.compare`: figures and a verdict in words for each backend and target."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MOST_TOLD = 3
 
 @dataclass(frozen=True)
 class TargetReport:
-    """What one pass wrote into one target on one backend, given the reference's pictures to work on.
+    """Result of one pass in one target on one backend, given the reference's pictures.
 
     Attributes
     ----------
@@ -104,7 +104,7 @@ class TargetReport:
 
     @property
     def verdict(self) -> str:
-        """In a few words."""
+        """Return the verdict in a few words."""
         if not self.within_bounds:
             return f"outside {self.outside:.3%}"
         if self.other_kind is not None:

@@ -9,7 +9,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects import crt
-from passgraph.effects.pictures.crt import MASKS, Mask
+from passgraph.effects.style.crt import MASKS, Mask
 from tests.agreement import assert_within_bounds
 from tests.conftest import DEVICES
 from tests.effects.scenes import Float64, Picture, render

@@ -402,6 +402,8 @@ def test_what_is_no_error_of_ours_is_caught_too(engine: Engine, caplog: pytest.L
 
 #: What some effects need beside the frame.
 NEEDED = {"color_transform": {"src": "sRGB - Texture", "display": "sRGB - Display"}}
+#: One takes a mask, the others make pictures of another size.
+NOT_IN_ENGINES = ("depth_aware_blur", "fsr1", "resize")
 FRAMES = "What it returns is written over the frame."
 library = {name: getattr(passgraph.effects, name) for name in passgraph.effects.__all__}
 
@@ -411,9 +413,9 @@ def test_effects_of_the_library_take_frames_or_say_that_they_take_none(engine: E
     """Those that the page for engines lists do."""
     listed = (root / "docs" / "engines.md").read_text().split(FRAMES)[1].split("One of your own")[0]
     if library[name].effect.takes.startswith("picture"):
-        assert f"`{name}`" in listed or name == "depth_aware_blur"  # which takes a mask
+        assert f"`{name}`" in listed or name in NOT_IN_ENGINES
         with attach(library[name], camera=CAMERA, **NEEDED.get(name, {})) as attached:
-            if name in ("color_transform", "depth_of_field", "occluded", "vignette"):
+            if name in ("color_transform", "depth_of_field", "motion_blur", "occluded", "vignette"):
                 attached.draw()
             assert attached.error is None
     else:

@@ -116,7 +116,8 @@ def _beside_others(name: str) -> Any:
 
 
 def load_object(code: bytes, function: str) -> tuple[int, Callable[[], object]]:
-    """Where a function of an object file is, loaded by LLVM, and what unloads it; one thread at a time.
+    """Load a function of an object file through LLVM: its address, and a function that unloads it. One thread at a
+    time.
 
     What is unloaded goes with the next one that is loaded: it may be the garbage collector that unloads it, in a thread
     that is inside LLVM or forks.

@@ -139,7 +139,7 @@ class Argument(Value):
 
 
 class Phi(Value):
-    """What a value is where blocks meet; written down once it is known."""
+    """A phi node; printed once all incoming values are known."""
 
     __slots__ = ("incoming",)
 
@@ -171,7 +171,7 @@ class Block:
 
 
 class Function(Value):
-    """Of a module; without blocks only declared."""
+    """A function of a module; without blocks, a declaration."""
 
     __slots__ = ("args", "attributes", "blocks", "ftype", "linkage", "module", "name", "numbers")
 
@@ -274,7 +274,7 @@ class IRBuilder:
 
     @contextmanager
     def goto_block(self, block: Block) -> Iterator[None]:
-        """What is written inside stands in another block."""
+        """Emit into another block inside the ``with``."""
         before, self.block = self.block, block
         yield
         self.block = before
@@ -390,7 +390,7 @@ class IRBuilder:
         self.block.lines.append(f"store {value}, ptr {place.text}{_aligned(align)}")
 
     def gep(self, place: Value, indices: Sequence[Value], inbounds: bool = False, *, source_etype: Type) -> Value:
-        """Of a vector of indices a vector of places."""
+        """Compute an address, or a vector of addresses for a vector of indices."""
         kind = indices[0].type
         found = VectorType(_POINTER, kind.count) if isinstance(kind, VectorType) else _POINTER
         inside = "inbounds " if inbounds else ""

@@ -95,7 +95,7 @@ class Code:
 
     @property
     def address(self) -> int:
-        """Where the function is, once it is made and loaded."""
+        """Return the function's address; wait until it is compiled and loaded."""
         if self._address is None:
             self.make()
             with _compiling:

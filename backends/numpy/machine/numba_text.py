@@ -130,7 +130,7 @@ def portable(text: str, function: str, name: str) -> str:
 
 
 def _optimise(module: llvm.ModuleRef) -> None:
-    """As far as any processor likes it: vectors are made where it is known what is run on."""
+    """Optimize as far as is independent of the processor; vectorization waits until the processor is known."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     machine = llvm.Target.from_default_triple().create_target_machine(cpu="generic", features="", opt=2)

@@ -110,7 +110,7 @@ class NumbaCode:
         self.find, self.shipped, self.level = find, shipped, level
 
     def call(self) -> Call:
-        """For one caller."""
+        """Return a call object for one caller."""
         parts = ("shipped", self.name, str(self.pieces), *self.kinds)
         return Call(function_code(parts, self._text, loops=self.level), self.pieces, self.kinds)
 

@@ -69,7 +69,7 @@ class Workers:
         self._end = weakref.finalize(self, _end, self._jobs, self._threads)
 
     def after_fork(self) -> None:
-        """In a child process, where the threads are not: others start with the next work."""
+        """Forget the threads in a forked child, where they do not exist; new ones start with the next work."""
         if self._end.detach() is not None:
             self._prepare()
 

@@ -84,7 +84,7 @@ class Stretch:
         self.entries = Entries(b, stage.frame, frame)
 
     def emit(self, y: Any, begin: Any, last: Any) -> None:
-        """From number ``begin`` of the row to ``last``: a turn's worth at least.
+        """Emit the pixels from number ``begin`` of the row to ``last``: at least one turn of the loop.
 
         Numbers are pixels, or channels of pixels where these are alike.  The last turn ends where the row does, so that
         there is no turn that stores in part: numbers that it shares with the one before come out the same.
@@ -117,7 +117,7 @@ class Stretch:
         return Choosing if self.stage.selects else PixelBody
 
     def _stored(self, row: int, at: Any, values: Sequence[Any]) -> Iterator[tuple[Any, Any, int]]:
-        """Of each target a vector of results in the order of memory, where it goes and how that is aligned."""
+        """Yield, for each target, a vector of results in memory order, its address and its alignment."""
         b, stage, begin = self.b, self.stage, 0
         for slot, count in enumerate(stage.counts):
             stored = stage.outputs[slot]

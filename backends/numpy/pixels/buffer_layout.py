@@ -1,4 +1,4 @@
-"""What the host and the machine code of a chain of pixel passes agree on: addresses in order, rings, strips."""
+"""The interface between the host and the machine code of a chain of pixel passes: order of addresses, rings, strips."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ class Frame:
 
     @cached_property
     def _views(self) -> list[int]:
-        """Where each view's rows begin, and where the targets' do."""
+        """Return the frame entries where the rows of each view and of the targets begin."""
         places = [len(self.places)]
         for view in self.stage.views:
             places.append(places[-1] + view.rows)
         return places
 
     def view(self, number: int, row: int = 0) -> int:
-        """Of a row of a view, the first of them as far up as is read."""
+        """Return the frame entry of a row of a view, counted from the highest row that is read."""
         return self._views[number] + row
 
     def target(self, slot: int, row: int = 0) -> int:
@@ -86,7 +86,7 @@ PICTURE = ("", "_w", "_h", "_p", "_last", "_row")
 
 @dataclass(frozen=True)
 class View:
-    """What relative reads of one image by one border rule see: its rows around a pixel."""
+    """The texels that relative reads of one image by one border rule may reach: rows around a pixel."""
 
     image: int
     border: str
@@ -100,7 +100,7 @@ class View:
 
     @property
     def read(self) -> Format:
-        """How the numbers are held that the kernel's body loads."""
+        """Return the format in which the kernel's body loads the numbers."""
         return FLOAT if self.decodes else self.held
 
 
@@ -170,18 +170,18 @@ class StageLayout:
 
     @property
     def images(self) -> tuple[Format, ...]:
-        """How each image is held: what a stage before makes as float32."""
+        """Return the format of each image; results of earlier stages are float32."""
         formats = self.stage.step.image_formats
         return tuple(FLOAT if number in self.rings else format_ for number, format_ in enumerate(formats))
 
     @property
     def formats(self) -> tuple[Format, ...]:
-        """What each output is rounded to."""
+        """Return the format that each output is rounded to."""
         return self.stage.step.output_formats
 
     @property
     def outputs(self) -> tuple[Format, ...]:
-        """How each output is held."""
+        """Return the format in which each output is stored."""
         return self.formats if self.last else (FLOAT,) * len(self.formats)
 
     @property
@@ -191,7 +191,7 @@ class StageLayout:
 
     @property
     def numbers(self) -> int:
-        """Of a whole row that its vectors go along: pixels, or channels where these are alike."""
+        """Return the length of a row in loop steps: pixels, or channels if all channels are computed alike."""
         return self.stage.step.size[0] * self.alike
 
     @property
@@ -208,7 +208,7 @@ class StageLayout:
 
     @cached_property
     def _fitting(self) -> int:
-        """How many times the kernel may stand in one turn of the loop."""
+        """Return how many times the kernel is unrolled in one turn of the loop."""
         straight = not self.program.arrays and not any(isinstance(i, (s.If, s.For)) for i in self.program.body)
         return max(1, MAX_AT_ONCE // max(1, len(self.program.body)) if straight else 1)
 
@@ -250,7 +250,7 @@ class StageLayout:
 
     @cached_property
     def views(self) -> tuple[View, ...]:
-        """In the order of the program's reads."""
+        """Return the views in the order of the program's reads."""
         found: dict[tuple[int, str], View] = {}
         before = 0
         for (number, rule), reads in self._reads.items():
@@ -263,7 +263,7 @@ class StageLayout:
 
     @property
     def _reads(self) -> dict[tuple[int, str], int]:
-        """How often the body reads each image by each border rule through windows."""
+        """Return how often the body reads each image through windows, by border rule."""
         numbers = {use.name: number for number, use in enumerate(self.program.images)}
         near = {use.name for use in self.near}
         loads = (i for i in s.walk(self.program.body) if isinstance(i, s.LoadTexel))
@@ -275,22 +275,22 @@ class StageLayout:
 
     @property
     def turn(self) -> int:
-        """How far along a row one turn of the loop goes, in pixels, or in channels where these are alike."""
+        """Return how far one turn of the loop advances, in pixels, or in channels if these are computed alike."""
         return self.lanes * self.vectors
 
     @property
     def counts(self) -> tuple[int, ...]:
-        """Of each target, the numbers of memory that belong to one of those."""
+        """Return, for each target, how many numbers of memory belong to one step."""
         return (1,) if self.alike > 1 else self.channels
 
     @property
     def _turn(self) -> tuple[object, ...]:
-        """What one turn of the loop along a row makes."""
+        """Return the key of one turn of the loop along a row."""
         return self.alike, self.rows, self.vectors, self.lanes, self.selects, self.channels
 
     @cached_property
     def shape(self) -> tuple[object, ...]:
-        """What tells the code around the body from that around others."""
+        """Return the key of the code around the body."""
         views = [
             (*_number_and_steps(v.held), v.image, v.border, v.channels, v.up, v.rows, v.across, v.decodes)
             for v in self.views
@@ -301,7 +301,7 @@ class StageLayout:
 
     @cached_property
     def parts(self) -> tuple[str, ...]:
-        """What tells the body of its program from all other."""
+        """Return the key of the body of the stage's program."""
         program = nameless(self.program)
         formats = [_number_and_steps(format_) for format_ in (*self.images, *self.formats, *self.outputs)]
         views = [(v.image, v.border, v.rows, v.decodes) for v in self.views]
@@ -370,13 +370,13 @@ class Layout:
 
     @cached_property
     def parts(self) -> tuple[str, ...]:
-        """What tells the code around the bodies from all other: no program."""
+        """Return the key of the code around the bodies; it does not depend on the programs."""
         return ("pixels", *(repr(stage.shape) for stage in self.stages))
 
 
 @dataclass(frozen=True)
 class _Step:
-    """What a layout hangs on of a step, and keeps of it: not the graph behind it."""
+    """The parts of a step that a layout depends on, without the graph behind them."""
 
     key: str
     builtins: tuple[tuple[str, str], ...]

@@ -24,7 +24,7 @@ MAX_WINDOW_ROWS = 1024
 
 
 def reach(uses: Sequence[s.ImageUse]) -> Halo:
-    """How far relative reads go."""
+    """Return the halo of relative reads."""
     found = Halo()
     for use in uses:
         if use.relative:
@@ -74,7 +74,7 @@ MAX_AGAIN = 12
 
 
 class Work(Protocol):
-    """What a stage needs to know of its step, see :class:`passgraph.plan.data.PixelStep`."""
+    """The properties of a step that a stage needs, see :class:`passgraph.plan.data.PixelStep`."""
 
     @property
     def program(self) -> s.ScalarProgram: ...
@@ -145,7 +145,7 @@ def pitch(stage: Stage, tile: int) -> int:
 
 @dataclass(frozen=True)
 class Tiling:
-    """How a target is cut into pieces: ``columns`` side by side, each ``width`` wide, ``rows`` high."""
+    """The pieces of a target: ``columns`` side by side, each ``width`` wide, ``rows`` high."""
 
     columns: int
     width: int

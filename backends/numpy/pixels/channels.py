@@ -99,7 +99,7 @@ def _ordered(i: s.Instruction, parts: list[int | None]) -> list[int | None]:
 
 
 def _detail(i: s.Instruction) -> tuple[str, ...]:
-    """What tells instructions of one kind apart besides their operands."""
+    """Return what distinguishes instructions of one kind besides their operands."""
     if isinstance(i, s.Op):
         return i.operation, i.on
     if isinstance(i, s.LoadUniform):

@@ -96,7 +96,7 @@ class StageRows:
         self._begin_frame()
 
     def _begin_frame(self) -> None:
-        """What stays the same from row to row."""
+        """Emit what is the same for all rows."""
         b, memory, n = self.b, self.memory, self.stage.number
         found = {name: memory[name] for name in ("width", "height")}
         found |= {name: memory[f"{name}{n}"] for name in ("floats", "ints")}
@@ -176,19 +176,19 @@ class StageRows:
             yield k
 
     def _entry(self, place: int, k: Any = None) -> Any:
-        """Where an entry of the frame is, or the ``k``-th behind it."""
+        """Return the address of a frame entry, or of the ``k``-th entry behind it."""
         at = number(place) if k is None else self.b.add(number(place), k)
         return self.b.gep(self.entries, [at], True, source_etype=POINTER)
 
     def _row_entry(self, at: int, k: Any) -> Any:
-        """Where the address of a view's row is kept."""
+        """Return the frame entry that holds the address of a view's row."""
         own = self.rows[at]
         if own is None:
             return self._entry(self.frame.view(at), k)
         return self.b.gep(own, [k], True, source_etype=POINTER)
 
     def _row(self, view: View, y: Any) -> Any:
-        """Where a row of an image begins, by the border rule; a row of zeros where there is none."""
+        """Return the address of an image's row by the border rule; a row of zeros outside."""
         b, memory, n = self.b, self.memory, self.stage.number
         inner = border(b, view.border, b.trunc(y, I32), b.trunc(memory["height"], I32))
         inside = b.icmp_signed("==", b.sext(inner, I64), y)
@@ -270,7 +270,7 @@ class StageRows:
             b.plain.store(value, b.gep(strip, [place], True, source_etype=kind), align=view.read.bits // 8)
 
     def _target(self, slot: int, y: Any) -> Any:
-        """Where a row of results would have column 0."""
+        """Return the address of column 0 in a row of results."""
         b, stage, channels = self.b, self.stage, self.stage.channels[slot]
         if stage.last:
             target, first = self.memory[f"out{slot}"], b.mul(y, self.memory[f"out{slot}_p"])

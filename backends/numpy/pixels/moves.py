@@ -55,7 +55,7 @@ def _program(channels: int, channels_held: int, is_reversed: bool) -> s.ScalarPr
 
 
 class Moves:
-    """Those of one backend; compiled when first needed, by size and formats."""
+    """Format conversions of one backend; compiled when first needed, by size and formats."""
 
     def __init__(self, workers: Workers) -> None:
         self.workers = workers

@@ -62,7 +62,7 @@ class PixelRun:
 
     @cached_property
     def function(self) -> Any:
-        """What makes pieces; it finds the bodies in the context."""
+        """Return the compiled function that computes pieces; it finds the bodies in the context."""
         self.context[self.begin - len(self.bodies) : self.begin] = [body.address for body in self.bodies]
         return self.code.function(_CALL, self.bodies)
 
@@ -109,7 +109,7 @@ def _body(stage: StageLayout) -> Code:
 
 
 def _text(layout: Layout, name: str) -> str:
-    """What writes code is loaded only where there is some to compile."""
+    """Generate the code; imported only when there is something to compile."""
     from passgraph.backends.numpy.pixels.code import pixel_text
 
     return pixel_text(layout, name)

@@ -24,7 +24,7 @@ SIZES = ("_w", "_h", "_p")
 
 
 def kernel_parts(step: DrawStep) -> tuple[str, ...]:
-    """What tells the code of a draw's fragments from every other, apart from the draw's state."""
+    """Return the key of a draw's fragment code, apart from the draw's state."""
     cleared = [clear is not None for clear in step.clears]
     program = step.fragment
     kernel = () if program is None else (program.key, repr([name for name, _ in program.builtins]))
@@ -104,13 +104,13 @@ class Fragments:
         return results, mask if program.keep is None else b.and_(mask, body.operand(program.keep))
 
     def clears(self, number: int) -> list[Any]:
-        """What each channel of a target is cleared to."""
+        """Return the clear value of each channel of a target."""
         b, begin = self.builder, sum(self.channels[:number])
         places = [llvm.Constant(I64, begin + channel) for channel in range(self.channels[number])]
         return [b.spread(b.load_at(self.memory["clears"], place, F32, steady=True)) for place in places]
 
     def pixel(self, name: str, column: Any, row: Any, numbers: int, kind: Any) -> Any:
-        """Where a pixel of a picture as large as the targets lies."""
+        """Return the address of a pixel in a picture of the targets' size."""
         b = self.builder
         pitch = self.memory.get(f"{name}_p", self.memory["width"])
         first = b.add(b.mul(b.sext(row, I64), b.sext(pitch, I64)), b.sext(column, I64))
@@ -194,7 +194,7 @@ class _Shade(Fragments):
                 self.stored(number, column, row, parts, mask)
 
     def _builtins(self, slots: Any, one: Any, x: Any, y: Any) -> dict[str, Any]:
-        """What the triangles' planes say here."""
+        """Evaluate the triangles' planes at the pixels: the builtins of the kernel."""
         b, wanted = self.builder, self.interpolated
         if not wanted:
             return {}
@@ -247,7 +247,8 @@ def merge_code(step: DrawStep) -> Code:
 
 
 def _rows(step: DrawStep) -> int:
-    """Of a block.  Squares leave fewer lanes idle at edges; where next to nothing is computed, rows are read faster."""
+    """Return the rows of a block. Squares leave fewer lanes idle at edges; where little is computed, rows are read
+    faster."""
     if step.fragment is None or step.fragment.keep is not None:
         return 1 if step.fragment is None else 4
     masks = step.state.color_mask
@@ -317,7 +318,7 @@ class _Merge(Fragments):
         self.given |= {name: self.builder.spread(value) for name, value in zip(new, found, strict=True)}
 
     def _at(self, name: str, channels: int, kind: Any) -> list[Any]:
-        """Where the rows of a block lie."""
+        """Return the addresses of a block's rows."""
         return [self.pixel(name, self.x, row, channels, kind) for row in self.rows]
 
     def _kernel(self, mask: Any) -> tuple[list[Any], Any]:

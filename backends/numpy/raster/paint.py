@@ -29,7 +29,7 @@ PIXELS = TILE * TILE
 
 
 def clear_values(storage: Storage, clear: tuple[float, ...] | None) -> NDArray[np.float32]:
-    """What a draw clears each channel to, as the target stores it; zeros where it does not clear."""
+    """Return the stored clear value of each channel; zeros if the draw does not clear."""
     channels = storage.format.channels
     if clear is None:
         return np.zeros(channels, np.float32)
@@ -37,7 +37,7 @@ def clear_values(storage: Storage, clear: tuple[float, ...] | None) -> NDArray[n
 
 
 class Painter:
-    """What both ways share: tiles that threads take in turns, and where the kernel's code finds things."""
+    """Common part of both painters: a queue of tiles for the threads, and the context of the kernel's code."""
 
     def __init__(self, step: DrawStep, workers: Workers, code: NumbaCode, kernel: Code | None) -> None:
         self.step, self.workers, self.kernel = step, workers, kernel
@@ -56,11 +56,11 @@ class Painter:
 
     @cached_property
     def shade(self) -> int:
-        """Where the kernel's code is."""
+        """Return the address of the kernel's code."""
         return 0 if self.kernel is None else self.kernel.address
 
     def thread_scratch(self) -> list[Any]:
-        """What the call takes of one thread's alone."""
+        """Return the scratch arrays of one thread."""
         raise NotImplementedError
 
     def __call__(
@@ -92,7 +92,7 @@ class Painter:
         del arrays
 
     def make_room(self, longest: int) -> None:
-        """For so many triangles in one tile."""
+        """Allocate scratch memory for so many triangles in one tile."""
 
     def _fill(self, arrays: Sequence[NDArray[Any]], images: Sequence[Storage], outputs: Sequence[Storage]) -> None:
         addresses = [array.ctypes.data for array in arrays]

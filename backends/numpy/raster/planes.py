@@ -24,7 +24,7 @@ class Blocks:
         self.builder, self.rows, self.columns = builder, rows, builder.lanes // rows
 
     def column(self) -> Any:
-        """Of each lane."""
+        """Return the column of each lane."""
         return self._numbers([lane // self.rows for lane in range(self.builder.lanes)])
 
     def row(self) -> Any:
@@ -137,7 +137,7 @@ class _Pixel:
         return b.fptrunc(value, F32)
 
     def _nearness(self) -> list[Any]:
-        """To the second and the third corner; to all three it is 1."""
+        """Return the shares of the second and the third corner; all three add up to 1."""
         b = self.b
         edges, (area, *more) = (self._plane(EDGE1), self._plane(EDGE2)), self._numbers(NEARNESS)
         parts = [b.fmul(edge, factor) for edge, factor in zip(edges, more, strict=True)]

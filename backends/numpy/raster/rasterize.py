@@ -131,7 +131,7 @@ def _plane(a: Any, b: Any, c: Any, x1: Any, y1: Any, x2: Any, y2: Any, scale: An
 def _depth_plane(
     a: Any, b: Any, c: Any, x1: Any, y1: Any, x2: Any, y2: Any, scale: Any, factor: Any, units: Any
 ) -> Any:
-    """With the polygon offset."""
+    """Return the plane of a triangle's depth, polygon offset included."""
     start, step_x, step_y = plane(a, b, c, x1, y1, x2, y2, scale)
     if factor != 0.0 or units != 0.0:
         deepest = max(abs(a), abs(b), abs(c))
@@ -170,7 +170,7 @@ def _put(table: Any, at: Any, row: Any, first: Any, second: Any, third: Any) -> 
 
 
 def _narrowed(first: Any, last: Any, value: Any, step: Any, left: Any) -> Any:
-    """What of first … last one edge leaves; ``value`` is the edge's at ``left``.
+    """Return the part of first … last that lies inside one edge; ``value`` is the edge function at ``left``.
 
     Quotients are taken in float64: an edge value below 2**46 over a step below 2**31 cannot round to the wrong whole.
     """

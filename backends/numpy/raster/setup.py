@@ -1,4 +1,4 @@
-"""From clip coordinates to binned triangles: projection, clipping, snapping, culling, tiles.
+"""Triangle setup: projection, clipping, snapping, culling and binning into tiles.
 
 The rules are those of docs/rasterisation.md.  Work is cut into chunks of triangles in submission order; a tile's list
 is the chunks' lists one after another, so order is kept without locks.  Written for numba; entries.py is how the
@@ -50,7 +50,7 @@ def _project(
 
 
 def _distance(clip: Any, v: Any, plane: Any) -> Any:
-    """How far a vertex lies inside a plane: near, far, then the guard band."""
+    """Return the signed distance of a vertex to a plane: near, far, then the guard band."""
     x, y, z, w = clip[v, 0], clip[v, 1], clip[v, 2], clip[v, 3]
     if plane == 0:
         return z + w
@@ -66,7 +66,7 @@ def _distance(clip: Any, v: Any, plane: Any) -> Any:
 
 
 def _classify(first: Any, last: Any, chunk: Any, triangles: Any, codes: Any, kinds: Any, counts: Any) -> None:
-    """Which triangles are outside, whole, or to be clipped; how many of the last two goes into ``counts[chunk]``."""
+    """Classify triangles as outside, inside or to be clipped; count the last two in ``counts[chunk]``."""
     direct = 0
     clipped = 0
     for t in range(first, last):
@@ -231,7 +231,7 @@ def _assemble(
 
 
 def _count(first: Any, last: Any, chunk: Any, ready: Any, tiles_x: Any, counts: Any) -> None:
-    """How many triangles of a chunk touch each tile (by bounding box)."""
+    """Count the triangles of a chunk that touch each tile (by bounding box)."""
     for t in range(first, last):
         for ty in range(ready[t, 5] // TILE, ready[t, 7] // TILE + 1):
             for tx in range(ready[t, 4] // TILE, ready[t, 6] // TILE + 1):

@@ -195,7 +195,7 @@ class LaneBody:
         b.plain.store(value, place, align=4)
 
     def _numbers_of_lanes(self, index: Any) -> Any:
-        """Where entry ``index`` of each lane lies, in numbers."""
+        """Return the address of entry ``index`` of each lane, counted in numbers."""
         b = self.builder
         return b.add(b.mul(index, llvm.Constant(I32, b.lanes)), b.counting(I32))
 
@@ -281,7 +281,7 @@ class LaneBody:
         return [decoded(b, b.load_at(picture, place, kind, steady=True), format_) for place in places]
 
     def keep(self, i: s.LoadTexel, loaded: list[Any], outside: Any = None) -> None:
-        """What was loaded as the instruction's results; ``outside`` of the picture 0."""
+        """Store loaded values as the instruction's results; 0 ``outside`` of the picture."""
         for value, number in zip((value for value in i.to if value is not None), loaded, strict=True):
             b = self.builder
             self.values[value.id] = number if outside is None else b.select(outside, llvm.Constant(F32, 0.0), number)

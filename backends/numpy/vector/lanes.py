@@ -216,7 +216,7 @@ class Lanes:
 
     @contextmanager
     def goto_entry_block(self) -> Iterator[None]:
-        """What is emitted inside stands where the function begins."""
+        """Emit at the start of the function inside the ``with``."""
         if self.plain.block is self.plain.function.entry_basic_block:
             yield  # where this is inside another one: behind what that one has emitted
         else:
@@ -439,7 +439,7 @@ _WHOLE: dict[str, Callable[..., Any]] = {
 
 
 def called(b: Lanes, call: Call, given: Sequence[Any]) -> list[Any]:
-    """What a call of these vectors gives: the values that it is wanted for."""
+    """Emit a call of a function with these vectors and return the values that are used."""
     name = f"call_{hashlib.sha256(repr(call.key).encode()).hexdigest()[:16]}"
     function = b.module.globals.get(name) or _function(b, name, call)
     found = b.plain.call(function, [b.spread(value) for value in given])

@@ -27,7 +27,7 @@ def element(stored: Format) -> Any:
 
 
 def decoded(b: Lanes, raw: Any, stored: Format) -> Any:
-    """What loaded numbers (of :func:`element`) stand for."""
+    """Convert loaded numbers (of :func:`element`) to float32."""
     if not stored.steps:
         return b.fpext(raw, F32) if stored.bits < 32 else raw
     value = divided(b, b.sitofp(b.zext(raw, I32), F32), stored.steps)
@@ -207,7 +207,7 @@ def scattered(
 
 
 def _fours(wanted: Sequence[int]) -> Iterator[tuple[int, int, list[int]]]:
-    """Of each four that are loaded at once: its first number, how many are loaded, and which of them are wanted.
+    """Yield each group of four numbers that is loaded at once: its first number, its length, and the wanted ones.
 
     More may be loaded than is wanted: pictures have room behind their last pixel (machine/memory.py).
     """
@@ -218,7 +218,7 @@ def _fours(wanted: Sequence[int]) -> Iterator[tuple[int, int, list[int]]]:
 
 
 def _places(b: Lanes, picture: Any, pixels: Any, channels: int, kind: Any, first: int) -> list[Any]:
-    """Where number ``first`` of each pixel lies."""
+    """Return the address of number ``first`` of each pixel."""
     pixel = llvm.ArrayType(kind, channels)
     numbers = [b.sext(b.extract_element(pixels, llvm.Constant(I32, lane)), I64) for lane in range(b.lanes)]
     return [b.gep(picture, [n, llvm.Constant(I64, first)], True, source_etype=pixel) for n in numbers]
@@ -283,7 +283,7 @@ def joined(b: Lanes, parts: list[Any]) -> Any:
 
 
 def picked(b: Lanes, vector: Any, places: Sequence[int]) -> Any:
-    """Those numbers of a vector."""
+    """Shuffle a vector: return its numbers at these places."""
     if list(places) == list(range(vector.type.count)):
         return vector
     return b.shuffle_vector(vector, blank(vector.type), lanes_of(places))

@@ -38,7 +38,7 @@ def clock_parameters(used: Iterable[str], taken: Collection[str] = ()) -> dict[s
 
 
 def clock_uniforms(values: Mapping[str, Any], taken: Collection[str] = ()) -> dict[str, Any]:
-    """What the clock's uniforms are, from parameters."""
+    """Return the clock's uniforms from parameters."""
     given = {own: _free_name(name, taken) for own, name in _SET_BY.items()}
     return {"pg_frame": FRAME_INDEX} | {own: values[name] for own, name in given.items() if name in values}
 

@@ -1,4 +1,4 @@
-"""What a vertex shader hands to fragments: computed at the picture's corners and interpolated.
+"""Varyings of a vertex shader: computed at the picture's corners and interpolated.
 
 The picture is the strip of two triangles that hosts draw: (0, 0), (1, 0), (0, 1), (1, 1).  Each pixel finds the one
 that it lies in by itself, so that a vertex shader that moves the picture needs no mesh.
@@ -16,7 +16,7 @@ MAX_VARYINGS = 64
 
 @dataclass(frozen=True)
 class Varying:
-    """What a vertex shader hands on; ``count`` elements of an array, 0 for one alone."""
+    """A varying of a vertex shader; ``count`` elements of an array, 0 for a single value."""
 
     type: str
     name: str
@@ -72,7 +72,7 @@ def interpolated(found: Sequence[Varying], moved: bool) -> list[str]:
 
 
 def _mixed(found: Sequence[Varying], triangle: tuple[int, int, int]) -> list[str]:
-    """What is handed on, by the shares of a triangle's second and third corner."""
+    """Interpolate the varyings by the shares of a triangle's second and third corner."""
     lines = []
     for one in found:
         for i, element in enumerate(one.places):

@@ -38,7 +38,7 @@ Build: TypeAlias = Callable[[Mapping[str, Target], Mapping[str, Any], TargetSpec
 
 @dataclass(frozen=True)
 class ShaderParameter:
-    """What a shader lets its user set.
+    """A user parameter of a shader.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class ShaderParameter:
 
 @dataclass(frozen=True, eq=False)
 class ShaderEffect:
-    """What `passgraph.load_shader` makes of a file.
+    """The effect of a shader file, returned by `passgraph.load_shader`.
 
     Call it with a picture (a target or input) for each of ``images``, in order or by name, and with parameters by
     name: numbers, or `passgraph.Value` handles for what changes from run to run.  Pictures that are left out, behind
@@ -169,7 +169,7 @@ def _spread(limit: Any, flat: list[float]) -> list[Any]:
 
 
 def notes_of(shaders: Iterable[Shader]) -> tuple[Note, ...]:
-    """What several shaders rely on, each once: passes share their text."""
+    """Return the notes of several shaders, each once: passes share their text."""
     found = {(note.span.file, note.span.line, note.text): note for shader in shaders for note in shader.notes}
     return tuple(found.values())
 

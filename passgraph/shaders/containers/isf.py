@@ -236,7 +236,7 @@ def _pass(one: Mapping[str, Any], where: str) -> IsfPass:
 
 
 def _imported(said: Any, file: str) -> dict[str, object]:
-    """By name: version 2 has an object, version 1 a list."""
+    """Return the imports by name: version 2 has an object, version 1 a list."""
     where = f"{file}: IMPORTED"
     if isinstance(said, list):
         rows = [_object(one, where) for one in _list(said, where, MAX_IMPORTED)]
@@ -373,7 +373,7 @@ def _declared(header: IsfHeader) -> str:
 
 @cache
 def _showing(scaled: bool) -> PixelKernel[Target]:
-    """What shows a buffer that has a size of its own, or is as large as the output."""
+    """Return the kernel that shows a buffer with a size of its own, or of the output's size."""
     read = ".sample(uv())" if scaled else "[0, 0]"
     return PixelKernel[Target](kernel_from_text(f"def shown(buffer: Image) -> vec4: return buffer{read}"))
 
@@ -399,7 +399,7 @@ class _Graph:
     def _drawn(
         self, pictures: Mapping[str, Target], values: Mapping[str, Any], specs: list[TargetSpec]
     ) -> list[Target]:
-        """What each pass draws."""
+        """Return the target of each pass."""
         last = {one.target: spec for one, spec in zip(self.header.passes, specs, strict=True) if one.target}
         persistent = {one.target for one in self.header.passes if one.target and one.persistent}
         uniforms = dict(values) | clock_uniforms(values, self.header.parameters)

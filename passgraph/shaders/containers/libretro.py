@@ -121,7 +121,7 @@ def is_preset(text: str) -> bool:
 
 
 def read_preset(text: str, path: Path) -> Preset:
-    """What a preset says, once the presets that it refers to are read.
+    """Read a preset and the presets that it refers to.
 
     Raises
     ------
@@ -294,7 +294,7 @@ def is_libretro(text: str) -> bool:
 
 
 def shader_parameters(text: str, file: str) -> dict[str, ShaderParameter]:
-    """What ``#pragma parameter NAME "label" default low high step`` lines say."""
+    """Parse ``#pragma parameter NAME "label" default low high step`` lines."""
     found = {}
     for name, label, *numbers in (match.groups() for match in _PARAMETER.finditer(text)):
         try:
@@ -381,7 +381,7 @@ def _vertex_half(tokens: list[Token], file: str) -> str:
 
 
 def _varying(variable: g.Variable) -> Varying:
-    """What is handed on must be floats, which alone are interpolated."""
+    """Return a varying; it must be of floats, since only these are interpolated."""
     lengths = variable.type.lengths
     length = lengths[0] if lengths else None
     number = length.value if isinstance(length, g.Number) else None
@@ -501,7 +501,7 @@ def _effect(preset: Preset, texts: dict[Path, str], path: Path) -> ShaderEffect:
 
 
 def _pictures_of(preset: Preset, number: int) -> dict[str, int]:
-    """What the samplers of pass ``number``, counted from 1, may be called, → whose picture it is; 0 is the frame."""
+    """Map the sampler names of pass ``number``, counted from 1, to the picture that each reads; 0 is the frame."""
     found = {"": number - 1, "Orig": 0, f"PassPrev{number}": 0}
     for i, preset_pass in enumerate(preset.passes[: number - 1], 1):
         found |= {f"Pass{i}": i, f"PassPrev{number - i}": i}

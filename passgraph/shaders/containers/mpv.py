@@ -73,14 +73,14 @@ class MpvBlock:
         return float(found[1]), float(found[2])
 
     def components(self, file: str, otherwise: int) -> int:
-        """How many components of its result count."""
+        """Return how many components of its result count."""
         text, line = self.said.get("COMPONENTS", [(str(otherwise), self.line)])[0]
         if text not in ("1", "2", "3", "4"):
             raise InputError(f"{file}:{line}: //!COMPONENTS is 1 to 4, got {text!r}")
         return int(text)
 
     def expressions(self) -> list[str]:
-        """What it says in postfix form."""
+        """Return its expressions in postfix form."""
         return [text for name in ("WIDTH", "HEIGHT", "WHEN") for text in self.all(name)]
 
 
@@ -134,7 +134,7 @@ def _close(blocks: list[MpvBlock], code: list[str]) -> None:
 
 
 def rpn_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, float] = {}) -> Formula:
-    """What is written in postfix form, ``HOOKED.w 2 *``, as a formula of the frame's size; parameters have values.
+    """Parse a postfix expression, ``HOOKED.w 2 *``, to a formula of the frame's size; parameters have values.
 
     >>> rpn_formula("MAIN.w 2 *", {"MAIN": ("width", "height")}, "WIDTH")
     ('mul', 'width', 2.0)
@@ -361,7 +361,7 @@ class _Chain:
             self.held[name], self.sizes[name] = picture, size
 
     def show(self, own: str, hook: str, picture: Target, size: tuple[Formula, Formula]) -> None:
-        """What a plane, or the picture from a stage on, is now."""
+        """Set the current content of a plane, or of the picture from a stage on."""
         self.keep([own] if own in _PLANES else _STAGES[_STAGES.index(hook) :], picture, size)
         self.shown[own] = picture, size
         self.offsets.setdefault(own, (0.0, 0.0))
@@ -473,7 +473,7 @@ def _joined(chain: _Chain, into: TargetSpec, of_colors: bool) -> Target:
 
 
 def _reader(chain: _Chain, own: str, size: tuple[Formula, Formula]) -> tuple[str, str]:
-    """How a plane or the picture is read where the result has some size, and what has to be declared for it."""
+    """Return the expression that reads a plane or the picture for a result of some size, and its declarations."""
     if chain.offsets[own] != (0.0, 0.0):
         return f"uniform vec2 pg_moved_{own};\n", _MOVED.replace("pg_offset", f"pg_moved_{own}")
     return "", _HERE if chain.shown[own][1] == size else _SCALED
@@ -526,7 +526,7 @@ def _add_pass(
 
 
 def _hooks_of(block: MpvBlock, file: str) -> list[str]:
-    """Where a block runs.  A video with planes has no RGB of its own, which blocks hook beside them for other files."""
+    """Return the hooks of a block. A video with planes has no RGB stage; blocks that hook it are for other files."""
     hooks = list(dict.fromkeys(block.all("HOOK")))
     planes = [hook for hook in hooks if hook in _PLANES]
     known = planes or [hook for hook in hooks if hook in _STAGES][:1]

@@ -49,8 +49,8 @@ def shown_with_kept(draw: Callable[[TargetSpec], list[Target]], inner: str, into
 
 
 def _unread(shown: Target, drawn: Iterable[Target]) -> list[Target]:
-    """Those of some buffers whose passes do not lie behind what is shown, although it reads their earlier frames, or
-    buffers that do."""
+    """Return the buffers whose passes are not behind what is shown, although it or such a buffer reads their earlier
+    frames."""
     drawn, found = list(drawn), list[Target]()
     while True:
         behind = passes_behind([shown, *found])
@@ -63,13 +63,13 @@ def _unread(shown: Target, drawn: Iterable[Target]) -> list[Target]:
 
 
 def read_behind(shown: Target) -> set[object]:
-    """What the passes behind a target read, and what lends them its size."""
+    """Return everything that the passes behind a target read, or take their size from."""
     passes = passes_behind([shown])
     return {*inputs_of(passes).values(), *(handle.spec for one in passes for handle in one.reads)}
 
 
 def shown_beside(shown: Target, kept: list[Target], into: TargetSpec) -> Target:
-    """What is shown, in a target whose graph draws some buffers too, or takes some pictures."""
+    """Return the shown target, in a graph that also draws some buffers or takes some pictures."""
     *before, last = kept
     for number, one in enumerate(before):
         shown = _SHOWN(shown=shown, kept=one, into=replace(into, name=f"{into.name}.with.{number}"))
@@ -77,7 +77,7 @@ def shown_beside(shown: Target, kept: list[Target], into: TargetSpec) -> Target:
 
 
 def handle_or_black(picture: Target | None) -> Target:
-    """What is given, or one pixel of transparent black."""
+    """Return the picture, or one pixel of transparent black."""
     return picture if picture is not None else _BLACK
 
 

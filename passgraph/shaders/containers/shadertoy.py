@@ -54,8 +54,8 @@ _ORDER = ("Buffer A", "Buffer B", "Buffer C", "Buffer D", "Image")
 
 @dataclass(frozen=True)
 class _Source:
-    """What a channel reads: a buffer (by the number of its pass) or a picture from outside, and how; without a filter
-    as the handle says."""
+    """The source of a channel: a buffer (by the number of its pass) or an input picture, and its filter; without one,
+    the handle's."""
 
     buffer: int | None
     picture: str

@@ -45,7 +45,7 @@ def quad(z: float = 0.0, color: tuple[float, ...] = (1, 1, 1, 1), half: float = 
 
 
 def made(positions: object, triangles: object, colors: object = (1.0, 1.0, 1.0, 1.0)) -> Soup:
-    """From nested numbers; one colour for all corners, or one for each."""
+    """Build a soup from nested numbers; one color for all corners, or one for each."""
     points = np.asarray(positions, np.float32).reshape(-1, 3)
     corner = np.broadcast_to(np.asarray(colors, np.float32), (len(points), 4)).copy()
     return Soup(points, np.asarray(triangles, np.int32).reshape(-1, 3), corner)
@@ -99,7 +99,8 @@ def picture(size: tuple[int, int] = SIZE, seed: int = 0) -> Picture:
 
 
 def plausible(size: tuple[int, int] = SIZE, seed: int = 0) -> Picture:
-    """What cameras and renderers give: 0 to 1, highlights up to 10,000, alpha from 0 to 1, and a row of zeros.
+    """Return a plausible picture of a camera or renderer: 0 to 1, highlights up to 10,000, alpha from 0 to 1, and a row
+    of zeros.
 
     >>> float(plausible((8, 4)).max()), plausible((8, 4))[0].any()
     (10000.0, np.False_)

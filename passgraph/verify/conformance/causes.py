@@ -1,4 +1,4 @@
-"""What a divergent picture tells of its cause: the mistakes that ports make, each undone, to see what comes out right.
+"""Diagnose a divergent picture: undo the common mistakes of ports, one by one, and see which makes it right.
 
 A picture that is within its bounds once it is turned over was turned over.  What nothing explains is told by where it
 lies: along the edge, or in one channel.  No verdict hangs on any of this.

@@ -250,7 +250,7 @@ def _brought() -> Case:
 
 
 def _images() -> Case:
-    """Which image is read: a written number, a loop's index, or what a pixel holds."""
+    """Choose an image: by a literal, a loop's index, or a pixel's value."""
     names = ("color", "a", "b", "c")
     pictures = {name: np.roll(_small_integers(), 3 * k, axis=1) + k for k, name in enumerate(names)}
     color, a, b, c = (pictures[name].astype(np.float64) for name in names)

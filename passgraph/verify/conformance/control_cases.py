@@ -235,7 +235,7 @@ def _clamped_int(value: float) -> int:
 
 
 def _names(x: int, y: int, size: tuple[int, int]) -> dict[str, Any]:
-    """What the language's names mean in Python, for one pixel."""
+    """Return Python meanings of the language's names, for one pixel."""
 
     def lower(a: Any, b: Any) -> Any:
         return b if b < a else a
@@ -252,7 +252,7 @@ def _names(x: int, y: int, size: tuple[int, int]) -> dict[str, Any]:
 
 
 def _by_python(text: str, picture: Picture, size: tuple[int, int], n: int) -> dict[str, Picture]:
-    """What Python makes of the text, pixel by pixel; discarded ones are zero."""
+    """Run the text in Python, pixel by pixel; discarded ones are zero."""
     results: list[list[tuple[Any, ...]] | None] = []
     code = compile(f"from __future__ import annotations\n{text}", "<kernel>", "exec")
     with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""Which pixels triangles cover: every pixel of a closed surface once, whatever its triangles are like.
+"""Coverage of triangles: every pixel of a closed surface once, whatever its triangles are like.
 
 Triangles are counted by adding 1 for each; sums of ones are exact, so most cases say what is right to the bit.
 """
@@ -26,7 +26,7 @@ GUARD = 8.0
 
 
 def counted(mesh: Soup, **state: Any) -> Mapping[str, pg.Target]:
-    """How often each pixel is hit, in all channels."""
+    """Count the hits of each pixel, in all channels."""
     return {"hits": painted(mesh, pg.target("hits", "rgba32f"), blend="add", **state)}
 
 

@@ -32,7 +32,7 @@ def _of_all(a: Picture, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
 
 
 def _chosen(a: Picture, across: NDArray[Any], down: NDArray[Any]) -> NDArray[Any]:
-    """What pixels choose."""
+    """Return what pixels choose."""
 
     def at(dx: int, dy: int) -> Picture:
         inside: Picture = a[np.clip(down + dy, 0, a.shape[0] - 1), np.clip(across + dx, 0, a.shape[1] - 1)]
@@ -134,7 +134,7 @@ MARGIN = (2, 1)
 
 
 def _drawn(a: Picture, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
-    """What :data:`DRAWN` computes; nothing where there is no triangle."""
+    """Compute :data:`DRAWN`; zeros where there is no triangle."""
 
     def value(x_bit: int, y_bit: int) -> NDArray[Any]:
         across, down = x ^ x_bit, y ^ y_bit

@@ -179,7 +179,7 @@ def _blended(count: int) -> Picture:
 
 
 def discarding() -> Mapping[str, pg.Target]:
-    """What is discarded leaves the depth as it was, which a draw behind it shows."""
+    """Discarded fragments leave the depth unchanged, as a draw behind them shows."""
     color = painted(soup(12, 5), pg.target("color", "rgba32f"), depth=pg.target("depth", "depth32f"), name="base")
     holes = painted(soup(24, 11), color, depth=color.depth, fragment="holes", name="holes")
     behind = painted(quad(0.5, (1, 0, 0, 1)), holes, depth=holes.depth, name="behind")
@@ -238,7 +238,7 @@ def _offset(units: float, stencil: Stencil | None) -> Mapping[str, pg.Target]:
 
 
 def _product(form: str, number: float) -> Mapping[str, pg.Target]:
-    """Where a target holds no more than 1, nor does what is blended into it."""
+    """Blend into a target that holds at most 1: the blended value is clamped too."""
     base = painted(quad(color=(number,) * 4), pg.target("color", form), name="base")
     return {"color": painted(quad(color=_BEYOND), base, blend=Blend("destination_color", "zero"), name="over")}
 

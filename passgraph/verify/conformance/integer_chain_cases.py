@@ -121,7 +121,7 @@ def kernel_text(first: str) -> str:
 
 
 def total(first: str, x: int, b: int) -> int:
-    """What the kernel gives, in Python's own integers."""
+    """Compute the kernel in Python's own integers."""
     a, result = _wrapped(STEPS[first](x, b)), 0
     for second in STEPS.values():
         r = _wrapped(second(a, b))
@@ -131,7 +131,7 @@ def total(first: str, x: int, b: int) -> int:
 
 
 def totals(first: str) -> NDArray[np.float32]:
-    """What the kernel stores for each pair of values."""
+    """Compute what the kernel stores for each pair of values."""
     sums = np.array([[total(first, x, b) for b in VALUES] for x in VALUES], np.int64)
     low, high = sums & 0xFFFF, sums >> 16
     return np.stack([low, high, np.zeros_like(low), np.ones_like(low)], axis=-1).astype(np.float32)

@@ -86,7 +86,7 @@ class Divergence:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What became of one case on one backend."""
+    """The verdict of one case on one backend."""
 
     group: str
     name: str
@@ -99,7 +99,7 @@ class Verdict:
 
     @classmethod
     def of_failure(cls, case: Case, backend: str, seconds: float, targets: tuple[TargetVerdict, ...] = ()) -> Verdict:
-        """With the end of the traceback that is being handled."""
+        """Build a verdict from the end of the traceback being handled."""
         reason = traceback.format_exc(limit=-4).strip()
         return cls(case.group, case.name, backend, "failed", seconds, targets, None, reason)
 
@@ -131,7 +131,7 @@ class Judge:
         self.passes = Passes(self.outputs, case.size, case.frames, kept=kept or Kept(on_disk=True))
 
     def verdict(self, backend: Backend) -> Verdict:
-        """Of one open backend; what it raises becomes the verdict."""
+        """Judge one open backend; an exception becomes the verdict."""
         start = perf_counter()
         name, case = backend.name, self.case
         targets: list[TargetVerdict] = []
@@ -168,7 +168,7 @@ class Judge:
         self, key: Key, got: Picture, expected: dict[Key, Picture], allowed: dict[Key, Allowed],
         beyond: NDArray[np.bool_],
     ) -> Divergence:  # fmt: skip
-        """With what is known of its cause."""
+        """Return the divergence with its likely cause."""
         plan, bounds, before = self.passes.plan, allowed[key].values, allowed.get((key[0] - 1, *key[1:]))
         target = plan.resources[key[2]]
         where = f"frame {key[0]}, pass {plan.steps[key[1]].name}, target {target.name}"
@@ -218,7 +218,7 @@ def divergence(
     high: NDArray[np.floating],
     beyond: NDArray[np.bool_],
 ) -> Divergence:
-    """With the pixel that is farthest beyond its bounds."""
+    """Return the divergence at the pixel that is farthest beyond its bounds."""
     apart = np.where(beyond, distance(got, expected), -1.0)
     row, column, channel = (int(i) for i in np.unravel_index(np.argmax(apart), apart.shape))
     at = row, column, channel
@@ -229,7 +229,7 @@ def divergence(
 
 
 def are_decided(bounds: Allowed, format_: Format) -> NDArray[np.bool_]:
-    """Of which values the bounds say something: one number within little, or a sure NaN."""
+    """Return which values the bounds decide: a narrow interval, or a certain NaN."""
     values = bounds.values
     size = values.magnitude
     near = values.width <= np.fmax(TOLD_SHARE * size, max(TOLD_DISTANCE, format_.unit))

@@ -1,4 +1,4 @@
-"""What kernels are made of beside operations: loops, branches, tables, arrays, parameters, neighbourhoods.
+"""Cases of the language besides operations: loops, branches, tables, arrays, parameters, neighborhoods.
 
 Pictures and parameters hold small whole numbers, so that every sum is exact and what comes out is known to the bit.
 """

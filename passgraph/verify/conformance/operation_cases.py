@@ -194,7 +194,8 @@ def call(row: Operation, operands: list[str], vector: bool) -> str:
 
 
 def _result(row: Operation, whole: str = "float") -> str:
-    """What kind of number a row gives, of operands of a kind where it takes several: "float", "int", "uint", "bool"."""
+    """Return the kind of number that a row gives, for operands of a kind if it takes several: "float", "int", "uint",
+    "bool"."""
     kinds = {"B": "bool", "b": "bool", "S": "int", "i": "int", "U": "uint", "N": whole, "I": whole}
     return kinds.get(row.result, "float")
 
@@ -264,7 +265,7 @@ def _kernel(head: str, lines: list[str], kind: str) -> str:
 
 
 def _integer_case(row: Operation, given: str) -> Case:
-    """Of ints, or of uints with the same bits.
+    """Build the case of ints, or of uints with the same bits.
 
     An int is brought as two halves, which float32 holds exactly: upper in the first channel, lower in the second."""
     v = np.array(INTS, np.int64)

@@ -128,7 +128,7 @@ def far(border: str) -> Mapping[str, pg.Target]:
 
 
 def at_places(border: str, filter: str) -> Mapping[str, pg.Target]:
-    """By place: nearest, gathered, filtered, in smaller levels, in a volume."""
+    """Read by place: nearest, gathered, filtered, in smaller levels, in a volume."""
     frame, table = (pg.Input(name).border(border).filter(filter) for name in ("frame", "table"))
     into = tuple(pg.target(name, "rgba32f", (11, 9)) for name in ("nearest", "gather", "sample", "deep"))
     targets = pg.kernel(source=AT_PLACES)(frame.mipmaps(), into=into)

@@ -1,4 +1,4 @@
-"""What a plan may rearrange: results on the way, memories handed on, what runs once, draws over what others need.
+"""Rearrangements of plans: intermediate results, aliased memory, static passes, draws over contents that others need.
 
 Numbers are small whole ones: what comes out is known to the bit, with every optimisation on.
 """
@@ -91,7 +91,7 @@ def hidden_history() -> Mapping[str, pg.Target]:
 
 
 def on_the_way() -> Mapping[str, pg.Target]:
-    """What a result is computed from is a result too, though it could be fused."""
+    """An intermediate result that is an output too, though it could be fused."""
     frame = pg.Input("frame")
     half_way = _pass("scale", frame, into="half way", factor=2.0)
     return {"half way": half_way, "out": _pass("add", half_way, frame, into="out")}

@@ -50,7 +50,7 @@ class NotConforming(Exception):
 
 
 class Conformance(pytest.Collector):
-    """Where the tests hang; it has no file."""
+    """The node of the tests; it has no file."""
 
     def collect(self) -> list[pytest.Item]:
         return []

@@ -87,7 +87,7 @@ def wild_numbers() -> NDArray[np.float32]:
 
 
 def quarters_of(numbers: NDArray[np.float32]) -> NDArray[np.float64]:
-    """How often each bin's number stands in each row, as four pictures; rows below the picture count nothing."""
+    """Count each bin's numbers in each row, as four pictures; rows below the picture count 0."""
     counts = np.zeros((ROWS[1], BINS))
     counts[: SIZE[1]] = (numbers == np.arange(1, BINS + 1)).sum(1)
     return _in_quarters(counts)

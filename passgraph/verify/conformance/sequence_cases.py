@@ -89,14 +89,14 @@ def moving() -> Mapping[str, pg.Target]:
 
 
 def one_late() -> Mapping[str, pg.Target]:
-    """What was written last run, while this run writes anew."""
+    """Read the last run's content while this run writes anew."""
     now = _call("scale", pg.Input("frame"), into="now", factor=2.0)
     late = _call("scale", pg.previous(now), into="late", factor=1.0)
     return {"late": late, "now": now}
 
 
 def several_ago(began: Picture) -> Mapping[str, pg.Target]:
-    """In the fourth run: what the target started from, what the first one wrote, and what the third did."""
+    """The fourth run reads the target's initial value, and the contents of the first and third runs."""
     text = "def late(a: Image, b: Image, c: Image) -> vec4: return a.texel(pixel()) + b[0, 0] * 10.0 + c[0, 0] * 100.0"
     now = _call("scale", pg.Input("frame"), into=pg.target("now", "rgba32f", initial=began), factor=1.0)
     earlier = (pg.previous(now, ago) for ago in (4, 3, 1))

@@ -77,7 +77,7 @@ class Summary:
 
 @dataclass(frozen=True)
 class SuiteReport:
-    """What became of every case on one backend."""
+    """The verdicts of every case on one backend."""
 
     backend: str
     verdicts: tuple[Verdict, ...]
@@ -89,7 +89,7 @@ class SuiteReport:
 
     @property
     def faults(self) -> tuple[Verdict, ...]:
-        """Those that did not pass, in order."""
+        """Return the verdicts that did not pass, in order."""
         return tuple(verdict for verdict in self.verdicts if verdict.outcome != "passed")
 
     def count(self, outcome: Outcome) -> int:

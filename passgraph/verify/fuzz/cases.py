@@ -35,7 +35,7 @@ EXACT = ("numpy", "opencl", "reference")
 
 @dataclass
 class Tally:
-    """What was run: cases by kind, verdicts by backend, and how much the bounds left open."""
+    """Counts of cases by kind, verdicts by backend, and how much the bounds left open."""
 
     cases: Counter[str] = field(default_factory=Counter)
     verdicts: Counter[str] = field(default_factory=Counter)

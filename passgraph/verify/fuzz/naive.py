@@ -172,7 +172,7 @@ def _final_contents(outputs: Any) -> dict[TargetSpec, Target]:
 def naive_difference(
     outputs: Mapping[str, Target], backend: Backend, frames: Sequence[Mapping[str, Any]], options: Options
 ) -> str:
-    """Where the plan of a graph gives other bits than the naive evaluation; empty where it does not."""
+    """Return where a plan gives other bits than the naive evaluation; empty if it does not."""
     from passgraph.verify.fuzz.cases import same_bits
 
     naive = Naive(outputs, backend)

@@ -71,7 +71,7 @@ def stage(kind: Literal["vertex", "fragment"], name: str) -> Kernel:
 
 @st.composite
 def states(draw: st.DrawFn) -> dict[str, Any]:
-    """What one draw does, without its targets."""
+    """Return the state of one draw, without its targets."""
     factor, operation = st.sampled_from(FACTORS), st.sampled_from(STENCIL_OPERATIONS)
     byte = st.sampled_from((0, 1, 2, 3, 0xF0, 0xFF))
     blends = st.fixed_dictionaries({

@@ -86,7 +86,7 @@ COMPONENTS = "xyzw"
 
 @dataclass(frozen=True)
 class Features:
-    """What generated kernels may use.
+    """The features that generated kernels may use.
 
     Attributes
     ----------
@@ -352,7 +352,7 @@ class Expressions:
         return self.fit(texts[form], (-math.inf, math.inf), wanted)
 
     def _own(self, type_: str, d: int, wanted: Range) -> str:
-        """What only vectors have."""
+        """Return an expression that only vectors have."""
         form = self.pick(*OF_VECTORS, *["cross", "select"] * (type_ == "vec3"), "refract")
         if form == "cross":
             return self.fit(f"cross({self.of(type_, d, (-2, 2))}, {self.of(type_, d, (-1, 1))})", WHOLE, wanted)

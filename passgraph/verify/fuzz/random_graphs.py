@@ -128,7 +128,7 @@ class Growing:
     def _reduce(
         self, operation: str, a: Target, size: int, format_: str, flag: bool, border: str, named: dict[str, Any]
     ) -> None:
-        """To one texel, one a row or one a bin; the border rule says where others are read."""
+        """Reduce to one texel, one a row or one a bin; the border rule chooses which."""
         into = self.spec(size, format_)
         name = f"{into.name} top"
         if operation == "histogram":
@@ -185,9 +185,8 @@ def plannable(outputs: dict[str, Target]) -> bool:
 
 @cache
 def frames() -> tuple[Mapping[str, Any], ...]:
-    """What five runs bring: another frame each, later another static picture. The same array is the same picture:
-    what depends on it alone runs once.
-    """
+    """Return the inputs of five runs: a new frame each, and later another static picture. The same array is the same
+    picture, so passes on it alone run once."""
     stills = unit(10, SIZES[0]), unit(11, SIZES[0])
     rows = ((0, 0, 0.5), (1, 0, 0.75), (2, 0, 0.75), (2, 1, 0.25), (3, 1, 0.25))
     return tuple({"frame": unit(frame, SIZES[0]), "still": stills[still], "by": by} for frame, still, by in rows)
@@ -206,7 +205,7 @@ def run_frames(outputs: dict[str, Target], backend: Backend, options: Options) -
 def different(
     outputs: dict[str, Target], backend: Backend, one: Options, other: Options, expected: list[Any] | None = None
 ) -> str:
-    """Where two ways of running a graph differ in a bit; empty where they do not."""
+    """Return where two ways of running a graph differ in a bit; empty if they do not."""
     expected = run_frames(outputs, backend, one) if expected is None else expected
     found = run_frames(outputs, backend, other)
     for number, (a, b) in enumerate(zip(expected, found, strict=True)):

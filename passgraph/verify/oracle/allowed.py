@@ -1,4 +1,4 @@
-"""What one target may hold after a step: what compared backends are held to."""
+"""Allowed results of one target after a step."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from passgraph.verify.oracle.interval import Interval, Lanes
 
 @dataclass(frozen=True, eq=False)
 class Allowed:
-    """What one target may hold after a step.
+    """Allowed results of one target after a step.
 
     Attributes
     ----------

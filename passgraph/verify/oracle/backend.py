@@ -148,7 +148,7 @@ class _DrawPass(ReferenceDrawPass):
             super().__call__(outputs, depth, images, geometry, vertex, fragment)
 
     def _find(self, call: DrawCall) -> Found:
-        """What the draw may leave, from what its targets hold before it."""
+        """Find the allowed results of a draw, from what its targets hold before it."""
         draw, depth = DrawOracle(self, call, self.oracle), call.depth
         if depth is not None and self.step.depth_clear is None and id(depth) in self.oracle.carried:
             draw.state.depth = self.oracle.carried[id(depth)].map(np.copy)
@@ -175,7 +175,7 @@ class DrawOracle:
         self.names: Counter[str] = Counter()
 
     def run(self) -> list[Allowed]:
-        """What each of its targets may hold, colours first."""
+        """Return the allowed results of each target, colors first."""
         self._draw()
         state, (width, height) = self.state, self.step.size
         values = [layer.values for layer in state.colours]

@@ -1,4 +1,4 @@
-"""Which pixels a triangle may cover, and what is interpolated there, when corners are not exactly known.
+"""Coverage and interpolation of triangles with uncertain corners.
 
 A corner may lie a little off by rounding of the vertex kernel and of the window transform.  Where backends
 snap as rule 2 of docs/rasterisation.md says, most of that is gone behind the snapping: a corner is on one point
@@ -136,8 +136,8 @@ def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: Dr
 
 
 def _clipped(vertices: Corners, indices: Ints, snapped: bool) -> tuple[Corners, Ints]:
-    """What lies inside all planes; beside each new corner, the shares that it is the sum of are added up, and the
-    largest numbers of its triangle stay as they are."""
+    """Clip to all planes. New corners add up the errors of their shares, and the largest numbers of a triangle are
+    kept."""
     columns, count = vertices.values.shape[1], len(vertices.values)
     sizes = np.abs(vertices.values)
     vertex_columns = [vertices.values, vertices.errors, sizes, _largest_near(sizes, indices)]
@@ -150,7 +150,7 @@ def _clipped(vertices: Corners, indices: Ints, snapped: bool) -> tuple[Corners, 
 
 
 def _largest_near(sizes: Float64, indices: Ints) -> Float64:
-    """Of each vertex and column, the largest number in a triangle that has the vertex and is drawn."""
+    """Return, for each vertex and column, the largest number in a drawn triangle with that vertex."""
     found = np.where(np.isfinite(sizes), sizes, 0.0)
     drawn = indices[np.isfinite(sizes[indices, :4]).all(axis=(1, 2))]
     for corner in range(3):
@@ -167,7 +167,7 @@ def _snapped(x: Float64, y: Float64, off: Float64) -> tuple[Float64, Float64, Fl
 
 
 def _next_corners(values: Float64) -> tuple[Float64, Float64]:
-    """Of each corner the next one and the one behind that."""
+    """Return the next corner of each, and the one after that."""
     return np.roll(values, -1, axis=1), np.roll(values, -2, axis=1)
 
 
@@ -227,7 +227,7 @@ class Fragments:
         return Fragments(*(getattr(self, n)[chosen] for n in ("triangle", "x", "y", "surely", "weights", "off")))
 
     def beside(self, axes: str, found: Triangles) -> Fragments:
-        """Where the pixels' quads have them along these axes, whether or not the triangle covers it."""
+        """Return the fragments at the quad neighbors along these axes, covered or not."""
         x, y = self.x ^ int("x" in axes), self.y ^ int("y" in axes)
         edges, errors = np.empty((3, len(x))), np.empty((3, len(x)))
         corners = _corners(found, self.triangle, x, y)
@@ -279,7 +279,8 @@ def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments
 
 
 def _corners(found: Triangles, owner: Ints, column: Ints, row: Ints) -> tuple[Float64, Float64, Float64, Float64]:
-    """How far right, down and in all from a pixel's centre the corners of its triangle lie, and how far off: (3, n).
+    """Return the offsets of a triangle's corners from a pixel's center, right, down and in all, and their errors: (3,
+    n).
 
     Column by column: what most pixels of a box need first is to be found outside.
     """
@@ -322,26 +323,27 @@ def depth_of(found: Triangles, fragments: Fragments) -> Interval:
 
 
 def _spread(weights_off: Float64, corners: Float64, middle: Float64) -> Float64:
-    """What weights that are off (their sum is not) do to an interpolated value."""
+    """Return the error of an interpolated value from errors of the weights (their sum is exact)."""
     apart = np.abs(corners - middle[:, None])
     return np.asarray(np.einsum("nk->n", np.where(apart > 0, weights_off * apart, 0.0)))
 
 
 def _shared(weights: Float64, weights_off: Float64, corners_off: Float64) -> Float64:
-    """What corners that are off do to an interpolated value: each by its share."""
+    """Return the error of an interpolated value from errors of the corners, each by its share."""
     shares = np.abs(weights) + weights_off
     return np.asarray(np.einsum("nk->n", np.where(corners_off > 0, shares * corners_off, 0.0)))
 
 
 def _rounding(fragments: Fragments, size: Float64) -> Float64:
-    """What interpolation loses, relative to the largest corner; ``size`` (n,) is that of all weights together."""
+    """Return the rounding error of interpolation, relative to the largest corner; ``size`` (n,) is the sum of all
+    weights."""
     if not fragments.anywhere:
         return np.asarray(INTERPOLATION_ULP * ULP)
     return (ANYWHERE_ULP[0] + ANYWHERE_ULP[1] * size + ANYWHERE_ULP[2] * size * size) * ULP
 
 
 def _plane_off(found: Triangles, corners: Float64, fragments: Fragments) -> Float64:
-    """What evaluating the plane through a value's corners (m, 3) loses; (m,)."""
+    """Return the rounding error of a plane through a value's corners (m, 3); (m,)."""
     times = STEPPED if fragments.anywhere and not found.snapped else 1.0
     return times * PLANE_UNITS * (OWN_UNIT if found.snapped else DRIVER_UNIT) * _plane_size(found, corners)
 

@@ -66,7 +66,7 @@ class Track:
         return lanes
 
     def choose(self, straddles: Lanes, name: str) -> Lanes:
-        """For each lane that straddles, whether it goes the other way; one decision a component.
+        """Return, for each lane that straddles, if it takes the other side; one decision a component.
 
         ``straddles`` is (lanes or 1, …components).
         """
@@ -97,7 +97,7 @@ class Track:
         return part
 
     def rejoin(self, part: Track, rows: Ints) -> None:
-        """What a part has met since."""
+        """Merge what a part has met."""
         self.taken += [(rows[lanes], at, choice) for lanes, at, choice in part.taken]
         self.met[rows], self.wide[rows], self.vague[rows], self.lost[rows] = part.met, part.wide, part.vague, part.lost
 
@@ -111,7 +111,7 @@ class Track:
 
 @dataclass
 class Bounds:
-    """What lanes may compute.
+    """Allowed results of lanes.
 
     Attributes
     ----------
@@ -191,7 +191,7 @@ def explore(
 
 
 class _Search:
-    """What is known of each lane so far."""
+    """The state of the search in each lane."""
 
     def __init__(self, run: Run, count: int, components: list[int], limit: TimeLimit) -> None:
         self.run, self.limit = run, limit
@@ -219,7 +219,7 @@ class _Search:
         self.names: Counter[str] = Counter()
 
     def give_up(self, lanes: Ints) -> None:
-        """Of what there is no time for nothing is said."""
+        """Leave lanes unbounded for which no time is left."""
         self.untried[lanes] = self.lost[lanes] = True
         self.surely[lanes] = False
 

@@ -1,4 +1,4 @@
-"""What the interpreter computes with when it looks for bounds: intervals for floats, plain numbers for ints and bools.
+"""The interpreter's domain for bounds: intervals for floats, plain numbers for ints and bools.
 
 An int or bool that hangs on a float is a decision (:mod:`.decisions`): a path of the program has one value for
 it, so control flow, indices and texel positions stay exact.

@@ -60,7 +60,7 @@ class Interval:
         return cls(np.full(shape, -np.inf), np.full(shape, np.inf), np.ones(shape, np.bool_))
 
     def without(self, numbers: NDArray[Any]) -> Lanes:
-        """Which of some numbers it does not hold."""
+        """Return which of some numbers lie outside."""
         exact = numbers.astype(np.float64)
         inside = (exact >= self.lo) & (exact <= self.hi)
         return np.asarray(np.where(np.isnan(exact), ~self.nan, ~inside))
@@ -91,7 +91,7 @@ class Interval:
 
     @property
     def exact(self) -> Lanes:
-        """Where only one number is possible."""
+        """Return where only one number is possible."""
         return np.asarray((self.lo == self.hi) & ~self.nan)
 
     @property
@@ -124,7 +124,7 @@ def mapped(value: Bounded, function: Callable[[NDArray[Any]], NDArray[Any]]) -> 
 
 
 def flushed(a: Interval) -> Interval:
-    """With 0 where a number too small to be normal may be in it; numbers that are known stay one array."""
+    """Include 0 where a number too small to be normal may occur; known numbers stay one array."""
     if a.lo is a.hi and not ((np.abs(a.lo) < SMALLEST_NORMAL) & (a.lo != 0)).any():
         return a
     lo = np.where((a.lo > 0) & (a.lo < SMALLEST_NORMAL), 0.0, a.lo)
@@ -138,7 +138,7 @@ def hull(a: Interval, b: Interval) -> Interval:
 
 
 def overlap(a: Interval, b: Interval) -> Interval:
-    """What both allow, of two bounds that both hold."""
+    """Return the intersection of two bounds that both hold."""
     return Interval(np.maximum(a.lo, b.lo), np.minimum(a.hi, b.hi), a.nan & b.nan)
 
 
@@ -290,7 +290,7 @@ def maximum(a: Interval, b: Interval) -> Interval:
 
 
 def _taken_for_equal(a: Interval, b: Interval) -> Lanes:
-    """Where both may be too small to be normal: what compares them may see two zeros, and hands on either as it is.
+    """Return where both may be denormal: a comparison may see two zeros, and pass on either unchanged.
 
     GLSL 4.60, 4.7.1, lets any operation flush what it reads, OpenCL C 3.0, 7.5.3, a device without denormals; both
     define the two functions by a comparison that chooses.

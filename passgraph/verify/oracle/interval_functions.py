@@ -96,7 +96,7 @@ def _tan(a: Interval) -> Interval:
 
 
 def _beyond(a: Interval, largest: float) -> Interval:
-    """Of angles too large to tell a number of some size, which is NaN of infinite ones only."""
+    """Return the bound of angles too large for a result; NaN only for infinite ones."""
     lo = np.full(a.shape, -largest)
     return where(np.isfinite(a.magnitude), Interval(lo, -lo, a.nan), Interval.anything(a.shape))
 
@@ -112,7 +112,8 @@ def even(row: Operation) -> Function:
 
 
 def _pow(x: Interval, y: Interval) -> Interval:
-    """Of a negative x, the power of its size with the sign that a sure exponent's parity gives."""
+    """Return the bound of powers; a negative x has the power of its magnitude with the sign of a certain exponent's
+    parity."""
     positive, negative = _power_of_size(x, y), _power_of_size(iv.neg(x), y)
     is_integer, half = np.floor(y.lo) == y.lo, 0.5 * y.lo
     negative = where(is_integer & (np.floor(half) != half), iv.neg(negative), negative)

@@ -71,7 +71,7 @@ class StageOracle:
         return self._uniforms[expression.name]
 
     def bounds(self, count: int, builtins: Builtins, pixels: Ints | None = None, first_only: bool = False) -> Bounds:
-        """Of every result in every lane; who watches is told which pixel of the target each lane is.
+        """Return the bounds of every result in every lane; a watcher is told the pixel of each lane.
 
         ``first_only``: of the first path of each, which is what a watch sees.
         """
@@ -111,7 +111,7 @@ def _in_lanes(value: Interval, count: int, components: int) -> Interval:
 
 
 class _Around(Surroundings[Bounded]):
-    """What some of the lanes see."""
+    """The inputs of some of the lanes."""
 
     def __init__(self, oracle: StageOracle, builtin: Callable[[str], Bounded], domain: IntervalDomain) -> None:
         self.oracle, self.whole, self.domain = oracle, builtin, domain

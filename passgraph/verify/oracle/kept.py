@@ -48,7 +48,7 @@ _ARRAYS = ("lo", "hi", "nan", "ambiguous", "unpromised")
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a step may write: of each target, and of a stencil the lowest and the highest value of each pixel."""
+    """The allowed results of a step: of each target, and of a stencil the lowest and highest value of each pixel."""
 
     allowed: list[Allowed]
     stencil: tuple[Ints, Ints] | None = None
@@ -121,7 +121,7 @@ def decides_pixels(
     step: PixelStep, stage: Stage, outputs: Sequence[Storage], images: Sequence[Storage], block: Block,
     carried: Mapping[int, Interval],
 ) -> Iterator[object]:  # fmt: skip
-    """What decides what a full-screen pass may write."""
+    """Yield everything that decides the allowed results of a full-screen pass."""
     yield "pixels"
     yield step.size
     yield [output.format for output in outputs]

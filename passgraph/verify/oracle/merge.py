@@ -1,4 +1,4 @@
-"""What each pixel of a draw's targets may hold, fragment by fragment (rules 6 and 7 of docs/rasterisation.md)."""
+"""Allowed contents of a draw's targets, fragment by fragment (rules 6 and 7 of docs/rasterisation.md)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ LARGEST_HALF = 65504.0
 
 @dataclass(frozen=True, eq=False)
 class DrawCall:
-    """What a draw of one run is given: its targets, the pictures that both stages read, vertices and parameters."""
+    """The inputs of one draw: its targets, the pictures that both stages read, vertices and parameters."""
 
     outputs: Sequence[Storage]
     depth: Storage | None
@@ -182,7 +182,7 @@ class State:
 
 
 def _exactly(pixels: NDArray[np.float32]) -> Interval:
-    """What is stored, exactly, in arrays of its own."""
+    """Return stored values as exact bounds, in arrays of its own."""
     exact = pixels.astype(np.float64)
     return Interval(exact, exact.copy(), np.isnan(exact))
 
@@ -233,7 +233,7 @@ def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> I
 
 
 def converted(format_: Format, source: Interval) -> Interval:
-    """What a source may be before it blends: hardware may give it the precision of a target below float32.
+    """Return a source before it blends: hardware may convert it to the precision of a target below float32.
 
     Bits are rounded to the nearest. Halves are rounded to either neighbor: OpenGL leaves that open, and NVIDIA cuts.
     """

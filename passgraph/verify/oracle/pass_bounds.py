@@ -83,7 +83,7 @@ class Passes:
         self.found: dict[bool, tuple[dict[Key, Picture], dict[Key, Allowed]]] = {}
 
     def written(self, backend: Backend, fed: Mapping[Key, Picture] | None = None) -> Iterator[dict[Key, Picture]]:
-        """Of each run what every step wrote; pictures of ``fed`` take its place before the next step reads it."""
+        """Yield what every step of each run wrote; pictures of ``fed`` replace it before the next step reads it."""
         # A device may filter by itself where the graph allows it: the same steps with other programs.
         plan = self._build(Limits(filters=True)) if backend.limits.filters and self._may_filter() else self.plan
         execution = Execution(plan, backend)

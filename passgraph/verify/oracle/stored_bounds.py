@@ -1,4 +1,4 @@
-"""What formats do to bounds: what a backend may read of texels, and what a target may hold of results."""
+"""Formats in bounds: what a backend may read of texels, and what a target may hold of results."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SRGB_DECODE_ULP = 2.4 * (UNORM_READ_ULP + 1.0 + 2.5) + 16.0
 def loaded(
     texels: np.ndarray[tuple[int, ...], np.dtype[np.float64]], format_: Format | None, channels: int
 ) -> Interval:
-    """What a backend may read where the reference reads these texels (lanes, 4)."""
+    """Return what a backend may read where the reference reads these texels (lanes, 4)."""
     exact = Interval.of(texels)
     if format_ is None or not format_.steps:
         return exact
@@ -51,7 +51,7 @@ def as_read(steps: Interval) -> Interval:
 
 
 def stored(format_: Format, value: Interval) -> Interval:
-    """What a target may hold where a kernel's result (…, channels) is this."""
+    """Return what a target may hold for a kernel's result (…, channels)."""
     with np.errstate(all="ignore"):
         if format_.srgb:
             colour = value.map(lambda x: x[..., :3])

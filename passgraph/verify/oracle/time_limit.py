@@ -1,4 +1,4 @@
-"""How long bounds may be looked for, and how far they are."""
+"""Time limit of the search for bounds, and its progress."""
 
 from __future__ import annotations
 
@@ -63,13 +63,13 @@ class TimeLimit:
         self._report(self._pass, done, count)
 
     def end(self) -> int:
-        """How many of its lanes were not tried."""
+        """End a pixel; return how many of its lanes were not tried."""
         self._spent += self.clock() - self._since
         return self.untried
 
     @contextmanager
     def spent(self) -> Iterator[None]:
-        """What is done within counts, and is done to its end."""
+        """Measure the time spent inside; work that has begun is finished."""
         start = self.clock()
         try:
             yield
@@ -78,7 +78,7 @@ class TimeLimit:
 
     @property
     def left_s(self) -> float:
-        """What may still be spent."""
+        """Return the seconds left."""
         if self.most_seconds is None:
             return np.inf
         return self.most_seconds - self._spent - (self.clock() - self._since)

@@ -41,7 +41,7 @@ class Cause:
 
 @dataclass(eq=False)
 class Watch:
-    """What is seen of one step, along the first path of each pixel.
+    """Observations of one step, along the first path of each pixel.
 
     Attributes
     ----------
