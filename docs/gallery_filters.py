@@ -18,6 +18,7 @@ from passgraph.effects import (
     dither,
     fill,
     fsr1,
+    glitch,
     halftone,
     hue_saturation,
     kuwahara,
@@ -187,6 +188,14 @@ def tubes() -> list[Panel]:
     ]
 
 
+def damage() -> list[Panel]:
+    given = {"frame": street()}
+    return [
+        Panel("amount 0.2", glitch(FRAME, 0.2, 16, 6), given),
+        Panel("amount 0.6", glitch(FRAME, 0.6, 60, 12, index=3), given),
+    ]
+
+
 FILTERS: tuple[Entry, ...] = (
     Entry(
         "Color grading", "`skimage.data.coffee()` in linear light",
@@ -221,6 +230,9 @@ FILTERS: tuple[Entry, ...] = (
     Entry(
         "A cathode ray tube", f"{MOTORCYCLE}, 169×95",
         "Lines of the beam, phosphors and some glow: the middle of each picture.", tubes, 2,
+    ),
+    Entry(
+        "A bad signal", MOTORCYCLE, "Bands and blocks that lost their place, and colors that come apart.", damage, 2
     ),
     Entry(
         "Lens distortion", f"{MOTORCYCLE}, with a grid",

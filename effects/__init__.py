@@ -80,6 +80,7 @@ if TYPE_CHECKING:
     from passgraph.effects.shadows.soft_shadow import SoftShadow, soft_shadow, soft_shadow_passes
     from passgraph.effects.style.crt import crt
     from passgraph.effects.style.dither import dither
+    from passgraph.effects.style.glitch import glitch
     from passgraph.effects.style.halftone import halftone
     from passgraph.effects.style.kuwahara import kuwahara
     from passgraph.effects.style.pixelate import pixelate
@@ -175,6 +176,7 @@ __all__ = [
     "fsr1",
     "fxaa",
     "gaussian_blur",
+    "glitch",
     "god_rays",
     "halftone",
     "hue_saturation",

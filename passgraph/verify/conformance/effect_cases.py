@@ -47,6 +47,7 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
     "morphology": [{}, {"operation": "open", "radius_px": 2}],
     "kuwahara": [{"radius_px": 2}],
     "lens-distortion": [{}, {"k1": 0.2, "undo": True}],
+    "glitch": [{"shift_px": 4, "band_px": 2, "block_px": 8}],
     "lens-flare": [{"threshold": 0.3, "ghosts": 2}],
     "ssr": [{"steps": 8}],
     "crt": [{"pixel_px": 2}, {"pixel_px": 3, "mask": "tv", "curve": 0.0}],
