@@ -90,7 +90,11 @@ def mirrored(
     at = ivec2(floor(there))
     found = depth.texel(at).r
     distance = linear_on_planes(frame, near + change * met)
-    light = color.sample(there / size)
+    around = depth.gather(there / size, 0)
+    farthest = max(around.x, around.y, around.z, around.w)
+    nearest = min(around.x, around.y, around.z, around.w)
+    # beside an edge, what is behind it has no part
+    light = color.sample(there / size) if nearest > 0.0 and farthest - nearest <= thickness else color.texel(at)
     # the back of what is seen may look otherwise
     faces = dot(unpack_normal(normals.texel(at).zw), ray) < 0.0
     inside = at.x >= 0 and at.y >= 0 and at.x < output_size().x and at.y < output_size().y

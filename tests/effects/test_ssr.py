@@ -98,7 +98,7 @@ def shown(view: EngineView, backend: str = "numpy", **options: Any) -> tuple[Flo
 @pytest.mark.parametrize("camera", CAMERAS, ids=["perspective", "parallel", "off-centre"])
 @pytest.mark.parametrize("backend_name", DEVICES, indirect=True)
 def test_a_floor_mirrors_what_the_picture_has(camera: pg.Camera, backend_name: str) -> None:
-    """As rays find it, within what the paint changes by over a pixel; but beside edges, which lie between pixels."""
+    """As rays find it, within what the paint changes by over a pixel, but for few pixels beside edges."""
     scene = room(camera)
     view = EngineView.of(scene, SIZE)
     truth, on_floor = Reflection.of(view, scene), view.surfaces.node == 0
@@ -107,7 +107,7 @@ def test_a_floor_mirrors_what_the_picture_has(camera: pg.Camera, backend_name: s
     assert mirrors.sum() > 1000
     off = np.abs(made - truth.light).max(axis=-1)[mirrors]
     assert np.median(off) < 0.04
-    assert (off < 0.15).mean() > 0.95
+    assert (off < 0.15).mean() > 0.98
     # what meets nothing, or leaves the picture, stays
     stays = on_floor & ~truth.hit
     assert (np.abs(made - frame[..., :3]).max(axis=-1)[stays] == 0.0).mean() > 0.97
