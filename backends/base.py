@@ -7,7 +7,7 @@ A backend is a class with the interface of :class:`Backend`, found under the ent
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any, ClassVar, NoReturn, Protocol, Self
@@ -231,6 +231,11 @@ class Backend(ABC):
         """Name this device's own implementation of a known step (`PixelStep.known`), in a few words for ``explain()``;
         None if it runs the step's program. The results must have the same bits."""
         return None
+
+    def code(self, step: PixelStep | DrawStep, sizes: Mapping[int, tuple[int, int]]) -> str:
+        """The code that this device makes of a step, for reading; empty where there is none to show.  ``sizes``
+        (width, height) are those of the pictures, by resource."""
+        return ""
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
         """Compile consecutive pixel passes as one, see :mod:`passgraph.plan.fuse`; what lies between them is read by

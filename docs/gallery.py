@@ -44,6 +44,7 @@ from docs.gallery_inputs import (
     street_depth,
     top_view,
 )
+from docs.gallery_light import LIGHT
 from docs.gallery_looks import LOOKS
 from docs.gallery_page import (
     BACKENDS,
@@ -424,6 +425,7 @@ ENTRIES: tuple[Entry, ...] = (
         "Dirty lenses", f"{LEVEL_INPUT}; dirt from a random generator",
         "Dirt on what is bright, lamp or not; on spots drawn for this view; on a map of spots made once.", lenses, 2,
     ),
+    *LIGHT,
     *LOOKS,
     *FILTERS,
     *SHADERS,

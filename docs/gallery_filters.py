@@ -12,7 +12,10 @@ from passgraph.effects import (
     bilateral,
     cas,
     color_grade,
+    denoise,
+    distance_field,
     dither,
+    fill,
     fsr1,
     halftone,
     hue_saturation,
@@ -86,6 +89,7 @@ def smooth() -> list[Panel]:
     return [
         Panel("with noise", unchanged(FRAME), noisy),
         Panel("bilateral", bilateral(FRAME, 5, 3.0, 0.25), noisy),
+        Panel("denoise", denoise(FRAME, 0.08, 0.06), noisy),
         Panel("kuwahara", kuwahara(FRAME, 5), noisy),
     ]
 
@@ -134,6 +138,43 @@ def prints() -> list[Panel]:
     ]
 
 
+def distances() -> list[Panel]:
+    from skimage.data import horse
+
+    shape = np.repeat(1.0 - np.pad(horse(), 20, constant_values=True)[..., None].astype(np.float32), 4, axis=2)
+    unchanged = pg.kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")
+    away = distance_field(FRAME, signed=True)
+    rings = pg.kernel(
+        source="""
+def rings(distance: Image) -> vec4:
+    d = distance[0, 0].r
+    wave = smoothstep(-0.6, 0.6, sin(0.6 * d) / 0.6)
+    return vec4(mix(vec3(0.95, 0.5, 0.1), vec3(0.1, 0.35, 0.6), smoothstep(-1.0, 1.0, d)) * (0.6 + 0.4 * wave), 1.0)
+"""
+    )
+    return [
+        Panel("the shape", unchanged(FRAME), {"frame": shape}),
+        Panel("distance", distance_field(FRAME, unit_px=100.0), {"frame": shape}),
+        Panel("lines of equal distance", rings(away), {"frame": shape}),
+    ]
+
+
+def holes() -> list[Panel]:
+    random, whole = np.random.default_rng(5), np.ones((200, 250, 4), np.float32)
+    whole[..., :3] = detail(street())[..., :3]
+    scratched, (y, x) = whole.copy(), np.mgrid[:200, :250]
+    for left, top, angle, width in random.random((25, 4)) * (250.0, 200.0, 3.2, 1.5):
+        scratched[np.abs((x - left) * np.sin(angle) - (y - top) * np.cos(angle)) < width] = 0.0
+    sparse = np.where(random.random((200, 250, 1)) < 0.15, whole, np.float32(0.0))
+    unchanged = pg.kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")
+    return [
+        Panel("scratches", unchanged(FRAME), {"frame": scratched}),
+        Panel("filled", fill(FRAME), {"frame": scratched}),
+        Panel("15 % of the pixels", unchanged(FRAME), {"frame": sparse}),
+        Panel("filled", fill(FRAME), {"frame": sparse}),
+    ]
+
+
 FILTERS: tuple[Entry, ...] = (
     Entry(
         "Color grading", "`skimage.data.coffee()` in linear light",
@@ -148,13 +189,22 @@ FILTERS: tuple[Entry, ...] = (
     ),
     Entry(
         "Smoothing that keeps edges", f"{MOTORCYCLE}, with noise",
-        "The bilateral filter takes the noise and leaves the picture; the Kuwahara filter paints it with a brush.",
-        smooth, 3, 1.25,
+        "The bilateral filter takes the noise and leaves the picture. Non-local means keep textures that come again. "
+        "The Kuwahara filter paints the picture with a brush.",
+        smooth, 2, 1.25,
     ),
     Entry(
         "Edges and shapes", MOTORCYCLE,
         "Where luminance rises, and the least and the largest number of each channel within two pixels.",
         shapes, 3, 1.25,
+    ),
+    Entry(
+        "Distance field", "`skimage.data.horse()`",
+        "How far each pixel is from a shape, and from its outside, by flooding in steps that halve.", distances, 3, 1.2,
+    ),
+    Entry(
+        "Filling holes", f"{MOTORCYCLE}, with pixels missing",
+        "What is transparent is filled from what is known around it; what is known stays.", holes, 2, 1.25,
     ),
     Entry(
         "Lens distortion", f"{MOTORCYCLE}, with a grid",

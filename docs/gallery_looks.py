@@ -98,11 +98,16 @@ def highlights() -> list[Panel]:
     lamps[..., 3] = 1.0
     given = {"frame": lamps, "depth": np.full((360, 640, 1), 30.0, np.float32)}
 
-    def through(blades: int) -> pg.Target:
-        blurred = depth_of_field(FRAME, pg.Input("depth"), 2.0, 1.8, 85.0, blades=blades, taps=160)
-        return tone_map(blurred, curve="reinhard")
+    def through(label: str, blades: int, **options: float) -> Panel:
+        blurred = depth_of_field(FRAME, pg.Input("depth"), 2.0, 1.8, 85.0, blades=blades, taps=160, **options)  # type: ignore[arg-type]
+        return Panel(label, tone_map(blurred, curve="reinhard"), given)
 
-    return [Panel("round", through(0), given, middle=0.5), Panel("six blades", through(6), given, middle=0.5)]
+    return [
+        through("round", 0),
+        through("six blades", 6),
+        through("six blades, turned", 6, rotation_rad=0.26),
+        through("round, a rim that narrows corners", 0, cats_eye=0.8),
+    ]
 
 
 def lines() -> list[Panel]:
@@ -157,7 +162,8 @@ LOOKS: tuple[Entry, ...] = (
     ),
     Entry(
         "Highlights out of focus", "lamps from a random generator",
-        "Points become discs, or polygons of the aperture's blades, and keep their light.", highlights, 2,
+        "Points become discs, or polygons of the aperture's blades; the front rim of a lens narrows them in corners.",
+        highlights, 2,
     ),
     Entry(
         "Motion blur", TABLE,

@@ -33,10 +33,14 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.chromatic_aberration import chromatic_aberration
     from passgraph.effects.pictures.color_grade import color_grade
     from passgraph.effects.pictures.color_transform import color_transform
+    from passgraph.effects.pictures.denoise import denoise
+    from passgraph.effects.pictures.distance_field import distance_field
     from passgraph.effects.pictures.dither import dither
+    from passgraph.effects.pictures.fill import fill
     from passgraph.effects.pictures.film_grain import film_grain
     from passgraph.effects.pictures.fsr1 import fsr1
     from passgraph.effects.pictures.fxaa import fxaa
+    from passgraph.effects.pictures.god_rays import god_rays
     from passgraph.effects.pictures.halftone import halftone
     from passgraph.effects.pictures.hue_saturation import hue_saturation
     from passgraph.effects.pictures.kuwahara import kuwahara
@@ -44,11 +48,13 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.median import median
     from passgraph.effects.pictures.morphology import morphology
     from passgraph.effects.pictures.pixelate import pixelate
+    from passgraph.effects.pictures.radial_blur import radial_blur
     from passgraph.effects.pictures.resize import resize
     from passgraph.effects.pictures.sepia import sepia
     from passgraph.effects.pictures.smaa import smaa
     from passgraph.effects.pictures.sobel import sobel
     from passgraph.effects.pictures.supersampled import supersampled
+    from passgraph.effects.pictures.tilt_shift import tilt_shift
     from passgraph.effects.pictures.tone_map import tone_map
     from passgraph.effects.pictures.unsharp import unsharp
     from passgraph.effects.pictures.vignette import vignette
@@ -150,10 +156,13 @@ __all__ = [
     "contact",
     "contact_passes",
     "contact_shadow",
+    "denoise",
     "depth_aware_blur",
     "depth_of_field",
+    "distance_field",
     "dither",
     "effect",
+    "fill",
     "film_grain",
     "five_pass",
     "five_pass_targets",
@@ -161,6 +170,7 @@ __all__ = [
     "fsr1",
     "fxaa",
     "gaussian_blur",
+    "god_rays",
     "halftone",
     "hue_saturation",
     "jitter_px",
@@ -176,6 +186,7 @@ __all__ = [
     "pixelate",
     "planar",
     "planar_passes",
+    "radial_blur",
     "resize",
     "scene_surfaces",
     "sepia",
@@ -186,6 +197,7 @@ __all__ = [
     "soft_shadow_passes",
     "supersampled",
     "taa",
+    "tilt_shift",
     "tone_map",
     "unsharp",
     "vignette",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any, ClassVar
 
@@ -17,10 +17,12 @@ from passgraph.backends.gl import transfers
 from passgraph.backends.gl.capabilities import count_group, loop_trips
 from passgraph.backends.gl.context import Context, OwnContext, device_names
 from passgraph.backends.gl.counts import CountRun, counts
+from passgraph.backends.gl.glsl import GLSL
 from passgraph.backends.gl.measured import measure_offset_unit
 from passgraph.backends.gl.passes import DrawRun, Mesh, PixelRun
 from passgraph.backends.gl.programs import Programs
 from passgraph.backends.gl.textures import (
+    ALL_PLAIN,
     GLFormat,
     Objects,
     Texture,
@@ -258,6 +260,12 @@ class GLBackend(Backend):
         if not counts(self, step):
             return None
         return "each texel adds to its bin in a table of its row, in a compute shader"
+
+    def code(self, step: PixelStep | DrawStep, sizes: Mapping[int, tuple[int, int]]) -> str:
+        programs = [step.program] if isinstance(step, PixelStep) else [step.vertex, step.fragment]
+        varyings = step.varyings if isinstance(step, DrawStep) else ()
+        shaders = [GLSL(p, varyings, ALL_PLAIN, self.programs.dialect).shader() for p in programs if p is not None]
+        return "\n".join(shader.text for shader in shaders)
 
     def draw_pass(self, step: DrawStep) -> DrawRun:
         with self.context as gl:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -112,6 +112,16 @@ class NumpyBackend(Backend):
 
     def own_way(self, step: PixelStep) -> str | None:
         return "each texel adds to its bin in a table of its row"
+
+    def code(self, step: PixelStep | DrawStep, sizes: Mapping[int, tuple[int, int]]) -> str:
+        from passgraph.backends.numpy.machine.native import lanes
+        from passgraph.backends.numpy.pixels.body import body_text
+        from passgraph.backends.numpy.pixels.buffer_layout import Layout
+        from passgraph.backends.numpy.pixels.chains import single_stage
+
+        if not isinstance(step, PixelStep):
+            return ""
+        return body_text(Layout.of(single_stage(step), lanes()).stages[0], "body")
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
         from passgraph.backends.numpy.pixels.chains import stages

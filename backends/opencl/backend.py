@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any, ClassVar
 
@@ -289,6 +289,11 @@ class OpenCLBackend(Backend):
         if self.is_cpu:
             return "each texel adds to its bin in a table of its row"
         return "each texel adds atomically to its bin in a table of its row, in the memory of a work-group"
+
+    def code(self, step: PixelStep | DrawStep, sizes: Mapping[int, tuple[int, int]]) -> str:
+        from passgraph.backends.opencl.pixel import readable_source
+
+        return readable_source(step, sizes) if isinstance(step, PixelStep) else ""
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         from passgraph.backends.opencl.raster import DrawPassRunner

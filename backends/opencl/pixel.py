@@ -14,7 +14,7 @@ first.  The sRGB curve on three channels takes a sixteenth of the time.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 from weakref import ReferenceType, ref
@@ -98,6 +98,14 @@ def pixel_source(
     have pixels."""
     names = kernels_of(outputs[0].size, block)
     return join(prologue(constant), *(_kernel(name, program, images, outputs, run, block) for name in names))
+
+
+def readable_source(step: PixelStep, sizes: Mapping[int, tuple[int, int]]) -> str:
+    """The kernel with borders by itself, one pixel a work-item; ``sizes`` by resource."""
+    formats = zip(step.images, step.image_formats, strict=True)
+    images = [(name, ImageLayout(format_, sizes[resource])) for (name, resource), format_ in formats]
+    outputs = [ImageLayout(format_, step.size) for format_ in step.output_formats]
+    return _kernel("pg_pixel", step.program, images, outputs, 1, (0, 0, 0, 0)).text
 
 
 def kernels_of(size: tuple[int, int], block: Inner) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from passgraph.graph.draw_state import DrawState
 from passgraph.language import ir
 from passgraph.language.library import LIBRARY
 from passgraph.language.source import Span
+from passgraph.language.types import IVEC2
 from passgraph.plan.data import DrawStep
 
 #: Trips of a loop that are kept at its beginning, and as many at its end.
@@ -59,36 +60,62 @@ _VARIABLE = re.compile(r"(\w+)\.\d+((?:\.\w+)*)")
 _RESULT = re.compile(r"\w+\.result\.\d+((?:\.\w+)*)")
 
 
+def is_of_source(span: Span) -> bool:
+    """Return True for a line of the user's: not of functions that the language itself is written in."""
+    return span.line > 0 and span.file != LIBRARY
+
+
+def variable_of(local: str) -> tuple[str, bool] | None:
+    """What the source calls a local, and whether it is a function's result; None for the parser's own.
+
+    >>> variable_of("a.3.xy"), variable_of("f.result.1"), variable_of("f.returned.2")
+    (('a.xy', False), ('', True), None)
+    """
+    if found := _VARIABLE.fullmatch(local):
+        return found[1] + found[2], False
+    if found := _RESULT.fullmatch(local):
+        return found[1][1:], True
+    return None
+
+
 class Traced(Interpreter[Numbers, Lanes]):
     """The interpreter over one lane, which notes what it does in the words of the source."""
 
     def __init__(self, program: ir.TypedKernel, domain: NumberDomain, around: Surroundings[Numbers]) -> None:
         super().__init__(program, domain, around)
         self.events: list[Event] = []
+        #: Positions that were read, by image: keys of a dict, each once and in order.
+        self.texels: dict[str, dict[tuple[int, int], None]] = {}
         self._open = [self.events]
         self._loops: list[Loop] = []
 
     def _note(self, event: Event) -> None:
-        # What the language itself is written in is no line of the user's.
-        if event.span.line and event.span.file != LIBRARY:
+        if is_of_source(event.span):
             self._open[-1].append(event)
 
     def _assign(self, statement: ir.Assign, active: Lanes) -> None:
         super()._assign(statement, active)
-        value = plain(self.locals[statement.name])
-        if found := _VARIABLE.fullmatch(statement.name):
-            self._note(Taken(statement.span, found[1] + found[2], value))
-        elif found := _RESULT.fullmatch(statement.name):
-            self._note(Taken(statement.span, found[1][1:], value, returns=True))
+        if (variable := variable_of(statement.name)) is not None:
+            name, returns = variable
+            self._note(Taken(statement.span, name, plain(self.locals[statement.name]), returns))
+
+    def value(self, expression: ir.Expr) -> Numbers:
+        if isinstance(expression, ir.Texel):
+            x, y = (int(self.value(position)[0]) for position in (expression.x, expression.y))
+            if expression.relative:
+                right, down = self.surroundings.builtin(ir.Builtin(IVEC2, "pixel"))[0].tolist()
+                x, y = x + right, y + down
+            self.texels.setdefault(expression.image, {})[x, y] = None
+        return super().value(expression)
 
     def _if(self, statement: ir.If, active: Lanes) -> Lanes:
-        if not _of_returns(statement.condition):
+        if not is_about_returns(statement.condition):
             self._note(Branch(statement.span, bool(self.value(statement.condition)[0])))
         return super()._if(statement, active)
 
     def _for(self, statement: ir.For, active: Lanes) -> None:
-        found = _VARIABLE.fullmatch(statement.name)
-        loop = Loop(statement.span, found[1] if found else statement.name)
+        variable = variable_of(statement.name)
+        loop = Loop(statement.span, variable[0] if variable else statement.name)
         self._note(loop)
         self._loops.append(loop)
         depth = len(self._open)
@@ -108,7 +135,7 @@ class Traced(Interpreter[Numbers, Lanes]):
         self._open.append(events)
 
 
-def traced(bound: BoundStage, builtins: Builtins) -> tuple[list[Event], list[Numbers]]:
+def traced(bound: BoundStage, builtins: Builtins) -> tuple[Traced, list[Numbers]]:
     """One lane of a stage: what happened in it, and its results."""
     runs: list[Traced] = []
 
@@ -117,10 +144,10 @@ def traced(bound: BoundStage, builtins: Builtins) -> tuple[list[Event], list[Num
         return runs[0]
 
     results, _ = bound.run(1, builtins, make)
-    return runs[0].events, results
+    return runs[0], results
 
 
-def _of_returns(condition: ir.Expr) -> bool:
+def is_about_returns(condition: ir.Expr) -> bool:
     """Whether a condition asks if the function has returned already, which no line of the source says."""
     if isinstance(condition, ir.Apply) and condition.operation == "logical_not":
         condition = condition.arguments[0]
@@ -321,5 +348,5 @@ class TracedDraw(ReferenceDrawPass):
             return value
 
         builtins = {name: partial(read, name, make) for name, make in covered.builtins().items()}
-        events, results = traced(bound, builtins)
-        return Lines(inputs, events, tuple(map(plain, results)))
+        lane, results = traced(bound, builtins)
+        return Lines(inputs, lane.events, tuple(map(plain, results)))

@@ -90,7 +90,7 @@ def _rows(plan: Plan, top_px: int, width: int) -> Iterator[str]:
     for row, step in enumerate(plan.steps):
         y = top_px + row * ROW_PX + ROW_PX // 2
         note = " (runs once)" if step.static else ""
-        yield f'<text x="12" y="{y + 4}">{row + 1}. {escape(step.name)}{note}</text>'
+        yield f'<text x="12" y="{y + 4}" data-pass="{escape(step.name)}">{row + 1}. {escape(step.name)}{note}</text>'
         yield f'<line x1="12" x2="{width - 12}" y1="{y + 17}" y2="{y + 17}" stroke="#ddd"/>'
         for resource_id in step.reads:
             yield f'<circle cx="{_middle(resource_id)}" cy="{y}" r="5" fill="white" stroke="black"/>'

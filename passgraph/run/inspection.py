@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +45,8 @@ class Inspection:
     events : in the order in which they happened, see `passgraph.backends.reference.traced`
     results : what the kernel returns, by target
     stored : what of that the target's format holds
+    texels : positions that a full-screen pass reads, each once and in order, by image parameter; borders may map those
+        outside of the picture to others
     drawn : of a draw, which triangles cover the pixel and what becomes of each; None for a full-screen pass
 
     Of a draw, parameters, events and results are those of the fragment that is visible, the last that passes its tests
@@ -86,6 +88,7 @@ class Inspection:
     results: Mapping[str, Any]
     stored: Mapping[str, Any]
     drawn: Drawn | None = None
+    texels: Mapping[str, Sequence[tuple[int, int]]] = field(default_factory=dict)
 
     def values(self, name: str) -> list[Any]:
         """Every value that a variable took, in order; of loops those of the trips that are kept."""
@@ -94,14 +97,14 @@ class Inspection:
     def __str__(self) -> str:
         x, y = self.pixel
         lines = [f"pass {self.step} at ({x}, {y}) of {self.size[0]}x{self.size[1]}: kernel {self.kernel}, {self.file}"]
-        lines += [f"  {name} = {_text(value)}" for name, value in self.parameters.items()]
+        lines += [f"  {name} = {text_of(value)}" for name, value in self.parameters.items()]
         if self.drawn is not None:
             return "\n".join([*lines, *_of_draw(self.drawn, list(self.stored)), *_holds(self.stored)])
         lines += _lines(self.events)
         for name, value in self.results.items():
             stored = self.stored[name]
-            kept = "" if stored == value else f", held as {_text(stored)}"
-            lines.append(f"{name} = {_text(value)}{kept}")
+            kept = "" if stored == value else f", held as {text_of(stored)}"
+            lines.append(f"{name} = {text_of(value)}{kept}")
         return "\n".join(lines)
 
 
@@ -136,15 +139,16 @@ def _lines(events: Sequence[Event]) -> list[str]:
 def _said(event: Event) -> str:
     if isinstance(event, Taken):
         name = f"{event.name} = " if event.name else ""
-        return f"{'returns ' if event.returns else ''}{name}{_text(event.value)}"
+        return f"{'returns ' if event.returns else ''}{name}{text_of(event.value)}"
     if isinstance(event, Branch):
         return "holds" if event.holds else "does not hold"
     return f"{event.count} trip{'' if event.count == 1 else 's'}"
 
 
-def _text(value: Any) -> str:
+def text_of(value: Any) -> str:
+    """A number with 9 digits, and tuples of them; long ones in part."""
     if isinstance(value, tuple):
-        parts = [_text(part) for part in value[:_SHOWN_NUMBERS]]
+        parts = [text_of(part) for part in value[:_SHOWN_NUMBERS]]
         more = f", … {len(value) - _SHOWN_NUMBERS} more" if len(value) > _SHOWN_NUMBERS else ""
         return f"({', '.join(parts)}{more})"
     return f"{value:.9g}" if isinstance(value, float) else str(value)
@@ -164,14 +168,16 @@ def _of_draw(drawn: Drawn, names: Sequence[str]) -> list[str]:
             lines.append(f"  … {fragment.order - last - 1} more")
         last = fragment.order
         side = "front" if fragment.front else "back"
-        lines.append(f"  triangle {fragment.triangle}, {side}, depth {_text(fragment.depth)}: {_fate(fragment, drawn)}")
+        lines.append(
+            f"  triangle {fragment.triangle}, {side}, depth {text_of(fragment.depth)}: {_fate(fragment, drawn)}"
+        )
     for fragment in drawn.told:
         lines += _fragment_lines(fragment, names)
     return lines
 
 
 def _fate(fragment: Fragment, drawn: Drawn) -> str:
-    against = "" if fragment.held is None else f" ({drawn.state.depth_compare} against {_text(fragment.held)})"
+    against = "" if fragment.held is None else f" ({drawn.state.depth_compare} against {text_of(fragment.held)})"
     if fragment.fate == "discarded":
         return "discarded"
     if fragment.fate == "stencil":
@@ -186,18 +192,18 @@ def _fate(fragment: Fragment, drawn: Drawn) -> str:
 def _fragment_lines(fragment: Fragment, names: Sequence[str]) -> list[str]:
     lines = [f"triangle {fragment.triangle}:"]
     for corner in fragment.corners:
-        values = ", ".join(f"{name} = {_text(value)}" for name, value in corner.values.items())
+        values = ", ".join(f"{name} = {text_of(value)}" for name, value in corner.values.items())
         lines.append(f"  vertex {corner.vertex}: {values}")
     if fragment.lines is not None:
-        lines += [f"  {name} = {_text(value)}" for name, value in fragment.lines.inputs.items()]
+        lines += [f"  {name} = {text_of(value)}" for name, value in fragment.lines.inputs.items()]
         lines += _lines(fragment.lines.events)
         if fragment.fate == "passed":
-            lines += [f"{name} = {_text(v)}" for name, v in zip(names, fragment.lines.results, strict=False)]
+            lines += [f"{name} = {text_of(v)}" for name, v in zip(names, fragment.lines.results, strict=False)]
     return lines
 
 
 def _holds(stored: Mapping[str, Any]) -> list[str]:
-    return [f"{name} holds {_text(value)}" for name, value in stored.items()]
+    return [f"{name} holds {text_of(value)}" for name, value in stored.items()]
 
 
 #: Every pass as it is written, each target in memory of its own.
@@ -222,7 +228,7 @@ def inspected(known: Known, name: str | None, x: int, y: int) -> Inspection:
         if not isinstance(picture, np.ndarray):
             raise InputError(f"input {given_name!r} is on the device, and the reference inspects; give an array")
     plan = build(dict(known.outputs), known.size, dict(known.bound), OPTIONS)
-    step = _step(plan, name)
+    step = step_named(plan, name)
     width, height = step.size
     x = whole_number(x, f"inspect: x, in pass {step.name!r}", 0, width - 1)
     y = whole_number(y, f"inspect: y, in pass {step.name!r}", 0, height - 1)
@@ -238,7 +244,7 @@ def inspected(known: Known, name: str | None, x: int, y: int) -> Inspection:
     return backend.found
 
 
-def _step(plan: Plan, name: str | None) -> PixelStep | DrawStep:
+def step_named(plan: Plan, name: str | None) -> PixelStep | DrawStep:
     """The pass of this name; the last one where none is given, or several have it and no number is behind it."""
     steps = [step for step in plan.steps if isinstance(step, (PixelStep, DrawStep))]
     if not steps:
@@ -285,9 +291,11 @@ class _Looking(ReferenceBackend):
         stage = Stage(program, step.program, step.facts)
         bound = stage.bind(block, [name for name, _ in step.images], images)
         here = {"pixel": constant(np.array([[x, y]])), "output_size": constant(np.array([step.size], np.int64))}
-        events, results = traced(bound, here)
-        holds = map(_as_stored, outputs, results)
-        self._tell(step, program, bound, events, map(plain, results), dict(zip(self._names(step), holds, strict=True)))
+        lane, results = traced(bound, here)
+        holds = dict(zip(self._names(step), map(_as_stored, outputs, results), strict=True))
+        self._tell(step, program, bound, lane.events, map(plain, results), holds)
+        assert self.found is not None
+        self.found = replace(self.found, texels={image: tuple(read) for image, read in lane.texels.items()})
 
     def _look_at_draw(
         self,

@@ -10,8 +10,9 @@ import tempfile
 import threading
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import asynccontextmanager, suppress
+from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import uvicorn
 from starlette.applications import Starlette
@@ -32,7 +33,7 @@ MAX_MESSAGE, MAX_UPLOAD = 1 << 16, 1 << 28
 #: What a page may be: nothing from elsewhere.
 CSP = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'"
 _PAGE = Path(__file__).parent / "page"
-_FILES = {"": "index.html", "page.js": "page.js", "page.css": "page.css"}
+_FILES = {"": "index.html", "page.js": "page.js", "debug.js": "debug.js", "page.css": "page.css"}
 
 
 class Guard:
@@ -73,7 +74,9 @@ class View:
         base = f"/{self.token}"
         routes = [
             Route(f"{base}/save", self._save),
-            Route(f"{base}/input/{{name}}", self._input, methods=["PUT"]),
+            Route(f"{base}/record", self._record),
+            Route(f"{base}/input/{{name}}", self._put("input"), methods=["PUT"]),
+            Route(f"{base}/reference/{{name}}", self._put("reference"), methods=["PUT"]),
             WebSocketRoute(f"{base}/socket", self._socket),
             *(Route(f"{base}/{path}", _file(name)) for path, name in _FILES.items()),
         ]
@@ -189,43 +192,72 @@ class View:
         return None
 
     async def _save(self, request: Request) -> Response:
-        """The target that is shown as a file: its values in EXR and npy, else as it looks."""
+        """The target that is shown as a file: as it looks, or its values."""
         from passgraph.pictures import save
 
-        suffix = request.query_params.get("as", "png")
-        if suffix not in ("png", "exr", "npy"):
-            return PlainTextResponse("expected as=png, exr or npy", 400)
+        chosen = request.query_params.get("as", "png")
+        if chosen not in SAVED:
+            return PlainTextResponse(f"expected as={', '.join(SAVED)}", 400)
+        suffix, output, bits = SAVED[chosen]
         path = Path(self._folder.name) / f"picture.{suffix}"
         try:
-            pixels = self.session.picture("shown" if suffix == "png" else "values")
-            await asyncio.to_thread(save, path, pixels)
+            await asyncio.to_thread(save, path, self.session.picture(output), bits=bits)
         except PassgraphError as error:
             return PlainTextResponse(str(error), 400)
         return FileResponse(path, filename=f"{self.session.subject.name}.{suffix}")
 
-    async def _input(self, request: Request) -> Response:
-        """A file that was dropped on the page."""
-        suffix = Path(request.path_params["name"]).suffix.lower()
-        if not suffix.isascii() or not suffix[1:].isalnum() or len(suffix) > 8:
-            return PlainTextResponse("the file's name needs a suffix such as .png", 400)
-        path, size = Path(self._folder.name) / f"input{suffix}", 0
-        with path.open("wb") as file:
-            async for chunk in request.stream():
-                size += len(chunk)
-                if size > MAX_UPLOAD:
-                    return PlainTextResponse(f"the file is larger than {MAX_UPLOAD >> 20} MiB", 413)
-                file.write(chunk)
+    async def _record(self, request: Request) -> Response:
+        """The target that is shown as a video of some frames."""
+        asked = request.query_params
         try:
-            await asyncio.to_thread(self.session.replace_input, path)
+            first, last = int(asked["first"]), int(asked["last"])
+            rate = Fraction(asked.get("rate", "30"))
+            with tempfile.NamedTemporaryFile(
+                dir=self._folder.name, prefix="record-", suffix=f".{asked.get('as', 'mp4')[:8]}", delete=False
+            ) as file:
+                path = Path(file.name)
+            await asyncio.to_thread(self.session.record, first, last, rate, path)
         except PassgraphError as error:
             return PlainTextResponse(str(error), 400)
-        return JSONResponse({})
+        except (KeyError, ValueError, ZeroDivisionError, OSError):
+            return PlainTextResponse("expected first=, last= (frames from 0), rate= (frames a second) and as=mp4", 400)
+        return FileResponse(path, filename=f"{self.session.subject.name}{path.suffix}")
+
+    def _put(self, use: str) -> Callable[[Request], Awaitable[Response]]:
+        """Takes a file of the page: another input, or a picture to compare with."""
+
+        async def take(request: Request) -> Response:
+            suffix = Path(request.path_params["name"]).suffix.lower()
+            if not suffix.isascii() or not suffix[1:].isalnum() or len(suffix) > 8:
+                return PlainTextResponse("the file's name needs a suffix such as .png", 400)
+            path, size = Path(self._folder.name) / f"{use}{suffix}", 0
+            with path.open("wb") as file:
+                async for chunk in request.stream():
+                    size += len(chunk)
+                    if size > MAX_UPLOAD:
+                        return PlainTextResponse(f"the file is larger than {MAX_UPLOAD >> 20} MiB", 413)
+                    file.write(chunk)
+            place = self.session.replace_input if use == "input" else self.session.compare_with
+            try:
+                await asyncio.to_thread(place, path)
+            except PassgraphError as error:
+                return PlainTextResponse(str(error), 400)
+            return JSONResponse({})
+
+        return take
 
 
+#: What the page saves: the suffix, what of the target, and bits a channel where they are chosen.
+SAVED: Mapping[str, tuple[str, Literal["values", "shown"], int | None]] = {
+    "png": ("png", "shown", None), "png8": ("png", "values", 8), "png16": ("png", "values", 16),
+    "exr": ("exr", "values", None), "npy": ("npy", "values", None),
+}  # fmt: skip
 _QUESTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], dict[str, Any]]] = {
     "statistics": lambda session, _: session.statistics(),
     "inspect": lambda session, message: session.inspect(int(message["x"]), int(message["y"])),
     "profile": lambda session, _: session.profile(),
+    "code": lambda session, message: session.code(str(message["name"])),
+    "verdict": lambda session, _: session.verdict(),
 }
 
 

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
+from fractions import Fraction
 from math import isfinite
 from pathlib import Path
 from time import perf_counter
@@ -15,18 +16,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
+from passgraph.backends.base import Backend
+from passgraph.backends.registry import open_backend
 from passgraph.errors import InputError, PassgraphError
-from passgraph.graph.run_values import sources_of
-from passgraph.pictures import scaled
-from passgraph.plan.dependencies import passes_behind
+from passgraph.pictures import load_stored, scaled
+from passgraph.plan.dependencies import inputs_behind
+from passgraph.run.caller_arrays import format_of
 from passgraph.scene.camera import aim_of
-from passgraph.viewer.display import Look, encode, histogram_of, range_of, shown
+from passgraph.viewer.compiled import Compiled, Difference, values_of
+from passgraph.viewer.debugger import Debugger, View
+from passgraph.viewer.display import Look, encode, histogram_of, range_of
+from passgraph.viewer.recording import record
 from passgraph.viewer.subject import Control, Drawing, Loaded, Subject, run_values_of
 
 #: Seconds between looks at the files of a subject, and after the last change until a still is sent exactly.
 POLL_S, SETTLED_S = 0.05, 0.25
-#: Largest factor that differences are shown with.
-MOST_GAIN = 4096.0
+#: What a picture file is compared as, among the names of backends, and the input that it is given as.
+REFERENCE_FILE, REFERENCE_INPUT = "file", "reference picture"
 
 
 @dataclass(frozen=True)
@@ -38,11 +44,11 @@ class Asked:
     values : of controls that were moved, by name
     target : the name of the target that is shown; empty for the first output
     look : how
-    backend, other : the backends; ``other`` is compared with the first, or empty
+    backend, other : the backends; ``other`` is compared with the first, `REFERENCE_FILE` for a picture, or empty
     compare : "", "other", "both" or "difference"
     gain : of differences
     playing : whether frame follows frame
-    frame : of an input of several, counted from 0
+    frame : counted from 0: of an input of several, else the time of what moves
     steps, restarts : how often the page asked for one frame more, and for the first one
     orbit : radians to the right and up, and the factor of the distance
     """
@@ -70,81 +76,6 @@ class Published:
     pictures: Mapping[str, tuple[bytes, str]] = field(default_factory=dict)
 
 
-class _Compiled:
-    """A drawing on one backend, with the pass that shows one of its targets."""
-
-    def __init__(self, drawing: Drawing, target: str, backend: str) -> None:
-        self.targets = targets_of(drawing)
-        self.target = self.targets.get(target) or next(iter(drawing.outputs.values()))
-        outputs = {"shown": shown(self.target), "values": self.target}
-        self.program = pg.compile(outputs, backend or None, drawing.size, non_finite="keep", results="stored")
-        #: Run values by name; unlike the program's plan they are there before the first run.
-        self.values = values_of(outputs)
-
-    def run(self, given: Mapping[str, Any]) -> pg.Result:
-        return self.program(**given)
-
-    def close(self) -> None:
-        self.program.close()
-
-
-def targets_of(drawing: Drawing) -> dict[str, pg.Target]:
-    """Every target that a pass behind the outputs writes, by name, in the order of the passes.
-
-    A target that is drawn over has several contents: from the second on, a number stands behind its name.
-    """
-    found: dict[str, pg.Target] = {}
-    for node in passes_behind(list(drawing.outputs.values())):
-        for slot, spec in enumerate(node.into):
-            name, number = spec.name, 1
-            while name in found:
-                number += 1
-                name = f"{spec.name} ({number})"
-            found[name] = pg.Target(spec, node, slot)
-    return found
-
-
-def values_of(outputs: Mapping[str, pg.Target]) -> dict[str, pg.Value]:
-    """The run values of a graph by name."""
-    return {source.name: source for node in passes_behind([*outputs.values()]) for source in sources_of(node.values)}
-
-
-@dataclass(frozen=True)
-class Difference:
-    """How far two results of one target are apart.
-
-    Attributes
-    ----------
-    apart : of each pixel the largest difference of a channel, (height, width); 0 where one of both is not a number
-    one_is_nan : pixels where one result is NaN and the other is not
-    """
-
-    apart: NDArray[np.float64]
-    one_is_nan: NDArray[np.bool_]
-
-    @classmethod
-    def of(cls, a: pg.Result, b: pg.Result) -> Difference:
-        one, other = (scaled(result["values"]).astype(np.float64) for result in (a, b))
-        with np.errstate(invalid="ignore"):
-            apart = np.nan_to_num(np.abs(one - other)).max(axis=2)
-        return cls(apart, np.isnan(one).any(axis=2) != np.isnan(other).any(axis=2))
-
-    def picture(self, gain: float) -> NDArray[np.uint8]:
-        """Differences times gain, black to white; magenta where one result alone is NaN."""
-        level = np.clip(self.apart * min(gain, MOST_GAIN) * 255.0, 0, 255).astype(np.uint8)
-        made = np.dstack([level, level, level, np.full_like(level, 255)])
-        made[self.one_is_nan] = (255, 0, 255, 255)
-        return made
-
-    def facts(self) -> dict[str, Any]:
-        """The largest difference, where it is, and how many pixels differ."""
-        y, x = np.unravel_index(int(self.apart.argmax()), self.apart.shape)
-        return {
-            "largest": float(self.apart[y, x]), "at": [int(x), int(y)],
-            "pixels": int(((self.apart > 0) | self.one_is_nan).sum()),
-        }  # fmt: skip
-
-
 class Session:
     """One subject on screen.
 
@@ -160,12 +91,15 @@ class Session:
         self._thread = threading.Thread(target=self._run, name="passgraph_view", daemon=True)
         self._stamp: tuple[int, ...] = ()
         self._loaded: Loaded | None = None
-        self._drawing: Drawing | None = None
-        self._programs: dict[str, _Compiled] = {}
+        self._programs: dict[str, Compiled] = {}
+        #: Open backends by name: programs that follow one another share theirs, and history.
+        self._backends: dict[str, Backend] = {}
+        self._debugger = Debugger()
+        self._reference: NDArray[Any] | None = None
         self._key: object = None
         self._handles: dict[str, pg.Value] = {}
         self._error = ""
-        self._number, self._clock, self._frame = 0, (0, 0), -1
+        self._number, self._clock, self._frame = 0, (0, 0), 0
         #: By slot ("a", "b") what ran last, when it had, how long that took, and the difference of both.
         self._results: dict[str, pg.Result] = {}
         self._ran_at, self._is_rough = 0.0, False
@@ -185,7 +119,12 @@ class Session:
         if self._thread.ident is not None:
             self._thread.join(10.0)
         with self._using:
-            self._drop()
+            for compiled in self._programs.values():
+                compiled.close()
+            self._programs = {}
+            for backend in self._backends.values():
+                backend.close()
+        self._debugger.close()
 
     # For the server
 
@@ -229,31 +168,57 @@ class Session:
             "infinite": int(np.isinf(values).any(axis=2).sum()), "histogram": histogram_of(values, low, high),
         }  # fmt: skip
 
+    def compare_with(self, path: Path) -> None:
+        """A picture file to compare with, as it is stored."""
+        self._reference = load_stored(path)
+        with self._changed:
+            self._dirty, self._key = True, None
+            self._changed.notify()
+
     def inspect(self, x: int, y: int) -> dict[str, Any]:
-        """Every line of the kernel of the target that is shown at a pixel, and the first line where backends differ."""
-        with self._using:
-            drawing, compiled = self._drawing, self._programs.get("a")
-            if drawing is None or compiled is None:
-                return {"text": "there is no picture yet"}
-            made_by = compiled.target.made_by
-            if made_by is None:
-                return {"text": "an input: no kernel computes it"}
-            with pg.compile(drawing.outputs, "reference", drawing.size, non_finite="keep") as program:
-                given = self._given(program.inputs, values_of(drawing.outputs), self._asked)
-                found = program.inspect(x, y, made_by.name, **given)
-            return {"text": str(found)}
+        """See `Debugger.pixel`."""
+        return self._debugger.pixel(self.view(), x, y)
 
     def profile(self) -> dict[str, Any]:
-        """The plan in words and as a drawing, and the time of each pass."""
+        """See `Debugger.passes`."""
+        return self._debugger.passes(self.view())
+
+    def code(self, name: str) -> dict[str, Any]:
+        """See `Debugger.code`."""
+        return self._debugger.code(self.view(), name)
+
+    def verdict(self) -> dict[str, Any]:
+        """See `Debugger.verdict`."""
+        return self._debugger.verdict(self.view())
+
+    def record(self, first: int, last: int, rate: Fraction, path: Path) -> None:
+        """See `passgraph.viewer.recording.record`."""
+        record(self.view(), self._frame_inputs, first, last, rate, path)
+
+    def _frame_inputs(self, number: int) -> dict[str, Any]:
+        count = self.subject.frame_count()
         with self._using:
-            drawing = self._drawing
-            if drawing is None:
-                return {"text": "there is no picture yet"}
-            with pg.compile(drawing.outputs, self._asked.backend or None, drawing.size, non_finite="keep") as program:
-                given = self._given(program.inputs, values_of(drawing.outputs), self._asked)
-                times = program.profile(5, **given)
-                plan = program.plan
-            return {"text": f"{plan.explain()}\n\n{times}", "svg": plan.svg()}
+            return dict(self.subject.frame(0 if count is None else number % count))
+
+    def view(self) -> View:
+        """What is on screen now.
+
+        Raises
+        ------
+        InputError
+            Where nothing is yet.
+        """
+        with self._using:
+            compiled = self._programs.get("a")
+            if compiled is None:
+                raise InputError("there is no picture yet")
+            drawing, asked = compiled.drawing, self._asked
+            backends = [asked.backend]
+            if "b" in self._programs and asked.other != REFERENCE_FILE:
+                backends.append(asked.other)
+            inputs = inputs_behind([*drawing.outputs.values()])
+            given = self._given(drawing, inputs, values_of(drawing.outputs.values()), asked)
+            return View(drawing, compiled.target, backends, given)
 
     def picture(self, output: Literal["values", "shown"]) -> NDArray[Any]:
         """The values of the target that is shown, or the picture as it is shown, (height, width, channels)."""
@@ -299,7 +264,7 @@ class Session:
                 results = self._run_programs(asked, advance)
                 ran = perf_counter()
             self._results, self._ran_at, self._error = results, ran, ""
-            self._difference = Difference.of(results["a"], results["b"]) if "b" in results else None
+            self._difference = _difference(results)
             self._times = {"compile_ms": 1e3 * (compiled - start), "run_ms": 1e3 * (ran - compiled)}
             self._send(exact=False)
         except Exception as error:  # whatever a user's file does is shown on the page, and the last picture stays
@@ -323,47 +288,67 @@ class Session:
         if key == self._key:
             return
         drawing = self._loaded.draw({**fixed, **self._handles})
-        made: dict[str, _Compiled] = {}
+        made: dict[str, Compiled] = {}
         try:
-            for slot, backend in zip("ab", [asked.backend, *others], strict=False):
-                made[slot] = _Compiled(drawing, asked.target, backend)
+            made["a"] = Compiled(drawing, asked.target, self._backend(asked.backend))
+            for other in others:
+                made["b"] = self._compared(drawing, made["a"].target, asked, other)
         except BaseException:
             for compiled in made.values():
                 compiled.close()
             raise
-        self._drop()
-        self._drawing, self._programs, self._key, self._reads_input = drawing, made, key, True
+        for slot, earlier in self._programs.items():
+            if slot in made:
+                made[slot].follow(earlier)
+            else:
+                earlier.close()
+        self._programs, self._key, self._reads_input = made, key, True
+
+    def _backend(self, name: str) -> Backend:
+        if name not in self._backends:
+            self._backends[name] = open_backend(name or None)
+        return self._backends[name]
+
+    def _compared(self, drawing: Drawing, target: pg.Target, asked: Asked, other: str) -> Compiled:
+        """The drawing on another backend, or a picture that is shown as the target is."""
+        if other != REFERENCE_FILE:
+            return Compiled(drawing, asked.target, self._backend(other))
+        if self._reference is None:
+            raise InputError("choose a picture to compare with")
+        height, width, channels = self._reference.shape
+        picture = pg.Input(REFERENCE_INPUT, format_of(self._reference.dtype, channels), (width, height))
+        alone = Drawing({target.name: picture}, (width, height), {REFERENCE_INPUT: self._reference})
+        return Compiled(alone, "", self._backend(asked.backend))
 
     def _run_programs(self, asked: Asked, advance: bool) -> dict[str, pg.Result]:
         count = self.subject.frame_count()
         clock = (asked.steps, asked.restarts)
         is_restart = clock[1] != self._clock[1]
-        step = advance or clock[0] != self._clock[0]
+        frame = max(0, asked.frame)
+        if is_restart or advance or clock[0] != self._clock[0]:
+            frame = 0 if is_restart else frame + 1
+            frame = frame if count is None else frame % count
+            with self._changed:
+                self._asked = replace(self._asked, frame=frame)
         if is_restart:
             for compiled in self._programs.values():
-                compiled.program.reset()
-        if count is not None:
-            frame = asked.frame
-            if step or is_restart:
-                frame = 0 if is_restart else (frame + 1) % count
-                with self._changed:
-                    self._asked = replace(self._asked, frame=frame)
-            if self._reads_input or step or is_restart or frame != self._frame:
-                self._inputs = dict(self.subject.frame(frame))
-                self._frame, self._reads_input = frame, False
-        self._clock = clock
+                compiled.restart()
+        if self._reads_input or frame != self._frame:
+            self._inputs = dict(self.subject.frame(0 if count is None else frame))
+        self._clock, self._frame, self._reads_input = clock, frame, False
         return {
-            slot: one.run(self._given(one.program.inputs, one.values, asked)) for slot, one in self._programs.items()
+            slot: one.run(self._given(one.drawing, one.program.inputs, one.values, asked))
+            for slot, one in self._programs.items()
         }
 
-    def _given(self, inputs: Collection[str], taken: Mapping[str, pg.Value], asked: Asked) -> dict[str, Any]:
-        """What a run is given that takes these: pictures, values of controls, the camera as the page has turned it."""
-        drawing = self._drawing
-        assert drawing is not None
-        given = {**drawing.given, **self._inputs}
+    def _given(
+        self, drawing: Drawing, inputs: Collection[str], taken: Mapping[str, pg.Value], asked: Asked
+    ) -> dict[str, Any]:
+        """What a run is given that takes these: pictures, values of controls, time, the camera as it was turned."""
+        given = {**drawing.given, **self._inputs, pg.FRAME_INDEX.name: self._frame}
         assert self._loaded is not None
         known = _defaults(self._loaded) | {n: v for n, v in asked.values.items() if v is not None}
-        moved = {name: float(known[name]) for name in self._handles if name in known}
+        moved = {name: known[name] for name in self._handles if name in known}
         given = {n: v for n, v in given.items() if n in inputs or n in taken}
         given |= {name: value for name, value in moved.items() if name in taken}
         given |= {name: value for name, value in asked.look.values().items() if name in taken}
@@ -392,7 +377,7 @@ class Session:
         loaded, compiled = self._loaded, self._programs.get("a")
         facts: dict[str, Any] = {
             "name": self.subject.name, "error": self._error, "times": self._times,
-            "frames": self.subject.frame_count(), "frame": max(self._frame, 0),
+            "frames": self.subject.frame_count(), "frame": self._frame,
             "command": "" if loaded is None else self.subject.command(dict(self._asked.values)),
         }  # fmt: skip
         if loaded is not None:
@@ -402,9 +387,10 @@ class Session:
                 {"name": name, "format": "" if target.spec.format is None else target.spec.format.name}
                 for name, target in compiled.targets.items()
             ]
-            facts["target"] = compiled.target.name
+            facts["target"] = compiled.target_name
             facts["backend"] = compiled.program.backend.name
             facts["camera"] = "camera" in compiled.values
+            facts["moves"] = compiled.program.has_frame_index or compiled.program.has_history
             if "a" in self._results:
                 height, width = self._results["a"]["shown"].shape[:2]
                 facts["size"] = [width, height]
@@ -412,10 +398,14 @@ class Session:
                 facts["differs"] = self._difference.facts()
         return facts
 
-    def _drop(self) -> None:
-        for compiled in self._programs.values():
-            compiled.close()
-        self._programs = {}
+
+def _difference(results: Mapping[str, pg.Result]) -> Difference | None:
+    if "b" not in results:
+        return None
+    a, b = (results[slot]["values"].shape[1::-1] for slot in "ab")
+    if a != b:
+        raise InputError(f"the picture to compare with: is {b[0]}x{b[1]}, and the target is {a[0]}x{a[1]}; resize it")
+    return Difference.of(results["a"], results["b"])
 
 
 def _control_facts(control: Control) -> dict[str, Any]:

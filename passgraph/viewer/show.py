@@ -16,6 +16,7 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.run_values import sources_of
 from passgraph.graph.targets import Input, Target, named_outputs
+from passgraph.pictures import load
 from passgraph.plan.dependencies import passes_behind
 from passgraph.run.caller_arrays import format_of
 from passgraph.run.program import Program
@@ -109,8 +110,6 @@ class GivenSubject:
         return Input(name, format_of(value.dtype, channels), (width, height))
 
     def replace_input(self, path: Path) -> None:
-        from passgraph.pictures import load
-
         pictures = [n for n, v in self.given.items() if isinstance(v, np.ndarray) and v.ndim == 3]
         if not pictures:
             raise InputError("there is no picture to be replaced")

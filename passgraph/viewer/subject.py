@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from passgraph.graph.run_values import Value
 from passgraph.graph.targets import Target
+from passgraph.language import symbols
 
 if TYPE_CHECKING:
     from passgraph.effects.parameters import Parameter
@@ -133,8 +134,8 @@ def run_values_of(loaded: Loaded, values: Mapping[str, Any]) -> dict[str, Value]
 
     Effects say in their annotations what may be a `passgraph.Value`; where it may not, they raise.
     """
-    numbers = [c for c in loaded.controls if c.kind == "float" and values.get(c.name) is not None]
-    handles = {c.name: Value(c.name, default=float(values[c.name])) for c in numbers}
+    moving = [c for c in loaded.controls if c.kind in ("float", "color", "vector") and values.get(c.name) is not None]
+    handles = {c.name: _handle(c, values[c.name]) for c in moving}
     if _draws(loaded, {**values, **handles}):
         return handles
     found: dict[str, Value] = {}
@@ -142,6 +143,13 @@ def run_values_of(loaded: Loaded, values: Mapping[str, Any]) -> dict[str, Value]
         if _draws(loaded, {**values, **found, name: handle}):
             found[name] = handle
     return found
+
+
+def _handle(control: Control, value: Any) -> Value:
+    if control.kind == "float":
+        return Value(control.name, default=float(value))
+    numbers = tuple(float(number) for number in value)
+    return Value(control.name, getattr(symbols, f"vec{len(numbers)}"), default=numbers)
 
 
 def _draws(loaded: Loaded, values: Mapping[str, Any]) -> bool:

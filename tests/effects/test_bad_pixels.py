@@ -23,7 +23,7 @@ WITH_DEPTH = [name for name in OF_PICTURES if EFFECTS[name].takes == "picture+de
 REACH = {
     "gaussian-blur": 19 * 19, "depth-aware-blur": 15 * 15, "chromatic-aberration": 12, "dirty-lens": 4,
     "unsharp": 11 * 11, "sobel": 9, "cas": 5, "morphology": 9, "lens-distortion": 4, "pixelate": 64, "resize": 6 * 6,
-    "fsr1": 10 * 10, "smaa": 5,
+    "fsr1": 10 * 10, "smaa": 5, "tilt-shift": 49 * 49, "radial-blur": 32,
 }  # fmt: skip
 
 

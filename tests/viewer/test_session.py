@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import queue
+from base64 import b64decode
+from fractions import Fraction
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
@@ -12,8 +14,9 @@ import pytest
 from PIL import Image
 
 import passgraph as pg
+from passgraph.viewer.compiled import Difference, targets_of
 from passgraph.viewer.display import CHANNELS, Look, shown
-from passgraph.viewer.session import Difference, Published, Session, orbited, targets_of
+from passgraph.viewer.session import Published, Session, orbited
 from passgraph.viewer.show import GivenSubject
 from tests.viewer.subjects import KERNEL, Watched, files
 
@@ -56,7 +59,7 @@ def test_targets_on_the_way_can_be_shown(tmp_path: Path) -> None:
     picture = files(tmp_path)[1]
     with Watched("gaussian-blur", str(picture)) as watched:
         names = [one["name"] for one in watched.until(lambda one: one.pictures).facts["targets"]]
-        assert len(names) == 2
+        assert names == ["gaussian_blur_x", "gaussian_blur", "frame"]
         watched.session.ask(target=names[0])
         assert watched.until(lambda one: one.facts["target"] == names[0]).pictures
 
@@ -67,9 +70,137 @@ def test_a_texel_and_the_lines_that_make_it(tmp_path: Path) -> None:
         watched.shows(2, 1, (0, 102, 204))
         assert watched.session.values_at(2, 1)["a"] == pytest.approx([0.0, 0.4, 0.8, 1.0])
         assert watched.session.values_at(8, 0) == {}
-        text = watched.session.inspect(2, 1)["text"]
-        assert "gain = 1" in text
-        assert "0.8" in text
+        found = watched.session.inspect(2, 1)
+        assert found["parameters"] == ["gain = 1"]
+        assert found["backends"] == ["numpy"]
+        (row,) = found["rows"]
+        assert (row["line"], row["kind"], row["wrong"]) == (11, "returns", [False])
+        assert row["values"] == ["0  0.400000006  0.800000012  1", "="]
+        assert found["texels"] == [{"image": "color", "target": "frame", "at": [(2, 1)]}]
+
+
+def test_what_passes_read_of_an_input_is_shown(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.session.ask(target="frame", values={"gain": 2.0})
+        watched.until(lambda one: one.pictures and one.facts["target"] == "frame")
+        assert tuple(watched.session.picture("shown")[1, 2, :3]) == (0, 102, 204)
+        assert "no kernel" in watched.session.inspect(2, 1)["text"]
+
+
+def test_the_lines_of_two_backends_stand_side_by_side(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path, KERNEL.replace("return", "lit = pg.sin(color[0, 0].rgb)\n    return"))
+    with Watched(str(effect), str(picture)) as watched:
+        watched.session.ask(compare="both", other="reference")
+        watched.until(lambda one: "b" in one.pictures)
+        found = watched.session.inspect(2, 1)
+    assert found["backends"] == ["numpy", "reference"]
+    assert [row["line"] for row in found["rows"]] == [11, 12]
+    assert [row["values"][2] for row in found["rows"]] == ["=", "="]
+    assert found["verdicts"][:2] == [f"{name}: every line is within its bounds" for name in ("numpy", "reference")]
+
+
+def test_the_verdict_marks_no_pixel_of_a_conforming_backend(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.shows(0, 0, (51, 51, 51))
+        found = watched.session.verdict()
+    assert found["text"].startswith("numpy: 0 of 32 pixels are outside")
+    assert not np.asarray(Image.open(BytesIO(b64decode(found["mask"])))).any()
+
+
+def test_a_pass_shows_its_kernel_and_the_code_of_each_backend(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.shows(0, 0, (51, 51, 51))
+        plan = watched.session.profile()
+        assert plan["passes"] == ["tint"]
+        found = watched.session.code("tint")
+        assert watched.session.code("no pass")["code"] == {}
+    assert "def tint" in found["text"]
+    assert found["target"] == "tint"
+    for backend, words in {"numpy": "define", "gl": "void main()", "opencl": "__kernel"}.items():
+        assert words in found["code"][backend]
+
+
+def test_a_range_of_frames_is_recorded(tmp_path: Path) -> None:
+    """As the program makes them one by one, from the first of the range."""
+    effect, _ = files(tmp_path)
+    for number in range(1, 5):
+        pg.save(tmp_path / f"shot.{number:04}.png", np.full((16, 16, 4), 50 * number, np.uint8))
+    with Watched(str(effect), str(tmp_path / "shot.%04d.png")) as watched:
+        watched.shows(0, 0, (50, 50, 50))
+        watched.session.record(1, 3, Fraction(25), tmp_path / "made.gif")
+        with pytest.raises(pg.InputError, match=r"expected one of \.mp4"):
+            watched.session.record(1, 3, Fraction(25), tmp_path / "made.py")
+        with pytest.raises(pg.InputError, match="from 3 to 1"):
+            watched.session.record(3, 1, Fraction(25), tmp_path / "made.gif")
+    with Image.open(tmp_path / "made.gif") as made:
+        levels = []
+        for frame in range(made.n_frames):
+            made.seek(frame)
+            levels.append(made.convert("RGB").getpixel((8, 8))[0])
+    assert levels == [100, 150, 200]
+
+
+def test_time_of_what_moves_is_sought_and_recorded(tmp_path: Path) -> None:
+    text = """import passgraph as pg
+from passgraph.effects.checked import effect
+
+@pg.kernel
+def level(n: int) -> pg.vec4:
+    return pg.vec4(pg.vec3(float(n) * 0.1), 1.0)
+
+@effect("moves", takes="nothing")
+def moves() -> pg.Target:
+    \"\"\"Brighter with time.\"\"\"
+    return level(pg.FRAME_INDEX, into=pg.target("level", "rgba32f"))
+"""
+    effect, _ = files(tmp_path, text)
+    with Watched(str(effect), size=(16, 16)) as watched:
+        assert watched.shows(0, 0, (0, 0, 0)).facts["moves"]
+        watched.session.ask(frame=5)
+        assert watched.shows(0, 0, (128, 128, 128)).facts["frame"] == 5
+        watched.session.ask(steps=1)
+        assert watched.shows(0, 0, (153, 153, 153)).facts["frame"] == 6
+        assert watched.session.inspect(0, 0)["parameters"] == ["n = 6"]
+        watched.session.record(2, 4, Fraction(25), tmp_path / "made.gif")
+    with Image.open(tmp_path / "made.gif") as made:
+        assert [made.n_frames, made.convert("RGB").getpixel((8, 8))[0]] == [3, 51]
+
+
+def test_a_picture_is_compared_with(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.session.compare_with(picture)
+        watched.session.ask(compare="difference", other="file", gain=2.0, values={"gain": 2.0})
+        state = watched.until(lambda one: "difference" in one.pictures)
+        assert state.facts["differs"] == {"largest": pytest.approx(0.8), "at": [2, 1], "pixels": 32}
+        pg.save(tmp_path / "small.png", np.zeros((2, 2, 3), np.uint8))
+        watched.session.compare_with(tmp_path / "small.png")
+        assert "is 2x2, and the target is 8x4" in watched.until(lambda one: one.facts["error"]).facts["error"]
+
+
+def test_a_color_is_moved_without_compiling(tmp_path: Path) -> None:
+    text = """import passgraph as pg
+from passgraph.effects.checked import effect
+
+@pg.kernel
+def tint(color: pg.Image, by: pg.vec3) -> pg.vec4:
+    return pg.vec4(color[0, 0].rgb * by, 1.0)
+
+@effect("tinted")
+def tinted(frame: pg.Target, by: tuple[float, float, float] | pg.Value = (1.0, 1.0, 1.0)) -> pg.Target:
+    \"\"\"Colored light.\"\"\"
+    return tint(frame, by=by)
+"""
+    effect, picture = files(tmp_path, text)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.shows(0, 0, (51, 51, 51))
+        program = watched.session._programs["a"].program
+        watched.session.ask(values={"by": [2.0, 1.0, 0.0]})
+        watched.shows(0, 0, (102, 51, 0))
+        assert watched.session._programs["a"].program is program
 
 
 def test_two_backends_are_compared(tmp_path: Path) -> None:
@@ -101,8 +232,14 @@ def count(frame: pg.Target) -> pg.Target:
         watched.shows(0, 0, (51, 51, 51))
         watched.session.ask(steps=1)
         watched.shows(0, 0, (102, 102, 102))
+        effect.write_text(text.replace("0.2", "0.4"))  # history stays when the file is saved
+        watched.shows(0, 0, (204, 204, 204))
+        watched.session.ask(target="frame")  # and while another target is looked at
+        watched.until(lambda one: one.pictures and one.facts["target"] == "frame")
+        watched.session.ask(target="sum")
+        watched.shows(0, 0, (255, 255, 255))
         watched.session.ask(restarts=1)
-        watched.shows(0, 0, (51, 51, 51))
+        watched.shows(0, 0, (102, 102, 102))
 
 
 def test_frames_of_a_sequence_are_played_and_sought(tmp_path: Path) -> None:
@@ -194,9 +331,7 @@ def test_every_content_of_a_target_has_a_name() -> None:
     once = pg.kernel(source="def once(color: Image) -> vec4: return color[0, 0]")
     first = once(pg.Input("frame"), into=pg.target("a", "rgba32f"))
     second = once(first, into=pg.target("a", "rgba32f"))
-    from passgraph.viewer.subject import Drawing
-
-    assert list(targets_of(Drawing({"out": second}, (2, 2)))) == ["a", "a (2)"]
+    assert list(targets_of({"out": second})) == ["a", "a (2)", "frame"]
 
 
 # pg.view

@@ -1,14 +1,16 @@
 // The page of `passgraph view`: it draws what the session sends and says what is wanted.
+import { make, passParts, pixelParts, planParts } from "./debug.js";
+
 const $ = (id) => document.getElementById(id);
 const CHANNELS = ["color", "red", "green", "blue", "alpha", "luminance", "false color"];
 const stage = $("stage"), canvas = $("picture"), context = canvas.getContext("2d");
 let socket, head = null, pictures = {}, waiting = [], state = {}, controls = [];
 let values = {}, history = [], zoom = 0, offset = [0, 0], steps = 0, restarts = 0, playing = false;
-let orbit = [0, 0, 1], split = 0.5, flickers = 0, drag = null, times = [];
+let orbit = [0, 0, 1], split = 0.5, flickers = 0, drag = null, times = [], picked = null, texels = null, backendChosen = false, isFitted = true;
 
 const key = () => `passgraph view ${state.name ?? ""}`;
 const send = (message) => socket.readyState === 1 && socket.send(JSON.stringify(message));
-const ask = (changes) => send({ kind: "ask", changes });
+const ask = (changes) => { if (changes.look === undefined) unmask(); send({ kind: "ask", changes }); };
 
 function connect() {
   const url = new URL("socket", location.href);
@@ -21,10 +23,10 @@ function connect() {
 }
 
 function askAll() {
-  const compare = $("compare").value;
+  const compare = { verdict: "", flicker: "both" }[$("compare").value] ?? $("compare").value;
   ask({
-    values, target: $("target").value, look: look(), backend: $("backend").value, playing, orbit,
-    other: compare ? $("other").value : "", compare: compare === "flicker" ? "both" : compare, gain: Number($("gain").value) || 1,
+    values, target: $("target").value, look: look(), ...(backendChosen && { backend: $("backend").value }), playing, orbit,
+    other: compare ? $("other").value : "", compare, gain: Number($("gain").value) || 1,
   });
   send({ kind: "ready" });
 }
@@ -36,8 +38,10 @@ function take(message) {
     if (!waiting.length) send({ kind: "ready" });
   } else if (message.kind === "values") showTexel(message);
   else if (message.kind === "statistics") showStatistics(message);
-  else if (message.kind === "inspect") { $("pixel").textContent = message.text; $("pixel-panel").hidden = false; }
-  else if (message.kind === "profile") showPlan(message);
+  else if (message.kind === "inspect") $("pixel").replaceChildren(...pixelParts(message, markTexels));
+  else if (message.kind === "profile") $("plan").replaceChildren(...planParts(message, (name) => send({ kind: "code", name })));
+  else if (message.kind === "code") showPass(message);
+  else if (message.kind === "verdict") showVerdict(message);
   else if (message.kind === "refused") $("status").textContent = message.text;
 }
 
@@ -51,6 +55,7 @@ async function picture(data) {
     times.push(performance.now());
     times = times.filter((time) => time > performance.now() - 2000);
     document.body.dataset.shown = head.number;
+    if (one.type === "image/png") send({ kind: "statistics" }); // the picture stands still
     requestAnimationFrame(() => send({ kind: "ready" }));
   }
 }
@@ -77,14 +82,39 @@ setInterval(() => { if ($("compare").value === "flicker") { flickers++; draw(); 
 function place() {
   canvas.style.transform = `translate(${offset[0]}px, ${offset[1]}px) scale(${zoom})`;
   canvas.style.imageRendering = zoom >= 2 ? "pixelated" : "auto";
+  Object.assign($("mask").style, { transform: canvas.style.transform, imageRendering: "pixelated" });
+  drawMarks();
+}
+
+// The chosen pixel, and texels that it reads where their target is shown.
+function drawMarks() {
+  const layer = $("marks"), pen = layer.getContext("2d");
+  layer.width = stage.clientWidth; layer.height = stage.clientHeight;
+  const box = ([x, y], color) => {
+    const side = Math.max(zoom, 5), shift = (zoom - side) / 2;
+    for (const [style, more] of [["#000", 1], [color, 0]]) {
+      pen.strokeStyle = style;
+      pen.strokeRect(offset[0] + x * zoom + shift - more, offset[1] + y * zoom + shift - more, side + 2 * more, side + 2 * more);
+    }
+  };
+  if ($("pixel-panel").hidden) return;
+  if (texels && texels.target === state.target) texels.at.forEach((at) => box(at, "#ffd400"));
+  if (picked && picked.target === state.target) box(picked.at, "#ff4fa3");
+}
+
+function markTexels(one) {
+  texels = one;
+  $("target").value = one.target;
+  ask({ target: one.target });
 }
 
 function fit() {
+  isFitted = true;
   zoom = Math.min(stage.clientWidth / canvas.width, stage.clientHeight / canvas.height, 8) || 1;
   offset = [(stage.clientWidth - canvas.width * zoom) / 2, (stage.clientHeight - canvas.height * zoom) / 2];
   place();
 }
-new ResizeObserver(fit).observe(stage);
+new ResizeObserver(() => (isFitted ? fit() : place())).observe(stage);
 
 function texelAt(event) {
   const box = stage.getBoundingClientRect();
@@ -102,12 +132,16 @@ function showState(message) {
   const rate = times.length > 1 ? `, ${((times.length - 1) * 1000 / (times.at(-1) - times[0])).toFixed(0)} pictures/s` : "";
   const differs = message.differs ? `  ·  largest difference ${message.differs.largest.toPrecision(3)} at ${message.differs.at}, ${message.differs.pixels} pixels differ` : "";
   $("status").textContent = message.error ? "error" : `${message.target ?? ""} ${(message.size ?? []).join("×")} on ${message.backend ?? ""}: run ${run_ms.toFixed(1)} ms${compile_ms > 1 ? `, compile ${compile_ms.toFixed(0)} ms` : ""}${rate}${differs}`;
+  if (message.backend && !backendChosen) $("backend").value = message.backend;
   if (message.controls) showControls(message.controls);
   if (message.targets) options($("target"), message.targets.map((one) => [one.name, `${one.name}  ${one.format}`]), message.target);
   $("frame").hidden = !(message.frames > 1);
+  $("seek-label").hidden = message.frames > 1 || !message.moves;
+  if (document.activeElement !== $("seek")) $("seek").value = message.frame;
   $("frame").max = (message.frames ?? 1) - 1;
   if (document.activeElement !== $("frame")) $("frame").value = message.frame;
   $("frame-number").textContent = message.frames > 1 ? `${message.frame + 1} / ${message.frames}` : "";
+  drawMarks();
 }
 
 function options(select, pairs, chosen) {
@@ -137,7 +171,6 @@ function controlOf(one) {
   label.textContent = one.name.replaceAll("_", " "); label.htmlFor = `value-${one.name}`;
   const inputs = document.createElement("div");
   inputs.className = "inputs";
-  const make = (tag, properties) => Object.assign(document.createElement(tag), properties);
   const set = (value, done) => change(one.name, value, done);
   if (one.kind === "bool") inputs.append(make("input", { type: "checkbox", id: `value-${one.name}`, onchange: (e) => set(e.target.checked, true) }));
   else if (one.kind === "choice") {
@@ -147,9 +180,10 @@ function controlOf(one) {
   } else if (one.kind === "text") inputs.append(make("input", { type: "text", id: `value-${one.name}`, onchange: (e) => set(e.target.value, true) }));
   else if (one.kind === "color" || one.kind === "vector") {
     const count = one.kind === "color" ? 3 : one.default.length;
+    if (one.kind === "color") inputs.append(make("input", { type: "color", ariaLabel: `${one.name}, picked`, oninput: (e) => set(ofHex(e.target.value), false), onchange: (e) => set(ofHex(e.target.value), true) }));
     for (let k = 0; k < count; k++) inputs.append(make("input", {
       type: "number", step: "any", id: k ? `value-${one.name}-${k}` : `value-${one.name}`, ariaLabel: `${one.name} ${k + 1}`,
-      oninput: () => set([...inputs.children].map((e) => Number(e.value)), false), onchange: () => set([...inputs.children].map((e) => Number(e.value)), true),
+      oninput: () => set(numbersIn(inputs), false), onchange: () => set(numbersIn(inputs), true),
     }));
   } else {
     const step = one.kind === "int" ? 1 : "any", [low, high] = ends(one);
@@ -166,6 +200,10 @@ function controlOf(one) {
   return box;
 }
 
+const numbersIn = (inputs) => [...inputs.querySelectorAll("input[type=number]")].map((e) => Number(e.value));
+const ofHex = (text) => [1, 3, 5].map((at) => Number((parseInt(text.slice(at, at + 2), 16) / 255).toFixed(4)));
+const toHex = (color) => `#${color.map((x) => Math.round(255 * Math.min(1, Math.max(0, x))).toString(16).padStart(2, "0")).join("")}`;
+
 // A slider needs two ends: where the range is open, it reaches some way round the default.
 function ends(one) {
   const middle = one.default ?? 1, reach = Math.max(1, Math.abs(middle)) * 4;
@@ -179,7 +217,10 @@ function shown(one) {
   if (!box) return;
   const inputs = [...box.querySelectorAll("input, select")];
   if (one.kind === "bool") inputs[0].checked = Boolean(value);
-  else if (one.kind === "color" || one.kind === "vector") inputs.forEach((input, k) => { input.value = value ? Number(value[k].toPrecision(7)) : ""; });
+  else if (one.kind === "color" || one.kind === "vector") {
+    box.querySelectorAll("input[type=number]").forEach((input, k) => { if (document.activeElement !== input) input.value = value ? Number(value[k].toPrecision(7)) : ""; });
+    if (one.kind === "color" && value) inputs[0].value = toHex(value);
+  }
   else for (const input of inputs) if (document.activeElement !== input || input.type === "range") input.value = typeof value === "number" ? Number(value.toPrecision(7)) : value ?? "";
 }
 
@@ -226,11 +267,11 @@ function look() {
   return { channel: $("channel").value, exposure: Number($("exposure").value), low, high: high === low ? low + 1e-6 : high, srgb: $("srgb").checked, mark: $("mark").checked };
 }
 for (const id of ["channel", "exposure", "low", "high", "srgb", "mark"]) $(id).oninput = () => { $("exposure-value").textContent = $("exposure").value; ask({ look: look() }); };
-$("auto").onclick = () => send({ kind: "statistics" });
+let fitsRange = false;
+$("auto").onclick = () => { fitsRange = true; send({ kind: "statistics" }); };
 $("look-reset").onclick = () => { $("channel").value = "color"; $("exposure").value = 0; $("low").value = 0; $("high").value = 1; $("srgb").checked = false; $("exposure-value").textContent = "0"; ask({ look: look() }); };
 function showStatistics(found) {
   if (found.low === undefined) return;
-  $("low").value = Number(found.low.toPrecision(6)); $("high").value = Number(found.high.toPrecision(6));
   $("statistics").textContent = `${found.low.toPrecision(5)} to ${found.high.toPrecision(5)}; ${found.nan} texels NaN, ${found.infinite} infinite`;
   const chart = $("histogram").getContext("2d"), most = Math.max(1, ...found.histogram.flat());
   chart.clearRect(0, 0, 256, 64); chart.globalCompositeOperation = "lighter";
@@ -238,32 +279,59 @@ function showStatistics(found) {
     chart.fillStyle = found.histogram.length === 1 ? "#aaa" : ["#c33", "#3a3", "#44f"][k];
     bins.forEach((count, bin) => { const tall = 64 * Math.sqrt(count / most); chart.fillRect(bin * 4, 64 - tall, 4, tall); });
   });
+  if (!fitsRange) return;
+  fitsRange = false;
+  $("low").value = Number(found.low.toPrecision(6)); $("high").value = Number(found.high.toPrecision(6));
   ask({ look: look() });
 }
 
 // Targets, backends, comparison, time
 
 $("target").onchange = () => ask({ target: $("target").value });
-$("backend").onchange = askAll;
+$("backend").onchange = () => { backendChosen = true; askAll(); };
 for (const id of ["compare", "other", "gain"]) $(id).onchange = () => {
   const mode = $("compare").value;
-  $("other-label").hidden = !mode; $("gain-label").hidden = mode !== "difference";
+  $("other-label").hidden = !mode || mode === "verdict"; $("gain-label").hidden = mode !== "difference";
+  if (id === "other" && $("other").value === "file") return $("reference").click();
   askAll();
+  if (mode === "verdict") { $("status").textContent = "looking for the bounds of each pixel"; send({ kind: "verdict" }); }
 };
+$("reference").onchange = async (event) => { if (await put("reference", event.target.files[0])) askAll(); event.target.value = ""; };
+function showVerdict(found) {
+  $("status").textContent = found.text;
+  if (!found.mask || $("compare").value !== "verdict") return;
+  Object.assign($("mask"), { src: `data:image/png;base64,${found.mask}`, alt: found.text, hidden: false });
+}
+function unmask() {
+  if ($("mask").hidden) return;
+  $("mask").hidden = true;
+  if ($("compare").value === "verdict") $("compare").value = "";
+}
 function play(on) { playing = on; $("play").setAttribute("aria-pressed", on); $("play").textContent = on ? "❚❚" : "▶"; ask({ playing }); send({ kind: "ready" }); }
 $("play").onclick = () => play(!playing);
 $("step").onclick = () => ask({ steps: ++steps });
 $("restart").onclick = () => ask({ restarts: ++restarts });
-$("frame").oninput = () => ask({ frame: Number($("frame").value) });
+for (const id of ["frame", "seek"]) $(id).oninput = () => ask({ frame: Number($(id).value) });
 $("profile").onclick = () => { $("plan").textContent = "measuring"; send({ kind: "profile" }); };
-function showPlan(found) {
-  $("plan").textContent = found.text;
-  const image = new Image();
-  image.alt = "the plan: steps, targets and their lifetimes";
-  image.src = `data:image/svg+xml,${encodeURIComponent(found.svg ?? "")}`;
-  image.style.width = "100%";
-  $("graph").replaceChildren(image);
+function showPass(found) {
+  $("pass").replaceChildren(...passParts(found));
+  $("pass").scrollIntoView({ block: "nearest" });
+  if (found.target) { $("target").value = found.target; ask({ target: found.target }); }
 }
+
+// Save and record
+
+$("save-as").onchange = () => { $("save").href = `save?as=${$("save-as").value}`; };
+$("record").onclick = async () => {
+  const asked = new URLSearchParams({ first: $("record-first").value, last: $("record-last").value, rate: $("record-rate").value, as: $("record-as").value });
+  $("record").disabled = true; $("status").textContent = "recording";
+  const answer = await fetch(`record?${asked}`);
+  $("record").disabled = false;
+  if (!answer.ok) { $("status").textContent = await answer.text(); return; }
+  const link = make("a", { href: URL.createObjectURL(await answer.blob()), download: `${state.name}.${$("record-as").value}` });
+  link.click(); URL.revokeObjectURL(link.href);
+  $("status").textContent = "recorded";
+};
 
 // Pointer and keys
 
@@ -272,9 +340,9 @@ stage.addEventListener("wheel", (event) => {
   const box = stage.getBoundingClientRect(), at = [event.clientX - box.left, event.clientY - box.top];
   const next = Math.min(64, Math.max(0.05, zoom * 2 ** (-event.deltaY / 300)));
   offset = offset.map((value, k) => at[k] - (at[k] - value) * next / zoom);
-  zoom = next; place();
+  zoom = next; isFitted = false; place();
 }, { passive: false });
-stage.addEventListener("pointerdown", (event) => { drag = { x: event.clientX, y: event.clientY, offset: [...offset], orbit: [...orbit], moved: false, split: $("compare").value === "both" && event.shiftKey }; stage.setPointerCapture(event.pointerId); });
+stage.addEventListener("pointerdown", (event) => { drag = { x: event.clientX, y: event.clientY, offset: [...offset], orbit: [...orbit], moved: false, mouse: !event.altKey && controls.some((one) => one.name === "iMouse") ? texelAt(event) : null, split: $("compare").value === "both" && event.shiftKey }; stage.setPointerCapture(event.pointerId); });
 stage.addEventListener("pointermove", (event) => {
   const at = texelAt(event);
   if (isInside(at)) { send({ kind: "values", x: at[0], y: at[1] }); hover(at); }
@@ -283,14 +351,26 @@ stage.addEventListener("pointermove", (event) => {
   if (Math.abs(dx) + Math.abs(dy) > 3) drag.moved = true;
   if (!drag.moved) return;
   if (drag.split) { split = Math.min(1, Math.max(0, at[0] / canvas.width)); draw(); }
+  else if (drag.mouse) moveMouse(at, drag.mouse, 1);
   else if (state.camera && !event.altKey) { orbit = [drag.orbit[0] - dx / 200, drag.orbit[1] + dy / 200, orbit[2]]; ask({ orbit }); }
-  else { offset = [drag.offset[0] + dx, drag.offset[1] + dy]; place(); }
+  else { offset = [drag.offset[0] + dx, drag.offset[1] + dy]; isFitted = false; place(); }
 });
 stage.addEventListener("pointerup", (event) => {
   const at = texelAt(event);
-  if (drag && !drag.moved && isInside(at)) { $("pixel-panel").hidden = false; $("pixel").textContent = `computing (${at}) on the reference`; send({ kind: "inspect", x: at[0], y: at[1] }); }
+  if (drag && !drag.moved && isInside(at)) lookInto(at);
+  else if (drag?.moved && drag.mouse) moveMouse(at, drag.mouse, -1);
   drag = null;
 });
+function lookInto(at) {
+  picked = { at, target: state.target }; texels = null;
+  $("pixel-panel").hidden = false; $("pixel").textContent = `computing the lines of (${at})`;
+  drawMarks();
+  send({ kind: "inspect", x: at[0], y: at[1] });
+}
+// As Shadertoy tells the mouse: pixels from the bottom left, then where the button went down, negative once it is up.
+function moveMouse([x, y], [startX, startY], sign) {
+  change("iMouse", [x + 0.5, canvas.height - y - 0.5, sign * (startX + 0.5), sign * (canvas.height - startY - 0.5)], sign < 0);
+}
 function hover([x, y]) {
   const box = $("hover");
   box.style.display = zoom >= 6 ? "block" : "none";
@@ -302,16 +382,17 @@ function showTexel({ x, y, values: found }) {
 }
 document.addEventListener("keydown", (event) => {
   if (event.target.matches("input, select, textarea, button, summary, a") && event.key !== "Escape") return;
-  if (event.key === "Escape") $("pixel-panel").hidden = true;
+  if (event.key === "Escape") closePixel();
   else if (event.key === " ") { event.preventDefault(); play(!playing); }
   else if (event.key === ".") $("step").click();
   else if (event.key === "Home") $("restart").click();
   else if (event.key === "f") fit();
-  else if (event.key === "1") { zoom = 1; offset = [0, 0]; place(); }
+  else if (event.key === "1") { zoom = 1; offset = [0, 0]; isFitted = false; place(); }
   else if (event.key === "z" && (event.ctrlKey || event.metaKey)) $("undo").click();
 });
 
-$("pixel-close").onclick = () => { $("pixel-panel").hidden = true; };
+function closePixel() { $("pixel-panel").hidden = true; drawMarks(); }
+$("pixel-close").onclick = closePixel;
 
 // Files that are dropped
 
@@ -319,10 +400,13 @@ stage.addEventListener("dragover", (event) => { event.preventDefault(); $("drop"
 stage.addEventListener("dragleave", () => { $("drop").hidden = true; });
 stage.addEventListener("drop", async (event) => {
   event.preventDefault(); $("drop").hidden = true;
-  const file = event.dataTransfer.files[0];
-  if (!file) return;
-  const answer = await fetch(`input/${encodeURIComponent(file.name)}`, { method: "PUT", body: file });
-  $("status").textContent = answer.ok ? `input: ${file.name}` : await answer.text();
+  await put("input", event.dataTransfer.files[0]);
 });
+async function put(use, file) {
+  if (!file) return false;
+  const answer = await fetch(`${use}/${encodeURIComponent(file.name)}`, { method: "PUT", body: file });
+  $("status").textContent = answer.ok ? `${use}: ${file.name}` : await answer.text();
+  return answer.ok;
+}
 
 connect();
