@@ -29,8 +29,8 @@ from passgraph.effects import (
     tone_map,
     unsharp,
 )
-from passgraph.effects.pictures.resize import FILTERS as FILTERS_OF_SIZE
-from passgraph.effects.pictures.resize import Filter
+from passgraph.effects.antialias.resize import FILTERS as FILTERS_OF_SIZE
+from passgraph.effects.antialias.resize import Filter
 from passgraph.srgb import srgb_to_linear
 
 FRAME = pg.Input("frame")

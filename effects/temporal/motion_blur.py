@@ -114,7 +114,7 @@ def motion_blur(
     into: pg.TargetSpec | None = None,
     name: str = "motion_blur",
 ) -> pg.Target:
-    """Blur what moves, along its way while the shutter is open.
+    """Blur moving surfaces along their path while the shutter is open.
 
     Parameters
     ----------

@@ -76,7 +76,7 @@ def test_infinite_depth_needs_no_option_and_an_infinite_picture_does() -> None:
 
 
 def test_fxaa_of_linear_light_leaves_infinity_where_it_is() -> None:
-    from passgraph.effects.pictures.fxaa import fxaa
+    from passgraph.effects.antialias.fxaa import fxaa
 
     frame = FRAME.copy()
     frame[15, 20, :3] = np.inf

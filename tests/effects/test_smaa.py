@@ -12,7 +12,7 @@ from PIL import Image
 
 import passgraph as pg
 from passgraph.effects import smaa
-from passgraph.effects.pictures.smaa_areas import areas
+from passgraph.effects.antialias.smaa_areas import areas
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
 from tests.conftest import DEVICES, require
 from tests.effects.smaa_original import FOLDER, Original
