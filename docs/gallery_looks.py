@@ -17,12 +17,14 @@ from passgraph.effects import (
     film_grain,
     fog,
     fxaa,
+    jittered,
     motion_blur,
     outlines,
     smaa,
     soft_shadow,
     soft_shadow_passes,
     supersampled,
+    taa,
     tone_map,
     vignette,
 )
@@ -34,13 +36,16 @@ DUCK, ENLARGED = 2.75, 0.125
 
 def edges() -> list[Panel]:
     scene = standing()
-    shown, size = soft_shadow(scene), (960, 540)
+    shown, seen, size = soft_shadow(scene), soft_shadow_passes(scene, display=False), (960, 540)
+    sampled = {"camera": lambda number: jittered(scene.camera, number, size)}
+    over_frames = tone_map(taa(seen.picture, seen.depth, camera=scene.camera), curve="linear")
     return [
         Panel("none", shown, size=size, middle=ENLARGED),
         Panel("fxaa", fxaa(shown), size=size, middle=ENLARGED),
         Panel("fxaa, quality 39", fxaa(shown, "39"), size=size, middle=ENLARGED),
         Panel("smaa", smaa(shown), size=size, middle=ENLARGED),
         Panel("four samples a pixel", supersampled(shown), size=(1920, 1080), middle=ENLARGED),
+        Panel("taa, 16 frames", over_frames, sampled, size=size, middle=ENLARGED, frames=16),
     ]
 
 
@@ -139,7 +144,8 @@ LOOKS: tuple[Entry, ...] = (
     Entry(
         "Smooth edges", TABLE,
         "The middle of each picture, enlarged. FXAA and SMAA smooth edges of the finished picture; four samples a "
-        "pixel see more of the scene, at four times the work.",
+        "pixel see more of the scene, at four times the work; TAA sees one sample of each pixel in each frame, and "
+        "keeps those of the frames before.",
         edges, 2,
     ),
     Entry(

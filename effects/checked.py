@@ -117,16 +117,18 @@ class Mark:
     takes : what its positional arguments are
     linear : whether pictures of 8 and 16 bits are decoded from sRGB to linear light where nothing else is said
     alpha : what its pictures hold beside alpha
+    encodes : whether it returns colors for a display, not linear light
     """
 
     name: str
     takes: Takes
     linear: bool
     alpha: Alpha = "straight"
+    encodes: bool = False
 
 
 def effect(
-    name: str, takes: Takes = "picture", *, linear: bool = False, alpha: Alpha = "straight"
+    name: str, takes: Takes = "picture", *, linear: bool = False, alpha: Alpha = "straight", encodes: bool = False
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """A decorator: a `checked` function that the command line, the documentation and conformance know by a name.
 
@@ -139,14 +141,18 @@ def effect(
     name : lower-case words with hyphens
     takes : "nothing": it makes its picture of parameters; "picture": a target; "picture+depth": a target and its linear
         depth; "scene": a `passgraph.Scene`; "world2d": a `passgraph.effects.light2d.World2D` and a size
-    linear : whether pictures of 8 and 16 bits are decoded from sRGB to linear light where nothing else is said
+    linear : True for effects on linear light: `apply` decodes pictures of 8 and 16 bits from sRGB, and encodes results
+        that it writes in 8 and 16 bits
     alpha : "premultiplied" for effects that mix pixels: color is multiplied by alpha in what they take and return.
         They leave opaque pictures opaque. "straight": color is not, as in most picture files; for effects on each
         pixel's color. "ignored": alpha is not opacity; the effect gets 1 and the result has the picture's. `apply`
         converts, as does `on_straight_alpha` (`passgraph.effects.pictures.alpha`)
+    encodes : True for an effect that takes linear light and returns colors for a display, such as a tone map
     """
 
-    mark = Mark(text(name, "effect: name"), takes, flag(linear, "effect: linear"), alpha)
+    mark = Mark(
+        text(name, "effect: name"), takes, flag(linear, "effect: linear"), alpha, flag(encodes, "effect: encodes")
+    )
     one_of(takes, "effect: takes", get_args(Takes))
     one_of(alpha, "effect: alpha", get_args(Alpha))
 

@@ -83,6 +83,12 @@ class Effect:
         return bool(self.function.effect.linear)  # type: ignore[attr-defined]
 
     @property
+    def encodes(self) -> bool:
+        """Return True if its results are colors for a display although it takes linear light."""
+        mark = getattr(self.function, "effect", None)
+        return mark is not None and mark.encodes
+
+    @property
     def alpha(self) -> Alpha:
         """Return the alpha mode of the effect, see `passgraph.effects.checked.effect`."""
         mark = getattr(self.function, "effect", None)

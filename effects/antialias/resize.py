@@ -61,10 +61,11 @@ def weight(texel: int, pixel_: int, length: int, made: int, reach: Const[float],
 def resized(color: Image, reach: Const[float], b: Const[float], c: Const[float]) -> vec4:
     """The mean of what a pixel covers, by the filter across and down."""
     at, size, made = pixel(), color.size, output_size()
-    taps_x = int(2.0 * reach) * max(size.x, made.x) // made.x + 2
-    taps_y = int(2.0 * reach) * max(size.y, made.y) // made.y + 2
-    left = ((2 * at.x + 1) * size.x - int(2.0 * reach) * max(size.x, made.x)) // (2 * made.x)
-    top = ((2 * at.y + 1) * size.y - int(2.0 * reach) * max(size.y, made.y)) // (2 * made.y)
+    # of whole numbers of half texels over what is made, as in weight()
+    reach_x, reach_y = int(2.0 * reach) * max(size.x, made.x), int(2.0 * reach) * max(size.y, made.y)
+    left = ((2 * at.x + 1) * size.x - reach_x - made.x) // (2 * made.x) + 1
+    top = ((2 * at.y + 1) * size.y - reach_y - made.y) // (2 * made.y) + 1
+    taps_x, taps_y = (reach_x + made.x - 1) // made.x, (reach_y + made.y - 1) // made.y
     total, total_weight = vec4(0.0), 0.0
     for y in range(taps_y):
         down = weight(top + y, at.y, size.y, made.y, reach, b, c)

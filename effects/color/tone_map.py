@@ -150,7 +150,7 @@ def tone(color: Image, exposure_stops: float, curve: Const[int], encode: Const[b
     return vec4(shown, min(finite(here.a), 1.0))
 
 
-@effect("tone-map", linear=True)
+@effect("tone-map", linear=True, encodes=True)
 def tone_map(
     frame: pg.Target,
     exposure_stops: Exposure | pg.Value | pg.Derived = 0.0,

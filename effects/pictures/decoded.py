@@ -1,4 +1,4 @@
-"""Pictures that an effect reads many times at each pixel, decoded once."""
+"""Decode pictures that an effect reads many times at each pixel, and encode results for files."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import passgraph as pg
 from passgraph import Image, vec4
+from passgraph.effects.color.tone_map import encode_srgb
 
 
 @pg.kernel
@@ -27,3 +28,16 @@ def decoded(color: pg.Target, name: str, stored: str = "rgba16f") -> pg.Target:
         return color
     linear: pg.Target = as_it_is(color, into=pg.target(name, stored, like=color), name=name)
     return linear.border(color.border_rule)
+
+
+@pg.kernel
+def srgb_of(color: Image) -> vec4:
+    light = color[0, 0]
+    return vec4(encode_srgb(light.r), encode_srgb(light.g), encode_srgb(light.b), light.a)
+
+
+def encoded(color: pg.Target) -> pg.Target:
+    """Encode linear light as sRGB, for files that hold integers; alpha stays."""
+    name = f"{color.name}_encoded"
+    result: pg.Target = srgb_of(color, into=pg.target(name, "rgba32f", like=color), name=name)
+    return result

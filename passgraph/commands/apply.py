@@ -179,7 +179,7 @@ def command_of(effect: Effect) -> click.Command:
         "--linear/--as-stored",
         default=effect.linear,
         show_default=True,
-        help="Decode 8- and 16-bit pictures from sRGB to linear light first.",
+        help="Give EFFECT linear light: decode 8- and 16-bit pictures from sRGB, and encode 8- and 16-bit results.",
     )
     @color_space_options(effect)
     @click.pass_context
@@ -199,7 +199,7 @@ def apply_effect(
     depth: Path | None = None, depth_buffer: HardwareDepth | None = None, **options: Any,
 ) -> int:  # fmt: skip
     """One picture or many through an effect that reads them; ``given`` are its parameters."""
-    effect = take_color_spaces(effect, inputs, options)
+    effect = take_color_spaces(effect, inputs, output, options)
     if is_one_picture(inputs, output) and options["frames"] is None and not pictures_beside(effect, given):
         check_no_ramps(effect, given)
         if options["scheduler"] is not None:

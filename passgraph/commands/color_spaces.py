@@ -52,31 +52,37 @@ def color_space_options(effect: Effect) -> Callable[[Decorated], Decorated]:
     return decorate
 
 
-def take_color_spaces(effect: Effect, inputs: tuple[str, ...], options: dict[str, Any]) -> Effect:
+def take_color_spaces(effect: Effect, inputs: tuple[str, ...], output: str, options: dict[str, Any]) -> Effect:
     """Return the effect between its conversions, as ``options`` say; they lose the options of this module.
 
-    With color spaces, pictures are read as they are stored: their color space says how they are decoded.
+    With color spaces, pictures are read as they are stored: their color space says how they are decoded. Without, the
+    results of effects on linear light are encoded for files that hold integers.
     """
     alpha, source, result, config = (options.pop(key) for key in ("alpha", "from_space", "to_space", "color_config"))
     if source is None and result is None:
         if config is not None:
             raise InputError("--color-config goes with --from-space or --to-space")
-        return effect if alpha == "straight" else _converted(effect, alpha, None, None, None)
+        encoded = options["linear"] and not effect.encodes and not _holds_floats(output, inputs)
+        return _converted(effect, alpha, encoded=encoded) if encoded or alpha != "straight" else effect
     if source is None:
         from passgraph.pictures import split_layer
 
         file, _ = split_layer(Path(inputs[0]))
         source = LINEAR if file.suffix.lower() in FLOAT_SUFFIXES else ENCODED
     options["linear"] = False
-    return _converted(effect, alpha, source, result or source, config)
+    return _converted(effect, alpha, source=source, result=result or source, config=config)
 
 
-def _converted(
-    effect: Effect, alpha: Alpha, source: str | None, result: str | None, config: str | None
-) -> ConvertedEffect:
+def _holds_floats(output: str, inputs: tuple[str, ...]) -> bool:
+    """Return True if the files written hold floats; those in a folder have the kind of their inputs."""
+    suffix = Path(output).suffix or Path(inputs[0]).suffix
+    return suffix.lower() in FLOAT_SUFFIXES
+
+
+def _converted(effect: Effect, alpha: Alpha, **conversions: Any) -> ConvertedEffect:
     return ConvertedEffect(
         effect.name, effect.path, effect.takes, effect.summary, effect.loaded,
-        effect=effect, effect_alpha=alpha, source=source, result=result, config=config,
+        effect=effect, effect_alpha=alpha, **conversions,
     )  # fmt: skip
 
 
@@ -84,7 +90,7 @@ def _converted(
 class ConvertedEffect(Effect):
     """An effect whose picture comes in the color space ``source`` and leaves in ``result``, with straight alpha.
 
-    It sees scene-linear light where these are given, and ``effect_alpha``.
+    It sees scene-linear light where these are given, and ``effect_alpha``. ``encoded``: the result is encoded as sRGB.
     """
 
     effect: Effect
@@ -92,6 +98,7 @@ class ConvertedEffect(Effect):
     source: str | None = None
     result: str | None = None
     config: str | None = None
+    encoded: bool = False
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -104,7 +111,7 @@ class ConvertedEffect(Effect):
     def for_opaque(self) -> Effect:
         if self.effect_alpha != self.effect.alpha:
             return self  # what it makes of opaque pictures may be transparent
-        return self.effect if self.source is None else replace(self, effect_alpha="straight")
+        return replace(self, effect_alpha="straight") if self.source is not None or self.encoded else self.effect
 
     def build(self, *taken: Any, **given: Any) -> Any:
         from passgraph.effects.pictures.alpha import on_straight_alpha
@@ -117,6 +124,13 @@ class ConvertedEffect(Effect):
             return result
 
         on_straight = on_straight_alpha(one_target, self.effect_alpha)
+        if self.encoded:
+            from passgraph.effects.pictures.decoded import encoded
+
+            result = (
+                self.effect.build(*taken, **given) if self.effect_alpha == "straight" else on_straight(*taken, **given)
+            )
+            return encoded(result) if isinstance(result, Target) else result
         if self.source is None:
             return on_straight(*taken, **given)
         from passgraph.effects import color_transform

@@ -76,8 +76,8 @@ class EffectSubject:
         """The effect as `apply` runs it: with color times alpha where it mixes pixels that may be transparent."""
         if self._frames is None:
             return effect
-        said = {"alpha": effect.alpha, "from_space": None, "to_space": None, "color_config": None}
-        return take_color_spaces(effect, tuple(self.inputs), said)
+        options = {"alpha": effect.alpha, "from_space": None, "to_space": None, "color_config": None, "linear": False}
+        return take_color_spaces(effect, tuple(self.inputs), "", options)
 
     def _draw(self, effect: Effect, values: Mapping[str, Any]) -> Drawing:
         parameters = dict(values)

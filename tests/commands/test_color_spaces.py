@@ -41,7 +41,7 @@ def test_a_layer_of_a_float_file_is_light(tmp_path: Path) -> None:
     plate = np.ones((2, 3, 3), np.float32) * 0.5
     pg.save(tmp_path / "plate.exr", plate)
     options = {"alpha": "premultiplied", "from_space": None, "to_space": "ACEScct", "color_config": None}
-    effect = take_color_spaces(EFFECTS["bloom"], (f"{tmp_path}/plate.exr:diffuse",), options)
+    effect = take_color_spaces(EFFECTS["bloom"], (f"{tmp_path}/plate.exr:diffuse",), "out.png", options)
     assert isinstance(effect, ConvertedEffect)
     assert (effect.source, effect.result, options) == ("lin_rec709", "ACEScct", {"linear": False})
 
@@ -90,3 +90,32 @@ def test_wrong_spaces_are_told(
     assert run("apply", "gaussian-blur", str(tmp_path / "a.png"), "-o", str(tmp_path / "b.png"), *words) == 2
     assert said in capsys.readouterr().err
     assert not (tmp_path / "b.png").exists()
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".exr"])
+@pytest.mark.parametrize("effect", ["cas", "color-grade", "tilt-shift", "radial-blur", "gaussian-blur --linear"])
+def test_results_in_linear_light_are_encoded_for_files_of_integers(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, effect: str, suffix: str
+) -> None:
+    """Even areas stay as they are, in one file and in several; a file of floats gets linear light."""
+    monkeypatch.chdir(tmp_path)
+    gray = np.full((9, 9, 4), 0.5, np.float32)
+    gray[..., 3] = 1.0
+    for name in ("a", "b"):
+        pg.save(f"{name}.png", gray)
+    assert run("apply", *effect.split(), "a.png", "-o", f"one{suffix}") == 0
+    assert run("apply", *effect.split(), "a.png", "b.png", "-o", f"many%d{suffix}") == 0
+    stored = np.float32(128 / 255)
+    expected = ((stored + 0.055) / 1.055) ** 2.4 if suffix == ".exr" else stored
+    files = sorted(tmp_path.glob(f"[om]*{suffix}"))
+    assert len(files) == 3
+    for file in files:
+        np.testing.assert_allclose(pg.load(file)[4, 4, :3], expected, atol=1e-4, err_msg=file.name)
+
+
+def test_a_tone_map_encodes_by_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    light = np.full((4, 4, 4), 0.25, np.float32)
+    pg.save("light.exr", light)
+    assert run("apply", "tone-map", "light.exr", "-o", "shown.png", "--curve", "linear", "--alpha", "ignored") == 0
+    np.testing.assert_allclose(pg.load("shown.png")[0, 0, 0], 1.055 * 0.25 ** (1 / 2.4) - 0.055, atol=1 / 255)
