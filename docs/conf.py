@@ -19,7 +19,7 @@ import passgraph
 import passgraph.engines
 from passgraph.commands.apply import apply
 from passgraph.commands.entry import COMMANDS
-from passgraph.effects.effect_table import EFFECTS
+from passgraph.effects.effect_table import EFFECTS, by_family
 from passgraph.effects.parameters import Parameter
 from passgraph.language.library import written_function
 from passgraph.language.operations import OPERATIONS
@@ -150,13 +150,15 @@ def shorten_signature(
 def effect_list() -> str:
     """A section for each effect: its name on the command line, its function, and its options."""
     sections = []
-    for effect in EFFECTS.values():
-        module, _, function = effect.path.partition(":")
-        directives = f".. py:currentmodule:: {module}\n\n.. autofunction:: {function}"
-        sections.append(f"## {effect.name}\n\n```{{eval-rst}}\n{directives}\n```\n")
-        rows = [option_row(parameter) for parameter in effect.parameters]
-        if rows:
-            sections.append("\n".join(["| option | values | default |", "|---|---|---|", *rows, ""]))
+    for family, effects in by_family(EFFECTS.values()).items():
+        sections.append(f"## {family}\n")
+        for effect in effects:
+            module, _, function = effect.path.partition(":")
+            directives = f".. py:currentmodule:: {module}\n\n.. autofunction:: {function}"
+            sections.append(f"### {effect.name}\n\n```{{eval-rst}}\n{directives}\n```\n")
+            rows = [option_row(parameter) for parameter in effect.parameters]
+            if rows:
+                sections.append("\n".join(["| option | values | default |", "|---|---|---|", *rows, ""]))
     return "\n".join(sections)
 
 

@@ -44,6 +44,7 @@ from docs.gallery_inputs import (
     street_depth,
     top_view,
 )
+from docs.gallery_light import LIGHT
 from docs.gallery_looks import LOOKS
 from docs.gallery_page import (
     BACKENDS,
@@ -77,6 +78,8 @@ from passgraph.effects import (
     tone_map,
 )
 from passgraph.effects.ambient.ambient_occlusion import ambient_occlusion, ambient_occlusion_passes
+from passgraph.effects.color.tone_map import CURVES
+from passgraph.effects.lens.lens import dirty_lens_bright
 from passgraph.effects.light2d import (
     Wall,
     World2D,
@@ -91,8 +94,6 @@ from passgraph.effects.light2d.grid import reach
 from passgraph.effects.light2d.lens_spots import dirty_lens_map, dirty_lens_spots, light_spots
 from passgraph.effects.light2d.light_map import PENUMBRAS
 from passgraph.effects.light2d.picture import light2d
-from passgraph.effects.pictures.lens import dirty_lens_bright
-from passgraph.effects.pictures.tone_map import CURVES
 from passgraph.effects.shadows.shadow_choice import SHADOW_FILTERS, Blur, BlurWidth
 from passgraph.effects.surfaces.engine_depth import distances
 from tests.benchmarks.memory import table
@@ -424,6 +425,7 @@ ENTRIES: tuple[Entry, ...] = (
         "Dirty lenses", f"{LEVEL_INPUT}; dirt from a random generator",
         "Dirt on what is bright, lamp or not; on spots drawn for this view; on a map of spots made once.", lenses, 2,
     ),
+    *LIGHT,
     *LOOKS,
     *FILTERS,
     *SHADERS,

@@ -12,18 +12,25 @@ from passgraph.effects import (
     bilateral,
     cas,
     color_grade,
+    denoise,
+    distance_field,
     dither,
+    fill,
+    fsr1,
     halftone,
     hue_saturation,
     kuwahara,
     lens_distortion,
     morphology,
     pixelate,
+    resize,
     sepia,
     sobel,
     tone_map,
     unsharp,
 )
+from passgraph.effects.antialias.resize import FILTERS as FILTERS_OF_SIZE
+from passgraph.effects.antialias.resize import Filter
 from passgraph.srgb import srgb_to_linear
 
 FRAME = pg.Input("frame")
@@ -82,6 +89,7 @@ def smooth() -> list[Panel]:
     return [
         Panel("with noise", unchanged(FRAME), noisy),
         Panel("bilateral", bilateral(FRAME, 5, 3.0, 0.25), noisy),
+        Panel("denoise", denoise(FRAME, 0.08, 0.06), noisy),
         Panel("kuwahara", kuwahara(FRAME, 5), noisy),
     ]
 
@@ -107,6 +115,16 @@ def lenses() -> list[Panel]:
     ]
 
 
+def sizes() -> list[Panel]:
+    shown = np.ascontiguousarray(detail(street())[60:144, 60:165])
+    given = {"frame": np.asarray(srgb_to_linear(shown), np.float32)}
+
+    def enlarged(filter: Filter) -> Panel:
+        return Panel(filter, tone_map(resize(FRAME, 4.0, filter), curve="linear"), given)
+
+    return [*map(enlarged, FILTERS_OF_SIZE), Panel("fsr1", fsr1(FRAME, 4.0), {"frame": shown})]
+
+
 def prints() -> list[Panel]:
     near = {"frame": detail(street())}
     light = {"frame": np.asarray(srgb_to_linear(detail(street())), np.float32)}
@@ -117,6 +135,43 @@ def prints() -> list[Panel]:
         Panel("dither, 4 levels", dither(FRAME, 4), near),
         Panel("halftone", tone_map(halftone(FRAME, 5.0), curve="linear"), light),
         Panel("halftone, black", tone_map(halftone(FRAME, 5.0, colored=False), curve="linear"), light),
+    ]
+
+
+def distances() -> list[Panel]:
+    from skimage.data import horse
+
+    shape = np.repeat(1.0 - np.pad(horse(), 20, constant_values=True)[..., None].astype(np.float32), 4, axis=2)
+    unchanged = pg.kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")
+    away = distance_field(FRAME, signed=True)
+    rings = pg.kernel(
+        source="""
+def rings(distance: Image) -> vec4:
+    d = distance[0, 0].r
+    wave = smoothstep(-0.6, 0.6, sin(0.6 * d) / 0.6)
+    return vec4(mix(vec3(0.95, 0.5, 0.1), vec3(0.1, 0.35, 0.6), smoothstep(-1.0, 1.0, d)) * (0.6 + 0.4 * wave), 1.0)
+"""
+    )
+    return [
+        Panel("the shape", unchanged(FRAME), {"frame": shape}),
+        Panel("distance", distance_field(FRAME, unit_px=100.0), {"frame": shape}),
+        Panel("lines of equal distance", rings(away), {"frame": shape}),
+    ]
+
+
+def holes() -> list[Panel]:
+    random, whole = np.random.default_rng(5), np.ones((200, 250, 4), np.float32)
+    whole[..., :3] = detail(street())[..., :3]
+    scratched, (y, x) = whole.copy(), np.mgrid[:200, :250]
+    for left, top, angle, width in random.random((25, 4)) * (250.0, 200.0, 3.2, 1.5):
+        scratched[np.abs((x - left) * np.sin(angle) - (y - top) * np.cos(angle)) < width] = 0.0
+    sparse = np.where(random.random((200, 250, 1)) < 0.15, whole, np.float32(0.0))
+    unchanged = pg.kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")
+    return [
+        Panel("scratches", unchanged(FRAME), {"frame": scratched}),
+        Panel("filled", fill(FRAME), {"frame": scratched}),
+        Panel("15 % of the pixels", unchanged(FRAME), {"frame": sparse}),
+        Panel("filled", fill(FRAME), {"frame": sparse}),
     ]
 
 
@@ -134,8 +189,9 @@ FILTERS: tuple[Entry, ...] = (
     ),
     Entry(
         "Smoothing that keeps edges", f"{MOTORCYCLE}, with noise",
-        "The bilateral filter takes the noise and leaves the picture; the Kuwahara filter paints it with a brush.",
-        smooth, 3, 1.25,
+        "The bilateral filter takes the noise and leaves the picture. Non-local means keep textures that come again. "
+        "The Kuwahara filter paints the picture with a brush.",
+        smooth, 2, 1.25,
     ),
     Entry(
         "Edges and shapes", MOTORCYCLE,
@@ -143,8 +199,20 @@ FILTERS: tuple[Entry, ...] = (
         shapes, 3, 1.25,
     ),
     Entry(
+        "Distance field", "`skimage.data.horse()`",
+        "How far each pixel is from a shape, and from its outside, by flooding in steps that halve.", distances, 3, 1.2,
+    ),
+    Entry(
+        "Filling holes", f"{MOTORCYCLE}, with pixels missing",
+        "What is transparent is filled from what is known around it; what is known stays.", holes, 2, 1.25,
+    ),
+    Entry(
         "Lens distortion", f"{MOTORCYCLE}, with a grid",
         "By the coefficients that OpenCV's calibration gives, and back by the same ones.", lenses, 3,
+    ),
+    Entry(
+        "Sizes", MOTORCYCLE,
+        "105 by 84 pixels, four times as large: by each filter of `resize`, and along edges.", sizes, 3, 1.25,
     ),
     Entry(
         "Squares, dither and dots", MOTORCYCLE,

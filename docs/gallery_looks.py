@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,10 +17,14 @@ from passgraph.effects import (
     film_grain,
     fog,
     fxaa,
+    jittered,
+    motion_blur,
     outlines,
+    smaa,
     soft_shadow,
     soft_shadow_passes,
     supersampled,
+    taa,
     tone_map,
     vignette,
 )
@@ -31,12 +36,16 @@ DUCK, ENLARGED = 2.75, 0.125
 
 def edges() -> list[Panel]:
     scene = standing()
-    shown, size = soft_shadow(scene), (960, 540)
+    shown, seen, size = soft_shadow(scene), soft_shadow_passes(scene, display=False), (960, 540)
+    sampled = {"camera": lambda number: jittered(scene.camera, number, size)}
+    over_frames = tone_map(taa(seen.picture, seen.depth, camera=scene.camera), curve="linear")
     return [
         Panel("none", shown, size=size, middle=ENLARGED),
         Panel("fxaa", fxaa(shown), size=size, middle=ENLARGED),
         Panel("fxaa, quality 39", fxaa(shown, "39"), size=size, middle=ENLARGED),
+        Panel("smaa", smaa(shown), size=size, middle=ENLARGED),
         Panel("four samples a pixel", supersampled(shown), size=(1920, 1080), middle=ENLARGED),
+        Panel("taa, 16 frames", over_frames, sampled, size=size, middle=ENLARGED, frames=16),
     ]
 
 
@@ -66,6 +75,19 @@ def focus() -> list[Panel]:
     ]
 
 
+def motion() -> list[Panel]:
+    scene = standing()
+    seen, now = soft_shadow_passes(scene, display=False), scene.camera
+    aside = replace(now, eye=(1.2, 1.4, 2.8))
+    near = replace(now, eye=(1.7, 1.71, 2.95))
+
+    def since(before: pg.Camera) -> pg.Target:
+        blurred = motion_blur(seen.picture, seen.depth, camera=now, previous_camera=before)
+        return tone_map(blurred, curve="linear")
+
+    return [Panel("aside", since(aside)), Panel("forward", since(near))]
+
+
 def highlights() -> list[Panel]:
     y, x = np.mgrid[0:360, 0:640]
     lamps = np.zeros((360, 640, 4), np.float32)
@@ -76,11 +98,16 @@ def highlights() -> list[Panel]:
     lamps[..., 3] = 1.0
     given = {"frame": lamps, "depth": np.full((360, 640, 1), 30.0, np.float32)}
 
-    def through(blades: int) -> pg.Target:
-        blurred = depth_of_field(FRAME, pg.Input("depth"), 2.0, 1.8, 85.0, blades=blades, taps=160)
-        return tone_map(blurred, curve="reinhard")
+    def through(label: str, blades: int, **options: float) -> Panel:
+        blurred = depth_of_field(FRAME, pg.Input("depth"), 2.0, 1.8, 85.0, blades=blades, taps=160, **options)  # type: ignore[arg-type]
+        return Panel(label, tone_map(blurred, curve="reinhard"), given)
 
-    return [Panel("round", through(0), given, middle=0.5), Panel("six blades", through(6), given, middle=0.5)]
+    return [
+        through("round", 0),
+        through("six blades", 6),
+        through("six blades, turned", 6, rotation_rad=0.26),
+        through("round, a rim that narrows corners", 0, cats_eye=0.8),
+    ]
 
 
 def lines() -> list[Panel]:
@@ -116,8 +143,9 @@ TABLE = "`table/table.obj` and `duck.obj` of pybullet's data"
 LOOKS: tuple[Entry, ...] = (
     Entry(
         "Smooth edges", TABLE,
-        "The middle of each picture, enlarged. FXAA smooths edges of the finished picture; four samples a pixel see "
-        "more of the scene, at four times the work.",
+        "The middle of each picture, enlarged. FXAA and SMAA smooth edges of the finished picture; four samples a "
+        "pixel see more of the scene, at four times the work; TAA sees one sample of each pixel in each frame, and "
+        "keeps those of the frames before.",
         edges, 2,
     ),
     Entry(
@@ -134,7 +162,12 @@ LOOKS: tuple[Entry, ...] = (
     ),
     Entry(
         "Highlights out of focus", "lamps from a random generator",
-        "Points become discs, or polygons of the aperture's blades, and keep their light.", highlights, 2,
+        "Points become discs, or polygons of the aperture's blades; the front rim of a lens narrows them in corners.",
+        highlights, 2,
+    ),
+    Entry(
+        "Motion blur", TABLE,
+        "A shutter that is open for half a frame, from one picture, its depth and two cameras.", motion, 2,
     ),
     Entry(
         "Outlines", f"{TABLE}; `samurai_monastry.obj`",

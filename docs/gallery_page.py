@@ -53,7 +53,7 @@ class Panel:
     ----------
     label : stands in the picture and in the table
     target : what is shown
-    given : inputs and values of the run
+    given : inputs and values of each run; of what is a function, its result for the number of the frame
     size : (width, height) in pixels in place of the entry's
     middle : share of the width and height that is shown
     frames : the one that is shown is so many frames after the beginning
@@ -151,10 +151,10 @@ def shown(panel: Panel, entry: Entry, backends: dict[str, Backend | None], timed
         if backend is not None:
             with pg.compile(panel.target, backend, size) as program:
                 if timed:
-                    taken[name] = milliseconds(program, panel.given)
+                    taken[name] = milliseconds(program, given_at(panel, 0))
                     program.reset()
-                for _ in range(panel.frames):
-                    program.run(**panel.given)
+                for number in range(panel.frames):
+                    program.run(**given_at(panel, number))
                 pictures.append(program.read()[panel.target.name])
     if not pictures:
         raise SystemExit("gallery: no backend is here")
@@ -169,6 +169,11 @@ def shown(panel: Panel, entry: Entry, backends: dict[str, Backend | None], timed
         made = ImageOps.pad(whole, (width, height), filter, (160, 160, 160))
     _write_label(made, panel.label)
     return made, Timed(panel.label, (picture.shape[1], picture.shape[0]), taken, apart)
+
+
+def given_at(panel: Panel, number: int) -> dict[str, Any]:
+    """What a run of a panel is given for one frame."""
+    return {name: value(number) if callable(value) else value for name, value in panel.given.items()}
 
 
 def _eight_bits(picture: Picture) -> NDArray[np.uint8]:

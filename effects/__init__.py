@@ -1,8 +1,9 @@
 """Effects: functions from targets (or a scene) to targets, in families.
 
 Reading order: annotations, checked, quantities, parameters, effect_table: how a signature is all that is said of an
-effect; `pictures`; `surfaces`, what effects on scenes draw first; `shadows`; then `ambient`, `planar_shadows` and
-`light2d`; `screen`, on an engine's picture and depth; `temporal`, over several frames.
+effect. On pictures: `color`, `filters`, `antialias`, `lens`, `style`, and `pictures`, which these share. On scenes:
+`surfaces`, what such effects draw first; `shadows`; then `ambient`, `planar_shadows` and `light2d`. On an engine's
+picture and depth: `screen`. Over several frames: `temporal`.
 
 A new effect is a function under `effect` in a file of its own in one of these folders, or in another package that names
 it as an entry point of the group ``passgraph.effects``; the command line, conformance and the tests find it by that.
@@ -22,33 +23,38 @@ if TYPE_CHECKING:
         occlusion,
     )
     from passgraph.effects.ambient.contact import Contact, contact, contact_passes
+    from passgraph.effects.antialias.fsr1 import fsr1
+    from passgraph.effects.antialias.fxaa import fxaa
+    from passgraph.effects.antialias.resize import resize
+    from passgraph.effects.antialias.smaa import smaa
+    from passgraph.effects.antialias.supersampled import supersampled
     from passgraph.effects.checked import effect
+    from passgraph.effects.color.auto_exposure import auto_exposure
+    from passgraph.effects.color.black_and_white import black_and_white
+    from passgraph.effects.color.color_grade import color_grade
+    from passgraph.effects.color.color_transform import color_transform
+    from passgraph.effects.color.hue_saturation import hue_saturation
+    from passgraph.effects.color.sepia import sepia
+    from passgraph.effects.color.tone_map import tone_map
     from passgraph.effects.effect_table import EFFECTS
-    from passgraph.effects.pictures.auto_exposure import auto_exposure
-    from passgraph.effects.pictures.bilateral import bilateral
-    from passgraph.effects.pictures.black_and_white import black_and_white
-    from passgraph.effects.pictures.bloom import bloom
-    from passgraph.effects.pictures.blur import depth_aware_blur, gaussian_blur
-    from passgraph.effects.pictures.cas import cas
-    from passgraph.effects.pictures.chromatic_aberration import chromatic_aberration
-    from passgraph.effects.pictures.color_grade import color_grade
-    from passgraph.effects.pictures.color_transform import color_transform
-    from passgraph.effects.pictures.dither import dither
-    from passgraph.effects.pictures.film_grain import film_grain
-    from passgraph.effects.pictures.fxaa import fxaa
-    from passgraph.effects.pictures.halftone import halftone
-    from passgraph.effects.pictures.hue_saturation import hue_saturation
-    from passgraph.effects.pictures.kuwahara import kuwahara
-    from passgraph.effects.pictures.lens_distortion import lens_distortion
-    from passgraph.effects.pictures.median import median
-    from passgraph.effects.pictures.morphology import morphology
-    from passgraph.effects.pictures.pixelate import pixelate
-    from passgraph.effects.pictures.sepia import sepia
-    from passgraph.effects.pictures.sobel import sobel
-    from passgraph.effects.pictures.supersampled import supersampled
-    from passgraph.effects.pictures.tone_map import tone_map
-    from passgraph.effects.pictures.unsharp import unsharp
-    from passgraph.effects.pictures.vignette import vignette
+    from passgraph.effects.filters.bilateral import bilateral
+    from passgraph.effects.filters.blur import depth_aware_blur, gaussian_blur
+    from passgraph.effects.filters.cas import cas
+    from passgraph.effects.filters.denoise import denoise
+    from passgraph.effects.filters.distance_field import distance_field
+    from passgraph.effects.filters.fill import fill
+    from passgraph.effects.filters.median import median
+    from passgraph.effects.filters.morphology import morphology
+    from passgraph.effects.filters.radial_blur import radial_blur
+    from passgraph.effects.filters.sobel import sobel
+    from passgraph.effects.filters.tilt_shift import tilt_shift
+    from passgraph.effects.filters.unsharp import unsharp
+    from passgraph.effects.lens.bloom import bloom
+    from passgraph.effects.lens.chromatic_aberration import chromatic_aberration
+    from passgraph.effects.lens.film_grain import film_grain
+    from passgraph.effects.lens.god_rays import god_rays
+    from passgraph.effects.lens.lens_distortion import lens_distortion
+    from passgraph.effects.lens.vignette import vignette
     from passgraph.effects.planar_shadows.planar import Planar, planar, planar_passes
     from passgraph.effects.screen.contact_shadow import contact_shadow
     from passgraph.effects.screen.depth_of_field import depth_of_field
@@ -70,8 +76,13 @@ if TYPE_CHECKING:
         Vsm,
     )
     from passgraph.effects.shadows.soft_shadow import SoftShadow, soft_shadow, soft_shadow_passes
+    from passgraph.effects.style.dither import dither
+    from passgraph.effects.style.halftone import halftone
+    from passgraph.effects.style.kuwahara import kuwahara
+    from passgraph.effects.style.pixelate import pixelate
     from passgraph.effects.surfaces.g_buffer import SceneSurfaces, scene_surfaces
     from passgraph.effects.temporal.jitter import jitter_px, jittered
+    from passgraph.effects.temporal.motion_blur import motion_blur
     from passgraph.effects.temporal.taa import taa
     from passgraph.effects.temporal.velocity import camera_velocity
 
@@ -80,8 +91,8 @@ _MODULES = {
     "ambient.ambient_occlusion": ("AmbientOcclusion Occlusion ambient_occlusion ambient_occlusion_passes occlusion"),
     "ambient.contact": "Contact contact contact_passes",
     "checked": "effect",
-    "pictures.blur": "depth_aware_blur gaussian_blur",
-    "pictures.supersampled": "supersampled",
+    "filters.blur": "depth_aware_blur gaussian_blur",
+    "antialias.supersampled": "supersampled",
     "planar_shadows.planar": "Planar planar planar_passes",
     "effect_table": "EFFECTS",
     "screen.shadowed": "shadowed",
@@ -146,16 +157,21 @@ __all__ = [
     "contact",
     "contact_passes",
     "contact_shadow",
+    "denoise",
     "depth_aware_blur",
     "depth_of_field",
+    "distance_field",
     "dither",
     "effect",
+    "fill",
     "film_grain",
     "five_pass",
     "five_pass_targets",
     "fog",
+    "fsr1",
     "fxaa",
     "gaussian_blur",
+    "god_rays",
     "halftone",
     "hue_saturation",
     "jitter_px",
@@ -164,20 +180,25 @@ __all__ = [
     "lens_distortion",
     "median",
     "morphology",
+    "motion_blur",
     "occluded",
     "occlusion",
     "outlines",
     "pixelate",
     "planar",
     "planar_passes",
+    "radial_blur",
+    "resize",
     "scene_surfaces",
     "sepia",
     "shadowed",
+    "smaa",
     "sobel",
     "soft_shadow",
     "soft_shadow_passes",
     "supersampled",
     "taa",
+    "tilt_shift",
     "tone_map",
     "unsharp",
     "vignette",

@@ -6,7 +6,7 @@ Importing it loads no effect, and neither does listing: built-in ones are read a
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -24,6 +24,20 @@ if TYPE_CHECKING:
 
 #: Entry points of other packages: ``name = "module:function"``, the function made with `passgraph.effects.effect`.
 GROUP = "passgraph.effects"
+#: Folder of a built-in effect → its family, in the order in which help and documentation list them.
+FAMILIES = {
+    "color": "Color",
+    "filters": "Filters",
+    "antialias": "Antialiasing and scaling",
+    "lens": "Camera and light",
+    "style": "Style",
+    "screen": "Pictures with depth",
+    "temporal": "Motion",
+    "shadows": "Scenes",
+    "ambient": "Scenes",
+    "planar_shadows": "Scenes",
+    "light2d": "Flat worlds",
+}
 
 
 @dataclass(frozen=True)
@@ -33,7 +47,7 @@ class Effect:
     Attributes
     ----------
     name : such as "tone-map"
-    path : module and function, ``"passgraph.effects.pictures.tone_map:tone_map"``
+    path : module and function, ``"passgraph.effects.color.tone_map:tone_map"``
     takes : what its positional arguments are, see `passgraph.effects.checked.effect`
     summary : the first line of its docstring
     loaded : the function where it is here already, as of a file that was just run; else it is imported
@@ -44,6 +58,12 @@ class Effect:
     takes: Takes
     summary: str
     loaded: Callable[..., Any] | None = None
+
+    @property
+    def family(self) -> str:
+        """Return one of :data:`FAMILIES`, or "Others" for an effect of another package or a user's file."""
+        folders = self.path.removeprefix("passgraph.effects.").split(".")
+        return FAMILIES.get(folders[0], "Others")
 
     @cached_property
     def function(self) -> Callable[..., Any]:
@@ -111,6 +131,14 @@ class _Effects(Mapping[str, Effect]):
 
 
 EFFECTS: Mapping[str, Effect] = _Effects()
+
+
+def by_family(effects: Iterable[Effect]) -> dict[str, list[Effect]]:
+    """Sort effects into their families, in the order of :data:`FAMILIES`; families without effects are left out."""
+    families: dict[str, list[Effect]] = {title: [] for title in (*FAMILIES.values(), "Others")}
+    for effect in effects:
+        families[effect.family].append(effect)
+    return {title: found for title, found in families.items() if found}
 
 
 @cache

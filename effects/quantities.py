@@ -17,6 +17,8 @@ NotNegative = Annotated[float, pg.Range(0)]
 Share = Annotated[float, pg.Range(0, 1)]
 #: Scene-linear red, green and blue.
 Color = Annotated[tuple[float, float, float], pg.Range(0)]
+#: Of a place in the picture, as a share of its width or height; 0 to 1 is inside.
+Place = Annotated[float, pg.Range(-8, 9)]
 #: A place or a height in a scene or world.
 Height = Annotated[float, pg.Range(None, None, "scene units")]
 #: A length, a distance or a width that may be nothing.

@@ -114,3 +114,53 @@ def test_each_picture_of_a_run_keeps_its_own(tmp_path: Path, how: str) -> None:
     if how != "one":
         with Image.open(out / "p.2.png") as second:
             assert "icc_profile" not in second.info
+
+
+def _kept(file: Path) -> set[str]:
+    """The metadata of a file, by the words of docs/frames.md."""
+    import OpenImageIO
+
+    image = OpenImageIO.ImageInput.open(str(file))
+    names = {entry.name for entry in image.spec().extra_attribs}
+    image.close()
+    found = {"ICC": "ICCProfile", "EXIF": "Make", "resolution": "XResolution", "time code": "smpte:TimeCode"}
+    return {word for word, name in found.items() if name in names}
+
+
+def _documented() -> dict[str, set[str]]:
+    """Suffix → the last column of the table of formats."""
+    text = (Path(__file__).parents[1] / "docs/frames.md").read_text(encoding="utf-8")
+    rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| ")]
+    rows = [row for row in rows if len(row) == 5 and row[2] not in ("written", "–")]
+    suffixes = {"JPEG": ".jpg", "OpenEXR": ".exr", "JPEG XL": ".jxl"}
+    return {
+        suffixes.get(name, f".{name.lower()}"): {word for word in row[4].split(", ") if word != "–"}
+        for row in rows
+        for name in row[0].split(", ")
+    }
+
+
+def test_the_documented_metadata_goes_along(tmp_path: Path) -> None:
+    import OpenImageIO
+
+    exif = Image.Exif()
+    exif[0x010F] = "Camera"
+    profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
+    Image.new("RGB", (3, 2)).save(tmp_path / "photo.jpg", exif=exif, icc_profile=profile, dpi=(150, 150))
+    spec = OpenImageIO.ImageSpec(3, 2, 3, "half")
+    spec.attribute("smpte:TimeCode", OpenImageIO.TypeDesc("timecode"), (0x01020304, 0))
+    plate = OpenImageIO.ImageOutput.create("plate.exr")
+    plate.open(str(tmp_path / "plate.exr"), spec)
+    plate.write_image(np.zeros((2, 3, 3), np.float16))
+    plate.close()
+    documented = _documented()
+    assert len(documented) == 14
+    for suffix, expected in documented.items():
+        if suffix == ".npy":  # an array alone
+            continue
+        kept: set[str] = set()
+        picture = np.ones((2, 3, 1 if suffix == ".pgm" else 4), np.float32)
+        for like in ("photo.jpg", "plate.exr"):
+            pg.save(tmp_path / f"out{suffix}", picture, like=tmp_path / like)
+            kept |= _kept(tmp_path / f"out{suffix}")
+        assert kept == expected, suffix

@@ -15,8 +15,8 @@ from passgraph.effects.ambient.occlusion_filter import denoise as denoise_line
 from passgraph.effects.ambient.occlusion_filter import enlarge, linearised, linearised_half
 from passgraph.effects.ambient.occlusion_search import hemisphere_visibility, horizon_visibility
 from passgraph.effects.checked import checked, effect
+from passgraph.effects.color.tone_map import tone_map
 from passgraph.effects.effect_options import picture_of
-from passgraph.effects.pictures.tone_map import tone_map
 from passgraph.effects.quantities import Color, NotNegative, Reach, Share
 from passgraph.effects.shadows.shadow_light import ambient_light
 from passgraph.effects.shadows.soft_shadow import soft_shadow_passes
@@ -230,7 +230,7 @@ def ambient_occlusion_passes(
 @effect("ambient-occlusion", "scene")
 @picture_of(ambient_occlusion_passes)
 def ambient_occlusion() -> None:
-    """A scene with soft shadows whose light from all around is dimmed in corners and near contacts.
+    """Render a scene with soft shadows and with ambient light that corners and contacts darken.
 
     Parameters
     ----------

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import Const, Image, clamp, discard, front_facing, mat4, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import checked, effect
+from passgraph.effects.color.tone_map import tone_map
 from passgraph.effects.effect_options import picture_of
-from passgraph.effects.pictures.tone_map import tone_map
 from passgraph.effects.quantities import Height, Reach, Share
 from passgraph.effects.shadows.shadow_light import multiply
 from passgraph.effects.shadows.soft_shadow import SoftShadow, soft_shadow_passes
@@ -331,7 +331,7 @@ def contact_passes(
 @effect("contact", "scene")
 @picture_of(contact_passes)
 def contact() -> None:
-    """A scene with soft shadows, and its floor darkened near contacts.
+    """Render a scene with soft shadows, and darken its floor near contacts.
 
     Parameters
     ----------

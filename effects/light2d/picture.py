@@ -9,15 +9,15 @@ from typing import Literal
 import passgraph as pg
 from passgraph import Image, exp2, floor, ivec2, pixel, uv, vec2, vec3, vec4
 from passgraph.effects.checked import effect
+from passgraph.effects.color.tone_map import tone_map
+from passgraph.effects.lens.lens import dirt_texture, dirty_lens_bright
 from passgraph.effects.light2d.grid import distance_grid, occlusion, reach
 from passgraph.effects.light2d.lens_spots import dirty_lens_map, dirty_lens_spots, light_spots
 from passgraph.effects.light2d.light_map import Draws, Penumbra, light_map, lit
 from passgraph.effects.light2d.sprites import Near, moving_shadows
 from passgraph.effects.light2d.world import Window
 from passgraph.effects.light2d.world_file import World2D
-from passgraph.effects.pictures.lens import dirt_texture, dirty_lens_bright
 from passgraph.effects.pictures.stretched import Spot, in_window, quads
-from passgraph.effects.pictures.tone_map import tone_map
 from passgraph.effects.quantities import Exposure, NotNegative, Share
 
 Lens = Literal["none", "bright", "spots", "map"]
@@ -61,7 +61,7 @@ def light2d(
     display: bool = True,
     name: str = "light2d",
 ) -> pg.Target:
-    """A flat world seen from above.
+    """Render a flat world from above, with lights, walls and soft shadows.
 
     Parameters
     ----------

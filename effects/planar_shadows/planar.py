@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import Const, Image, clamp, discard, dot, exp, mat3, mat4, normalize, smoothstep, vec2, vec3, vec4
 from passgraph.effects.checked import checked, effect
+from passgraph.effects.color.tone_map import tone_map
 from passgraph.effects.effect_options import picture_of
-from passgraph.effects.pictures.tone_map import tone_map
 from passgraph.effects.quantities import Color, Height, NotNegative, Share, Width
 from passgraph.effects.shadows.shadow_light import KINDS, light_at
 from passgraph.effects.surfaces.batches import batches, merged
@@ -454,7 +454,7 @@ def planar_passes(
 @effect("planar", "scene")
 @picture_of(planar_passes)
 def planar() -> None:
-    """A scene that is mirrored in, and throws shadows on, a plane parallel to XOZ, in fog.
+    """Render a scene with its mirror image and its shadows on a plane parallel to XOZ, in fog.
 
     Parameters
     ----------

@@ -51,11 +51,14 @@ class ThinLens:
         return radius, radius * focus_distance
 
 
-def aperture_places(count: int, blades: int, crowded: bool = False) -> tuple[tuple[float, float, float, float], ...]:
+def aperture_places(
+    count: int, blades: int, rotation_rad: float = 0.0, crowded: bool = False
+) -> tuple[tuple[float, float, float, float], ...]:
     """Places all over an aperture as wide as 1: x, y, how far out, 1 being the rim, and the area that each stands for.
 
-    A round one, or a polygon of so many blades with the area of the round one, standing on a corner.  Areas are 1 on
-    average: of equal size, or ``crowded`` toward the middle, as many within each distance as far out as that is.
+    A round one, or a polygon of so many blades with the area of the round one, standing on a corner where it is not
+    turned.  Areas are 1 on average: of equal size, or ``crowded`` toward the middle, as many within each distance as
+    far out as that is.
 
     >>> [round(value, 2) for value in aperture_places(4, 0)[3]]
     [0.74, 0.57, 0.94, 1.0]
@@ -64,7 +67,7 @@ def aperture_places(count: int, blades: int, crowded: bool = False) -> tuple[tup
     for number in range(count):
         share, angle = (number + 0.5) / count, number * GOLDEN_ANGLE
         out = share if crowded else sqrt(share)
-        far = out * _rim(angle, blades)
+        far = out * _rim(angle - rotation_rad, blades)
         places.append((far * sin(angle), far * cos(angle), out, 2.0 * out if crowded else 1.0))
     return tuple(places)
 
@@ -74,5 +77,14 @@ def _rim(angle: float, blades: int) -> float:
     if blades == 0:
         return 1.0
     part = 2.0 * pi / blades
-    corner = sqrt(part / sin(part))  # of the polygon whose area is pi
-    return corner * cos(0.5 * part) / cos(angle % part - 0.5 * part)
+    return corner_radius(blades) * cos(0.5 * part) / cos(angle % part - 0.5 * part)
+
+
+def corner_radius(blades: int) -> float:
+    """How far out the corners of an aperture are: those of the polygon whose area is that of a disc of radius 1.
+
+    >>> corner_radius(0), round(corner_radius(4), 3)
+    (1.0, 1.253)
+    """
+    part = 2.0 * pi / blades if blades else 0.0
+    return sqrt(part / sin(part)) if blades else 1.0

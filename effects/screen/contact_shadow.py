@@ -110,7 +110,7 @@ def contact_shadow(
     into: pg.TargetSpec | None = None,
     name: str = "contact_shadow",
 ) -> pg.Target:
-    """A picture with short shadows where its depth shows something between a surface and the light.
+    """Add short shadows where the depth shows something between a surface and the light.
 
     Parameters
     ----------

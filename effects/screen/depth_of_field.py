@@ -8,11 +8,11 @@ from math import sqrt as _sqrt
 from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Image, clamp, floor, ivec2, mix, output_size, pixel, smoothstep, sqrt, vec2, vec3, vec4
+from passgraph import Image, clamp, floor, ivec2, length, mix, output_size, pixel, smoothstep, sqrt, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
-from passgraph.effects.quantities import Reach
-from passgraph.effects.screen.aperture import ThinLens, aperture_places
+from passgraph.effects.quantities import Reach, Share
+from passgraph.effects.screen.aperture import ThinLens, aperture_places, corner_radius
 
 #: Half the size: blurred pictures have no detail that they would lose by it.
 HALF = 0.5
@@ -123,11 +123,21 @@ def widest_around_by(tiles: int) -> Any:
 
 
 @lru_cache(maxsize=16)
-def gathers(taps: int, blades: int) -> tuple[Any, Any]:
+def gathers(taps: int, blades: int, rotation_rad: float, cats_eye: float) -> tuple[Any, Any]:
     """The kernels that gather the layer behind and the layer before the plane of focus."""
-    places = aperture_places(taps, blades)
+    places = aperture_places(taps, blades, rotation_rad)
     # blurs much smaller than the widest around are to be met by some
-    crowded = aperture_places(taps, blades, crowded=True)
+    crowded = aperture_places(taps, blades, rotation_rad, crowded=True)
+    rim = corner_radius(blades)
+
+    @pg.function
+    def passed(at: vec2, size: ivec2, place: vec2, radius: float) -> float:
+        """Whether the lens's front rim lets light of a place of the picture through to a place of the aperture.
+
+        Seen from the side, the rim is a circle that is shifted against the aperture; its edge is as wide as a pixel.
+        """
+        shift = cats_eye * (2.0 * at - vec2(size)) / length(vec2(size))
+        return clamp((rim - length(place + shift)) * radius + 0.5, 0.0, 1.0)
 
     @pg.kernel
     def behind(back: Image) -> vec4:
@@ -143,6 +153,9 @@ def gathers(taps: int, blades: int) -> tuple[Any, Any]:
             # what is sharper lies in front, and is seen here as far as its own blur reaches
             own = min(there.a, radius)
             seen = disc(own, places[i][2] * radius) * (radius * radius) if own >= 0.0 else 0.0
+            if cats_eye > 0.0:
+                place = vec2(places[i][0], places[i][1]) * (radius / max(own, 0.5))
+                seen *= passed(at, back.size, place, own)
             total += there.rgb * seen
             weight += seen
         return vec4(total / weight, 1.0)
@@ -154,17 +167,24 @@ def gathers(taps: int, blades: int) -> tuple[Any, Any]:
         if most == 0.0:
             return vec4(0.0), vec4(0.0)
         around = most + 0.5
-        covered, filled = vec4(0.0), vec4(0.0)
+        covered, filled, lens = vec4(0.0), vec4(0.0), 0.0
         for i in range(taps):
-            at = ivec2(floor(vec2(pixel()) + 0.5 + vec2(crowded[i][0], crowded[i][1]) * around))
+            place = vec2(crowded[i][0], crowded[i][1])
+            at = ivec2(floor(vec2(pixel()) + 0.5 + place * around))
             own = reach.texel(at).r
             if own > 0.0:
-                covered += front.texel(at) * (disc(own, crowded[i][2] * around) * (crowded[i][3] * around * around))
+                seen = disc(own, crowded[i][2] * around) * (crowded[i][3] * around * around)
+                if cats_eye > 0.0:
+                    seen *= passed(vec2(at) + 0.5, front.size, place * (around / max(own, 0.5)), own)
+                covered += front.texel(at) * seen
+            if cats_eye > 0.0:
+                # what the rim hides is no part of the lens
+                lens += crowded[i][3] * passed(vec2(pixel()) + 0.5, front.size, place, around)
             hidden = back.texel(at)
             if hidden.a >= 0.0:
                 # a guess must not invent light: lamps count little
                 filled += vec4(hidden.rgb, 1.0) * crowded[i][3] / (1.0 + max(hidden.r, hidden.g, hidden.b))
-        covered = covered / float(taps)
+        covered = covered / (max(lens, 0.5) if cats_eye > 0.0 else float(taps))
         return covered / max(covered.a, 1.0), filled / float(taps)
 
     return behind, before
@@ -238,6 +258,8 @@ def depth_of_field(
     sensor_height_mm: Annotated[float, pg.Range(1, 500, "mm")] = 24.0,
     unit_m: Annotated[float, pg.Range(0, None, "metres", above=True)] = 1.0,
     blades: Annotated[int, pg.Range(0, 16)] = 0,
+    rotation_rad: Annotated[float, pg.Range(-7, 7, "radians")] = 0.0,
+    cats_eye: Share = 0.0,
     widest_px: Annotated[int, pg.Range(1, 128, "px")] = 32,
     taps: Annotated[int, pg.Range(4, 256)] = 96,
     into: pg.TargetSpec | None = None,
@@ -255,6 +277,9 @@ def depth_of_field(
     sensor_height_mm : 24 is full frame
     unit_m : metres of a scene unit
     blades : corners of the aperture, and of highlights; 0 is round, else 3 or more
+    rotation_rad : of the blades, counterclockwise from standing on a corner
+    cats_eye : how much the lens's front rim narrows highlights off the axis: its shift against the aperture in the
+        picture's corners, in radii. Only their shape changes; corners do not darken
     widest_px : radii above this are cut off
     taps : places at which the aperture is sampled
     into : where it goes; left out, float16 with the name ``name``
@@ -294,7 +319,7 @@ def depth_of_field(
 
     layers = (half("back"), half("front"), half("reach", "r16f"))
     back, front, reach = halved(color, circles, into=layers, name=f"{name}_layers")
-    behind, before = gathers(taps, blades)
+    behind, before = gathers(taps, blades, rotation_rad, cats_eye)
     fill_behind, fill_before = fillings(taps)
     gathered = behind(back, into=half("far_taps"), name=f"{name}_far_taps")
     far = fill_behind(gathered, back, into=half("far"), name=f"{name}_far")

@@ -81,7 +81,7 @@ def fog(
     into: pg.TargetSpec | None = None,
     name: str = "fog",
 ) -> pg.Target:
-    """A picture in fog that thickens with the distance, and thins with the height.
+    """Add fog that thickens with distance and thins with height.
 
     Parameters
     ----------

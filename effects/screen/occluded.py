@@ -38,7 +38,7 @@ def occluded(
     into: pg.TargetSpec | None = None,
     name: str = "occluded",
 ) -> pg.Target:
-    """A picture dimmed by the ambient occlusion that its depth shows.
+    """Darken a picture by the ambient occlusion of its depth.
 
     Parameters
     ----------

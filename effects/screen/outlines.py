@@ -86,7 +86,7 @@ def outlines(
     into: pg.TargetSpec | None = None,
     name: str = "outlines",
 ) -> pg.Target:
-    """Draw lines along silhouettes and creases, as a drawing has them.
+    """Draw lines along silhouettes and creases.
 
     Parameters
     ----------

@@ -12,8 +12,8 @@ import numpy as np
 import passgraph as pg
 from passgraph import Const, Image, discard, length, mat3, mat4, output_size, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import checked, effect
+from passgraph.effects.color.tone_map import encode_srgb
 from passgraph.effects.effect_options import picture_of
-from passgraph.effects.pictures.tone_map import encode_srgb
 from passgraph.effects.quantities import Color, MapSize, NotNegative
 from passgraph.effects.shadows.five_pass_blur import BlurKernel, WeightsFrom, blur_mask
 from passgraph.effects.shadows.shadow_filters import caster_at, receiver_at
@@ -178,7 +178,7 @@ def five_pass_targets(
 @effect("five-pass", "scene")
 @picture_of(five_pass_targets)
 def five_pass() -> None:
-    """A scene under one light with a soft shadow, in the five passes of 2006.
+    """Render a scene under one light with a soft shadow, in the five passes of 2006.
 
     Parameters
     ----------

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import passgraph as pg
-from passgraph.effects.pictures.blur import gaussian_blur
+from passgraph.effects.filters.blur import gaussian_blur
 from passgraph.effects.quantities import mapped
 from passgraph.effects.shadows.moment_maps import MomentView, blurred_moments
 from passgraph.effects.shadows.nearest_casters import nearest_casters

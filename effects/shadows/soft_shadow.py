@@ -10,10 +10,10 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects.checked import checked, effect
+from passgraph.effects.color.tone_map import Curve, tone_map
 from passgraph.effects.effect_options import picture_of
+from passgraph.effects.filters.blur import gaussian_blur
 from passgraph.effects.parameters import Called
-from passgraph.effects.pictures.blur import gaussian_blur
-from passgraph.effects.pictures.tone_map import Curve, tone_map
 from passgraph.effects.quantities import Color, Exposure, MapSize, NotNegative, Share, Width
 from passgraph.effects.shadows.lighting import Lighting
 from passgraph.effects.shadows.shadow_blur import blur_along_surfaces
@@ -141,7 +141,7 @@ def soft_shadow_passes(
 @effect("soft-shadow", "scene")
 @picture_of(soft_shadow_passes)
 def soft_shadow() -> None:
-    """A scene with soft shadows: a shadow map a light, one mask of all shadows, times the lit scene.
+    """Render a scene with soft shadows: one shadow map per light, one mask of all, times the lit scene.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def soft_shadow() -> None:
         before the background is as opaque as that
     hdr_format : of the lit picture (RTT1 and RTT4); "rgb32f" is 96-bit HDR
     exposure_stops : brightness before the curve, factor 2 a stop
-    curve : how high values are compressed. See `passgraph.effects.pictures.tone_map.tone_map`
+    curve : how high values are compressed. See `passgraph.effects.color.tone_map.tone_map`
     display : return an 8-bit sRGB picture; off, the scene-linear HDR target
 
     Returns

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from passgraph.effects.pictures.tone_map import tone_map
+from passgraph.effects.color.tone_map import tone_map
 from passgraph.effects.shadows.five_pass import DARKEST, five_pass_targets
 from passgraph.effects.shadows.shadow_choice import Blur, Evsm4, Hard, Msm, Pcf, Pcss, Penumbra, Vsm
 from passgraph.effects.shadows.soft_shadow import SoftShadow, soft_shadow_passes

@@ -46,7 +46,7 @@ from passgraph.commands.written_files import (
     tell_of_lost_bits,
     tell_of_several,
 )
-from passgraph.effects.effect_table import EFFECTS, Effect
+from passgraph.effects.effect_table import EFFECTS, Effect, by_family
 from passgraph.errors import InputError
 from passgraph.files.frame import MOST_JOBS, Source
 from passgraph.files.names import Pattern, is_film, is_video
@@ -64,7 +64,8 @@ OUTPUT = (
     "sequence (out.%04d.png), a video (.mp4 .mov .mkv .webm), an animation (.gif .apng), or - for a stream."
 )
 OUTPUT_OF_NOTHING = (
-    "Picture to write: .png .jpg .tif .webp (8 bit), .exr .npy (float32); with --frames as many, a video or a .gif."
+    "Picture to write: .png .jpg .tif .webp (8 bits), .exr .npy (float32). "
+    "With --frames: a sequence, a video or a .gif."
 )
 
 
@@ -77,15 +78,14 @@ def frames_option(subject: str) -> Callable[[Decorated], Decorated]:
         "--frames",
         type=click.IntRange(1, MOST_FRAMES),
         metavar="NUMBER",
-        help=f"Make so many frames of {subject}, for what changes with time or over frames (NUMBER..NUMBER).",
+        help=f"Number of frames made of {subject}, for parameters that change (NUMBER..NUMBER) and effects with time.",
     )
 
 
 bits_option = click.option(
     "--bits",
     type=click.Choice(["8", "16"]),
-    help="Bits per channel where the format holds them: .png .tif .jxl 8 or 16, .exr 16 (half) or 32.  "
-    "[default: as the input, else 8; .exr 32]",
+    help="Bits per channel: .png .tif .jxl 8 or 16, .exr 16 (half) or 32.  [default: as the input, else 8; .exr 32]",
 )
 
 
@@ -93,10 +93,15 @@ def video_options(command: Decorated) -> Decorated:
     """Add the options for writing videos."""
     for option in (
         click.option(
-            "--codec-option", multiple=True, metavar="KEY=VALUE", help="Option of the encoder, such as crf=23."
+            "--codec-option",
+            multiple=True,
+            metavar="KEY=VALUE",
+            help="Option of the encoder, such as crf=23; may be repeated.",
         ),
-        click.option("--codec", metavar="NAME", help="Encoder of videos, such as libx265; left out, the source's."),
-        click.option("--rate", metavar="NUMBER", help="Frames a second of a video made of pictures.  [default: 25]"),
+        click.option(
+            "--codec", metavar="NAME", help="Encoder of videos, such as libx265.  [default: that of the source]"
+        ),
+        click.option("--rate", metavar="NUMBER", help="Frames per second of a video made of pictures.  [default: 25]"),
     ):
         command = option(command)
     return command
@@ -108,8 +113,9 @@ class _Effects(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands like click, without importing each effect."""
-        with formatter.section("Effects"):
-            formatter.write_dl([(name, EFFECTS[name].summary) for name in self.list_commands(ctx)])
+        for family, effects in by_family(EFFECTS[name] for name in self.list_commands(ctx)).items():
+            with formatter.section(family):
+                formatter.write_dl([(effect.name, effect.summary) for effect in effects])
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         effect = named_effect(cmd_name)
@@ -120,17 +126,19 @@ class _Effects(click.Group):
 
 @click.command(cls=_Effects, subcommand_metavar="EFFECT|FILE[:NAME] INPUT... -o OUTPUT [OPTIONS]")
 def apply() -> None:
-    """Apply EFFECT to pictures, sequences and videos; or an effect or kernel of FILE.py, a file of yours (it is run);
-    or a shader file (ISF .fs, gl-transitions and Shadertoy .glsl, exports .json, mpv .hook, libretro .glslp, .frag),
-    which is only parsed.
+    """Apply an effect to pictures, sequences and videos.
+
+    EFFECT is a built-in effect. FILE is a Python file of yours with an effect or kernel (it is run), or a shader file
+    (ISF .fs, gl-transitions and Shadertoy .glsl, exports .json, mpv .hook, libretro .glslp, .frag; it is parsed and
+    not run).
 
     Each INPUT is a picture (PNG, JPEG, TIFF, WebP, OpenEXR, npy), a folder of them, a quoted wildcard ("*.png"), a
     numbered sequence (shot.%04d.exr or shot.####.exr), a video, an animation (GIF, APNG, WebP), or - for PNG pictures
     on standard input.
 
-    Numbers of an effect may change over the frames: --progress 0..1 goes from 0 at the first to 1 at the last.
+    Numeric parameters may change over the frames: --progress 0..1 goes from 0 at the first frame to 1 at the last.
 
-    `passgraph apply EFFECT --help` shows the effect's parameters, and `passgraph apply FILE.py --help` those of yours.
+    `passgraph apply EFFECT --help` and `passgraph apply FILE.py --help` list the parameters.
     """
 
 
@@ -148,15 +156,17 @@ def command_of(effect: Effect) -> click.Command:
         "-j",
         type=click.IntRange(1, MOST_JOBS),
         metavar="NUMBER",
-        help="Threads that read and write frames; left out, one a core, at most 8.",
+        help="Threads that read and write frames.  [default: one per core, at most 8]",
     )
     @click.option(
         "--scheduler",
         metavar="ADDRESS",
-        help="Frames are computed by the workers of a dask scheduler, such as tcp://host:8786.",
+        help="Compute frames on the workers of a dask scheduler, such as tcp://host:8786.",
     )
-    @click.option("--resume", is_flag=True, help="Leave out what is there already, whole and newer than its input.")
-    @click.option("--raw", metavar="WxH:LAYOUT@RATE", help="Streams (-) are raw pixels, such as 640x480:rgb24@25.")
+    @click.option("--resume", is_flag=True, help="Skip outputs that are complete and newer than their input.")
+    @click.option(
+        "--raw", metavar="WxH:LAYOUT@RATE", help="Format of raw pixels in streams (-), such as 640x480:rgb24@25."
+    )
     @bits_option
     @video_options
     @frames_option("one picture")
@@ -213,7 +223,7 @@ def apply_effect(
 def generator_command(effect: Effect) -> click.Command:
     """The subcommand of an effect that makes its picture of parameters alone."""
 
-    @click.command(effect.name, help=f"{effect.summary}  Makes its picture without another.")
+    @click.command(effect.name, help=f"{effect.summary}  Reads no picture.")
     @click.argument("inputs", metavar="", nargs=-1, type=click.Path())
     @click.option("--output", "-o", required=True, type=click.Path(path_type=Path), help=OUTPUT_OF_NOTHING)
     @backend_option

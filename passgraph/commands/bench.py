@@ -151,11 +151,20 @@ DEFAULT_FRAMES = 9
     metavar="FOLDER",
     help="Folder for report.html, results.csv, results.json, plots and pictures.",
 )
-@click.option("--backend", "-b", "backends", multiple=True, type=BackendType(), help="May be repeated.")
-@click.option("--method", "-m", "methods", multiple=True, metavar="NAME", help="May be repeated; without it all.")
-@click.option("--exact", metavar="NAME", help="Of FILE.py: the output that others are held against.")
 @click.option(
-    "--input", "-i", "inputs", multiple=True, type=InputType(), help="Of FILE.py: an input; else one is made."
+    "--backend", "-b", "backends", multiple=True, type=BackendType(), help="Backend to measure; may be repeated."
+)
+@click.option(
+    "--method", "-m", "methods", multiple=True, metavar="NAME", help="Shadow method; may be repeated.  [default: all]"
+)
+@click.option("--exact", metavar="NAME", help="With FILE.py: the exact output, which the others are compared with.")
+@click.option(
+    "--input",
+    "-i",
+    "inputs",
+    multiple=True,
+    type=InputType(),
+    help="With FILE.py: picture of an input.  [default: a generated one]",
 )
 @click.option(
     "--map-size",
@@ -166,9 +175,9 @@ DEFAULT_FRAMES = 9
     help="Texels along each side of shadow maps; may be repeated.",
 )
 @size_option()
-@click.option("--frames", type=click.IntRange(1, 1000), metavar="NUMBER", help="Frames that are timed, of each method.")
-@click.option("--quick", is_flag=True, help="One scene, small, one map size: minutes become seconds.")
-@click.option("--list", "listed", is_flag=True, help="Show scenes and methods, and stop.")
+@click.option("--frames", type=click.IntRange(1, 1000), metavar="NUMBER", help="Frames to time for each method.")
+@click.option("--quick", is_flag=True, help="One small scene and one map size: seconds instead of minutes.")
+@click.option("--list", "listed", is_flag=True, help="List scenes and methods, and exit.")
 def bench(
     sources: tuple[str, ...], output: Path, backends: tuple[str, ...], methods: tuple[str, ...],
     exact: str | None, inputs: tuple[tuple[str, Path], ...], map_sizes: tuple[int, ...], size: tuple[int, int] | None,
@@ -176,9 +185,11 @@ def bench(
 ) -> None:  # fmt: skip
     """Measure time against error.
 
-    Of every shadow method on SCENEs: frames, against traced rays.  A SCENE is one of --list, or a file; without one
-    all that are here are measured.  Of a Python module of yours, FILE.py (it is run): each of its ``outputs``, a
-    mapping from names to targets, against the one that is --exact.
+    With SCENEs, compare frames of every shadow method with ray tracing. A SCENE is a name from --list, or a file; by
+    default, all available scenes are measured.
+
+    With FILE.py, a Python module of yours (it is run), compare its ``outputs``, a mapping from names to targets, with
+    the output named by --exact.
     """
     from passgraph.bench.metrics import check_installed
 

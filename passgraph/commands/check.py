@@ -227,29 +227,42 @@ class Golden:
 
 @click.command()
 @click.argument("file", metavar="FILE[:NAME]|EFFECT")
-@click.option("--input", "-i", "inputs", multiple=True, type=InputType(), help="Picture of an input; else one is made.")
+@click.option(
+    "--input", "-i", "inputs", multiple=True, type=InputType(), help="Picture of an input.  [default: a generated one]"
+)
 @click.option(
     "--set",
     "settings",
     multiple=True,
     type=SettingType(),
-    help="A value of the run: a number, a vector (1,2,3), a matrix row by row (1,0;0,1), true or false.",
+    help="Set a run value: a number, a vector (1,2,3), a matrix row by row (1,0;0,1), true or false.",
 )
-@click.option("--size", type=SizeType(), help=f"Size of what is made. [default: {MADE_SIZE[0]}x{MADE_SIZE[1]}]")
-@click.option("--backend", "-b", "backends", multiple=True, type=BackendType(), help="Without it all that are here.")
+@click.option("--size", type=SizeType(), help=f"Size of generated pictures. [default: {MADE_SIZE[0]}x{MADE_SIZE[1]}]")
+@click.option(
+    "--backend",
+    "-b",
+    "backends",
+    multiple=True,
+    type=BackendType(),
+    help="Backend to check; may be repeated.  [default: all available]",
+)
 @most_ambiguous_option
 @most_seconds_option
 @click.option(
     "--ends", type=click.IntRange(0, 1 << 10), default=MOST_ENDS, show_default=True, metavar="N",
-    help="Runs more of a graph at most, each with one value at an end of its range; 0: none.",
+    help="Most further runs of a graph, each with one value at an end of its range.",
 )  # fmt: skip
-@click.option("--stress", is_flag=True, help="Run again with extreme values in made pictures, and report that apart.")
-@click.option("--allow-nan", is_flag=True, help="Pass NaN and infinity that the reference computes too.")
-@click.option("--golden", type=click.Path(path_type=Path), metavar="FOLDER", help="Compare with what is recorded here.")
-@click.option("--record", is_flag=True, help="With --golden: write inputs and outputs there instead.")
+@click.option(
+    "--stress", is_flag=True, help="Run again with extreme values in generated pictures; reported separately."
+)
+@click.option("--allow-nan", is_flag=True, help="Accept NaN and infinity if the reference computes them too.")
+@click.option(
+    "--golden", type=click.Path(path_type=Path), metavar="FOLDER", help="Compare with the recording in this folder."
+)
+@click.option("--record", is_flag=True, help="With --golden: record inputs and outputs instead.")
 @click.option(
     "--golden-steps", type=click.IntRange(0, 1 << 30), default=0, show_default=True, metavar="N",
-    help="Steps of the target's format (of floats: ulp) that values may lie from what is recorded.",
+    help="Allowed distance from the recording, in steps of the target's format (of floats: ulp).",
 )  # fmt: skip
 def check(
     file: str,
@@ -266,15 +279,17 @@ def check(
     record: bool,
     golden_steps: int,
 ) -> int:
-    """Check FILE on every backend: a Python module of yours (it is run), or kernels as text (only parsed).  Or EFFECT.
+    """Compare every backend with the reference on your own kernels.
 
-    Of a module its ``outputs`` are checked (a target, several, or a mapping), else its targets, else its effects on
-    pictures, else each of its kernels.  Said first is whether backends made the same bits; then whether each is within
-    what rounding allows. NaN and infinity fail, also where the reference computes them (--allow-nan). Where rounding
-    may turn too many decisions, or bounds are too wide, the verdict is undecided. What passes is run again with values
-    at the ends of their ranges, and with --stress with extreme values in the pictures that are made for it.
+    FILE is a Python module (it is run), the text of a kernel (it is parsed and not run), or the name of a built-in
+    effect. In a module, its ``outputs`` are checked (a target, several, or a mapping), else its targets, else its
+    effects on pictures, else each of its kernels.
 
-    Exit status: 0 all passed and as recorded, 1 something differs or is undecided, 2 an error.
+    The report says first if all backends give the same bits, then if each is within the bounds of rounding. NaN and
+    infinity fail, unless --allow-nan accepts those of the reference. The verdict is undecided if rounding can change
+    too many decisions, or if bounds are too wide. What passes is run again with values at the ends of their ranges.
+
+    Exit status: 0 everything passes and equals its recording, 1 something differs or is undecided, 2 an error.
     """
     from passgraph.commands.named import named_graphs
     from passgraph.verify.oracle.time_limit import TimeLimit

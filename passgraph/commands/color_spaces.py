@@ -29,16 +29,16 @@ def color_space_options(effect: Effect) -> Callable[[Decorated], Decorated]:
     options = (
         click.option(
             "--alpha", type=click.Choice(get_args(Alpha)), default=effect.alpha, show_default=True,
-            help="What EFFECT gets: color times alpha (divided again behind it), color as it is, or color without "
+            help="Input of EFFECT: color times alpha (the result is divided again), color as it is, or color without "
             "alpha, which the result gets back.",
         ),
         click.option(
             "--to-space", metavar="NAME",
-            help="Color space to write, of an OpenColorIO config.  [default: that of --from-space]",
+            help="Color space of the output, by its OpenColorIO name.  [default: that of --from-space]",
         ),
         click.option(
             "--from-space", metavar="NAME",
-            help="Color space of INPUT, of an OpenColorIO config; the effect gets scene-linear light.  "
+            help="Color space of INPUT, by its OpenColorIO name; the effect gets scene-linear light.  "
             "[default, with --to-space: linear Rec. 709 for float files, sRGB for others]",
         ),
         click.option("--color-config", metavar="FILE", help="OpenColorIO config, or ocio://NAME.  [default: $OCIO]"),

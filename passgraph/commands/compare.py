@@ -30,17 +30,17 @@ COMPARE_SIZE = (160, 90)
 
 @click.command(cls=EffectCommand)
 @click.argument("source", metavar="[SCENE_OR_PICTURE]", required=False, type=click.Path(path_type=Path))
-@effect_option("What is computed")
+@effect_option("Effect to compute")
 @click.option(
     "--backend",
     "-b",
     "backends",
     multiple=True,
     type=BackendType(),
-    help="Backend to test; may be repeated. Without it all.",
+    help="Backend to test; may be repeated.  [default: all available]",
 )
 @size_option(COMPARE_SIZE)
-@click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that take one.")
+@click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that need one.")
 @click.option("--linear", is_flag=True, help="Decode 8- and 16-bit pictures from sRGB to linear light first.")
 @most_ambiguous_option
 @most_seconds_option
@@ -57,13 +57,14 @@ def compare(
     most_seconds: float | None,
     **_: Any,
 ) -> int:
-    """Run an effect on every backend and hold each render target against the float64 reference.
+    """Compare each render target of an effect on every backend with the float64 reference.
 
-    Each pass works on the reference's pictures, so that a difference is its own.  What it may write follows from
-    the rounding that each operation and format allows; where rounding may turn a decision (a comparison, which
-    texel is read), the pixel counts as ambiguous; where too many are, nothing is decided.  NaN and infinity in the
-    place of numbers do not pass, though bounds allow them.  Exit status: 0 all passed, 1 a backend diverges, fails
-    or is undecided, 2 an error.  Pictures keep their own size.
+    Each pass reads the reference's pictures, so a difference belongs to that pass. Bounds follow from the rounding of
+    each operation and format. A pixel is ambiguous if rounding can change a decision (a comparison, the choice of a
+    texel); too many ambiguous pixels leave the target undecided. NaN and infinity fail where the reference has
+    numbers. Pictures keep their own size.
+
+    Exit status: 0 everything passes, 1 a backend diverges, fails or is undecided, 2 an error.
     """
     chosen = named_or_refused(ctx, source)
     with progress("reading") as say:

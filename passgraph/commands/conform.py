@@ -21,16 +21,21 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.option("--backend", "-b", required=True, type=BackendType(), help="The backend to test; built in or your own.")
-@click.option("--group", "-g", "groups", multiple=True, help="Run this group of cases only; may be repeated.")
-@click.option("--quick", is_flag=True, help="Leave out cases that are near others.")
-@click.option("--report", type=click.Path(path_type=Path), metavar="FILE.html", help="Write a page with pictures.")
-@click.option("--json", "json_path", type=click.Path(path_type=Path), metavar="FILE.json", help="Write every figure.")
+@click.option(
+    "--backend", "-b", required=True, type=BackendType(), help="Backend to test: built in, or of an installed package."
+)
+@click.option("--group", "-g", "groups", multiple=True, help="Run only this group of cases; may be repeated.")
+@click.option("--quick", is_flag=True, help="Run fewer cases: skip those that resemble others.")
+@click.option("--report", type=click.Path(path_type=Path), metavar="FILE.html", help="Write a report with pictures.")
+@click.option(
+    "--json", "json_path", type=click.Path(path_type=Path), metavar="FILE.json", help="Write all results as data."
+)
 def conform(backend: str, groups: tuple[str, ...], quick: bool, report: Path | None, json_path: Path | None) -> int:
     """Run the conformance suite on a backend: every operation, format, draw state and effect, on small pictures.
 
-    Each render target of each pass must lie within the bounds that follow from the rounding which operations and
-    formats allow.  A case is vacuous where too much of it hangs on rounding to say anything; it does not pass.
+    Each render target of each pass must lie within the bounds that follow from the rounding of operations and
+    formats. A case is vacuous, and does not pass, if rounding leaves too many of its pixels undecided.
+
     Exit status: 0 every case passes, 1 some do not, 2 an error.
     """
     from passgraph.verify.conformance import cases, run

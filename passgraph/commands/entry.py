@@ -25,26 +25,26 @@ TRACEBACK_VARIABLE = "PASSGRAPH_TRACEBACK"
 GARBAGE_AFTER = 100_000
 #: What the process ends with, in every command.
 STATUS = {
-    0: "done; where something is compared, all is within bounds and as recorded",
-    1: "something that was compared differs or is undecided, a case did not pass, or some frames could not be made",
-    2: "an error, told on stderr",
+    0: "success; everything compared is within bounds and equal to its recording",
+    1: "a comparison differs or is undecided, a case does not pass, or some frames failed",
+    2: "an error; the message is on stderr",
     130: "interrupted (Ctrl-C)",
-    141: "the reader of the output went away (as in: passgraph backends | head -1); nothing is said",
+    141: "the reader closed the pipe (as in: passgraph backends | head -1); no message is printed",
     143: "terminated (SIGTERM)",
 }
 #: Commands by name, each with its one line for the list; a command is imported when it is used.
 COMMANDS = {
     "render": "Render a scene with an effect to a picture.",
     "apply": "Apply an effect to pictures, sequences and videos.",
-    "compare": "Hold every backend against the reference, pass by pass.",
+    "compare": "Compare every backend with the reference, pass by pass.",
     "conform": "Run the conformance suite on a backend.",
-    "check": "Hold every backend against the reference on your own kernels.",
-    "inspect": "Show every value of every line of a kernel at one pixel.",
-    "backends": "Show which backends and devices are here.",
-    "fuzz": "Make up kernels, graphs and draws and hold every backend against the reference.",
-    "bench": "Measure shadow methods: time against error.",
-    "plan": "Explain what runs for an effect, in which order and memory.",
-    "view": "Show an effect live in the browser while its file and parameters change.",
+    "check": "Compare every backend with the reference on your own kernels.",
+    "inspect": "Show the values of every line of a kernel at one pixel.",
+    "backends": "List the available backends and devices.",
+    "fuzz": "Test backends with random kernels, graphs and draws.",
+    "bench": "Measure time against error, of shadow methods or your own graphs.",
+    "plan": "Explain the plan of an effect: order, fusion and memory.",
+    "view": "Show an effect live in the browser, with sliders and hot reload.",
 }
 
 

@@ -29,42 +29,44 @@ KINDS = ("kernels", "graphs", "draws", "variants")
 @click.command()
 @click.option(
     "--minutes", type=FiniteRange(0.0, 10_000.0), default=1.0, show_default=True, metavar="N",
-    help="How long new cases are run; shrinking a failure may take two more.",
+    help="Time for new cases; shrinking a failure may take two minutes more.",
 )  # fmt: skip
 @click.option(
     "--seed",
     type=click.IntRange(0, 2**31),
     default=0,
     show_default=True,
-    help="Decides which cases; the same seed gives the same ones in the same order.",
+    help="Random seed; the same seed gives the same cases in the same order.",
 )
 @click.option(
     "--backend", "-b", "backends", multiple=True, type=BackendType(),
-    help="Backend to test; may be repeated. Without it all that are here.",
+    help="Backend to test; may be repeated.  [default: all available]",
 )  # fmt: skip
 @click.option(
     "--what",
     type=click.Choice((*KINDS, "all")),
     default="all",
     show_default=True,
-    help="What is made up; variants are kernels and their rewritten forms.",
+    help="Kind of cases; variants are kernels and their rewritten forms.",
 )
 @click.option(
     "--failures", type=click.Path(path_type=Path), default=Path("fuzz-failures"), show_default=True,
-    metavar="FOLDER", help="Where each failure is written, shrunk.",
+    metavar="FOLDER", help="Folder for shrunk failures.",
 )  # fmt: skip
 @click.option(
     "--replay",
     type=click.Path(path_type=Path),
     metavar="FILE",
-    help="Run this file (or all of a folder) again instead.",
+    help="Run this file, or all of a folder, again instead.",
 )
 def fuzz(minutes: float, seed: int, backends: tuple[str, ...], what: str, failures: Path, replay: Path | None) -> int:
-    """Make up kernels, graphs and draws and hold every backend against the float64 reference.
+    """Test backends with random kernels, graphs and draws, against the float64 reference.
 
-    Every target of every pass must lie within what rounding allows; rewritten kernels, optimisations and second
-    runs must give the same bits.  A failure is shrunk to the least that fails and written to a file that is data:
-    its texts are parsed, never executed.  Exit status: 0 nothing found, 1 something, 2 an error.
+    Every target of every pass must lie within the bounds of rounding. Rewritten kernels, optimizations and second
+    runs must give the same bits. A failure is shrunk to the smallest case that fails, and written to a file of plain
+    data; its texts are parsed and never executed.
+
+    Exit status: 0 nothing found, 1 a failure, 2 an error.
     """
     try:
         import passgraph.verify.fuzz.search  # noqa: F401

@@ -29,16 +29,16 @@ class PixelType(click.ParamType[tuple[int, int]]):
 
 @click.command(cls=EffectCommand)
 @click.argument("source", metavar="[SCENE_OR_PICTURE]", required=False, type=click.Path(path_type=Path))
-@effect_option("What is looked into")
-@click.option("--at", required=True, type=PixelType(), help="The pixel: column and row, 0,0 at the top left.")
+@effect_option("Effect to inspect")
+@click.option("--at", required=True, type=PixelType(), help="Column and row of the pixel; 0,0 is at the top left.")
 @click.option(
     "--pass",
     "step",
     metavar="NAME",
-    help="A pass or a draw, as `passgraph plan` names it; NAME 2 is the second of that name.  [default: last]",
+    help="Pass or draw by its name in `passgraph plan`; NAME 2 is the second of that name.  [default: the last]",
 )
 @size_option(RENDER_SIZE)
-@click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that take one.")
+@click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that need one.")
 @click.option("--linear", is_flag=True, help="Decode 8- and 16-bit pictures from sRGB to linear light first.")
 @click.pass_context
 def inspect(
@@ -52,14 +52,13 @@ def inspect(
     linear: bool,
     **_: Any,
 ) -> None:
-    """Show every value of every line of a kernel at one pixel, in float64, by the reference.
+    """Show the values of every line of a kernel at one pixel, computed by the reference in float64.
 
-    Branches are shown with whether they hold, loops with their first and last trips.  Of a draw: which triangles cover
-    the pixel, in order, with their depths and which tests they pass; then the fragment kernel's lines for the visible
-    one and a few others, with what the vertex kernel gave for their corners.
+    Branches show if they are taken, loops their first and last trips. For a draw, the triangles that cover the pixel
+    are listed in order, with their depths and the tests that they pass. The fragment kernel's lines follow for the
+    visible triangle and a few others, with the results of the vertex kernel for their corners.
 
-    Passes before the one that is looked into run on the reference too, which takes its time on large pictures.
-    Pictures keep their own size.
+    Earlier passes run on the reference too, which is slow on large pictures. Pictures keep their own size.
     """
     from passgraph.run.compile import compile
 

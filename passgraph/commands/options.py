@@ -13,7 +13,7 @@ from click.core import ParameterSource
 
 from passgraph.arguments import near
 from passgraph.commands.named import is_named, named_effect
-from passgraph.effects.effect_table import EFFECTS, Effect
+from passgraph.effects.effect_table import EFFECTS, Effect, by_family
 from passgraph.errors import BackendError, InputError, PassgraphError
 from passgraph.graph.targets import MAX_SIDE
 from passgraph.run.finite_checks import CHOICES
@@ -111,12 +111,12 @@ def capture_option(command: Decorated) -> Decorated:
         "--capture",
         type=click.Path(path_type=Path),
         metavar="FOLDER",
-        help="Write what every pass wrote: a PNG to look at and the exact values as npy.",
+        help="Write the result of every pass: as PNG to look at, and as npy with the exact values.",
     )(command)
 
 
 def profile_option(command: Decorated) -> Decorated:
-    return click.option("--profile", is_flag=True, help="Time each pass of a few more runs, one by one.")(command)
+    return click.option("--profile", is_flag=True, help="Time each pass separately, in a few more runs.")(command)
 
 
 def non_finite_option(command: Decorated) -> Decorated:
@@ -125,7 +125,7 @@ def non_finite_option(command: Decorated) -> Decorated:
         type=click.Choice(CHOICES),
         default="error",
         show_default=True,
-        help="NaN and infinity in the input: an error, replaced (by 0 and the largest number), or kept.",
+        help="NaN and infinity in the input: an error, replace them (by 0 and the largest number), or keep them.",
     )(command)
 
 
@@ -133,7 +133,7 @@ def check_finite_option(command: Decorated) -> Decorated:
     return click.option(
         "--check-finite",
         is_flag=True,
-        help="Name the first pass and pixel that make NaN or infinity; slow.",
+        help="Find the first pass and pixel that produce NaN or infinity; slow.",
     )(command)
 
 
@@ -291,8 +291,11 @@ class EffectCommand(click.Command):
                     formatter.write_dl(rows)
         if not ctx.meta.get(_NAMED):
             # Showing the parameters of all would load all, a second's work, and fill four screens.
-            with formatter.section(f"Effects ({ctx.command_path} --effect NAME --help shows the parameters of one)"):
-                formatter.write_dl([(one.name, one.summary) for one in self.effects()])
+            formatter.write_paragraph()
+            formatter.write_text(f"Effects; {ctx.command_path} --effect NAME --help shows the parameters of one:")
+            for family, effects in by_family(self.effects()).items():
+                with formatter.section(family):
+                    formatter.write_dl([(effect.name, effect.summary) for effect in effects])
 
 
 def effect_option(what: str) -> Callable[[Decorated], Decorated]:

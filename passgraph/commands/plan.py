@@ -16,15 +16,15 @@ from passgraph.writing import write_text
 
 @click.command(cls=EffectCommand)
 @click.argument("source", metavar="[SCENE_OR_PICTURE]", required=False, type=click.Path(path_type=Path))
-@effect_option("What is planned")
+@effect_option("Effect to plan")
 @size_option(RENDER_SIZE)
-@click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that take one.")
-@click.option("--svg", type=click.Path(path_type=Path), metavar="FILE", help="Draw the plan into an SVG file too.")
+@click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that need one.")
+@click.option("--svg", type=click.Path(path_type=Path), metavar="FILE", help="Draw the plan as SVG.")
 @click.option(
     "--off",
     multiple=True,
     type=click.Choice(["cull", "fuse", "order", "alias", "static"]),
-    help="Leave an optimisation out.",
+    help="Switch off an optimization; may be repeated.",
 )
 @click.pass_context
 def plan(
@@ -37,7 +37,7 @@ def plan(
     off: tuple[str, ...],
     **_: Any,
 ) -> None:
-    """Explain the plan of an effect: steps in order, memory, and what was left out, fused or shared.
+    """Explain the plan of an effect: the order of steps, their memory, and what is culled, fused or aliased.
 
     No driver is needed and nothing runs.  Pictures keep their own size.
     """

@@ -44,8 +44,8 @@ def antialias_option(command: Decorated) -> Decorated:
     return click.option(
         "--antialias",
         type=click.Choice(get_args(Antialias)),
-        help="How edges are smoothed: fxaa in the finished picture; ssaa4 by four samples a pixel, at four times the "
-        "work; none.  [default: fxaa for pictures for display, none for HDR]",
+        help="Antialiasing: fxaa in the finished picture, or ssaa4 by four samples per pixel, at four times the "
+        "work.  [default: fxaa for display, none for HDR]",
     )(command)
 
 
@@ -81,10 +81,10 @@ def smoothed(job: Job, antialias: Antialias, display: bool, is_transparent: bool
 
 def _smooth(output: Target, antialias: Antialias, display: bool, is_transparent: bool) -> Target:
     if antialias == "ssaa4":
-        from passgraph.effects.pictures.supersampled import supersampled
+        from passgraph.effects.antialias.supersampled import supersampled
 
         return supersampled(output, display, straight=is_transparent)
-    from passgraph.effects.pictures.fxaa import fxaa
+    from passgraph.effects.antialias.fxaa import fxaa
 
     if not is_transparent:
         return fxaa(output)
@@ -158,11 +158,11 @@ class RenderCommand(EffectCommand):
 
 @click.command(cls=RenderCommand)
 @click.argument("scene", required=False, type=click.Path(path_type=Path))
-@click.option("--effect", "-e", default="soft-shadow", show_default=True, help="What renders it.")
+@click.option("--effect", "-e", default="soft-shadow", show_default=True, help="Effect that renders the scene.")
 @backend_option
 @size_option(RENDER_SIZE)
 @view_options
-@click.option("--rate", metavar="NUMBER", help="Frames a second of a turntable's video.  [default: 25]")
+@click.option("--rate", metavar="NUMBER", help="Frames per second of a turntable's video.  [default: 25]")
 @antialias_option
 @output_option
 @capture_option
@@ -186,10 +186,8 @@ def render(
 ) -> int:
     """Render SCENE (.glb .gltf .obj .off .ply .stl; .json for light2d) with an effect.
 
-    Without SCENE it is the one that comes with passgraph.
-
-    Into .exr and .npy goes the HDR result, without the transform for display.
-    Where nothing is said, the camera stands so that what is in SCENE fills the picture, and what has no floor gets one.
+    Without SCENE, the scene that comes with passgraph is rendered. By default, the camera shows the whole scene, and a
+    scene without a floor gets one. Files .exr and .npy get the HDR result, without the display transform.
     """
     assert isinstance(ctx.command, EffectCommand)
     renderer = ctx.command.effect_of(ctx)

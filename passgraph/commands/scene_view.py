@@ -74,53 +74,52 @@ def view_options(command: Decorated) -> Decorated:
     """The options of a `View`; the command gets them by its fields' names."""
     numbers: dict[str, Any] = {"type": FiniteRange(), "metavar": "DEG"}
     options = [
-        click.option("--azimuth", **numbers, help="Where the camera stands: 0 in front (+z), 90 on the right (+x)."),
+        click.option("--azimuth", **numbers, help="Direction of the camera: 0 in front (+z), 90 on the right (+x)."),
         click.option(
             "--elevation", type=FiniteRange(-90.0, 90.0), metavar="DEG",
-            help=f"How high it stands: 0 level, 90 straight above.  [default: {degrees(DEFAULT_AZIMUTH_RAD):.0f} and "
-            f"{degrees(DEFAULT_ELEVATION_RAD):.0f} degrees, from which what stands in the scene fills the picture; a "
-            "scene with a camera of its own shows that]",
+            help=f"Its elevation: 0 level, 90 from above.  [default: azimuth {degrees(DEFAULT_AZIMUTH_RAD):.0f}, "
+            f"elevation {degrees(DEFAULT_ELEVATION_RAD):.0f}, or the scene's own camera]",
         ),
         click.option(
             "--distance", type=FiniteRange(0.0, MOST_RADIUS, min_open=True), metavar="LENGTH",
-            help="From the camera to the middle, scene units.  [default: as near as all is in the picture]",
+            help="Distance from the camera to the center, scene units.  [default: fits the scene into the picture]",
         ),
         click.option(
             "--zoom", type=FiniteRange(0.0, min_open=True), metavar="FACTOR",
-            help="Show things this many times as large, by the lens.",
+            help="Magnification by the lens.",
         ),
         click.option(
             "--fov", type=FiniteRange(*FOV), metavar="DEG",
             help=f"Vertical angle of view.  [default: {degrees(DEFAULT_FOV_RAD):.0f}]",
         ),
-        click.option("--camera", metavar="NAME|NUMBER", help="Which of the scene's own cameras.  [default: its first]"),
+        click.option("--camera", metavar="NAME|NUMBER", help="One of the scene's own cameras.  [default: the first]"),
         click.option(
-            "--up", type=click.Choice(["y", "z"]), help="The model's axis that points up.  [default: z in STL, else y]"
+            "--up", type=click.Choice(["y", "z"]), help="The model's up axis.  [default: z for STL, else y]"
         ),
-        click.option("--light", metavar="NAME|NUMBER", help="Only this one of the scene's lights."),
-        click.option("--light-azimuth", **numbers, help="Where the light comes from, as the camera's azimuth."),
+        click.option("--light", metavar="NAME|NUMBER", help="Use only this light of the scene."),
+        click.option("--light-azimuth", **numbers, help="Direction of the light, like --azimuth."),
         click.option(
-            "--light-elevation", type=FiniteRange(-90.0, 90.0), metavar="DEG", help="How high: 90 straight above."
+            "--light-elevation", type=FiniteRange(-90.0, 90.0), metavar="DEG", help="Its elevation; 90: from above."
         ),
         click.option(
             "--light-radius", type=FiniteRange(0.0), metavar="SIZE",
-            help="How large the light is, and so how soft its shadows: a sun's radius at distance 1 (the real one: "
-            "0.0047), a lamp's in scene units; 0 is hard.",
+            help="Radius of the light, which softens shadows: of a sun at distance 1 (the real one: 0.0047), of a lamp "
+            "in scene units; 0 gives hard shadows.",
         ),
         click.option(
-            "--light-color", type=FiniteRange(0.0), nargs=3, metavar="R G B", help="Linear; 1 1 1 is white."
+            "--light-color", type=FiniteRange(0.0), nargs=3, metavar="R G B", help="Its linear color; 1 1 1: white."
         ),
         click.option(
             "--ground", type=click.Choice(list(_GROUNDS)),
-            help="A floor under the lowest vertex: auto where the scene has nothing like one.  [default: auto]",
+            help="Floor under the lowest vertex; auto adds one to a scene without.  [default: auto]",
         ),
         click.option(
             "--two-sided", is_flag=True, default=None,
-            help="Show both sides of every surface, whatever the model says.",
+            help="Show both sides of every surface, overriding the model.",
         ),
         click.option(
             "--turntable", type=click.IntRange(1), metavar="FRAMES",
-            help="As many pictures once round the scene: numbered files (-o turn.%04d.png) or a video (.mp4, .gif).",
+            help="Number of frames once around the scene: numbered files (-o turn.%04d.png) or a video (.mp4, .gif).",
         ),
     ]  # fmt: skip
     for option in reversed(options):

@@ -26,7 +26,7 @@ def most_ambiguous_option(command: Decorated) -> Decorated:
 
     return click.option(
         "--most-ambiguous", type=FiniteRange(0.0, 1.0), default=MOST_AMBIGUOUS, show_default=True, metavar="SHARE",
-        help="Share of a target's pixels that may hang on decisions that rounding turns; beyond it: undecided.",
+        help="Largest share of ambiguous pixels (rounding can change a decision); above it, a target is undecided.",
     )(command)  # fmt: skip
 
 
@@ -35,8 +35,8 @@ def most_seconds_option(command: Decorated) -> Decorated:
         "--most-seconds",
         type=FiniteRange(0.0),
         metavar="SECONDS",
-        help="Run the reference, which ends at any rate, and look for bounds no longer than this; what is left then is "
-        "undecided. Without it: as long as it takes.",
+        help="Time limit of the search for bounds; the rest is undecided. The reference itself runs to its end.  "
+        "[default: no limit]",
     )(command)
 
 

@@ -175,7 +175,7 @@ class Frames:
 @click.option(
     "--linear/--as-stored", default=None, help="Decode 8- and 16-bit pictures from sRGB to linear light first."
 )
-@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page; left out, a free one.")
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page; 0 takes a free one.")
 @click.option("--open/--no-open", "opens", default=True, help="Open the page in the browser.  [default: open]")
 def view(
     effect: str, inputs: tuple[str, ...], backend: str | None, size: tuple[int, int], linear: bool | None, port: int,

@@ -12,7 +12,7 @@ import click
 
 from passgraph.arguments import shown
 from passgraph.errors import InputError
-from passgraph.files.animation_times import is_animated
+from passgraph.files.animation import is_animated
 from passgraph.files.names import Pattern, has_wildcard, is_film, is_video, unread_files
 from passgraph.image_files import WRITABLE
 from passgraph.pictures import format_of_suffix, holds_several

@@ -1,4 +1,4 @@
-"""Frames to an animated picture: GIF, or APNG, which keeps every colour and alpha."""
+"""Frames to an animated picture, written by Pillow: GIF, or APNG, which keeps every color and alpha."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
-from passgraph.files import gif
 from passgraph.files.animation import Animation
 from passgraph.files.film import Film
 from passgraph.files.frame import Frame, Source, Stored
@@ -21,25 +20,26 @@ from passgraph.files.stored import with_channels
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-
-#: Units of a second that a format counts in, and the fewest of them that players do not show for longer.
-_UNITS = {"GIF": (100, gif.LEAST), "PNG": (1000, 11)}
-#: Colours of a GIF's frame.
-_COLOURS = 256
+#: Units of time a second, and the fewest that players do not show for longer.
+_UNITS = {"GIF": (100, 2), "PNG": (1000, 11)}
+#: The largest number of two bytes: repetitions of a GIF, and hundredths of a second for one frame.
+_MOST = 65_535
+#: Colors of a frame; the entry behind them is transparent.
+_COLORS = 255
 
 
 class ToAnimation(Film):
-    """Frames to one animated picture, which has its name when it is whole.
+    """Frames to one animated picture, which gets its name when it is complete.
 
     Parameters
     ----------
     path : .gif or .apng
     rate : frames a second of pictures; frames of an animation or a video keep their times
 
-    Each frame of a GIF has 256 colours: its own where it has no more, else the nearest of a choice, dithered; alpha is
-    there or not, from one half on.  An .apng holds 8 bits of each channel.  Frames are in memory until the end.  One
-    that would be shown for less than 20 ms (in .apng 11 ms), which players show for longer, is left out, and the frame
-    before it lasts so much longer.  All are shown as often as those of the animation they come from, else without end.
+    Each frame of a GIF has 255 colors: its own if it has no more, else a dithered choice. Alpha is 0 or 1, split at
+    one half. An .apng holds 8 bits a channel. All frames are in memory until the end. A frame that would be shown for
+    less than 20 ms (in .apng 11 ms), which players show for longer, is dropped, and the one before it lasts longer.
+    The animation repeats as often as the one it comes from, else without end.
     """
 
     kind = "an animation"
@@ -55,8 +55,8 @@ class ToAnimation(Film):
     def begin(self, source: Source) -> None:
         super().begin(source)
         self._plays = source.plays if isinstance(source, Animation) else 0
-        #: Pictures that are kept, and when each begins, in the format's units; and when the last one ends.
-        self._kept: list[tuple[int, Image | gif.Paletted]] = []
+        #: The frames to write and when each begins, in the format's units; and when the last one ends.
+        self._kept: list[tuple[int, Image]] = []
         self._end = Fraction(0)
 
     def in_bytes(self, source: Source) -> bool:
@@ -66,13 +66,13 @@ class ToAnimation(Film):
         self._check_size(frame, size)
         return np.dtype(np.uint8)
 
-    def prepare(self, frame: Frame, picture: Stored) -> Image | gif.Paletted:
+    def prepare(self, frame: Frame, picture: Stored) -> Image:
         from PIL import Image as pillow
 
         pixels = np.ascontiguousarray(with_channels(picture, 4))
-        return _of_few_colours(pixels) if self._format == "GIF" else pillow.fromarray(pixels)
+        return _paletted(pixels) if self._format == "GIF" else pillow.fromarray(pixels)
 
-    def take(self, frame: Frame, prepared: Image | gif.Paletted) -> None:
+    def take(self, frame: Frame, prepared: Image) -> None:
         units, least = _UNITS[self._format]
         start = self._start_of(frame)
         begins, self._end = round(start * units), start + self._length_of(frame)
@@ -84,14 +84,24 @@ class ToAnimation(Film):
         begins, pictures = zip(*self._kept, strict=True)
         ends = max(round(self._end * units), begins[-1] + least)
         lengths = [after - before for before, after in pairwise((*begins, ends))]
+        if max(lengths) > _MOST:
+            raise InputError(
+                f"{self.path}: shows a frame for {max(lengths) / units:g} s; expected at most {_MOST / units:g} s; "
+                "write a video, or give a higher --rate"
+            )
         assert self._made is not None
         with self._made.temporary.open("xb") as stream:
-            if self._format == "GIF":
-                gif.write_gif(stream, pictures, lengths, self._plays)
-            else:
-                more: dict[str, Any] = {"append_images": pictures[1:], "duration": lengths, "loop": self._plays}
-                pictures[0].save(stream, "PNG", save_all=True, **more)
+            pictures[0].save(
+                stream, self._format, save_all=True, append_images=pictures[1:],
+                optimize=False,
+                duration=[length * 1000 // units for length in lengths], **self._repeats(), **_disposal(pictures),
+            )  # fmt: skip
         self._renamed()
+
+    def _repeats(self) -> dict[str, int]:
+        if self._format != "GIF":
+            return {"loop": self._plays}
+        return {} if self._plays == 1 else {"loop": min(self._plays - 1, _MOST) if self._plays else 0}
 
     def abandon(self) -> None:
         self._kept = []
@@ -100,24 +110,34 @@ class ToAnimation(Film):
             self._made = None
 
 
-def _of_few_colours(pixels: NDArray[np.uint8]) -> gif.Paletted:
-    """A picture (h, w, 4) with a palette; one more entry is what cannot be seen."""
+def _disposal(pictures: tuple[Image, ...]) -> dict[str, int]:
+    """Clear each frame of a GIF with transparent pixels, so that the one before does not show through."""
+    has_holes = any("transparency" in picture.info and picture.getextrema()[1] == _COLORS for picture in pictures)
+    return {"disposal": 2} if has_holes else {}
+
+
+def _paletted(pixels: NDArray[np.uint8]) -> Image:
+    """Return a picture (h, w, 4) with a palette; transparent pixels have its last entry."""
     from PIL import Image as pillow
 
     seen = pixels[..., 3] >= 128
     numbers = pixels[..., 0].astype(np.uint32) << 16 | pixels[..., 1].astype(np.uint32) << 8 | pixels[..., 2]
     own, places = np.unique(numbers[seen], return_inverse=True)
-    most = _COLOURS - (0 if seen.all() else 1)
-    if len(own) <= most:
-        colours = np.stack([own >> 16, own >> 8 & 255, own & 255], axis=-1).astype(np.uint8)
-        indices = np.full(seen.shape, len(own) % _COLOURS, np.uint8)
+    indices = np.full(seen.shape, _COLORS, np.uint8)
+    palette = np.zeros((_COLORS + 1, 3), np.uint8)
+    if len(own) <= _COLORS:
+        palette[: len(own)] = np.stack([own >> 16, own >> 8 & 255, own & 255], axis=-1)
         indices[seen] = places
     else:
-        # What is not seen takes part in no choice of colours.
-        plain = np.where(seen[..., None], pixels[..., :3], pixels[seen][0, :3])
-        image = pillow.fromarray(np.ascontiguousarray(plain))
-        chosen = image.quantize(most, method=pillow.Quantize.MEDIANCUT)
-        colours = np.array(chosen.getpalette(), np.uint8).reshape(-1, 3)[:most]
+        # Transparent pixels take part in no choice of colors.
+        opaque = np.where(seen[..., None], pixels[..., :3], pixels[seen][0, :3])
+        image = pillow.fromarray(np.ascontiguousarray(opaque))
+        chosen = image.quantize(_COLORS, method=pillow.Quantize.MEDIANCUT)
+        colors = np.array(chosen.getpalette(), np.uint8).reshape(-1, 3)[:_COLORS]
+        palette[: len(colors)] = colors
         dithered = image.quantize(palette=chosen, dither=pillow.Dither.FLOYDSTEINBERG)
-        indices = np.where(seen, np.asarray(dithered), np.uint8(len(colours) % _COLOURS))
-    return gif.Paletted(indices, colours, None if seen.all() else len(colours))
+        indices[seen] = np.asarray(dithered)[seen]
+    picture = pillow.fromarray(indices)
+    picture.putpalette(palette.tobytes())
+    picture.info["transparency"] = _COLORS
+    return picture

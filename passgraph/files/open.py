@@ -9,9 +9,8 @@ from pathlib import Path
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.files.animation import Animation
+from passgraph.files.animation import Animation, is_animated
 from passgraph.files.animation_sink import ToAnimation
-from passgraph.files.animation_times import is_animated
 from passgraph.files.film import Film
 from passgraph.files.frame import Sink, Source
 from passgraph.files.names import Pattern, folder_files, glob_files, has_wildcard, is_film, is_picture, is_video

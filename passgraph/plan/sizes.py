@@ -107,9 +107,10 @@ def _why_not_asked(spec: TargetSpec, source: Target | tuple[int, int], work: Wor
     if not isinstance(source, Target):
         return ""
     if isinstance(source.spec, InputSpec):
-        if isinstance(spec.size, Blocks):
-            return "" if work.size_of(source) == work.size else f"reduced from input {source.name!r}"
-        return f"the size of input {source.name!r}"
+        if work.size_of(source) == work.size:
+            return ""
+        how = "reduced from" if isinstance(spec.size, Blocks) else "the size of"
+        return f"{how} input {source.name!r}"
     return work.not_asked.get(source.spec, f"the size of target {source.name!r}")
 
 

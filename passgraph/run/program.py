@@ -414,7 +414,7 @@ class Program:
         --------
         >>> import numpy as np
         >>> import passgraph as pg
-        >>> from passgraph.effects.pictures.blur import gaussian_blur
+        >>> from passgraph.effects.filters.blur import gaussian_blur
         >>> with pg.compile(gaussian_blur(pg.Input("frame"))) as program:
         ...     profile = program.profile(3, frame=np.zeros((9, 16, 4), np.float32))
         >>> [each.passes for each in profile.passes], profile.runs

@@ -62,7 +62,7 @@ def map_blocks(program: Program, array: Any = None, /, **given: Any) -> Any:
     --------
     >>> import dask.array
     >>> import passgraph as pg
-    >>> from passgraph.effects.pictures.blur import gaussian_blur
+    >>> from passgraph.effects.filters.blur import gaussian_blur
     >>> picture = dask.array.ones((64, 96, 4), chunks=(40, 50, 4), dtype="float32")
     >>> with pg.compile(gaussian_blur(pg.Input("frame"), sigma_px=2.0, radius_px=7)) as program:
     ...     soft = pg.map_blocks(program, picture)

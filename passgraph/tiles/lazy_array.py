@@ -45,7 +45,7 @@ def lazily_tiled(
     Examples
     --------
     >>> import passgraph as pg
-    >>> from passgraph.effects.pictures.blur import gaussian_blur
+    >>> from passgraph.effects.filters.blur import gaussian_blur
     >>> soft = gaussian_blur(pg.Input("frame"), sigma_px=2.0, radius_px=7)
     >>> with lazily_tiled(soft, np.ones((64, 96, 4), np.float32), tile=(32, 32)) as picture:
     ...     picture.shape, picture.chunks, bool(abs(picture[10:20, 40, 0] - 1.0).max() < 1e-6)

@@ -1,4 +1,7 @@
-"""TIFF files part by part, by tifffile: striped and tiled, BigTIFF, 8 and 16 bits and floats."""
+"""TIFF files part by part, by tifffile: striped and tiled, BigTIFF, 8 and 16 bits and floats.
+
+Unlike OpenImageIO, tifffile reserves the tiles of a file. Several workers then write them in any order.
+"""
 
 from __future__ import annotations
 

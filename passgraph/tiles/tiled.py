@@ -98,7 +98,7 @@ def tiled(
     Examples
     --------
     >>> import passgraph as pg
-    >>> from passgraph.effects.pictures.blur import gaussian_blur
+    >>> from passgraph.effects.filters.blur import gaussian_blur
     >>> soft = gaussian_blur(pg.Input("frame"), sigma_px=2.0, radius_px=7)
     >>> picture, result = np.ones((64, 96, 4), np.float32), np.zeros((64, 96, 4), np.float32)
     >>> grid = tiled(soft, picture, result, tile=(32, 32), progress=False)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.effects.pictures.tone_map import encode_srgb
+from passgraph.effects.color.tone_map import encode_srgb
 
 #: What is shown of a texel: its color, one channel, Rec. 709 luminance, or luminance in false color.
 CHANNELS = ("color", "red", "green", "blue", "alpha", "luminance", "false color")

@@ -13,7 +13,7 @@ import pytest
 import passgraph as pg
 from passgraph.backends.numpy.pixels import chains
 from passgraph.effects import gaussian_blur
-from passgraph.effects.pictures.blur import depth_aware_blur
+from passgraph.effects.filters.blur import depth_aware_blur
 from passgraph.plan.data import Step
 from passgraph.plan.fuse import Chains
 

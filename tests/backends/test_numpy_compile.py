@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import gc
+import resource
+import sys
 from collections.abc import Callable
 from pathlib import Path
+from weakref import WeakValueDictionary
 
 import numpy as np
 import pytest
@@ -228,3 +232,35 @@ def test_text_that_llvm_refuses_is_an_error_and_ends_before_its_context(monkeypa
     left = [module.detach() for module in made if not module.closed]  # so that the test ends, where it fails
     assert len(made) == 1
     assert not left
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_compiling_gives_back_its_memory(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A service that compiles kernels all day does not grow: 100 compilations take less than 1 MB."""
+    monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
+    monkeypatch.setattr(native, "_codes", WeakValueDictionary())
+    texts: list[tuple[str, int]] = []
+    compiled = compiler.compiled
+
+    def noted(text: str, loops: int) -> bytes:
+        texts.append((text, loops))
+        return compiled(text, loops)
+
+    monkeypatch.setattr(compiler, "compiled", noted)
+    kernel = pg.kernel(source="def k(p: Image) -> vec4: return sqrt(p[0, 0]) * 77.125 + sin(p[1, 0])")
+    pg.compile(kernel(pg.Input("frame", "rgba32f", SIZE)), "numpy").close()
+    assert len(texts) == 2  # the body, and what is around
+
+    def resident() -> int:
+        gc.collect()
+        return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+
+    def rounds(count: int) -> None:
+        for _ in range(count):
+            for text, loops in texts:
+                compiled(text, loops)
+
+    rounds(10)
+    before = resident()
+    rounds(100)
+    assert resident() - before < 1 << 20

@@ -20,7 +20,7 @@ from numba import njit, prange
 
 import passgraph as pg
 from passgraph.effects import black_and_white, gaussian_blur
-from passgraph.effects.pictures.blur import depth_aware_blur, gaussian_weights
+from passgraph.effects.filters.blur import depth_aware_blur, gaussian_weights
 
 SIZE = (1920, 1080)
 RUNS = 9

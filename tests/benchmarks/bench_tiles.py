@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from harness import Ratio
 
 import passgraph as pg
-from passgraph.effects.pictures.blur import gaussian_weights
+from passgraph.effects.filters.blur import gaussian_weights
 
 WEIGHTS = gaussian_weights(2.5, 7)
 #: Of a picture that fits: its sides, px.

@@ -21,8 +21,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import passgraph as pg
 from passgraph.commands.sources import in_bytes
-from passgraph.effects.pictures.black_and_white import black_and_white
-from passgraph.effects.pictures.blur import gaussian_blur
+from passgraph.effects.color.black_and_white import black_and_white
+from passgraph.effects.filters.blur import gaussian_blur
 from passgraph.files import Pattern, Pictures, ToPictures, ToVideo, Video
 from tests.benchmarks.harness import Ratio, interleaved, ratio_of
 

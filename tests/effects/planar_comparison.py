@@ -8,7 +8,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects.ambient.contact import contact_passes
-from passgraph.effects.pictures.tone_map import tone_map
+from passgraph.effects.color.tone_map import tone_map
 from passgraph.effects.planar_shadows.planar import SHADOW_OFFSET, darken, flatten, ground_of, projection
 from passgraph.effects.shadows.shadow_light import multiply
 from passgraph.effects.surfaces.batches import merged

@@ -22,7 +22,8 @@ WITH_DEPTH = [name for name in OF_PICTURES if EFFECTS[name].takes == "picture+de
 #: Most pixels that one bad pixel makes bad, of effects that mix it with its neighbors by what they are.
 REACH = {
     "gaussian-blur": 19 * 19, "depth-aware-blur": 15 * 15, "chromatic-aberration": 12, "dirty-lens": 4,
-    "unsharp": 11 * 11, "sobel": 9, "cas": 5, "morphology": 9, "lens-distortion": 4, "pixelate": 64,
+    "unsharp": 11 * 11, "sobel": 9, "cas": 5, "morphology": 9, "lens-distortion": 4, "pixelate": 64, "resize": 6 * 6,
+    "fsr1": 10 * 10, "smaa": 5, "tilt-shift": 49 * 49, "radial-blur": 32,
 }  # fmt: skip
 
 
@@ -75,7 +76,7 @@ def test_infinite_depth_needs_no_option_and_an_infinite_picture_does() -> None:
 
 
 def test_fxaa_of_linear_light_leaves_infinity_where_it_is() -> None:
-    from passgraph.effects.pictures.fxaa import fxaa
+    from passgraph.effects.antialias.fxaa import fxaa
 
     frame = FRAME.copy()
     frame[15, 20, :3] = np.inf

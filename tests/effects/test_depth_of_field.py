@@ -130,6 +130,62 @@ def test_blades_give_points_corners_and_lenses_turn_them_over() -> None:
     assert leaning[0] * leaning[1] < 0
 
 
+def aperture(at: tuple[float, float], radius: float, blades: int, turn: float, eye: float) -> Float64:
+    """The share of each pixel under a polygon with the area of a disc, its corners at ``turn``, and under a disc as
+    wide as its corners that is shifted by ``eye`` in the picture's corners; a negative radius shows it upright."""
+    (width, height), parts = SIZE, 8
+    y, x = (np.mgrid[: height * parts, : width * parts] + 0.5) / parts
+    across, down = (x - at[0]) / radius, (y - at[1]) / radius
+    inside, corner = np.hypot(across, down) <= 1.0, 1.0
+    if blades:
+        corner = np.sqrt(2 * np.pi / blades / np.sin(2 * np.pi / blades))
+        sides = turn + 2 * np.pi * (np.arange(blades) + 0.5) / blades
+        inside = np.all(
+            [across * np.sin(a) + down * np.cos(a) <= corner * np.cos(np.pi / blades) for a in sides], axis=0
+        )
+    shift = eye * np.subtract(np.multiply(2.0, at), SIZE) / np.hypot(*SIZE)
+    inside &= np.hypot(across + shift[0], down + shift[1]) <= corner + 1e-9
+    return inside.reshape(height, parts, width, parts).mean(axis=(1, 3))
+
+
+def middle(picture: Float64) -> Float64:
+    y, x = np.mgrid[: picture.shape[0], : picture.shape[1]] + 0.5
+    return np.array([(picture * x).sum(), (picture * y).sum()]) / picture.sum()
+
+
+@pytest.mark.parametrize("distance", [10.0, 2.5])
+@pytest.mark.parametrize(
+    ("blades", "turn", "eye"),
+    [(0, 0.0, 0.0), (6, 0.0, 0.0), (6, 0.3, 0.0), (0, 0.0, 0.9), (6, 0.3, 0.9), (5, -1.0, 0.5)],
+)
+@pytest.mark.parametrize("backend_name", DEVICES, indirect=True)
+def test_a_point_becomes_what_the_blades_and_the_rim_leave(
+    blades: int, turn: float, eye: float, distance: float, backend_name: str
+) -> None:
+    at = (97.0, 25.0)
+    color = np.zeros((SIZE[1], SIZE[0], 4), np.float32)
+    color[24:26, 96:98] = 1000.0
+    depth, options = np.full((SIZE[1], SIZE[0]), distance), {"blades": blades, "rotation_rad": turn, "cats_eye": eye}
+    made = run(color, depth, backend_name, f_number=1.4, taps=160, **options)[..., 0].astype(float)
+    radius = abs(Camera(SIZE, 4.0, 0.2, 1.4).shift_px(distance)) * (1 if distance > 4.0 else -1)
+    truth = aperture(at, radius, blades, turn, eye)
+    lit, shape = made > 0.5 * 4000.0 / truth.sum(), truth > 0.5
+    # by pixels of the rim alone, of half the size
+    assert (lit ^ shape).sum() < 0.2 * shape.sum()
+    np.testing.assert_allclose(middle(made), middle(truth), atol=0.4)
+    # brightness stays, as that of what is even must; a rim that is shifted draws all places to the middle, or off it
+    drawn = (1.0 - eye * radius / np.hypot(*SIZE)) ** 2
+    low, high = sorted((drawn, 1.0 if blades else drawn))
+    assert low - 0.02 < made.sum() / 4000.0 < high + 0.02
+
+
+def test_a_shifted_rim_leaves_even_pictures_even() -> None:
+    color = np.full((33, 21, 4), (0.5, 3.0, 0.0, 0.25), np.float32)
+    for distance in (2.0, 9.0):
+        made = run(color, np.full((33, 21), distance), blades=5, cats_eye=1.0)
+        np.testing.assert_allclose(made, color, rtol=2e-3, atol=1e-6)
+
+
 @pytest.mark.parametrize("backend_name", [*DEVICES, "reference"], indirect=True)
 def test_every_backend_shows_the_same(backend_name: str) -> None:
     """But where rounding moves a tap to the next texel."""

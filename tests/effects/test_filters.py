@@ -13,8 +13,8 @@ from scipy import ndimage
 
 import passgraph as pg
 from passgraph.effects import bilateral, cas, kuwahara, morphology, sobel, unsharp
+from passgraph.effects.filters.sobel import Weights
 from passgraph.effects.pictures.alpha import on_straight_alpha
-from passgraph.effects.pictures.sobel import Weights
 from tests.agreement import assert_within_bounds
 from tests.conftest import DEVICES
 from tests.effects.scenes import Picture, render

@@ -10,7 +10,7 @@ from PIL import Image
 
 import passgraph as pg
 from passgraph.effects import fxaa
-from passgraph.effects.pictures.fxaa import Quality
+from passgraph.effects.antialias.fxaa import Quality
 from passgraph.srgb import srgb_to_linear
 from tests.agreement import assert_within_bounds
 from tests.conftest import DEVICES

@@ -12,7 +12,7 @@ from skimage.color import xyz_tristimulus_values
 
 import passgraph as pg
 from passgraph.effects import black_and_white, color_grade, hue_saturation, sepia
-from passgraph.effects.pictures.color_grade import XYZ_FROM_RGB
+from passgraph.effects.color.color_grade import XYZ_FROM_RGB
 from tests.agreement import assert_within_bounds
 from tests.conftest import DEVICES
 from tests.effects.scenes import Picture, render

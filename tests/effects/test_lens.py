@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.effects.lens.lens import dirt_texture, dirty_lens, dirty_lens_bright
 from passgraph.effects.light2d import Light2D, Wall, Window, light_map, lit, moving_shadows, occlusion
 from passgraph.effects.light2d.grid import distance_grid
 from passgraph.effects.light2d.lens_spots import dirty_lens_map, dirty_lens_spots, light_spots
-from passgraph.effects.pictures.lens import dirt_texture, dirty_lens, dirty_lens_bright
 from tests.effects.scenes import Picture
 
 SIZE = (96, 54)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.effects.lens.lens import dirty_lens_bright
 from passgraph.effects.light2d import Light2D, Wall, Window, distance_grid, occlusion
 from passgraph.effects.light2d.grid import reach
 from passgraph.effects.light2d.lens_spots import dirty_lens_map, dirty_lens_spots, light_spots
-from passgraph.effects.pictures.lens import dirty_lens_bright
 from tests.effects.scenes import Picture
 
 LEVEL = Window(0, 0, 32, 16)

@@ -8,7 +8,7 @@ import pytest
 import passgraph as pg
 from passgraph.backends.numpy.pixels.channels import before_rounding, selection, single_channel
 from passgraph.effects import median
-from passgraph.effects.pictures.median import NINE, TWENTY_FIVE
+from passgraph.effects.filters.median import NINE, TWENTY_FIVE
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
 from tests.conftest import DEVICES

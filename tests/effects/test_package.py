@@ -14,7 +14,7 @@ import sys
 import passgraph.effects
 loaded = lambda: sorted(name for name in sys.modules if name.startswith("passgraph.effects."))
 assert loaded() == [], loaded()
-import passgraph.effects.pictures.bloom
+import passgraph.effects.lens.bloom
 from passgraph.effects import bloom, tone_map
 assert callable(bloom) and callable(tone_map)
 assert "passgraph.effects.ambient.ambient_occlusion" not in loaded()

@@ -9,8 +9,8 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects import black_and_white, depth_aware_blur, gaussian_blur, tone_map
-from passgraph.effects.pictures.blur import gaussian_weights
-from passgraph.effects.pictures.tone_map import AGX_MEAN, AGX_SHARE, CURVES, Curve
+from passgraph.effects.color.tone_map import AGX_MEAN, AGX_SHARE, CURVES, Curve
+from passgraph.effects.filters.blur import gaussian_weights
 from tests.agreement import assert_within_bounds
 from tests.conftest import DEVICES
 from tests.effects.scenes import Picture, render

@@ -13,7 +13,7 @@ import pytest
 import passgraph as pg
 from passgraph.effects import Pcss
 from passgraph.effects.checked import Takes, effect
-from passgraph.effects.effect_table import EFFECTS, Effect
+from passgraph.effects.effect_table import EFFECTS, Effect, by_family
 from passgraph.effects.light2d import World2D
 
 OUTSIDE = Path(__file__).parents[1] / "outside_effect"
@@ -103,8 +103,8 @@ def _steps(picture: pg.Target) -> str:
 
 
 def test_listing_imports_no_effect() -> None:
-    code = "from passgraph.effects.effect_table import EFFECTS; print(len(EFFECTS), BLOOM in sys.modules)"
-    code = code.replace("BLOOM", "'passgraph.effects.pictures.bloom'")
+    code = "from passgraph.effects.effect_table import EFFECTS, by_family; print(len(EFFECTS), BLOOM in sys.modules)"
+    code = code.replace("BLOOM", "'passgraph.effects.lens.bloom'")
     assert told(code) == f"{len(EFFECTS)} False\n"
 
 
@@ -127,7 +127,7 @@ def test_an_effect_of_another_package_is_one_of_all(tmp_path: Path) -> None:
 import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.verify.conformance.effect_cases import cases
-from passgraph.effects.effect_table import EFFECTS
+from passgraph.effects.effect_table import EFFECTS, by_family
 found = EFFECTS["halved"]
 print(found.takes, found.summary, [(p.name, str(p.range), p.help) for p in found.parameters])
 print([case.name for case in cases() if "halved" in case.name])
@@ -159,3 +159,11 @@ def test_a_package_that_is_wrong_is_named(tmp_path: Path, module: str, message: 
     out = told(code, OUTSIDE, tmp_path)
     assert message in out
     assert "\n2 0\n" in out
+
+
+def test_every_built_in_effect_has_a_family() -> None:
+    families = by_family(EFFECTS.values())
+    built_in = {name for name, effect in EFFECTS.items() if effect.path.startswith("passgraph.effects.")}
+    assert built_in.isdisjoint(effect.name for effect in families.get("Others", ()))
+    assert [effect.name for effect in families["Flat worlds"]] == ["light2d"]
+    assert "fog" in {effect.name for effect in families["Pictures with depth"]}

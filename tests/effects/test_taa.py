@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import ndimage
 
 import passgraph as pg
 from passgraph.effects import camera_velocity, jitter_px, jittered, scene_surfaces, taa
@@ -197,3 +198,30 @@ def test_places_of_samples_are_balanced_and_apart() -> None:
     assert np.abs(places_px).max() <= 0.55
     apart = np.linalg.norm(places_px[:, None] - places_px[None], axis=-1) + np.eye(16)
     assert apart.min() > 0.1
+
+
+def test_a_moving_camera_leaves_few_ghosts() -> None:
+    """A block before a wall with a pattern leaves a trail over what it uncovers, where nothing follows the camera."""
+    now, before = pg.Value("now", pg.Camera), pg.Value("before", pg.Camera)
+    frames = []
+    for number in range(5):
+        # four times as near, and as fast
+        block = np.zeros((24, 32), np.bool_)
+        block[6:18, 22 - 4 * number : 28 - 4 * number] = True
+        pattern = ndimage.gaussian_filter(wall(number), (1.5, 1.5, 0.0))
+        frame = np.where(block[..., None], np.float32([2.0, 0.1, 0.0, 1.0]), pattern)
+        depth = np.where(block, np.float32(1.0), np.float32(4.0))[..., None]
+        earlier = looking(max(number - 1.0, 0.0))
+        frames.append({"frame": frame, "depth": depth, "now": looking(number), "before": earlier})
+    uncovered = (frames[0]["depth"] < 2.0) | (frames[3]["depth"] < 2.0)
+
+    def ghosts(frames: list[dict[str, Any]], **options: Any) -> tuple[float, float]:
+        made = converged(taa(pg.Input("frame"), pg.Input("depth"), **options), frames, "numpy")
+        error = (made - frames[-1]["frame"])[..., :3] ** 2
+        return float(np.sqrt(error[uncovered[..., 0]].mean())), float(np.sqrt(error.mean()))
+
+    trail, everywhere = ghosts(frames, camera=now, previous_camera=before)
+    still = [{name: one[name] for name in ("frame", "depth")} for one in frames]
+    trail_without, everywhere_without = ghosts(still)
+    assert trail < 0.25 * trail_without
+    assert everywhere < 0.25 * everywhere_without

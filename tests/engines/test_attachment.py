@@ -24,6 +24,7 @@ from docs.engines.play import count_objects
 from passgraph.backends.gl.textures import Surface
 from passgraph.effects.checked import effect
 from passgraph.engines.attachment import KEPT_PROGRAMS, Attachment, Seen, View, imported
+from passgraph.srgb import linear_to_srgb, srgb_to_linear
 from tests.conftest import require
 from tests.engines.harmless import root
 from tests.offscreen import offscreen
@@ -290,6 +291,27 @@ def test_an_effect_gets_the_camera_of_the_frame_before(engine: Engine) -> None:
     assert seen == [0, 7, 20]
 
 
+def test_motion_blur_follows_the_engines_camera(engine: Engine) -> None:
+    """A camera that stands changes no bit; one that moves by 4 pixels blurs light over 2, half of them each way."""
+    pixel = 2.0 * 1.8 * np.tan(0.5 * CAMERA.vertical_fov_rad) / SIZE[1]  # at the distance that depth 0.5 stands for
+    moved = replace(CAMERA, eye=(4.0 * pixel, 0.0, 5.0), target=(4.0 * pixel, 0.0, 0.0))
+    cameras, seen = [CAMERA, CAMERA, moved], []
+    with attach(passgraph.effects.motion_blur, camera=lambda: cameras[0], taps=8) as attached:
+        while cameras:
+            engine.clear(0.0, depth=0.5)
+            engine.color.write(engine.drawn[::-1].tobytes())
+            attached.draw()
+            assert attached.error is None
+            seen.append(engine.picture().astype(np.float64) / 255.0)
+            cameras.pop(0)
+    drawn = engine.drawn / 255.0
+    np.testing.assert_array_equal(seen[0], drawn)
+    np.testing.assert_array_equal(seen[1], drawn)
+    light = np.pad(srgb_to_linear(drawn[..., :3]), ((0, 0), (1, 1), (0, 0)), mode="edge")
+    blurred = 0.25 * light[:, :-2] + 0.5 * light[:, 1:-1] + 0.25 * light[:, 2:]
+    np.testing.assert_allclose(seen[2][..., :3], linear_to_srgb(blurred), atol=1.5 / 255.0)
+
+
 def test_history_goes_on_in_another_effect_where_targets_match(engine: Engine) -> None:
     add = pg.kernel(source="def add(c: Image, p: Image, by: float) -> vec4: return vec4(p[0, 0].rgb + by, c[0, 0].a)")
 
@@ -402,6 +424,8 @@ def test_what_is_no_error_of_ours_is_caught_too(engine: Engine, caplog: pytest.L
 
 #: What some effects need beside the frame.
 NEEDED = {"color_transform": {"src": "sRGB - Texture", "display": "sRGB - Display"}}
+#: One takes a mask, the others make pictures of another size.
+NOT_IN_ENGINES = ("depth_aware_blur", "fsr1", "resize")
 FRAMES = "What it returns is written over the frame."
 library = {name: getattr(passgraph.effects, name) for name in passgraph.effects.__all__}
 
@@ -411,9 +435,9 @@ def test_effects_of_the_library_take_frames_or_say_that_they_take_none(engine: E
     """Those that the page for engines lists do."""
     listed = (root / "docs" / "engines.md").read_text().split(FRAMES)[1].split("One of your own")[0]
     if library[name].effect.takes.startswith("picture"):
-        assert f"`{name}`" in listed or name == "depth_aware_blur"  # which takes a mask
+        assert f"`{name}`" in listed or name in NOT_IN_ENGINES
         with attach(library[name], camera=CAMERA, **NEEDED.get(name, {})) as attached:
-            if name in ("color_transform", "depth_of_field", "occluded", "vignette"):
+            if name in ("color_transform", "depth_of_field", "motion_blur", "occluded", "vignette"):
                 attached.draw()
             assert attached.error is None
     else:

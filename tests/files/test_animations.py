@@ -16,8 +16,8 @@ from PIL import Image
 import passgraph as pg
 from passgraph.commands.render import check_turntable
 from passgraph.errors import InputError
-from passgraph.files import Animation, Arrays, ToAnimation, gif
-from passgraph.files.animation_times import is_animated, times_of
+from passgraph.files import Animation, Arrays, ToAnimation
+from passgraph.files.animation import is_animated
 from passgraph.files.open import open_film, open_sink, open_source
 from tests.commands.told import Outcome, refused
 from tests.files.made import SCALED, inverted, sequence
@@ -96,97 +96,41 @@ def test_what_a_gif_leaves_of_the_frame_before_is_what_another_decoder_leaves(di
     assert alike([frame.read() for frame in Animation("a.gif")], theirs)
 
 
-def by_chance(seed: int) -> tuple[bytes, list[np.ndarray[Any, Any]]]:
-    """A GIF of parts that leave what browsers know to leave, some seen through, and the pictures that these show."""
-    draw = np.random.default_rng(seed)
-    (width, height), common = draw.integers(2, 12, 2).tolist(), draw.bytes(24)
-    is_common = seed % 2 == 0
-    shown, pictures = np.zeros((height, width, 4), np.uint8), []
-    data = b"GIF89a" + struct.pack("<HHBBB", width, height, 0xF2 if is_common else 0x70, draw.integers(8), 0)
-    data += common if is_common else b""
-    for number in range(5):
-        x, y = (0, 0) if number % 2 == 0 else (int(draw.integers(width)), int(draw.integers(height)))
-        w, h = int(draw.integers(1, width - x + 3)), int(draw.integers(1, height - y + 3))  # beyond the picture too
-        w, h = (w, h) if number else (width, height)
-        how, unseen, is_own = int(draw.integers(4)), int(draw.integers(16)), not is_common or bool(draw.integers(2))
-        table, indices = draw.bytes(24) if is_own else common, draw.integers(0, 8, (h, w)).astype(np.uint8)
-        data += b"!\xf9\x04" + struct.pack("<BHBB", how << 2 | (unseen < 8), 10, unseen, 0)
-        data += b"," + struct.pack("<HHHHB", x, y, w, h, 0x82 if is_own else 0) + (table if is_own else b"")
-        data += gif._packed(indices)
-        colours = np.full((h, w, 4), 255, np.uint8)
-        colours[..., :3] = np.frombuffer(table, np.uint8).reshape(-1, 3)[indices]
-        before, part = shown.copy(), shown[y : y + h, x : x + w]
-        fits = slice(part.shape[0]), slice(part.shape[1])
-        part[:] = np.where((indices == unseen)[fits][..., None], part, colours[fits])
-        pictures.append(shown.copy())
-        if how == 2:
-            part[:] = 0
-        shown = before if how == 3 else shown
-    return data + b";", pictures
+def encoded(container: str, codec: str, pixel_format: str, frames: list[np.ndarray[Any, Any]]) -> bytes:
+    """Written by ffmpeg, which stores what changes from frame to frame."""
+    av = pytest.importorskip("av")
+    stream = io.BytesIO()
+    with av.open(stream, "w", format=container) as output:
+        video = output.add_stream(codec, rate=10)
+        video.height, video.width = frames[0].shape[:2]
+        video.pix_fmt = pixel_format
+        for frame in frames:
+            output.mux(video.encode(av.VideoFrame.from_ndarray(frame, format="rgba").reformat(format=pixel_format)))
+        output.mux(video.encode())
+    return stream.getvalue()
 
 
-@pytest.mark.parametrize("seed", range(40))
-def test_what_a_gif_leaves_is_what_browsers_leave(seed: int) -> None:
-    data, pictures = by_chance(seed)
-    Path("a.gif").write_bytes(data)
-    assert alike([frame.read() for frame in Animation("a.gif")], pictures)
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("kind", [("gif", "gif", "bgr8"), ("apng", "apng", "rgba")])
+def test_frames_that_store_what_changes_are_composed_as_ffmpeg_does(seed: int, kind: tuple[str, str, str]) -> None:
+    rng = np.random.default_rng(seed)
+    frames = [rng.integers(0, 4, (24, 32, 4)).astype(np.uint8) * 85]
+    for _ in range(5):
+        frames.append(frames[-1].copy())
+        top, left = rng.integers(0, 16, 2)
+        frames[-1][top : top + 8, left : left + 12] = rng.integers(0, 4, (8, 12, 4)) * 85
+    if kind[0] == "gif":
+        for frame in frames:
+            frame[..., 3] = 255
+    path = Path("a.gif" if kind[0] == "gif" else "a.png")
+    path.write_bytes(encoded(*kind, frames))
+    assert alike([frame.read() for frame in Animation(path)], theirs(str(path)))
+    if kind[0] == "apng":
+        assert alike([frame.read() for frame in Animation(path)], frames)
 
 
 def chunk(kind: bytes, body: bytes) -> bytes:
     return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
-
-
-def apng_by_chance(seed: int) -> tuple[bytes, list[np.ndarray[Any, Any]]]:
-    """An APNG of parts, laid and left in every way, and the pictures that these show, not rounded."""
-    draw = np.random.default_rng(seed)
-    width, height = draw.integers(1, 9, 2).tolist()
-    type_, channels = [(6, 4), (2, 3), (0, 1), (4, 2)][seed % 4]
-    shown, pictures, order, has_other = np.zeros((height, width, 4)), [], 0, seed % 3 == 0
-    data = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, type_, 0, 0, 0)) + chunk(
-        b"acTL", bytes([0, 0, 0, 5] * 2)
-    )
-
-    def part(w: int, h: int) -> tuple[np.ndarray[Any, Any], bytes]:
-        pixels = draw.integers(0, 256, (h, w, channels)).astype(np.uint8)
-        pixels[..., -1] = draw.choice([0, 90, 255], (h, w))
-        rgba = np.full((h, w, 4), 255.0)
-        rgba[..., :3] = pixels[..., :3] if channels > 2 else pixels[..., :1]
-        rgba[..., 3] = pixels[..., -1] if channels % 2 == 0 else 255
-        return rgba, zlib.compress(b"".join(b"\0" + row.tobytes() for row in pixels))
-
-    data += chunk(b"IDAT", part(width, height)[1]) if has_other else b""
-    for number in range(5):
-        x, y = (int(draw.integers(width)), int(draw.integers(height))) if number else (0, 0)
-        w, h = (
-            (int(draw.integers(1, width - x + 1)), int(draw.integers(1, height - y + 1))) if number else (width, height)
-        )
-        left, laid = int(draw.integers(3)), int(draw.integers(2))
-        data += chunk(b"fcTL", struct.pack(">IIIIIHHBB", order, w, h, x, y, 1, 10, left, laid))
-        rgba, pixels = part(w, h)
-        is_first = number == 0 and not has_other
-        data += chunk(b"IDAT", pixels) if is_first else chunk(b"fdAT", struct.pack(">I", order + 1) + pixels)
-        order += 1 if is_first else 2
-        before, place = shown.copy(), shown[y : y + h, x : x + w]
-        share = rgba[..., 3:] / 255 if laid else np.ones((h, w, 1))
-        rest = place[..., 3:] / 255 * (1 - share)
-        alpha = share + rest if laid else rgba[..., 3:] / 255
-        place[..., :3] = (rgba[..., :3] * share + place[..., :3] * rest) / np.maximum(share + rest, 1e-9)
-        place[..., 3:] = alpha * 255
-        pictures.append(shown.copy())
-        if left == 1 or (left == 2 and number == 0):
-            place[:] = 0
-        shown = before if left == 2 and number else shown
-    return b"\x89PNG\r\n\x1a\n" + data + chunk(b"IEND", b""), pictures
-
-
-@pytest.mark.parametrize("seed", range(40))
-def test_what_an_apng_leaves_and_lays_over_is_as_its_specification_says(seed: int) -> None:
-    data, pictures = apng_by_chance(seed)
-    Path("a.png").write_bytes(data)
-    for frame, expected in zip(Animation("a.png"), pictures, strict=True):
-        made = frame.read().astype(float)
-        assert np.abs(made - expected)[..., 3].max() <= 0.51 * (1 + len(pictures))
-        assert np.abs(made - expected)[expected[..., 3] > 60].max(initial=0) <= 3
 
 
 def test_a_damaged_apng_is_told() -> None:
@@ -194,18 +138,16 @@ def test_a_damaged_apng_is_told() -> None:
     data = path.read_bytes()
     at = data.rindex(b"fdAT") + 12
     path.write_bytes(data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :])
-    with pytest.raises(
-        InputError, match=r"a\.png: truncated or corrupt from frame 5 on \(the chunk 'fdAT' is damaged\)"
-    ):
+    with pytest.raises(InputError, match=r"a\.png: truncated or corrupt .*; the 4 frames before are done"):
         [frame.read() for frame in Animation(path)]
 
 
 def test_an_apng_of_a_frame_beyond_the_picture_is_refused_before_memory_is_asked_for() -> None:
-    data, _ = apng_by_chance(1)
+    data = animation("a.png", frames_of()).read_bytes()
     at = data.index(b"fcTL", data.index(b"fcTL") + 4)
     body = data[at + 4 : at + 8] + struct.pack(">II", 1 << 30, 1 << 30) + data[at + 16 : at + 30]
     Path("a.png").write_bytes(data[: at - 4] + chunk(b"fcTL", body) + data[at + 34 :])
-    with pytest.raises(InputError, match=r"corrupt from frame 2 on \(the frame lies beyond the picture\)"):
+    with pytest.raises(InputError, match=r"truncated or corrupt .*the one frame before is done"):
         [frame.read() for frame in Animation("a.png")]
 
 
@@ -264,8 +206,8 @@ def test_a_gif_of_many_colours_is_near(least_alpha: int) -> None:
 
 @pytest.mark.parametrize("count", [254, 255, 256, 257])
 @pytest.mark.parametrize("is_whole", [True, False])
-def test_a_gif_has_as_many_colours_as_it_can(count: int, is_whole: bool) -> None:
-    """Exactly, as long as one number is left for what is not there."""
+def test_a_gif_keeps_255_colors(count: int, is_whole: bool) -> None:
+    """Exactly; one number is left for transparent pixels."""
     frame = np.zeros((1, 300, 4), np.uint8)
     frame[..., 0], frame[..., 1] = np.arange(300) % count % 256, np.arange(300) % count // 256
     frame[..., 3] = 255
@@ -273,7 +215,7 @@ def test_a_gif_has_as_many_colours_as_it_can(count: int, is_whole: bool) -> None
         frame[0, count:, 3] = 0
     copied(Arrays([frame, frame[:, ::-1]]), "b.gif")
     shown = [one.read() for one in Animation("b.gif")]
-    assert alike(shown, [frame, frame[:, ::-1]]) == (count <= (256 if is_whole else 255))
+    assert alike(shown, [frame, frame[:, ::-1]]) == (count <= 255)
     assert np.array_equal(shown[0][..., 3], frame[..., 3])
 
 
@@ -308,7 +250,7 @@ def test_a_whole_picture_of_all_colours_makes_room_for_what_is_seen_through() ->
         for drawn, one in zip([whole, part, whole], made, strict=True):
             assert np.array_equal(one[..., 3], drawn[..., 3])
             seen = drawn[..., 3] == 255
-            assert np.abs(one[seen].astype(int) - drawn[seen]).max() <= 1
+            assert np.abs(one[seen].astype(int) - drawn[seen]).max() <= 4
 
 
 def test_only_what_changes_is_stored_of_whole_pictures() -> None:
@@ -322,14 +264,11 @@ def test_only_what_changes_is_stored_of_whole_pictures() -> None:
     assert Path("b.gif").stat().st_size < Path("one.gif").stat().st_size + 2000
 
 
-def test_a_gif_says_times_of_any_length() -> None:
-    """Two bytes hold eleven minutes of hundredths: a picture that is shown for longer stands there again."""
-    drawn = frames_of(3)
-    copied(Arrays(drawn), "b.gif", rate=Fraction(1, 700))
-    made = Animation("b.gif")
-    assert lengths(made) == [Fraction(65535, 100), Fraction(4465, 100)] * 3
-    assert alike([frame.read() for frame in made][::2], drawn)
-    assert alike([frame.read() for frame in made][1::2], drawn)
+def test_a_time_that_a_gif_cannot_hold_is_an_error() -> None:
+    """Two bytes hold eleven minutes of hundredths."""
+    with pytest.raises(InputError, match=r"b\.gif: shows a frame for 700 s; expected at most 655\.35 s"):
+        copied(Arrays(frames_of(3)), "b.gif", rate=Fraction(1, 700))
+    assert list(Path().iterdir()) == []
 
 
 def test_a_gif_is_shown_as_often_as_it_can_say() -> None:
@@ -361,7 +300,7 @@ def test_a_video_has_the_times_and_an_animation_those_of_a_video() -> None:
     assert lengths(Animation("c.gif"))[:4] == SHOWN[:4]
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", [".gif", ".png"])
 def test_a_truncated_file_gives_what_it_has(suffix: str, capsys: pytest.CaptureFixture[str]) -> None:
     whole = animation(f"a{suffix}", frames_of(size=(64, 48))).read_bytes()
     Path(f"b{suffix}").write_bytes(whole[: len(whole) * 7 // 10])
@@ -370,6 +309,14 @@ def test_a_truncated_file_gives_what_it_has(suffix: str, capsys: pytest.CaptureF
     assert f"b{suffix}: truncated" in outcome.err
     assert 2 <= Animation("out.gif").count < 5
     assert "ended early" in outcome.out
+
+
+def test_a_truncated_webp_is_refused() -> None:
+    """Pillow's decoder takes whole files only."""
+    whole = animation("a.webp", frames_of(size=(64, 48))).read_bytes()
+    Path("b.webp").write_bytes(whole[: len(whole) * 7 // 10])
+    with pytest.raises(InputError, match=r"b\.webp: truncated or corrupt"):
+        Animation("b.webp")
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
@@ -423,7 +370,6 @@ def test_sizes_that_no_memory_holds_are_refused_before_it_is_asked_for() -> None
     Path("b.gif").write_bytes(whole)
     with pytest.raises(InputError, match=r"65535×65535|4294836225 pixels"):
         Animation("b.gif")
-    assert times_of(bytes(whole)) is not None
 
 
 # The command line

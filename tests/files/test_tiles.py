@@ -10,7 +10,7 @@ import scipy.ndimage
 
 import passgraph as pg
 from passgraph.backends.registry import open_backend
-from passgraph.effects.pictures.blur import gaussian_blur, gaussian_weights
+from passgraph.effects.filters.blur import gaussian_blur, gaussian_weights
 from tests.files.tile_graphs import GRAPHS, frame, inputs, kernel, picture, same, untiled
 
 SIZE = (41, 29)

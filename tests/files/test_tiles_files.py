@@ -346,7 +346,7 @@ MEASURED = """
 import sys
 import passgraph as pg
 from tests.files.tile_graphs import frame, kernel
-from passgraph.effects.pictures.blur import gaussian_blur
+from passgraph.effects.filters.blur import gaussian_blur
 import numpy as np, tifffile
 
 def held(what):

@@ -11,8 +11,8 @@ import pytest
 import tifffile
 
 import passgraph as pg
-from passgraph.effects.pictures.bloom import bloom
-from passgraph.effects.pictures.lens import dirty_lens
+from passgraph.effects.lens.bloom import bloom
+from passgraph.effects.lens.lens import dirty_lens
 from tests.files.tile_graphs import GRAPHS, frame, kernel, picture
 
 KERNELS = """

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.effects.pictures.black_and_white import black_and_white
-from passgraph.effects.pictures.blur import depth_aware_blur, gaussian_blur
-from passgraph.effects.pictures.tone_map import tone_map
+from passgraph.effects.color.black_and_white import black_and_white
+from passgraph.effects.color.tone_map import tone_map
+from passgraph.effects.filters.blur import depth_aware_blur, gaussian_blur
 
 Picture = NDArray[np.float32]
 

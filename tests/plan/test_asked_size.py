@@ -41,6 +41,12 @@ def test_an_output_as_large_as_an_input_is_not_made_another_size_in_silence() ->
     assert sizes(zoom(copy(frame)), size=(8, 4)) == [(8, 4)]
 
 
+def test_a_share_of_an_input_of_the_size_asked_for_is_no_other_size() -> None:
+    half = zoom(frame, into=pg.target("half", like=frame, scale=0.5))
+    assert sizes(half, size=(8, 4)) == [(4, 2)]
+    assert "output 'half' is 4x2, the size of input 'frame'" in refusal(half, size=(16, 9))
+
+
 def test_passes_between_do_not_hide_it() -> None:
     between = zoom(frame, into=pg.target("between", scale=0.5))
     add = pg.kernel(source="def add(a: Image, b: Image) -> vec4: return a[0, 0] + b.sample(uv())")

@@ -22,26 +22,42 @@ COLOR_CONFIG = "ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1"
 #: Effects that need a package of an extra: left out where it is not installed.
 NEEDS = {"color-transform": "PyOpenColorIO"}
 
+#: Of the frame before; that of a frame is at the origin.
+BEFORE = pg.Camera((1.0, 0.5, -1.0), (0.0, 0.0, -1.0))
+
 #: Effect → variants; each its parameters, and ``light``, which chooses the scene's.
 VARIANTS: dict[str, list[dict[str, Any]]] = {
     "tone-map": [{"curve": curve} for curve in ("linear", "reinhard", "hable", "aces", "agx", "pbr-neutral")],
     "color-transform": [{"display": "sRGB - Display", "view": "Un-tone-mapped", "config": COLOR_CONFIG}],
     "gaussian-blur": [{}, {"sigma_px": 1.0, "radius_px": 2}],
     "bloom": [{"levels": 2}, {"levels": 4, "threshold": 0.5}],
+    "fsr1": [{"scale": 1.5}],
     "fxaa": [{}, {"quality": "39", "contrast": 0.05, "least_contrast": 0.02}],
     "film-grain": [{}, {"size_px": 1.5, "colored": True, "seed": 3}],
+    "god-rays": [{"threshold": 0.3}],
     "color-grade": [
         {"temperature_k": 4000.0, "contrast": 1.2, "shadows": (0.8, 1.0, 1.2), "lift": (0.02, 0.0, -0.02),
          "gamma": (1.2, 1.0, 0.9), "saturation": 0.8},
     ],
+    "denoise": [{"search_radius_px": 1}],
+    "resize": [{"filter": "mitchell"}, {"scale": 1.5}, {"filter": "box", "scale": 0.3}],
+    "smaa": [{"steps": 4, "diagonal_steps": 3}, {"steps": 4, "diagonal_steps": 0, "linear": True}],
+    "tilt-shift": [{"sigma_px": 2.0}, {"sigma_px": 1.0, "angle_rad": 0.5, "y": 0.2}],
     "sobel": [{}, {"weights": "scharr"}],
     "morphology": [{}, {"operation": "open", "radius_px": 2}],
     "kuwahara": [{"radius_px": 2}],
     "lens-distortion": [{}, {"k1": 0.2, "undo": True}],
+    "radial-blur": [{"spin_rad": 0.1}],
+    "fill": [{"levels": 3}],
+    "distance-field": [{"signed": True, "reach_px": 15}],
     "dither": [{}, {"pattern": "gradient-noise"}],
     "halftone": [{}, {"colored": False}],
     "hue-saturation": [{"hue_rad": 1.0, "saturation": 1.5}],
-    "depth-of-field": [{"focus_distance": 3.0, "f_number": 1.0, "focal_length_mm": 200.0, "taps": 8, "widest_px": 8}],
+    "depth-of-field": [
+        {"focus_distance": 3.0, "f_number": 1.0, "focal_length_mm": 200.0, "taps": 8, "widest_px": 8, **shape}
+        for shape in ({}, {"blades": 5, "rotation_rad": 0.5, "cats_eye": 0.8})
+    ],
+    "motion-blur": [{"previous_camera": BEFORE, "taps": 4, "longest_px": 8}],
     "outlines": [{}, {"width_px": 2, "crease_rad": 0.2}],
     "soft-shadow": [
         *({**MAPS, "shadow_filter": name, "taps": 8, "radius_px": 3}
@@ -97,7 +113,7 @@ def cases() -> Iterator[Case]:
             continue
         for number, parameters in enumerate(VARIANTS.get(effect.name, [{}])):
             quick = number == 0 or effect.name not in SLOW
-            given = " ".join(f"{name}={value}" for name, value in parameters.items())
+            given = " ".join(f"{name}={value}" for name, value in parameters.items() if value is not BEFORE)
             frame = {}
             if effect.takes.startswith("picture"):
                 frame["frame"] = case_inputs.picture()

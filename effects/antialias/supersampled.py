@@ -1,0 +1,76 @@
+"""Supersampling: a picture computed at twice the size, four samples of it in each pixel."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+import passgraph as pg
+from passgraph import Const, Image, ivec2, pixel, vec3, vec4
+from passgraph.effects.checked import checked
+from passgraph.effects.color.tone_map import encode_srgb
+
+#: Samples along each side of a pixel.
+ACROSS = 2
+
+
+@pg.function
+def from_srgb(x: float) -> float:
+    """IEC 61966-2-1, x in [0, 1]."""
+    return x / 12.92 if x <= 0.04045 else pow((x + 0.055) / 1.055, 2.4)
+
+
+@pg.kernel
+def mean_of_four(color: Image, encoded: Const[bool], straight: Const[bool]) -> vec4:
+    """The mean of a pixel's four samples in linear light; of straight alpha each color counts by its own."""
+    first = ACROSS * pixel()
+    total = vec4(0.0)
+    for y in range(ACROSS):
+        for x in range(ACROSS):
+            c = color.texel(first + ivec2(x, y))
+            if encoded:
+                c.rgb = vec3(from_srgb(c.r), from_srgb(c.g), from_srgb(c.b))
+            if straight:
+                c.rgb = c.rgb * c.a
+            total += c
+    mean = total / float(ACROSS * ACROSS)
+    if straight and mean.a > 0.0:
+        mean.rgb = mean.rgb / mean.a
+    if encoded:
+        mean.rgb = vec3(encode_srgb(mean.r), encode_srgb(mean.g), encode_srgb(mean.b))
+    return mean
+
+
+@checked
+def supersampled(
+    color: pg.Target,
+    encoded: bool = True,
+    straight: bool = False,
+    into: pg.TargetSpec | None = None,
+    name: str = "supersampled",
+) -> pg.Target:
+    """A picture of half the size: each pixel the mean of four samples, in linear light.
+
+    Parameters
+    ----------
+    color : what is smoothed, computed at twice the size that is wanted
+    encoded : colours are sRGB-encoded, 0 to 1, as behind a tone map, and so is the result; off, they are linear light
+        of any range
+    straight : color is not multiplied by alpha, and that of the result is not
+    into : where it goes; left out, half of ``color`` each way, 8 bits a channel where encoded, else float16, with the
+        name ``name``
+    name : of the pass
+
+    Samples are averaged as they are shown, behind the tone map: in front of it one bright sample would hide the other
+    three, and edges of lamps stay jagged.  Compile at twice the size; what effects count in pixels is half as wide.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> smooth = supersampled(pg.Input("frame"), encoded=False)
+    >>> samples = np.arange(16, dtype=np.float32).reshape(2, 2, 4)
+    >>> with pg.compile(smooth, backend="reference") as program:
+    ...     program(frame=samples)["supersampled"].tolist()
+    [[[6.0, 7.0, 8.0, 9.0]]]
+    """
+    target = into or pg.target(name, "rgba8" if encoded else "rgba16f", like=color, scale=1.0 / ACROSS)
+    return mean_of_four(color, encoded, straight, into=target, name=name)

@@ -1,0 +1,1 @@
+"""Effects on color: exposure, grading, tone mapping, color spaces."""

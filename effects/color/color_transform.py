@@ -1,0 +1,207 @@
+"""Color transforms of OpenColorIO: color spaces, displays and views, looks and LUT files, as one fusible pass."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import passgraph as pg
+from passgraph.arguments import near
+from passgraph.effects.checked import effect
+from passgraph.effects.parameters import Text
+from passgraph.effects.quantities import Exposure
+
+if TYPE_CHECKING:
+    import PyOpenColorIO as ocio
+
+#: Used where neither ``config`` nor the environment variable OCIO names one: OpenColorIO's built-in default.
+DEFAULT_CONFIG = "ocio://default"
+Words = Annotated[str, Text()]
+Contrast = Annotated[float, pg.Range(0.001, 100)]
+#: Names of color spaces, views or configs that an error lists.
+MOST_NAMED = 12
+#: Scene-linear middle gray, about which contrast turns.
+MIDDLE_GRAY = 0.18
+
+
+@effect("color-transform")
+def color_transform(
+    frame: pg.Target,
+    src: Words | None = None,
+    dst: Words | None = None,
+    display: Words | None = None,
+    view: Words | None = None,
+    look: Words | None = None,
+    file: Words | None = None,
+    direction: Literal["forward", "inverse"] = "forward",
+    interpolation: Literal["best", "linear", "nearest"] = "best",
+    exposure_stops: Exposure | pg.Value | pg.Derived = 0.0,
+    contrast: Contrast | pg.Value | pg.Derived = 1.0,
+    gamma: Contrast | pg.Value | pg.Derived = 1.0,
+    config: Words | None = None,
+    into: pg.TargetSpec | None = None,
+    name: str = "color_transform",
+) -> pg.Target:
+    """Convert to another color space, a display and view, or through a LUT file, by OpenColorIO.
+
+    Name what the picture is in (``src``) and one of ``dst``, ``display`` or ``file``; ``look`` goes with ``dst`` and
+    ``display``, or alone. Where nothing is named, the picture is for the default display. It needs the extra ``color``
+    (``pip install 'passgraph[color]'``).
+
+    Parameters
+    ----------
+    frame : alpha is not associated and stays as it is
+    src : color space of the picture, a name, alias or role of the config; left out, the role scene_linear
+    dst : color space of the result
+    display : display that the result is for; with neither dst, look nor file, the config's default display
+    view : view of that display; left out, the display's default view
+    look : look of the config, or several with commas, as OpenColorIO writes them
+    file : path of a LUT or transform file: .cube .3dl .csp .spi1d .spi3d .spimtx .clf .ctf .cdl .cc .ccc .lut …
+    direction : "inverse" undoes the transform
+    interpolation : of LUT files: "best" is tetrahedral for 3-D LUTs and linear for others
+    exposure_stops : added in scene-linear light before the transform of a display, factor 2 a stop
+    contrast : power about middle gray (0.18) in scene-linear light, before the transform of a display
+    gamma : 1/gamma is the power that the display's code values are raised to, after the transform of a display
+    config : path of a config file, or "ocio://" and the name of a built-in one; left out, that of the environment
+        variable OCIO, else OpenColorIO's default
+    into : where it goes; left out, a float32 target with the name ``name``
+    name : of the pass
+
+    Source: OpenColorIO 2, Academy Software Foundation. Its lossless GPU shader is translated; results agree with its
+    lossless CPU processor, see docs/color.md.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> linear = color_transform(pg.Input("frame"), src="sRGB - Texture", dst="Linear Rec.709 (sRGB)")
+    >>> with pg.compile(linear) as program:
+    ...     picture = program(frame=np.full((1, 1, 4), 0.5, np.float32))["color_transform"]
+    >>> picture[0, 0].round(4).tolist() == [np.float32(0.214)] * 3 + [0.5]
+    True
+    """
+    ocio = _library()
+    found = _config(config)
+    if not (dst or display or look or file):
+        display = found.getDefaultDisplay()
+    steps = {"exposure_stops": (exposure_stops, 0.0), "contrast": (contrast, 1.0), "gamma": (gamma, 1.0)}
+    changed = {step: value for step, (value, neutral) in steps.items() if not _is_same(value, neutral)}
+    if changed and display is None:
+        raise pg.GraphError(
+            f"color_transform: {', '.join(changed)} goes with display=; name a display, or leave it out"
+        )
+    try:
+        transform = _transform(found, src, dst, display, view, look, file, interpolation, frozenset(changed))
+        way = ocio.TRANSFORM_DIR_FORWARD if direction == "forward" else ocio.TRANSFORM_DIR_INVERSE
+        processor = found.getProcessor(transform, way)
+    except (ocio.Exception, ocio.ExceptionMissingFile) as error:
+        raise pg.GraphError(f"color_transform: {' '.join(str(error).split())}") from None
+    from passgraph.shaders.containers.ocio import read_processor
+
+    kernel = read_processor(processor, name)
+    uniforms = {_UNIFORMS[step]: value for step, value in changed.items()}
+    return kernel(frame, into or pg.target(name, "rgba32f"), uniforms)
+
+
+#: What OpenColorIO calls the uniforms of its exposure and contrast transform.
+_UNIFORMS = {
+    "exposure_stops": "ocio_exposure_contrast_exposureVal",
+    "contrast": "ocio_exposure_contrast_contrastVal",
+    "gamma": "ocio_exposure_contrast_gammaVal",
+}
+
+
+def _is_same(value: object, neutral: float) -> bool:
+    return not isinstance(value, (pg.Value, pg.Derived)) and value == neutral
+
+
+def _library() -> Any:
+    try:
+        import PyOpenColorIO
+    except ImportError as error:
+        raise pg.GraphError(f"color_transform: needs OpenColorIO ({error}); pip install 'passgraph[color]'") from None
+    return PyOpenColorIO
+
+
+def _config(named: str | None) -> ocio.Config:
+    ocio = _library()
+    path = named or os.environ.get("OCIO") or DEFAULT_CONFIG
+    try:
+        return ocio.Config.CreateFromFile(path)
+    except (ocio.Exception, ocio.ExceptionMissingFile) as error:
+        built_in = [row[0] for row in ocio.BuiltinConfigRegistry().getBuiltinConfigs()]
+        hint = near(path.removeprefix("ocio://"), built_in) or f"; built-in ones are ocio:// and {_some(built_in)}"
+        raise pg.GraphError(f"color_transform: config {path!r} cannot be read: {error}{hint}") from None
+
+
+def _transform(
+    config: ocio.Config, src: str | None, dst: str | None, display: str | None, view: str | None, look: str | None,
+    file: str | None, interpolation: str, changed: frozenset[str],
+) -> ocio.Transform:  # fmt: skip
+    """Return the transform that the arguments describe; raise GraphError for names that the config does not have."""
+    ocio = _library()
+    given = [word for word, value in (("dst", dst), ("display", display), ("file", file)) if value is not None]
+    if len(given) > 1:
+        raise pg.GraphError(f"color_transform: takes one of dst, display and file; got {', '.join(given)}")
+    if file is not None:
+        if src or look:
+            raise pg.GraphError("color_transform: a LUT file knows no color spaces; leave src and look out")
+        if not os.path.isfile(file):
+            raise pg.GraphError(f"color_transform: there is no file {file}")
+        kinds = {"best": ocio.INTERP_BEST, "linear": ocio.INTERP_LINEAR, "nearest": ocio.INTERP_NEAREST}
+        return ocio.FileTransform(src=os.path.abspath(file), interpolation=kinds[interpolation])
+    source = _color_space(config, src or ocio.ROLE_SCENE_LINEAR)
+    if look is not None:
+        for word in look.replace(",", " ").replace(":", " ").split():
+            _among("look", word.lstrip("+-"), [*config.getLookNames()])
+    if dst is not None:
+        target = _color_space(config, dst)
+        if look is not None:
+            return ocio.LookTransform(src=source, dst=target, looks=look)
+        return ocio.ColorSpaceTransform(src=source, dst=target)
+    if display is None:
+        return ocio.LookTransform(src=source, dst=source, looks=look)
+    _among("display", display, [*config.getDisplays()])
+    shown = view or config.getDefaultView(display)
+    _among(f"view of {display!r}", shown, [*config.getViews(display)])
+    steps = ocio.GroupTransform()
+    before, after = changed - {"gamma"}, changed & {"gamma"}
+    if look is not None:
+        steps.appendTransform(ocio.LookTransform(src=source, dst=source, looks=look))
+    if before:
+        linear = ocio.ROLE_SCENE_LINEAR
+        steps.appendTransform(ocio.ColorSpaceTransform(src=source, dst=linear))
+        steps.appendTransform(
+            ocio.ExposureContrastTransform(
+                ocio.EXPOSURE_CONTRAST_LINEAR,
+                pivot=MIDDLE_GRAY,
+                dynamicExposure="exposure_stops" in before,
+                dynamicContrast="contrast" in before,
+            )
+        )
+        source = linear
+    steps.appendTransform(
+        ocio.DisplayViewTransform(src=source, display=display, view=shown, looksBypass=look is not None)
+    )
+    if after:
+        steps.appendTransform(
+            ocio.ExposureContrastTransform(ocio.EXPOSURE_CONTRAST_LINEAR, pivot=1.0, dynamicGamma=True)
+        )
+    return steps
+
+
+def _color_space(config: ocio.Config, name: str) -> str:
+    if config.getColorSpace(name) is None:  # names, aliases and roles
+        _among("color space", name, [*config.getColorSpaceNames(), *config.getRoleNames()])
+    return name
+
+
+def _among(what: str, name: str, known: list[str]) -> None:
+    if name not in known:
+        hint = near(name, known) or f"; it has {_some(known)}"
+        raise pg.GraphError(f"color_transform: the config has no {what} {name!r}{hint}")
+
+
+def _some(names: list[str]) -> str:
+    """The first names of a list, as many as an error shows."""
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return ", ".join(names[:MOST_NAMED]) + more

@@ -1,0 +1,1 @@
+"""Blurs, sharpening, noise removal, edges and shapes."""

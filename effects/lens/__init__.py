@@ -1,0 +1,1 @@
+"""What a camera and its lens add: glow, beams, fringes, distortion, grain."""

@@ -1,0 +1,65 @@
+"""Chromatic aberration: a lens shows red larger than blue, or smaller."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from typing import Annotated
+
+import passgraph as pg
+from passgraph import Const, Image, uv, vec3, vec4
+from passgraph.effects.checked import effect
+from passgraph.effects.pictures.decoded import decoded
+
+
+@pg.kernel
+def dispersed(color: Image, spread: float, samples: Const[int]) -> vec4:
+    """The picture at as many sizes as there are wavelengths, blue to red, none of them smaller than this one."""
+    away = uv() - 0.5
+    light, light_weight = vec3(0.0), vec3(0.0)
+    alpha = 0.0
+    for i in range(samples):
+        place = 2.0 * float(i) / float(samples - 1) - 1.0
+        weight = vec3(max(place, 0.0), 1.0 - abs(place), max(-place, 0.0))
+        c = color.sample(0.5 + away * (1.0 - 0.5 * (abs(spread) - spread * place)))
+        light += c.rgb * weight
+        light_weight += weight
+        alpha += c.a * weight.g
+    return vec4(light / light_weight, alpha / light_weight.g)
+
+
+@effect("chromatic-aberration", alpha="premultiplied")
+def chromatic_aberration(
+    color: pg.Target,
+    spread: Annotated[float, pg.Range(-0.2, 0.2)] | pg.Value | pg.Derived = 0.005,
+    samples: Annotated[int, pg.Range(3, 33)] = 9,
+    into: pg.TargetSpec | None = None,
+    name: str = "chromatic_aberration",
+) -> pg.Target:
+    """Add color fringes that grow toward the corners: each wavelength has its own magnification.
+
+    Parameters
+    ----------
+    color : linear light, any range; alpha, which should be premultiplied, goes with green
+    spread : how much larger blue is shown than red, as a share of the size. 0.002 is a good lens, 0.01 a bad one
+    samples : wavelengths. 3 show three pictures apart, 9 a spectrum for edges up to some 10 pixels wide
+    into : where it goes; left out, float32 with the name ``name``
+    name : of the pass
+
+    Lateral aberration; what lies in the middle stays sharp.  The shares of the wavelengths add up to 1 in each channel,
+    so that what is even stays as it is.  The least magnified colour fills the picture and the others reach beyond it:
+    nothing outside is read and borders have no rim.
+
+    Deviation from eyes: red, green and blue see wavelengths as tents over the spectrum, so that no channel is negative.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> edge = (np.arange(32) < 28).astype(np.float32)[None, :, None] * np.ones(4, np.float32)
+    >>> with pg.compile(chromatic_aberration(pg.Input("frame"), 0.1, 3), backend="reference") as program:
+    ...     shown = program(frame=edge)["chromatic_aberration"]
+    >>> [round(float(share), 2) for share in shown[0, 28]]
+    [0.0, 0.62, 1.0, 0.62]
+    """
+    light = decoded(color, f"{name}_light")
+    return dispersed(light, spread, samples, into=into or pg.target(name, "rgba32f"), name=name)

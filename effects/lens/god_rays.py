@@ -1,0 +1,111 @@
+"""God rays: light of the sky that is seen in the air between the things that hide it."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from typing import Annotated
+
+import passgraph as pg
+from passgraph import Const, Image, dot, ivec2, pixel, uv, vec2, vec3, vec4
+from passgraph.effects.checked import effect
+from passgraph.effects.color.black_and_white import REC709
+from passgraph.effects.quantities import NotNegative, Place, Share, combined, mapped
+
+#: Passes over half the picture, each over the sums of the one before, and reads in each.
+PASSES, READS = 3, 6
+#: Largest half float: brighter light counts as this much. The largest distance is what infinity was replaced by.
+BRIGHTEST, FARTHEST = 65504.0, 3.4028234e38
+
+
+@pg.kernel
+def shining(color: Image, occluders: Image, threshold: float, has_occluders: Const[bool]) -> vec4:
+    """Half the size: the light of what is bright and, where distances are known, of no surface."""
+    total = vec3(0.0)
+    for y in range(2):
+        for x in range(2):
+            at = 2 * pixel() + ivec2(x, y)
+            c = min(vec3(BRIGHTEST), max(vec3(0.0), color.texel(at).rgb))
+            light = dot(c, vec3(REC709[0], REC709[1], REC709[2]))
+            z = occluders.texel(at).r if has_occluders else 0.0
+            if not (z > 0.0 and z < FARTHEST) and light > threshold:
+                total += c * ((light - threshold) / light)
+    return vec4(0.25 * total, 1.0)
+
+
+@pg.kernel
+def gathered(source: Image, light: vec2, nearer: float, kept: float, strides: Const[int]) -> vec4:
+    """The mean over places on the way to the light, each a share nearer and of less weight than the one before."""
+    step, fall = pow(nearer, float(strides)), pow(kept, float(strides))
+    away, weight = uv() - light, 1.0
+    total, weights = vec3(0.0), 0.0
+    for _ in range(READS):
+        total += source.sample(light + away).rgb * weight
+        weights += weight
+        away, weight = away * step, weight * fall
+    return vec4(total / weights, 1.0)
+
+
+@pg.kernel
+def lit_air(color: Image, rays: Image, intensity: float) -> vec4:
+    c = color[0, 0]
+    # where a side is odd, half of it ends beyond the picture
+    return vec4(c.rgb + rays.sample(0.5 * (vec2(pixel()) + 0.5) / vec2(rays.size)).rgb * intensity, c.a)
+
+
+@effect("god-rays", linear=True, alpha="premultiplied")
+def god_rays(
+    color: pg.Target,
+    x: Place | pg.Value | pg.Derived = 0.5,
+    y: Place | pg.Value | pg.Derived = 0.25,
+    intensity: NotNegative | pg.Value | pg.Derived = 0.5,
+    threshold: NotNegative | pg.Value | pg.Derived = 1.0,
+    density: Annotated[float, pg.Range(0, 0.99)] | pg.Value | pg.Derived = 0.9,
+    decay: Share | pg.Value | pg.Derived = 0.1,
+    occluders: pg.Target | None = None,
+    into: pg.TargetSpec | None = None,
+    name: str = "god_rays",
+) -> pg.Target:
+    """Add beams of light from a bright place, such as the sun, that objects in front of it interrupt.
+
+    Parameters
+    ----------
+    color : any picture, linear light
+    x : of the light, as a share of the width from the left edge; below 0 and above 1 it is outside the picture
+    y : of the light, as a share of the height from the upper edge
+    intensity : factor on the beams; 0 leaves the picture as it is
+    threshold : luminance above which the picture shines, scene-linear. With ``occluders`` it may be 0
+    density : share of the way to the light along which light is gathered
+    decay : weight of the last place on that way, the pixel's own being 1; less makes shorter beams
+    occluders : depth picture of the size of ``color``. Red is the distance, and 0, infinity or NaN where there is no
+        surface, which is the only place that shines then; left out, brightness alone decides
+    into : where it goes; left out, float32 with the name ``name``
+    name : of the passes and targets
+
+    The beams are the weighted mean of 216 places between a pixel and the light, at half the size: an even sky adds
+    ``intensity`` times its own light.  What is outside of the picture is dark.  NaN and infinity do not shine.
+    Source: K. Mitchell, "Volumetric Light Scattering as a Post-Process", GPU Gems 3, chapter 13, 2007.
+    Deviations: weights add up to 1. Steps shrink toward the light, each by the same share, so that three passes, each
+    over the sums of the one before, need 18 reads for 216 places (T. Sousa, "Crysis Next Gen Effects", GDC 2008).
+
+    Examples
+    --------
+    A lamp at the left, and an even part of its light at the right, on the way from there:
+
+    >>> import numpy as np
+    >>> lamp = np.where(np.arange(64) < 8, 4.0, 0.0).astype(np.float32)[None, :, None] * np.ones((8, 64, 4))
+    >>> with pg.compile(god_rays(pg.Input("frame"), 0.0, 0.5), backend="reference") as program:
+    ...     beams = program(frame=lamp)["god_rays"][4, :, 0]
+    >>> bool(beams[0] > 4.5), bool(beams[12] > beams[40] > 0.0)
+    (True, True)
+    """
+    half = pg.target(f"{name}_source", "rgba32f", like=color, scale=0.5)
+    rays = shining(color, occluders or color, threshold, occluders is not None, into=half, name=half.name)
+    steps = READS**PASSES - 1
+    nearer = mapped(density, lambda share: (1.0 - share) ** (1.0 / steps))
+    kept = mapped(decay, lambda share: share ** (1.0 / steps))
+    place = combined(lambda *at: at, x, y)
+    for number in range(PASSES):
+        spec = pg.target(f"{name}_{number}", "rgba32f", like=rays)
+        rays = gathered(rays.border("zero"), place, nearer, kept, READS**number, into=spec, name=spec.name)
+    return lit_air(color, rays, intensity, into=into or pg.target(name, "rgba32f"), name=name)

@@ -1,0 +1,92 @@
+"""Lens distortion: straight lines as a lens bends them, and back."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from typing import Annotated
+
+import passgraph as pg
+from passgraph import Const, Image, clamp, dot, length, output_size, pixel, vec2, vec4
+from passgraph.effects.checked import effect
+from passgraph.effects.pictures.decoded import decoded
+from passgraph.effects.quantities import mapped, tan_half
+
+#: Steps of Newton's method, each of which doubles the digits that are right.
+STEPS = 8
+#: Where the polynomial is flat or falls the lens shows no such ray: the least slope that a step takes, and the largest
+#: radius, as a multiple of that on the lens.
+LEAST_SLOPE, FARTHEST = 0.05, 3.0
+Coefficient = Annotated[float, pg.Range(-1, 1)]
+
+
+@pg.function
+def undistorted(radius: float, k1: float, k2: float, k3: float) -> float:
+    """Share of a radius as the lens shows it that is its radius without the lens."""
+    r = radius
+    for _ in range(STEPS):
+        q = r * r
+        found = r * (1.0 + q * (k1 + q * (k2 + q * k3)))
+        slope = 1.0 + q * (3.0 * k1 + q * (5.0 * k2 + q * 7.0 * k3))
+        r = clamp(r - (found - radius) / max(slope, LEAST_SLOPE), 0.0, FARTHEST * radius)
+    return r / radius if radius > 0.0 else 1.0
+
+
+@pg.kernel
+def bent(color: Image, tan_half: float, k1: float, k2: float, k3: float, zoom: float, undo: Const[bool]) -> vec4:
+    """Sample the other picture along the ray of this pixel."""
+    size = vec2(output_size())
+    ray = (2.0 * vec2(pixel()) + 1.0 - size) * (tan_half / (size.y * zoom))
+    if undo:
+        q = dot(ray, ray)
+        ray *= 1.0 + q * (k1 + q * (k2 + q * k3))
+    else:
+        ray *= undistorted(length(ray), k1, k2, k3)
+    return color.sample(0.5 + 0.5 * ray * vec2(size.y / size.x, 1.0) / tan_half)
+
+
+@effect("lens-distortion", alpha="premultiplied")
+def lens_distortion(
+    color: pg.Target,
+    k1: Coefficient | pg.Value | pg.Derived = -0.2,
+    k2: Coefficient | pg.Value | pg.Derived = 0.0,
+    k3: Coefficient | pg.Value | pg.Derived = 0.0,
+    vertical_fov_rad: Annotated[float, pg.Range(0.001, 3.1, "radians")] | pg.Value | pg.Derived = 0.8,
+    zoom: Annotated[float, pg.Range(0.1, 10)] | pg.Value | pg.Derived = 1.0,
+    undo: bool = False,
+    into: pg.TargetSpec | None = None,
+    name: str = "lens_distortion",
+) -> pg.Target:
+    """Distort a picture like a lens, or undo the distortion of one.
+
+    Parameters
+    ----------
+    color : any picture, any range; beyond its edge the rule of ``color.border(...)`` holds. Alpha should be
+        premultiplied
+    k1, k2, k3 : coefficients of the second, fourth and sixth power of the distance from the middle, as OpenCV's
+        calibration gives them. Below 0 the picture bulges like a barrel
+    vertical_fov_rad : angle of view without distortion, from the picture's bottom to its top; distances are 1 at 45
+        degrees from the axis
+    zoom : factor on the size of what is shown; above 1 it hides corners that the lens does not see
+    undo : straighten a picture that was bent with the same numbers
+    into : where it goes; left out, float32 with the name ``name``
+    name : of the passes and targets
+
+    ``distorted = r (1 + k1 r² + k2 r⁴ + k3 r⁶)``; bending asks for r at each pixel, by Newton's method.  Where the
+    polynomial falls again, far out, the lens shows no ray, and what is seen is drawn out from farther inside.
+    Texels are weighted bilinearly.
+    Source: D. C. Brown, "Decentering Distortion of Lenses", 1966, its radial part.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> ramp = np.linspace(-1.0, 1.0, 101, dtype=np.float32)[:, None, None] * np.ones(4, np.float32)
+    >>> bend = lens_distortion(pg.Input("frame"), k1=0.1, vertical_fov_rad=1.5707963, undo=True)
+    >>> with pg.compile(bend, backend="reference") as program:
+    ...     shown = program(frame=ramp)["lens_distortion"]
+    >>> round(float(shown[75, 0, 0] / ramp[75, 0, 0]), 3), round(1.0 + 0.1 * (50 / 101) ** 2, 3)
+    (1.025, 1.025)
+    """
+    light = decoded(color, f"{name}_light")
+    half = mapped(vertical_fov_rad, tan_half)
+    return bent(light, half, k1, k2, k3, zoom, undo, into=into or pg.target(name, "rgba32f"), name=name)

@@ -1,0 +1,55 @@
+"""Vignette: lenses show less light toward the corners."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from typing import Annotated
+
+import passgraph as pg
+from passgraph import Image, dot, output_size, pixel, vec2, vec4
+from passgraph.effects.checked import effect
+from passgraph.effects.quantities import NotNegative, mapped, tan_half
+
+
+@pg.kernel
+def darkened(color: Image, tan_half: float, strength: float) -> vec4:
+    """The colour times the fourth power of the cosine between this pixel's ray and the axis."""
+    size = vec2(output_size())
+    ray = (2.0 * vec2(pixel()) + 1.0 - size) * (tan_half / size.y)
+    share = pow(1.0 + dot(ray, ray), -2.0 * strength)
+    c = color[0, 0]
+    return vec4(c.rgb * share, c.a)
+
+
+@effect("vignette")
+def vignette(
+    color: pg.Target,
+    vertical_fov_rad: Annotated[float, pg.Range(0.001, 3.1, "radians")] | pg.Value | pg.Derived = 0.8,
+    strength: NotNegative | pg.Value | pg.Derived = 1.0,
+    into: pg.TargetSpec | None = None,
+    name: str = "vignette",
+) -> pg.Target:
+    """Darken the corners, by the fourth power of the cosine of the angle to the axis.
+
+    Parameters
+    ----------
+    color : linear light, any range
+    vertical_fov_rad : angle of view, from the picture's bottom to its top
+    strength : exponent on the law; 1 is an ideal thin lens, 0 leaves the picture as it is, lenses with hoods and many
+        elements come to 2 and more
+    into : where it goes; left out, float32 with the name ``name``
+    name : of the pass
+
+    Source: R. Kingslake, "Optics in Photography", SPIE, 1992, "the cos⁴ law" of natural vignetting.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> with pg.compile(vignette(pg.Input("frame"), 1.5707963), backend="reference") as program:
+    ...     shown = program(frame=np.ones((101, 1, 4), np.float32))["vignette"]
+    >>> [round(float(shown[row, 0, 0]), 3) for row in (0, 25, 50)]  # cos 45° ** 4 is 0.25, at the very border
+    [0.255, 0.645, 1.0]
+    """
+    half = mapped(vertical_fov_rad, tan_half)
+    return darkened(color, half, strength, into=into or pg.target(name, "rgba32f"), name=name)

@@ -1,0 +1,1 @@
+"""Stylized pictures: dots, strokes, squares, screens."""

@@ -1,0 +1,68 @@
+"""Pixelate: even squares in place of pixels."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from typing import Annotated
+
+import passgraph as pg
+from passgraph import Const, Image, ivec2, pixel, vec4
+from passgraph.effects.checked import effect
+
+
+@pg.kernel
+def mean_of_block(color: Image, side: Const[int]) -> vec4:
+    """Return the mean of a square's texels, without those beyond the picture's edge."""
+    first = pixel() * side
+    total, count = vec4(0.0), 0.0
+    for y in range(side):
+        for x in range(side):
+            at = first + ivec2(x, y)
+            if at.x < color.size.x and at.y < color.size.y:
+                total += color.texel(at)
+                count += 1.0
+    return total / max(count, 1.0)
+
+
+@pg.kernel
+def block_of(blocks: Image, side: Const[int]) -> vec4:
+    """The square that this pixel lies in."""
+    return blocks.texel(pixel() // side)
+
+
+@effect("pixelate", alpha="premultiplied")
+def pixelate(
+    color: pg.Target,
+    size_px: Annotated[int, pg.Range(1, 64, "px")] = 8,
+    into: pg.TargetSpec | None = None,
+    name: str = "pixelate",
+) -> pg.Target:
+    """Show a picture as squares, each the mean of its pixels.
+
+    Parameters
+    ----------
+    color : any picture; means of linear light are as bright as what they stand for. Alpha should be premultiplied
+    size_px : side of a square; 1 returns ``color`` itself
+    into : where it goes; left out, float32 with the name ``name``
+    name : of the passes and targets
+
+    Squares begin at the top left; those at the right and the bottom edge may be cut off, and are the mean of what is
+    left of them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> ramp = np.arange(5, dtype=np.float32)[None, :, None] * np.ones(4, np.float32)
+    >>> with pg.compile(pixelate(pg.Input("frame"), 2), backend="reference") as program:
+    ...     program(frame=ramp)["pixelate"][0, :, 0].tolist()
+    [0.5, 0.5, 2.5, 2.5, 4.0]
+    """
+    if size_px == 1:
+        return color
+    label = f"{name}_blocks"
+    # a size that is rounded up may have a square too many, which nothing reads
+    blocks = mean_of_block(
+        color, size_px, into=pg.target(label, "rgba32f", like=color, scale=1.0 / size_px), name=label
+    )
+    return block_of(blocks, size_px, into=into or pg.target(name, "rgba32f", like=color), name=name)
