@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,26 +23,36 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")]
 
 
+@contextmanager
+def opened(*words: str) -> Iterator[Any]:
+    """The page of `passgraph view` once its first picture is shown; no error on its console."""
+    command = [sys.executable, "-m", "passgraph", "view", *words, "--no-open", "-b", "numpy"]
+    errors: list[str] = []
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        try:
+            assert process.stdout is not None
+            found = re.search(r"http://\S+", process.stdout.readline())
+            assert found is not None
+            with api.sync_playwright() as playwright:
+                browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+                page = browser.new_page(viewport={"width": 1000, "height": 700})
+                page.on("console", lambda message: errors.append(message.text) if is_fault(message) else None)
+                page.on("pageerror", lambda error: errors.append(str(error)))
+                page.goto(found[0])
+                page.wait_for_selector("body[data-shown]", timeout=60_000)
+                yield page
+                browser.close()
+        finally:
+            process.terminate()
+    assert errors == []
+
+
 @pytest.fixture
 def page(tmp_path: Path) -> Iterator[Any]:
-    """The page of an effect of 8x4 texels, once its first picture is shown; no error on its console."""
+    """The page of an effect of 8x4 texels."""
     effect, picture = files(tmp_path)
-    command = [sys.executable, "-m", "passgraph", "view", str(effect), str(picture), "--no-open", "-b", "numpy"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
-        assert process.stdout is not None
-        found = re.search(r"http://\S+", process.stdout.readline())
-        assert found is not None
-        with api.sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-            made, errors = browser.new_page(viewport={"width": 1000, "height": 700}), []
-            made.on("console", lambda message: errors.append(message.text) if is_fault(message) else None)
-            made.on("pageerror", lambda error: errors.append(str(error)))
-            made.goto(found[0])
-            made.wait_for_selector("body[data-shown]", timeout=60_000)
-            yield made
-            browser.close()
-        process.terminate()
-    assert errors == []
+    with opened(str(effect), str(picture)) as shown:
+        yield shown
 
 
 def is_fault(message: Any) -> bool:
@@ -140,6 +151,28 @@ def test_pictures_and_videos_are_saved(page: Any, tmp_path: Path) -> None:
         page.locator("#record").click()
     with Image.open(saved.value.path()) as made:
         assert (made.size, made.convert("RGB").getpixel((2, 1))) == ((8, 4), (0, 102, 204))
+
+
+def test_a_drag_moves_the_mouse_of_a_shadertoy_and_time_is_sought(tmp_path: Path) -> None:
+    shader = tmp_path / "mouse.glsl"
+    shader.write_text(
+        "void mainImage(out vec4 c, in vec2 p) { c = vec4(iMouse.xy / iResolution.xy, mod(float(iFrame), 2.0), 1.0); }"
+    )
+    with opened(str(shader), "--size", "16x8") as page:
+        until(page, 0, 0, [0, 0, 0])
+        page.locator("#seek").fill("7")
+        until(page, 0, 0, [0, 0, 255])
+        box = page.locator("#picture").bounding_box()
+        at = [
+            (box["x"] + box["width"] * x / 16, box["y"] + box["height"] * y / 8) for x, y in ((4.5, 4.5), (12.5, 2.5))
+        ]
+        page.mouse.move(*at[0])
+        page.mouse.down()
+        page.mouse.move(*at[1], steps=4)
+        until(page, 0, 0, [199, 175, 255])
+        page.mouse.up()
+        page.locator("#undo").click()
+        until(page, 0, 0, [0, 0, 255])
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
