@@ -260,6 +260,7 @@ _QUESTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], dict[str, Any]]]
     "inspect": lambda session, message: session.inspect(int(message["x"]), int(message["y"])),
     "profile": lambda session, _: session.profile(),
     "code": lambda session, message: session.code(str(message["name"])),
+    "keep": lambda session, _: session.keep(),
     "verdict": lambda session, _: session.verdict(),
 }
 

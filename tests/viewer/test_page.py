@@ -136,6 +136,14 @@ def test_a_picture_is_compared_with(page: Any, tmp_path: Path) -> None:
     page.wait_for_function("() => document.getElementById('status').textContent.includes('difference 0.800')")
 
 
+def test_two_sets_of_parameters_are_compared(page: Any) -> None:
+    page.locator("#compare").select_option("difference")
+    page.locator("#other").select_option("kept")
+    page.wait_for_function("() => document.getElementById('status').textContent.includes('difference 0.00')")
+    page.locator("#value-gain").fill("0.5")
+    page.wait_for_function("() => document.getElementById('status').textContent.includes('difference 0.400')")
+
+
 def test_pictures_and_videos_are_saved(page: Any, tmp_path: Path) -> None:
     from PIL import Image
 
