@@ -16,8 +16,8 @@ from passgraph.files.sequences import Numbers
 from passgraph.plan.dependencies import inputs_behind
 from passgraph.viewer.debugger import View
 
-#: Most frames of one recording, and suffixes that it may have.
-MOST_FRAMES = 100_000
+#: Most frames of one recording, most of them a second, and suffixes that it may have.
+MOST_FRAMES, MOST_RATE = 100_000, 1000
 SUFFIXES = (".mp4", ".mkv", ".webm", ".gif", ".webp")
 #: Inputs of a frame by its number, counted from 0.
 Inputs = Callable[[int], Mapping[str, Any]]
@@ -56,6 +56,8 @@ def record(view: View, inputs: Inputs, first: int, last: int, rate: Fraction, pa
         raise InputError(f"record: {path.suffix!r} is no video; expected one of {' '.join(SUFFIXES)}")
     if not 0 <= first <= last < first + MOST_FRAMES:
         raise InputError(f"record: expected 1 to {MOST_FRAMES} frames, got from {first} to {last}")
+    if not 0 < rate <= MOST_RATE:
+        raise InputError(f"record: expected up to {MOST_RATE} pictures a second, more than 0, got {rate}")
     outputs, names = {"target": view.target}, inputs_behind([view.target])
     given, fed = view.given_to(outputs), next(iter(names), "")
 

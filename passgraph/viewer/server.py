@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import secrets
 import socket
 import tempfile
@@ -25,6 +26,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from passgraph.errors import PassgraphError
 from passgraph.viewer.display import CHANNELS, Look
+from passgraph.viewer.recording import SUFFIXES
 from passgraph.viewer.session import Asked, Published, Session
 from passgraph.viewer.subject import Subject
 
@@ -211,15 +213,16 @@ class View:
         asked = request.query_params
         try:
             first, last = int(asked["first"]), int(asked["last"])
-            rate = Fraction(asked.get("rate", "30"))
-            with tempfile.NamedTemporaryFile(
-                dir=self._folder.name, prefix="record-", suffix=f".{asked.get('as', 'mp4')[:8]}", delete=False
-            ) as file:
-                path = Path(file.name)
+            rate, suffix = Fraction(asked.get("rate", "30")), f".{asked.get('as', 'mp4')}"
+            if suffix not in SUFFIXES:
+                raise ValueError
+            handle, name = tempfile.mkstemp(suffix, "record-", self._folder.name)
+            os.close(handle)
+            path = Path(name)
             await asyncio.to_thread(self.session.record, first, last, rate, path)
         except PassgraphError as error:
             return PlainTextResponse(str(error), 400)
-        except (KeyError, ValueError, ZeroDivisionError, OSError):
+        except (KeyError, ValueError, ZeroDivisionError):
             return PlainTextResponse("expected first=, last= (frames from 0), rate= (frames a second) and as=mp4", 400)
         return FileResponse(path, filename=f"{self.session.subject.name}{path.suffix}")
 
@@ -257,6 +260,7 @@ _QUESTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], dict[str, Any]]]
     "inspect": lambda session, message: session.inspect(int(message["x"]), int(message["y"])),
     "profile": lambda session, _: session.profile(),
     "code": lambda session, message: session.code(str(message["name"])),
+    "keep": lambda session, _: session.keep(),
     "verdict": lambda session, _: session.verdict(),
 }
 

@@ -170,7 +170,15 @@ class Session:
 
     def compare_with(self, path: Path) -> None:
         """A picture file to compare with, as it is stored."""
-        self._reference = load_stored(path)
+        self._compare(load_stored(path))
+
+    def keep(self) -> dict[str, Any]:
+        """Compare what follows with the values that are shown now."""
+        self._compare(self.picture("values").copy())
+        return {}
+
+    def _compare(self, picture: NDArray[Any]) -> None:
+        self._reference = picture
         with self._changed:
             self._dirty, self._key = True, None
             self._changed.notify()

@@ -12,6 +12,7 @@ import numpy as np
 import passgraph as pg
 from passgraph.commands.view import EffectSubject
 from passgraph.viewer.session import Published, Session
+from tests.test_lines import Wrong
 
 KERNEL = '''import passgraph as pg
 
@@ -25,6 +26,15 @@ def tint(color: pg.Image, gain: float = 1.0) -> pg.vec4:
     """
     return pg.vec4(color[0, 0].rgb * gain, 1.0)
 '''
+
+
+class SineForCosine(Wrong):
+    """A backend with a mistake, by a name."""
+
+    name = "mistaken"
+
+    def __init__(self, device: str | None = None) -> None:
+        super().__init__("cos", "sin")
 
 
 def files(folder: Path, text: str = KERNEL) -> tuple[Path, Path]:

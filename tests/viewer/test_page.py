@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import random
 import re
 import shutil
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,26 +23,41 @@ CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")]
 
 
+@contextmanager
+def opened(*words: str) -> Iterator[Any]:
+    """The page of `passgraph view` once its first picture is shown; no error on its console."""
+    command = [sys.executable, "-m", "passgraph", "view", *words, "--no-open", "-b", "numpy"]
+    errors: list[str] = []
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        try:
+            assert process.stdout is not None
+            found = re.search(r"http://\S+", process.stdout.readline())
+            assert found is not None
+            with api.sync_playwright() as playwright:
+                browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+                page = browser.new_page(viewport={"width": 1000, "height": 700})
+                page.on("console", lambda message: errors.append(message.text) if is_fault(message) else None)
+                page.on("pageerror", lambda error: errors.append(str(error)))
+                page.goto(found[0])
+                page.wait_for_selector("body[data-shown]", timeout=60_000)
+                yield page
+                browser.close()
+        finally:
+            process.terminate()
+    assert errors == []
+
+
 @pytest.fixture
 def page(tmp_path: Path) -> Iterator[Any]:
-    """The page of an effect of 8x4 texels, once its first picture is shown; no error on its console."""
+    """The page of an effect of 8x4 texels."""
     effect, picture = files(tmp_path)
-    command = [sys.executable, "-m", "passgraph", "view", str(effect), str(picture), "--no-open", "-b", "numpy"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
-        assert process.stdout is not None
-        found = re.search(r"http://\S+", process.stdout.readline())
-        assert found is not None
-        with api.sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-            made, errors = browser.new_page(viewport={"width": 1000, "height": 700}), []
-            made.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-            made.on("pageerror", lambda error: errors.append(str(error)))
-            made.goto(found[0])
-            made.wait_for_selector("body[data-shown]", timeout=60_000)
-            yield made
-            browser.close()
-        process.terminate()
-    assert errors == []
+    with opened(str(effect), str(picture)) as shown:
+        yield shown
+
+
+def is_fault(message: Any) -> bool:
+    """Return True for an error of the page; what the server refuses (400) is said on the page, and by the browser."""
+    return bool(message.type == "error" and "status of 400" not in message.text)
 
 
 def color(page: Any, x: int, y: int) -> list[int]:
@@ -76,9 +95,150 @@ def test_a_slider_an_edit_and_an_error(page: Any, tmp_path: Path) -> None:
 def test_a_click_shows_the_lines_of_a_pixel(page: Any) -> None:
     box = page.locator("#picture").bounding_box()
     page.mouse.click(box["x"] + box["width"] * 2.5 / 8, box["y"] + box["height"] * 1.5 / 4)
-    page.wait_for_function("() => document.getElementById('pixel').textContent.includes('returns')")
+    row = page.locator("#pixel tbody tr")
+    row.wait_for()
+    assert row.locator("td").all_inner_texts()[2:] == ["returns ", "0  0.400000006  0.800000012  1", "="]
     assert "(2, 1)" in page.locator("#pixel").inner_text()
+    assert "numpy: every line is within its bounds" in page.locator("#pixel li").all_inner_texts()
     assert "0.4" in page.locator("#texel").inner_text()
+    page.locator("#pixel button", has_text="color: 1 texel of frame").click()
+    page.wait_for_function("() => document.getElementById('target').value === 'frame'")
+    page.locator("#pixel-close").click()
+    assert page.locator("#pixel-panel").is_hidden()
+
+
+def test_a_pass_is_chosen_in_the_plan_by_keys(page: Any) -> None:
+    page.locator("#plan-panel summary").click()
+    page.locator("#profile").click()
+    page.locator("#plan [data-pass=tint]").focus()
+    page.keyboard.press("Enter")
+    page.locator("#code").select_option("gl")
+    assert "void main()" in page.locator("#pass pre").inner_text()
+    page.locator("#code").select_option("kernel")
+    assert "def tint" in page.locator("#pass pre").inner_text()
+
+
+def test_the_verdict_lies_over_the_picture_until_it_changes(page: Any) -> None:
+    page.locator("#compare").select_option("verdict")
+    page.wait_for_selector("#mask:not([hidden])", state="attached")
+    assert "0 of 32 pixels are outside" in page.locator("#mask").get_attribute("alt")
+    page.locator("#value-gain").fill("0.5")
+    assert page.locator("#mask").is_hidden()
+    assert page.locator("#compare").input_value() == ""
+
+
+def test_a_picture_is_compared_with(page: Any, tmp_path: Path) -> None:
+    page.locator("#compare").select_option("difference")
+    with page.expect_file_chooser() as chooser:
+        page.locator("#other").select_option("file")
+    chooser.value.set_files(tmp_path / "picture.png")
+    page.locator("#value-gain").fill("2")
+    page.wait_for_function("() => document.getElementById('status').textContent.includes('difference 0.800')")
+
+
+def test_two_sets_of_parameters_are_compared(page: Any) -> None:
+    page.locator("#compare").select_option("difference")
+    page.locator("#other").select_option("kept")
+    page.wait_for_function("() => document.getElementById('status').textContent.includes('difference 0.00')")
+    page.locator("#value-gain").fill("0.5")
+    page.wait_for_function("() => document.getElementById('status').textContent.includes('difference 0.400')")
+
+
+def test_pictures_and_videos_are_saved(page: Any, tmp_path: Path) -> None:
+    from PIL import Image
+
+    page.locator("#save-as").select_option("png16")
+    with page.expect_download() as saved:
+        page.locator("#save").click()
+    with Image.open(saved.value.path()) as picture:
+        assert picture.size == (8, 4)
+    page.locator("#record-panel summary").click()
+    page.locator("#record-last").fill("2")
+    page.locator("#record-as").select_option("gif")
+    with page.expect_download() as saved:
+        page.locator("#record").click()
+    with Image.open(saved.value.path()) as made:
+        assert (made.size, made.convert("RGB").getpixel((2, 1))) == ((8, 4), (0, 102, 204))
+
+
+def test_a_drag_moves_the_mouse_of_a_shadertoy_and_time_is_sought(tmp_path: Path) -> None:
+    shader = tmp_path / "mouse.glsl"
+    shader.write_text(
+        "void mainImage(out vec4 c, in vec2 p) { c = vec4(iMouse.xy / iResolution.xy, mod(float(iFrame), 2.0), 1.0); }"
+    )
+    with opened(str(shader), "--size", "16x8") as page:
+        until(page, 0, 0, [0, 0, 0])
+        page.locator("#seek").fill("7")
+        until(page, 0, 0, [0, 0, 255])
+        box = page.locator("#picture").bounding_box()
+        at = [
+            (box["x"] + box["width"] * x / 16, box["y"] + box["height"] * y / 8) for x, y in ((4.5, 4.5), (12.5, 2.5))
+        ]
+        page.mouse.move(*at[0])
+        page.mouse.down()
+        page.mouse.move(*at[1], steps=4)
+        until(page, 0, 0, [199, 175, 255])
+        page.mouse.up()
+        page.locator("#undo").click()
+        until(page, 0, 0, [0, 0, 255])
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_text_has_contrast(page: Any, scheme: str) -> None:
+    """4.5 to 1, as WCAG 2 asks of text, for each color of text on each ground of the page."""
+    page.emulate_media(color_scheme=scheme)
+    code = """() => Object.fromEntries(["--bg", "--panel", "--text", "--dim", "--accent", "--wrong", "--mark"].map(
+        (name) => [name, getComputedStyle(document.documentElement).getPropertyValue(name).trim()]))"""
+    colors = {name: _luminance(text) for name, text in page.evaluate(code).items()}
+    pairs = [(text, ground) for text in ("--text", "--dim", "--accent", "--wrong") for ground in ("--bg", "--panel")]
+    for text, ground in [*pairs, ("--text", "--mark"), ("--wrong", "--mark")]:
+        lighter, darker = sorted((colors[text], colors[ground]), reverse=True)
+        assert (lighter + 0.05) / (darker + 0.05) >= 4.5, (text, ground)
+
+
+def _luminance(text: str) -> float:
+    """Relative luminance of #rgb or #rrggbb, as WCAG 2 defines it."""
+    digits = text[1:] if len(text) == 7 else "".join(2 * digit for digit in text[1:])
+    parts = [int(digits[at : at + 2], 16) / 255 for at in (0, 2, 4)]
+    red, green, blue = (x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in parts)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
+def test_random_use_leaves_the_page_working(page: Any, tmp_path: Path) -> None:
+    """Clicks, drags, choices and saves in random order; PASSGRAPH_VIEW_MINUTES makes it longer than half a minute."""
+    dice, effect = random.Random(29), tmp_path / "mine.py"
+    texts = [KERNEL, KERNEL.replace("* gain", "* gain * 0.5"), KERNEL.replace("* gain", "* gian")]
+    end = time.monotonic() + 60.0 * float(os.environ.get("PASSGRAPH_VIEW_MINUTES", "0.5"))
+    page.on("dialog", lambda dialog: dialog.dismiss())
+    page.evaluate("() => document.querySelectorAll('details').forEach((panel) => { panel.open = true; })")
+    while time.monotonic() < end:
+        what = dice.randrange(6)
+        if what == 0:
+            effect.write_text(dice.choice(texts))
+        elif what == 1:
+            chosen = page.locator("select:visible")
+            select = chosen.nth(dice.randrange(chosen.count()))
+            values = select.evaluate("(e) => [...e.options].map((option) => option.value).filter((v) => v !== 'file')")
+            select.select_option(dice.choice(values))
+        elif what == 2:
+            buttons = page.locator("main button:visible:enabled, header button:visible:enabled")
+            buttons.nth(dice.randrange(buttons.count())).click(timeout=2000, force=True)
+        elif what == 3:
+            page.locator("#value-gain").fill(str(round(dice.uniform(0, 4), 2)))
+        else:
+            box = page.locator("#stage").bounding_box()
+            x, y = (box[at] + box[size] * dice.random() for at, size in (("x", "width"), ("y", "height")))
+            page.mouse.move(x, y)
+            page.mouse.wheel(0, dice.randint(-200, 200)) if what == 4 else page.mouse.click(x, y)
+        page.wait_for_timeout(20)
+    effect.write_text(KERNEL)
+    for name, value in {"compare": "", "target": "tint", "backend": "numpy", "channel": "color"}.items():
+        page.locator(f"#{name}").select_option(value)
+    if page.locator("#play").get_attribute("aria-pressed") == "true":
+        page.locator("#play").click()
+    page.locator("#look-reset").click()
+    page.locator("#reset").click()
+    until(page, 2, 1, [0, 102, 204])
 
 
 def test_backends_are_compared(page: Any) -> None:

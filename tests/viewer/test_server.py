@@ -9,10 +9,12 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import passgraph as pg
 from passgraph.commands.view import EffectSubject
+from passgraph.pictures import load_stored
 from passgraph.viewer.server import MAX_MESSAGE, checked_changes
 from tests.viewer.subjects import files
 
@@ -132,18 +134,42 @@ def test_a_message_that_is_too_large_ends_its_connection_only(served: Served) ->
 def test_what_is_shown_can_be_saved(served: Served, tmp_path: Path) -> None:
     with served.socket() as socket:
         answer_of(socket, "state")
-    for suffix in ("png", "exr", "npy"):
-        status, data = served.get(f"{served.base}save?as={suffix}")
+    for kind in ("png", "png8", "png16", "exr", "npy"):
+        status, data = served.get(f"{served.base}save?as={kind}")
         assert status == 200
-        path = tmp_path / f"saved.{suffix}"
+        path = tmp_path / f"saved.{kind.rstrip('0123456789')}"
         path.write_bytes(data)
         assert pg.load(path)[1, 2, :3] == pytest.approx([0.0, 0.4, 0.8], abs=2e-3)
+        if kind == "png16":
+            assert load_stored(path).dtype == np.uint16
     assert served.get(f"{served.base}save?as=py")[0] == 400
 
 
-def test_a_dropped_file_becomes_the_input(served: Served, tmp_path: Path) -> None:
-    import numpy as np
+@pytest.mark.parametrize(
+    "query", ["", "first=0&last=x", "first=2&last=1", "first=0&last=1&rate=0", "first=0&last=1&as=py",
+              "first=0&last=1&as=../../x.gif", "first=0&last=1&rate=1/0", "first=0&last=999999999"]
+)  # fmt: skip
+def test_recordings_that_cannot_be_are_refused(served: Served, query: str) -> None:
+    with served.socket() as socket:
+        answer_of(socket, "state")
+    assert served.get(f"{served.base}record?{query}")[0] == 400
 
+
+def test_a_recording_is_served(served: Served) -> None:
+    with served.socket() as socket:
+        answer_of(socket, "state")
+    status, data = served.get(f"{served.base}record?first=0&last=1&rate=25&as=gif")
+    assert (status, data[:3]) == (200, b"GIF")
+
+
+def test_a_picture_to_compare_with_is_taken(served: Served, tmp_path: Path) -> None:
+    pg.save(tmp_path / "in.png", np.full((3, 2, 3), 9, np.uint8))
+    data = (tmp_path / "in.png").read_bytes()
+    assert served.get(f"{served.base}reference/in.png", method="PUT", body=data)[0] == 200
+    assert served.get(f"{served.base}reference/in.png", method="PUT", body=b"no picture")[0] == 400
+
+
+def test_a_dropped_file_becomes_the_input(served: Served, tmp_path: Path) -> None:
     pg.save(tmp_path / "in.png", np.full((3, 2, 3), 9, np.uint8))
     data = (tmp_path / "in.png").read_bytes()
     assert served.get(f"{served.base}input/in.png", method="PUT", body=data)[0] == 200

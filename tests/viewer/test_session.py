@@ -14,7 +14,9 @@ import pytest
 from PIL import Image
 
 import passgraph as pg
+from passgraph.backends.registry import BUILT_IN
 from passgraph.viewer.compiled import Difference, targets_of
+from passgraph.viewer.debugger import OUTSIDE
 from passgraph.viewer.display import CHANNELS, Look, shown
 from passgraph.viewer.session import Published, Session, orbited
 from passgraph.viewer.show import GivenSubject
@@ -98,6 +100,27 @@ def test_the_lines_of_two_backends_stand_side_by_side(tmp_path: Path) -> None:
     assert [row["line"] for row in found["rows"]] == [11, 12]
     assert [row["values"][2] for row in found["rows"]] == ["=", "="]
     assert found["verdicts"][:2] == [f"{name}: every line is within its bounds" for name in ("numpy", "reference")]
+
+
+def test_a_wrong_line_is_found_and_its_pixels_are_marked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(BUILT_IN, "mistaken", "tests.viewer.subjects:SineForCosine")
+    text = KERNEL.replace("return", "lit = pg.cos(color[0, 0].rgb)\n    return").replace(
+        "color[0, 0].rgb * gain", "lit"
+    )
+    effect, picture = files(tmp_path, text)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.session.ask(compare="both", other="mistaken")
+        watched.until(lambda one: "b" in one.pictures)
+        found = watched.session.inspect(2, 1)
+        assert [row["wrong"] for row in found["rows"]] == [[False, True], [False, True]]
+        assert found["verdicts"][1:] == [
+            "mistaken: line 11 is the first outside of its bounds", "numpy and mistaken first differ at line 11"
+        ]  # fmt: skip
+        watched.session.ask(compare="", backend="mistaken")
+        watched.until(lambda one: one.pictures and one.facts["backend"] == "mistaken")
+        verdict = watched.session.verdict()
+    assert verdict["text"] == "mistaken: 32 of 32 pixels are outside of their bounds, 0 undecided"
+    assert (np.asarray(Image.open(BytesIO(b64decode(verdict["mask"])))) == OUTSIDE).all()
 
 
 def test_the_verdict_marks_no_pixel_of_a_conforming_backend(tmp_path: Path) -> None:

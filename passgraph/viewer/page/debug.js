@@ -25,9 +25,8 @@ export function pixelParts(found, show) {
     before = place;
     const cells = [again ? "" : row.line, again ? "" : row.source, { takes: row.name, trip: `${row.name}, trip`, returns: `returns ${row.name}`, branch: "condition" }[row.kind]];
     const line = make("tr", {}, ...cells.map((text) => make("td", { textContent: text })));
-    row.values.forEach((text, k) => line.append(make("td", { textContent: text, className: row.wrong[k - 1] ? "wrong" : "" })));
+    row.values.forEach((text, k) => line.append(make("td", { textContent: text, className: row.wrong[k - 1] ? "wrong" : k && row.differs && text !== "=" ? "differs" : "" })));
     if (first.includes(at)) { line.className = "first"; line.append(make("td", { textContent: "← first line outside of its bounds" })); }
-    else if (row.differs) line.className = "differs";
     body.append(line);
   });
   parts.push(make("table", { className: "lines" }, make("thead", {}, make("tr", {}, ...head)), body));

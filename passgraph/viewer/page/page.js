@@ -26,7 +26,7 @@ function askAll() {
   const compare = { verdict: "", flicker: "both" }[$("compare").value] ?? $("compare").value;
   ask({
     values, target: $("target").value, look: look(), ...(backendChosen && { backend: $("backend").value }), playing, orbit,
-    other: compare ? $("other").value : "", compare, gain: Number($("gain").value) || 1,
+    other: compare ? { kept: "file" }[$("other").value] ?? $("other").value : "", compare, gain: Number($("gain").value) || 1,
   });
   send({ kind: "ready" });
 }
@@ -42,6 +42,7 @@ function take(message) {
   else if (message.kind === "profile") $("plan").replaceChildren(...planParts(message, (name) => send({ kind: "code", name })));
   else if (message.kind === "code") showPass(message);
   else if (message.kind === "verdict") showVerdict(message);
+  else if (message.kind === "keep") askAll();
   else if (message.kind === "refused") $("status").textContent = message.text;
 }
 
@@ -293,6 +294,7 @@ for (const id of ["compare", "other", "gain"]) $(id).onchange = () => {
   const mode = $("compare").value;
   $("other-label").hidden = !mode || mode === "verdict"; $("gain-label").hidden = mode !== "difference";
   if (id === "other" && $("other").value === "file") return $("reference").click();
+  if (id === "other" && $("other").value === "kept") return send({ kind: "keep" });
   askAll();
   if (mode === "verdict") { $("status").textContent = "looking for the bounds of each pixel"; send({ kind: "verdict" }); }
 };
