@@ -70,7 +70,8 @@ class EffectSubject:
         self.effect = named_effect(self.text)
         effect = self._on_pictures(self.effect)
         controls = [Control.of(parameter) for parameter in effect.parameters]
-        return Loaded(tuple(c for c in controls if c is not None), lambda values: self._draw(effect, values))
+        is_light = self._frames is not None and self._is_linear and not self.effect.encodes
+        return Loaded(tuple(c for c in controls if c is not None), lambda values: self._draw(effect, values), is_light)
 
     def _on_pictures(self, effect: Effect) -> Effect:
         """The effect as `apply` runs it: with color times alpha where it mixes pixels that may be transparent."""

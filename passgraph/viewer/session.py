@@ -390,6 +390,7 @@ class Session:
         }  # fmt: skip
         if loaded is not None:
             facts["controls"] = [_control_facts(control) for control in loaded.controls]
+            facts["light"] = loaded.is_light
         if compiled is not None:
             facts["targets"] = [
                 {"name": name, "format": "" if target.spec.format is None else target.spec.format.name}

@@ -96,10 +96,12 @@ class Loaded:
     ----------
     controls : of the effect's parameters
     draw : makes the graph from values of parameters by name; a `passgraph.Value` may stand for a number
+    is_light : the result is linear light, which the page encodes as sRGB
     """
 
     controls: tuple[Control, ...]
     draw: Callable[[Mapping[str, Any]], Drawing]
+    is_light: bool = False
 
 
 class Subject(Protocol):

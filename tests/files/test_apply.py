@@ -263,7 +263,7 @@ class Summing:
 
     takes = "picture"
 
-    def made(self, color: pg.Target) -> pg.Target:
+    def build(self, color: pg.Target) -> pg.Target:
         spec = pg.target("sum", "rgba32f")
         return ADD(pg.previous(spec), color, into=spec)
 

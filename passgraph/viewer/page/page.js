@@ -124,7 +124,9 @@ function texelAt(event) {
 const isInside = ([x, y]) => x >= 0 && y >= 0 && x < canvas.width && y < canvas.height;
 
 function showState(message) {
+  const isOtherLight = message.light !== undefined && message.light !== Boolean(state.light);
   state = message;
+  if (isOtherLight) { $("srgb").checked = message.light; ask({ look: look() }); }
   $("name").textContent = message.name;
   document.title = `${message.name} · passgraph`;
   $("error").hidden = !message.error;
@@ -270,7 +272,7 @@ function look() {
 for (const id of ["channel", "exposure", "low", "high", "srgb", "mark"]) $(id).oninput = () => { $("exposure-value").textContent = $("exposure").value; ask({ look: look() }); };
 let fitsRange = false;
 $("auto").onclick = () => { fitsRange = true; send({ kind: "statistics" }); };
-$("look-reset").onclick = () => { $("channel").value = "color"; $("exposure").value = 0; $("low").value = 0; $("high").value = 1; $("srgb").checked = false; $("exposure-value").textContent = "0"; ask({ look: look() }); };
+$("look-reset").onclick = () => { $("channel").value = "color"; $("exposure").value = 0; $("low").value = 0; $("high").value = 1; $("srgb").checked = Boolean(state.light); $("exposure-value").textContent = "0"; ask({ look: look() }); };
 function showStatistics(found) {
   if (found.low === undefined) return;
   $("statistics").textContent = `${found.low.toPrecision(5)} to ${found.high.toPrecision(5)}; ${found.nan} texels NaN, ${found.infinite} infinite`;
