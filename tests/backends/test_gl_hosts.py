@@ -171,8 +171,8 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> type[CountedContext]:
     """Counts from here on; contexts that others left are destroyed before."""
     gc.collect()
     GLBackend().close()
-    whole = context.OwnContext._made
-    monkeypatch.setattr(context.OwnContext, "_made", lambda *given: CountedContext(whole(*given)))
+    whole = context.OwnContext._new_context
+    monkeypatch.setattr(context.OwnContext, "_new_context", lambda *given: CountedContext(whole(*given)))
     CountedContext.made, CountedContext.destroyed = 0, []
     return CountedContext
 

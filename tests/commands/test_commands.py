@@ -287,9 +287,9 @@ def test_help_shows_every_parameter_with_unit_and_range(capsys: pytest.CaptureFi
 
 
 def test_help_without_an_effect_names_all_of_them(capsys: pytest.CaptureFixture[str]) -> None:
-    text = " ".join(well(capsys, "compare", "--help").split())
+    text = " ".join(well(capsys, "compare", "--help").split()).replace("- ", "-")
     assert "passgraph compare --effect NAME --help shows the parameters of one" in text
-    assert all(f"{effect.name} {effect.summary}" in text for effect in EFFECTS.values())
+    assert [effect.name for effect in EFFECTS.values() if f"{effect.name} {effect.summary}" not in text] == []
     text = " ".join(well(capsys, "render", "--help").split())
     assert "Parameters of --effect soft-shadow" in text and "contact " in text and "tone-map " not in text
 

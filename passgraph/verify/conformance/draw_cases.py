@@ -263,7 +263,7 @@ def scatter() -> Mapping[str, pg.Target]:
     """Points whose places a vertex kernel finds in a picture; both stages read it, fragments another one too."""
     color = pg.draw(
         points(_CLOUD.shape[0] * _CLOUD.shape[1]), vertex=pg.vertex(source=KERNELS, name="scattered"),
-        fragment=pg.fragment(source=KERNELS, name="beside"), into=pg.target("color", "rgba32f"), name="scatter",
+        fragment=pg.fragment(source=KERNELS, name="beside_cloud"), into=pg.target("color", "rgba32f"), name="scatter",
         cloud=pg.Input("cloud"), far=pg.Input("far", "rgba16f"), gain=9.0,
     )  # fmt: skip
     return {"color": color}
