@@ -4,11 +4,10 @@ import { make, passParts, pixelParts, planParts } from "./debug.js";
 const $ = (id) => document.getElementById(id);
 const CHANNELS = ["color", "red", "green", "blue", "alpha", "luminance", "false color"];
 const stage = $("stage"), canvas = $("picture"), context = canvas.getContext("2d");
-let socket, head = null, pictures = {}, waiting = [], state = {}, controls = [];
+let socket, head = null, pictures = {}, arriving = {}, waiting = [], state = {}, controls = [];
 let values = {}, history = [], zoom = 0, offset = [0, 0], steps = 0, restarts = 0, playing = false;
 let orbit = [0, 0, 1], split = 0.5, flickers = 0, drag = null, times = [], picked = null, texels = null, backendChosen = false, isFitted = true;
 
-const key = () => `passgraph view ${state.name ?? ""}`;
 const send = (message) => socket.readyState === 1 && socket.send(JSON.stringify(message));
 const ask = (changes) => { if (changes.look === undefined) unmask(); send({ kind: "ask", changes }); };
 
@@ -33,9 +32,8 @@ function askAll() {
 
 function take(message) {
   if (message.kind === "state") {
-    head = message; waiting = [...message.pictures]; pictures = {};
+    if (message.pictures.length) { head = message; waiting = [...message.pictures]; arriving = {}; }
     showState(message);
-    if (!waiting.length) send({ kind: "ready" });
   } else if (message.kind === "values") showTexel(message);
   else if (message.kind === "statistics") showStatistics(message);
   else if (message.kind === "inspect") $("pixel").replaceChildren(...pixelParts(message, markTexels));
@@ -46,18 +44,22 @@ function take(message) {
   else if (message.kind === "refused") $("status").textContent = message.text;
 }
 
+// A picture of the last state that has some. The session sends the next ones when these are shown.
 async function picture(data) {
-  const one = waiting.shift(), now = head;
-  const bitmap = await createImageBitmap(new Blob([data], { type: one.type }), { colorSpaceConversion: "none" });
-  if (now !== head) return;
-  pictures[one.slot] = bitmap;
-  if (!waiting.length && Object.keys(pictures).length === head.pictures.length) {
+  const one = waiting.shift(), now = head, isLast = !waiting.length;
+  try {
+    const bitmap = await createImageBitmap(new Blob([data], { type: one.type }), { colorSpaceConversion: "none" });
+    if (now !== head) return;
+    arriving[one.slot] = bitmap;
+    if (Object.keys(arriving).length < head.pictures.length) return;
+    pictures = arriving;
     draw();
     times.push(performance.now());
     times = times.filter((time) => time > performance.now() - 2000);
     document.body.dataset.shown = head.number;
     if (one.type === "image/png") send({ kind: "statistics" }); // the picture stands still
-    requestAnimationFrame(() => send({ kind: "ready" }));
+  } finally {
+    if (isLast) requestAnimationFrame(() => send({ kind: "ready" }));
   }
 }
 
@@ -231,7 +233,7 @@ let before = null;
 function change(name, value, done) {
   before ??= { ...values };
   values = { ...values, [name]: value };
-  if (done) { history.push(before); before = null; $("undo").disabled = false; localStorage.setItem(key(), JSON.stringify(values)); }
+  if (done) { history.push(before); before = null; $("undo").disabled = false; }
   shown(controls.find((one) => one.name === name));
   ask({ values });
 }
