@@ -195,16 +195,16 @@ def command_of(effect: Effect) -> click.Command:
 
 
 def apply_effect(
-    effect: Effect, given: dict[str, Any], /, inputs: tuple[str, ...], output: str, capture: Path | None,
+    effect: Effect, parameters: dict[str, Any], /, inputs: tuple[str, ...], output: str, capture: Path | None,
     depth: Path | None = None, depth_buffer: HardwareDepth | None = None, **options: Any,
 ) -> int:  # fmt: skip
     """One picture or many through an effect that reads them; ``given`` are its parameters."""
     effect = take_color_spaces(effect, inputs, output, options)
-    if is_one_picture(inputs, output) and options["frames"] is None and not pictures_beside(effect, given):
-        check_no_ramps(effect, given)
+    if is_one_picture(inputs, output) and options["frames"] is None and not pictures_beside(effect, parameters):
+        check_no_ramps(effect, parameters)
         if options["scheduler"] is not None:
             raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
-        return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, given, options)
+        return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, parameters, options)
     check_one_picture(capture, options["profile"], "there are several frames here")
     from passgraph.commands.frames import Settings
 
@@ -216,7 +216,7 @@ def apply_effect(
         options["check_finite"], options["scheduler"],
     )  # fmt: skip
     return apply_to_many(
-        effect, inputs, output, given, writing, settings, frames=options["frames"], depth=depth, holds=depth_buffer
+        effect, inputs, output, parameters, writing, settings, frames=options["frames"], depth=depth, holds=depth_buffer
     )
 
 
@@ -243,7 +243,7 @@ def generator_command(effect: Effect) -> click.Command:
 
 
 def generate(
-    effect: Effect, given: dict[str, Any], /, inputs: tuple[str, ...], output: Path, backend: str | None,
+    effect: Effect, parameters: dict[str, Any], /, inputs: tuple[str, ...], output: Path, backend: str | None,
     size: tuple[int, int], capture: Path | None, check_finite: bool, profile: bool, **options: Any,
 ) -> int:  # fmt: skip
     """One picture or many of an effect that reads none; ``given`` are its parameters."""
@@ -258,21 +258,23 @@ def generate(
 
         writing = writing_of(options["rate"], options["codec"], options["codec_option"], options["bits"])
         settings = Settings(backend, check_finite=check_finite)
-        return apply_to_many(effect, (), str(output), given, writing, settings, frames=options["frames"], size=size)
-    check_no_ramps(effect, given)
+        return apply_to_many(
+            effect, (), str(output), parameters, writing, settings, frames=options["frames"], size=size
+        )
+    check_no_ramps(effect, parameters)
     if is_film(output) or Pattern.is_in(str(output)):
         raise InputError(f"{output}: holds frames; say how many: --frames 100")
     check_no_video(options["rate"], options["codec"], options["codec_option"])
     bits = int(options["bits"] or 8)
     check_outputs(output, capture, bits)
-    job = generator_job(effect, None, size, given)
+    job = generator_job(effect, None, size, parameters)
     run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile, bits=bits)
     return 0
 
 
 def apply_to_one(
     effect: Effect, picture: Path, output: Path, capture: Path | None, depth: Path | None,
-    holds: HardwareDepth | None, given: dict[str, Any], options: dict[str, Any],
+    holds: HardwareDepth | None, parameters: dict[str, Any], options: dict[str, Any],
 ) -> int:  # fmt: skip
     """One picture file to one."""
     from passgraph.files.sequences import Pictures, ToPictures, bits_of, is_made
@@ -287,7 +289,7 @@ def apply_to_one(
         click.echo(f"{output}: is there already")
         return 0
     tell_of_several([picture])
-    job = picture_job(effect, picture, depth, options["linear"], given, holds)
+    job = picture_job(effect, picture, depth, options["linear"], parameters, holds)
     run_and_save(
         job, options["backend"], output, capture, options["non_finite"], options["check_finite"], options["profile"],
         bits, picture,

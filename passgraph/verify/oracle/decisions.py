@@ -172,9 +172,9 @@ def explore(
 ) -> Bounds:
     """All paths of ``count`` lanes, as far as the limit allows; or the first of each, for who watches."""
     limit = limit or TimeLimit()
-    search, done = _Search(run, count, components, limit), 0
+    search, lanes_done = _Search(run, count, components, limit), 0
     for lanes in batches(count):
-        limit.report(done, count)
+        limit.report(lanes_done, count)
         frontier = Frontier(lanes, np.zeros((len(lanes), 0), np.int8), np.full(len(lanes), -1))
         level = 0
         while len(frontier) and not limit.is_over:
@@ -186,7 +186,7 @@ def explore(
         doubtful = lanes[search.first_order[lanes] & ~search.lost[lanes]]
         for i in range(0, 0 if first_only else len(doubtful), BATCH):
             search.try_all_ways(doubtful[i : i + BATCH])
-        done += len(lanes)
+        lanes_done += len(lanes)
     return search.result()
 
 
@@ -232,9 +232,9 @@ class _Search:
         np.logical_or.at(self.vague, lanes, track.vague | track.wide)
         np.logical_or.at(self.lost, lanes, track.lost)
         self.discards |= keep is not None
-        kept = np.ones(len(lanes), np.bool_) if keep is None else np.broadcast_to(keep, (len(lanes),))
-        np.logical_and.at(self.surely, lanes, kept)
-        np.logical_or.at(self.perhaps, lanes, kept)
+        keep_lanes = np.ones(len(lanes), np.bool_) if keep is None else np.broadcast_to(keep, (len(lanes),))
+        np.logical_and.at(self.surely, lanes, keep_lanes)
+        np.logical_or.at(self.perhaps, lanes, keep_lanes)
         np.add.at(self.paths, lanes, 1)
         for i, result in enumerate(results):
             np.fmin.at(self.lo[i], lanes, result.lo)
@@ -258,18 +258,18 @@ class _Search:
     def _following(self, frontier: Frontier, track: Track, level: int) -> Frontier:
         """Each decision after the forced ones, turned."""
         lanes, prefixes = frontier.lanes, frontier.prefixes
-        given = (prefixes >= 0).sum(axis=1)
-        new = track.met - given
+        decided = (prefixes >= 0).sum(axis=1)
+        new = track.met - decided
         self.lost[lanes[track.met > MAX_DECISIONS]] = True
         new[self.lost[lanes]] = 0
-        wanted = self.paths.copy()
-        np.add.at(wanted, lanes, new)
-        self.first_order[lanes[(wanted[lanes] > MAX_PATHS) & (new > 0)]] = True
+        paths = self.paths.copy()
+        np.add.at(paths, lanes, new)
+        self.first_order[lanes[(paths[lanes] > MAX_PATHS) & (new > 0)]] = True
         if level > 0:
             new = np.where(self.first_order[lanes], np.minimum(new, 1 if level == 1 else 0), new)
         path = track.path()
         row = np.repeat(np.arange(len(lanes)), new)
-        turned = given[row] + np.arange(len(row)) - np.repeat(np.cumsum(new) - new, new)
+        turned = decided[row] + np.arange(len(row)) - np.repeat(np.cumsum(new) - new, new)
         following = np.where(np.arange(path.shape[1]) < turned[:, None], path[row], -1).astype(np.int8)
         following[np.arange(len(row)), turned] = 1 - path[row, turned]
         if level > 0:
@@ -321,9 +321,9 @@ class _Search:
         for i in range(len(self.lo)):
             low, high = self.first_order_bounds(i, slice(None))
             lo, hi = np.where(first_order, low, self.lo[i]), np.where(first_order, high, self.hi[i])
-            found = Interval(lo, hi, self.nan[i])
+            interval = Interval(lo, hi, self.nan[i])
             # Sums of widths are rounded themselves, in float64.
-            apart = found.width > self.widths[i] * (1 + 1e-12)
+            apart = interval.width > self.widths[i] * (1 + 1e-12)
             turned |= (apart & (self.paths > 1)[:, None]).any(axis=1)
             lost = (self.lost | self.unbounded[i])[:, None]
             outputs.append(Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi), self.nan[i] | lost))
