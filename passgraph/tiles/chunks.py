@@ -142,7 +142,7 @@ def _spans(lengths: Sequence[int], length: int, before: int, behind: int, *, inc
     Windows have few lengths, since each is compiled: a chunk counts as long as the longest one, its
     half, its quarter …
 
-    >>> list(_spans((4, 4, 1), 9, 1, 1, whole=False))
+    >>> list(_spans((4, 4, 1), 9, 1, 1, include_all=False))
     [((0, 4), (0, 6)), ((4, 8), (3, 9)), ((8, 9), (6, 9))]
     """
     start = 0
