@@ -23,7 +23,14 @@ from passgraph.commands.options import (
     profile_option,
     size_option,
 )
-from passgraph.commands.running import check_one_picture, check_outputs, frame_progress, progress, run_and_save
+from passgraph.commands.running import (
+    RunOptions,
+    check_one_picture,
+    check_outputs,
+    frame_progress,
+    progress,
+    run_and_save,
+)
 from passgraph.commands.scene_view import VIEW_FIELDS, Seen, View, refuse_view, seen_by, view_options
 from passgraph.commands.sources import RENDER_SIZE, Job, accepts, job_of_scene, run_values, world_job
 from passgraph.commands.written_files import FLOAT_SUFFIXES, check_path, check_picture_path, rate_of
@@ -217,7 +224,7 @@ def render(
         cameras = () if seen is None else seen.cameras
         status = run_turntable(job, cameras, backend, output, rate=a_second, check_finite=check_finite)
     else:
-        run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
+        run_and_save(job, output, RunOptions(backend, capture, check_finite, profile))
     for line in () if seen is None else seen.lines:
         click.echo(line)
     return status
