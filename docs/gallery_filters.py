@@ -134,6 +134,7 @@ def prints() -> list[Panel]:
         Panel("pixelate", pixelate(FRAME, 6), near),
         Panel("dither, 2 levels", dither(FRAME, 2), near),
         Panel("dither, gradient noise", dither(FRAME, 2, "gradient-noise"), near),
+        Panel("dither, blue noise", dither(FRAME, 2, "blue-noise"), near),
         Panel("dither, 4 levels", dither(FRAME, 4), near),
         Panel("halftone", tone_map(halftone(FRAME, 5.0), curve="linear"), light),
         Panel("halftone, black", tone_map(halftone(FRAME, 5.0, colored=False), curve="linear"), light),

@@ -54,7 +54,7 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
     "radial-blur": [{"spin_rad": 0.1}],
     "fill": [{"levels": 3}],
     "distance-field": [{"signed": True, "reach_px": 15}],
-    "dither": [{}, {"pattern": "gradient-noise"}],
+    "dither": [{}, {"pattern": "gradient-noise"}, {"pattern": "blue-noise"}],
     "halftone": [{}, {"colored": False}],
     "hue-saturation": [{"hue_rad": 1.0, "saturation": 1.5}],
     "depth-of-field": [
