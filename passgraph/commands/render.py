@@ -51,8 +51,8 @@ def antialias_option(command: Decorated) -> Decorated:
     return click.option(
         "--antialias",
         type=click.Choice(get_args(Antialias)),
-        help="Antialiasing: fxaa or smaa (sharper) in the finished picture, or ssaa4 by four samples per pixel, at four "
-        "times the work.  [default: fxaa for display, none for HDR]",
+        help="Antialiasing: fxaa or smaa (sharper) in the finished picture, or ssaa4 by four samples per pixel, at "
+        "four times the work.  [default: fxaa for display, none for HDR]",
     )(command)
 
 
@@ -60,7 +60,8 @@ def chosen(antialias: Antialias | None, display: bool) -> Antialias:
     """Return the antialiasing mode, or the default; FXAA and SMAA of light beyond 1 are errors."""
     if antialias in ("fxaa", "smaa") and not display:
         raise InputError(
-            f"--antialias {antialias} smooths pictures for display, and the result is HDR; use --antialias ssaa4, or --display"
+            f"--antialias {antialias} smooths pictures for display, and the result is HDR; use --antialias ssaa4, or "
+            "--display"
         )
     return antialias or ("fxaa" if display else "none")
 
