@@ -106,7 +106,7 @@ LIGHT: tuple[Entry, ...] = (
         rays, 2,
     ),
     Entry(
-        "Lens flare and streaks", "`samurai_monastry.obj` of pybullet's data",
+        "Lens flare and light streaks", "`samurai_monastry.obj` of pybullet's data",
         "Ghosts of the sun on the line through the middle, and its halo; streaks of an anamorphic lens and of a star "
         "filter.",
         flares, 2,
