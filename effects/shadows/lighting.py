@@ -25,7 +25,6 @@ from passgraph.effects.shadows.shadow_light import KINDS, add_light, add_shadowe
 from passgraph.effects.shadows.shadow_map import CasterMesh, caster_meshes, shadow_map
 from passgraph.effects.surfaces.g_buffer import GBuffer
 from passgraph.effects.surfaces.map_fit import MARGIN_TEXELS, Fit, pieces_of
-from passgraph.effects.surfaces.material_textures import TextureInputs
 from passgraph.effects.surfaces.views import Casters, MapView, View
 
 
@@ -37,7 +36,6 @@ class Lighting:
     view: View
     seen: GBuffer
     lights: Sequence[pg.Value]
-    textures: TextureInputs
     casters: Casters
     map_size: int
     map_blur_px: int
@@ -79,9 +77,8 @@ class Lighting:
                         nearest_casters(map_, self.map_size, name) if isinstance(self.filter, SearchingFilter) else map_
                     )
                     if isinstance(self.filter, Penumbra):
-                        taps = self.filter.taps
                         free, shadowed = self._with_penumbrae(
-                            free, shadowed, map_, nearest, frame, taps, kind, face, name
+                            self.filter, (free, shadowed), map_, nearest, frame, (kind, face), name
                         )
                         continue
                     free, shadowed = add_shadowed_light(self.filter)(
@@ -105,20 +102,23 @@ class Lighting:
         return free, shadowed
 
     def _with_penumbrae(
-        self, free: pg.Target, shadowed: pg.Target, map_: pg.Target, nearest: pg.Target, frame: pg.Derived,
-        taps: int, kind: int, face: int, name: str,
+        self, filter: Penumbra, sums: tuple[pg.Target, pg.Target], map_: pg.Target, nearest: pg.Target,
+        frame: pg.Derived, which: tuple[int, int], name: str,
     ) -> tuple[pg.Target, pg.Target]:  # fmt: skip
-        """Both sums with one light, looked up in half the size where its shadow is soft."""
+        """Add one light to the free and the shadowed sum; look up soft shadows at half the size.
+
+        ``which``: the kind of the light, and the face of its map.
+        """
         common, seen_by, rises = (self.seen.normals, self.seen.depth), self.view.frame(), self.seen.rises
-        penumbrae = find_penumbrae(taps)(
-            *common, map_, nearest, frame, seen_by, kind, face,
+        penumbrae = find_penumbrae(filter.taps)(
+            *common, map_, nearest, frame, seen_by, *which,
             into=pg.target(f"penumbrae of {name}", "rg16f", like=self.seen.depth, scale=0.5),
         )  # fmt: skip
-        sums: tuple[pg.Target, pg.Target] = add_light_with_penumbrae(
-            free, shadowed, *common, self.seen.depth if rises is None else rises, map_, penumbrae, frame, seen_by,
-            kind, face, rises is not None, into=_pair(name), name=name,
+        with_light: tuple[pg.Target, pg.Target] = add_light_with_penumbrae(
+            *sums, *common, self.seen.depth if rises is None else rises, map_, penumbrae, frame, seen_by,
+            *which, rises is not None, into=_pair(name), name=name,
         )  # fmt: skip
-        return sums
+        return with_light
 
     def _view(self, light: pg.Value, face: int) -> MapView:
         if isinstance(self.filter, MomentFilter):
@@ -128,7 +128,7 @@ class Lighting:
 
     def _map(self, look: MapView, meshes: list[CasterMesh], name: str) -> tuple[pg.Target, object]:
         """Return the inputs of a lookup: the map of one light, and the run values of the filter."""
-        map_ = shadow_map(look, meshes, self.textures, self.map_size, f"shadow map of {name}")
+        map_ = shadow_map(look, meshes, self.map_size, f"shadow map of {name}")
         self.maps.append(map_)
         # does not soften shadows (see soft_shadow); without a radius it is the map itself
         map_ = gaussian_blur(map_, self.map_blur_px / 2.0, self.map_blur_px, name=f"blurred map of {name}")
