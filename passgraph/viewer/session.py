@@ -295,6 +295,8 @@ class Session:
         for path in self.subject.files:
             with suppress(OSError):
                 found = path.stat()
+                if not found.st_size:
+                    return False  # an editor has emptied it and is about to write
                 stamp += [found.st_mtime_ns, found.st_size]
         changed, self._stamp = tuple(stamp) != self._stamp, tuple(stamp)
         return changed

@@ -9,6 +9,7 @@ from fractions import Fraction
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
+from time import sleep
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from passgraph.backends.registry import BUILT_IN
 from passgraph.viewer.compiled import Difference, targets_of
 from passgraph.viewer.debugger import OUTSIDE
 from passgraph.viewer.display import CHANNELS, Look, shown
-from passgraph.viewer.session import Published, Session, orbited
+from passgraph.viewer.session import POLL_S, Published, Session, orbited
 from passgraph.viewer.show import GivenSubject
 from tests.viewer.subjects import KERNEL, Watched, files
 
@@ -325,6 +326,19 @@ def test_an_input_that_is_dropped_while_a_program_is_made_is_shown(
         goes_on.set()
         assert watched.shows(0, 0, (7, 7, 7)).facts["size"] == [5, 6]
         drop.join()
+
+
+def test_a_file_that_is_being_written_is_no_error(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.shows(0, 0, (51, 51, 51))
+        effect.write_text("")
+        sleep(4 * POLL_S)
+        watched.session.ask(values={"gain": 2.0})
+        assert watched.until(lambda one: one.pictures or one.facts["error"]).facts["error"] == ""
+        watched.shows(0, 0, (102, 102, 102))
+        effect.write_text(KERNEL.replace("* gain", "* gain * 0.5"))
+        watched.shows(0, 0, (51, 51, 51))
 
 
 def test_questions_are_answered_of_the_last_good_picture_while_the_file_has_an_error(tmp_path: Path) -> None:
