@@ -60,7 +60,7 @@ def of_target(target: Target) -> Bundle:
 def of_kernel(kernel: Kernel) -> Bundle:
     """Parameters with defaults and ranges, and the source."""
     rows = [
-        (p.name, str(p.type), str(p.default) if p.has_default else "", "" if p.range is None else str(p.range))
+        (p.name, str(p.type), _default(p.default) if p.has_default else "", "" if p.range is None else str(p.range))
         for p in kernel.parameters
     ]
     shader = getattr(kernel, "shader", None)
@@ -70,6 +70,11 @@ def of_kernel(kernel: Kernel) -> Bundle:
     if source:
         parts.append(f"<pre>{escape(source)}</pre>")
     return bundle(repr(kernel), "".join(parts))
+
+
+def _default(value: object) -> str:
+    """A number as it was written: kernels hold float32."""
+    return f"{value:.7g}" if isinstance(value, float) else str(value)
 
 
 def of_plan(plan: Plan) -> Bundle:

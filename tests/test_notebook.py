@@ -16,7 +16,7 @@ from passgraph.backends.registry import open_backend
 from passgraph.verify import conformance
 from passgraph.verify.compare import compare
 
-TEXT = "def twice(color: Image, gain: float = 2.0) -> vec4: return color[0, 0] * gain  # a<b"
+TEXT = "def twice(color: Image, gain: float = 0.7) -> vec4: return 2.0 * gain / 0.7 * color[0, 0]  # a<b"
 twice = pg.kernel(source=TEXT)
 level = pg.kernel(source="def level(color: Image) -> float: return color[0, 0].r * 2.0")
 FRAME = np.full((2, 3, 4), 0.25, np.float32)
@@ -68,7 +68,7 @@ def test_a_target_shows_its_graph() -> None:
 
 def test_a_kernel_shows_its_parameters_and_source() -> None:
     shown = twice._repr_mimebundle_()
-    assert "<td>gain</td><td>float</td><td>2.0</td>" in shown["text/html"]
+    assert "<td>gain</td><td>float</td><td>0.7</td>" in shown["text/html"]
     assert "a&lt;b" in shown["text/html"]
     assert shown["text/plain"] == repr(twice)
 
