@@ -23,7 +23,7 @@ from passgraph.pictures import load_stored, scaled
 from passgraph.plan.dependencies import inputs_behind
 from passgraph.run.caller_arrays import format_of
 from passgraph.scene.camera import aim_of
-from passgraph.viewer.compiled import Compiled, Difference, values_of
+from passgraph.viewer.compiled import Compiled, Difference, flip_map, values_of
 from passgraph.viewer.debugger import Debugger, View
 from passgraph.viewer.display import Look, encode, histogram_of, range_of
 from passgraph.viewer.recording import record
@@ -45,7 +45,7 @@ class Asked:
     target : the name of the target that is shown; empty for the first output
     look : how
     backend, other : the backends; ``other`` is compared with the first, `REFERENCE_FILE` for a picture, or empty
-    compare : "", "other", "both" or "difference"
+    compare : "", "other", "both", "difference" or "flip"
     gain : of differences
     playing : whether frame follows frame
     frame : counted from 0: of an input of several, else the time of what moves
@@ -69,7 +69,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Published:
-    """One state as clients get it: what it says as JSON, and pictures by slot ("a", "b", "difference")."""
+    """One state as clients get it: what it says as JSON, and pictures by slot ("a", "b", "difference", "flip")."""
 
     number: int
     facts: Mapping[str, Any]
@@ -137,6 +137,7 @@ class Session:
         self._ran_at, self._is_rough = 0.0, False
         self._times: dict[str, float] = {}
         self._difference: Difference | None = None
+        self._flip: tuple[NDArray[np.uint8], float] | None = None
         #: Held while programs are made and run, and while what they are made from is replaced.
         self._using = threading.Lock()
         self._inputs: dict[str, Any] = {}
@@ -311,6 +312,7 @@ class Session:
                 ran = perf_counter()
             self._results, self._ran_at, self._error = results, ran, ""
             self._difference = _difference(results)
+            self._flip = flip_map(results) if asked.compare == "flip" and "b" in results else None
             self._times = {"compile_ms": 1e3 * (compiled - start), "run_ms": 1e3 * (ran - compiled)}
             self._send(exact=False)
         except Exception as error:  # whatever a user's file does is shown on the page, and the last picture stays
@@ -408,6 +410,8 @@ class Session:
         asked, pictures = self._asked, {}
         if asked.compare == "difference" and self._difference is not None:
             pictures["difference"] = encode(self._difference.picture(asked.gain), exact)
+        elif asked.compare == "flip" and self._flip is not None:
+            pictures["flip"] = encode(self._flip[0], exact)
         else:
             slots = {"other": "b", "both": "ab"}.get(asked.compare, "a") if "b" in self._results else "a"
             pictures = {slot: encode(self._results[slot]["shown"], exact) for slot in slots}
@@ -443,6 +447,8 @@ class Session:
                 facts["size"] = [width, height]
             if self._difference is not None:
                 facts["differs"] = self._difference.facts()
+            if self._flip is not None:
+                facts["flip"] = self._flip[1]
         return facts
 
 

@@ -320,6 +320,63 @@ def test_the_look_fits_the_range_and_is_reset(page: Any) -> None:
     until(page, 2, 1, [0, 102, 204])
 
 
+def test_the_picture_is_used_by_keys(page: Any) -> None:
+    page.locator("#stage").focus()
+    page.keyboard.press("ArrowRight")
+    page.wait_for_function("() => document.getElementById('texel').textContent.startsWith('(3, 1)')")
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("Enter")
+    page.locator("#pixel tbody tr").wait_for()
+    assert "(2, 1)" in page.locator("#pixel").inner_text()
+    page.keyboard.press("Escape")
+    assert page.locator("#pixel-panel").is_hidden()
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")  # it fits
+    look = "() => document.getElementById('picture').style.transform"
+    seen = [page.evaluate(look)]
+    for key in ("+", "Alt+ArrowRight", "-", "f"):
+        page.keyboard.press(key)
+        seen.append(page.evaluate(look))
+    assert [seen.count(one) for one in seen] == [2, 1, 1, 1, 2]
+    page.keyboard.press("Shift+ArrowDown")
+    page.wait_for_function("() => document.getElementById('texel').textContent.startsWith('(2, 3)')")
+
+
+def test_an_input_is_replaced_by_keys(page: Any, tmp_path: Path) -> None:
+    Image.new("RGB", (5, 6), (7, 8, 9)).save(tmp_path / "other.png")
+    page.locator("#input-open").focus()
+    with page.expect_file_chooser() as chooser:
+        page.keyboard.press("Enter")
+    chooser.value.set_files(tmp_path / "other.png")
+    until(page, 4, 5, [7, 8, 9])
+
+
+def test_a_map_of_seen_differences_is_shown(page: Any) -> None:
+    pytest.importorskip("flip_evaluator")
+    page.locator("#compare").select_option("flip")
+    page.wait_for_function("() => document.getElementById('status').textContent.includes('mean FLIP 0.00')")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing(page: Any, scheme: str) -> None:
+    """axe-core's rules, contrast among them, with every panel open."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    page.emulate_media(color_scheme=scheme)
+    page.evaluate("() => document.querySelectorAll('details').forEach((panel) => { panel.open = true; })")
+    page.locator("#profile").click()
+    page.locator("#plan [data-pass=tint]").focus()
+    page.keyboard.press("Enter")
+    page.locator("#pass pre").wait_for()
+    page.locator("#stage").focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    page.locator("#pixel tbody tr").wait_for()
+    page.locator("#compare").select_option("difference")
+    page.wait_for_function("() => document.getElementById('status').textContent.includes('largest difference')")
+    found = axe.run(page)
+    assert "color-contrast" in {rule["id"] for rule in found.response["passes"]}
+    assert found.violations_count == 0, found.generate_report()
+
+
 def test_everything_is_reached_by_keys_and_has_a_name(page: Any) -> None:
     page.keyboard.press("Tab")
     reached = set()
@@ -327,7 +384,7 @@ def test_everything_is_reached_by_keys_and_has_a_name(page: Any) -> None:
         reached.add(page.evaluate("() => document.activeElement.id"))
         page.keyboard.press("Tab")
     assert {"play", "target", "compare", "value-gain", "channel", "stage"} <= reached
-    code = """() => [...document.querySelectorAll("button, input, select, a")].filter((e) => !(e.labels?.length
-        || e.ariaLabel || e.textContent.trim() || e.title)).map((e) => e.id)"""
+    code = """() => [...document.querySelectorAll("button, input, select, a")].filter((e) => !e.hidden && !(
+        e.labels?.length || e.ariaLabel || e.textContent.trim() || e.title)).map((e) => e.id)"""
     nameless = page.evaluate(code)
     assert nameless == []

@@ -207,6 +207,22 @@ def test_a_picture_is_compared_with(tmp_path: Path) -> None:
         assert "is 2x2, and the target is 8x4" in watched.until(lambda one: one.facts["error"]).facts["error"]
 
 
+def test_differences_that_are_seen_are_mapped(tmp_path: Path) -> None:
+    pytest.importorskip("flip_evaluator")
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.session.compare_with(picture)
+        watched.session.ask(compare="flip", other="file")
+        state = watched.until(lambda one: "flip" in one.pictures)
+        assert state.facts["flip"] == pytest.approx(0.0, abs=1e-6)
+        watched.session.ask(values={"gain": 3.0})
+        state = watched.until(lambda one: one.facts.get("flip", 0.0) > 0.0 and one.pictures["flip"][1] == "image/png")
+        assert 0.1 < state.facts["flip"] < 1.0
+        held = np.asarray(Image.open(BytesIO(state.pictures["flip"][0])))
+        assert held.shape == (4, 8, 3)
+        assert held.max() > 128
+
+
 def test_a_color_is_moved_without_compiling(tmp_path: Path) -> None:
     text = """import passgraph as pg
 from passgraph.effects.checked import effect
