@@ -487,6 +487,13 @@ def test_what_cannot_be_shown_is_told() -> None:
         pg.view(3)
 
 
+def test_an_input_that_an_effect_does_not_take_is_told() -> None:
+    from passgraph.effects import vignette
+
+    with pytest.raises(pg.InputError, match="vignette has no parameter 'frame'; it takes color, "):
+        pg.view(vignette, frame=FRAME)
+
+
 def test_a_value_that_is_put_back_has_its_default_after_a_reload_too(tmp_path: Path) -> None:
     effect, picture = files(tmp_path)
     with Watched(str(effect), str(picture)) as watched:
