@@ -1,4 +1,4 @@
-"""Makes docs/images/view.gif: a person opens `passgraph view`, moves a slider, edits the file, and clicks a pixel.
+"""Makes docs/images/view.webp: a person opens `passgraph view`, moves a slider, edits the file, and clicks a pixel.
 
     python docs/view_clip.py
 
@@ -51,8 +51,8 @@ class Clip:
         self.durations_ms.append(milliseconds)
 
     def save(self, path: Path) -> None:
-        few = [picture.quantize(128, dither=Image.Dither.NONE) for picture in self.pictures]
-        few[0].save(path, save_all=True, append_images=few[1:], duration=self.durations_ms, loop=0, optimize=True)
+        first, *others = self.pictures
+        first.save(path, save_all=True, append_images=others, duration=self.durations_ms, loop=0, quality=80, method=6)
 
 
 def record(page: Any, effect: Path) -> Clip:
@@ -93,7 +93,7 @@ def main() -> None:
                 page.goto(found[0])
                 page.wait_for_selector("body[data-shown]")
                 page.wait_for_timeout(1500)
-                record(page, effect).save(ROOT / "images" / "view.gif")
+                record(page, effect).save(ROOT / "images" / "view.webp")
                 browser.close()
             process.terminate()
 
