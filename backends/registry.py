@@ -16,10 +16,12 @@ BUILT_IN = {
     "numpy": "passgraph.backends.numpy:NumpyBackend",
     "gl": "passgraph.backends.gl:GLBackend",
     "opencl": "passgraph.backends.opencl:OpenCLBackend",
+    "webgpu": "passgraph.backends.webgpu:WebGPUBackend",
     "null": "passgraph.backends.null:NullBackend",
 }
 #: What people call backends.
-_OTHER_NAMES = {"opengl": "gl", "glsl": "gl", "moderngl": "gl", "cl": "opencl", "pyopencl": "opencl", "cpu": "numpy"}
+_OTHER_NAMES = {"opengl": "gl", "glsl": "gl", "moderngl": "gl", "cl": "opencl", "pyopencl": "opencl", "cpu": "numpy",
+    "wgpu": "webgpu", "vulkan": "webgpu", "metal": "webgpu"}  # fmt: skip
 
 
 def backend_names() -> list[str]:
