@@ -40,7 +40,7 @@ def send(backend: WebGPUBackend, texture: Texture, numbers: NDArray[Any]) -> Non
 def receive(backend: WebGPUBackend, texture: Texture, into: NDArray[Any]) -> None:
     """A texture into an array: values where that is float32, else numbers."""
     room, stored, format_ = _shaped(into, texture), texture.stored, texture.format
-    (width, height), device = texture.size, backend.device
+    width, height = texture.size
     pixel = stored.channels * stored.dtype.itemsize
     row = -(-width * pixel // ROW_ALIGNMENT) * ROW_ALIGNMENT
     buffer = backend.staging(row * height)

@@ -169,10 +169,11 @@ class WGSL(Printer):
             compared = f"bitcast<f32>(bitcast<u32>({first}) | pg_nil2)"
             order = f"{second} < {compared}" if op.operation == "min" else f"{compared} < {second}"
             return f"select({first}, {second}, {order})"
+        if op.on == "float" and op.operation == "not_equal":
+            # Not "!=", which wgpu makes false for NaN.
+            return f"((select(0u, 1u, {arguments[0]} == {arguments[1]}) | pg_nil) == 0u)"
         text = self._spelled(op, arguments)
-        if op.operation == "logical_not":
-            return self.hidden(text, "bool")
-        if op.on == "float" and op.operation in _COMPARE:
+        if op.operation == "logical_not" or (op.on == "float" and op.operation in _COMPARE):
             return self.hidden(text, "bool")
         if op.to.type == "float" and op.operation not in _PLAIN and op.to.id in self.combined:
             self.solid.add(op.to.id)
