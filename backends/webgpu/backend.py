@@ -49,6 +49,7 @@ class WebGPUBackend(Backend):
         self.device, self.device_name = device, name
         self.limits = devices.limits_of(device, name)
         self.programs = Programs(device)
+        self.draws_norm16 = devices.draws_norm16(device)
         self.alive: dict[int, Any] = {}  # textures and buffers not yet given back, by id
         self.closed = False
         self.in_run = False
@@ -134,7 +135,7 @@ class WebGPUBackend(Backend):
         return self._staging
 
     def stored(self, format_: Format) -> Stored:
-        return stored_as(format_, devices.NORM16 in self.device.features)
+        return stored_as(format_, self.draws_norm16)
 
     def make(self, format: Format, size: tuple[int, int]) -> Texture:
         self.check_open()
@@ -155,7 +156,7 @@ class WebGPUBackend(Backend):
         with self.reported(f"making {what}"):
             made = self.device.create_texture(size=(*size, 1), format=stored.name, usage=uses)
             view = made.create_view()
-            read = made.create_view(aspect="depth-only") if format_.is_depth else view
+            read = made.create_view(aspect="depth-only", format="depth32float") if format_.is_depth else view
         self.alive[id(made)] = made
         return Texture(format_, size, stored, made, view, read)
 
@@ -181,8 +182,7 @@ class WebGPUBackend(Backend):
         self.check_open()
         with self.reported("uploading a picture"):
             if storage.format.is_depth:
-                if storage.values is None:
-                    storage.values = self._texture(float_format(1), storage.size)
+                self._values_of(storage)
                 storage.is_uploaded = True
             transfers.send(self, storage.readable, numbers)
 
@@ -194,7 +194,17 @@ class WebGPUBackend(Backend):
     def download_into(self, storage: Texture, into: NDArray[Any], format: Format) -> None:
         self.check_open()
         with self.reported("downloading a picture"):
-            transfers.receive(self, storage.readable, into)
+            found = storage.readable
+            if found.format.stencil:  # a command would copy both parts
+                found = self._values_of(storage)
+                transfers.move_depth(self, storage, found)
+            transfers.receive(self, found, into)
+
+    def _values_of(self, storage: Texture) -> Texture:
+        """The texture of float32 beside a depth texture."""
+        if storage.values is None:
+            storage.values = self._texture(float_format(1), storage.size)
+        return storage.values
 
     def copy(self, source: Texture, destination: Texture) -> None:
         if (source.format, source.size) != (destination.format, destination.size):
@@ -214,7 +224,7 @@ class WebGPUBackend(Backend):
         """Move what was uploaded into the depth texture itself; a stencil becomes 0."""
         if not storage.is_uploaded or storage.values is None:
             return
-        transfers.into_depth(self, storage.values, storage)
+        transfers.move_depth(self, storage.values, storage)
         storage.is_uploaded = False
 
     # Passes
@@ -243,7 +253,7 @@ class WebGPUBackend(Backend):
             name = self.stored(format_).name
             if blend is None or not name.endswith("32float"):
                 continue
-            needed = devices.NORM16 if format_.steps else devices.BLENDS
+            needed = "texture-formats-tier1" if format_.steps else devices.BLENDS
             if needed not in self.device.features:
                 raise BackendError(
                     f"webgpu: draw {step.name!r} blends into {format_.name}, which takes the feature {needed}, and "

@@ -14,15 +14,15 @@ from passgraph.plan.limits import NONE, Limits
 
 INSTALL_MODULE = "pip install 'passgraph[webgpu]'"
 INSTALL_DRIVER = "apt-get install mesa-vulkan-drivers"
-#: Optional features that passes use where a device has them.
-NORM16 = "texture-format16bit-norm"
+#: Optional features that passes use where a device has them: 16-bit fractions are drawn into where it has both of the
+#: first two.
 FILTERS, BLENDS, STENCIL = "float32-filterable", "float32-blendable", "depth32float-stencil8"
-FEATURES = (NORM16, FILTERS, BLENDS, STENCIL)
+FEATURES = ("texture-format16bit-norm", "texture-adapter-specific-format-features", FILTERS, BLENDS, STENCIL)
 #: Limits that are raised to what the adapter has.
 _RAISED = (
     "max-texture-dimension-2d", "max-buffer-size", "max-uniform-buffer-binding-size", "max-color-attachments",
-    "max-color-attachment-bytes-per-sample", "max-sampled-textures-per-shader-stage", "max-inter-stage-shader-variables",
-    "max-storage-buffer-binding-size",
+    "max-color-attachment-bytes-per-sample", "max-sampled-textures-per-shader-stage",
+    "max-inter-stage-shader-variables", "max-storage-buffer-binding-size",
 )  # fmt: skip
 #: Bytes of a pixel in the widest color format.
 _WIDEST = 16
@@ -106,6 +106,20 @@ def open_device(adapter: Any) -> Any:
     features = [name for name in FEATURES if name in adapter.features]
     limits = {name: adapter.limits[name] for name in _RAISED if name in adapter.limits}
     return adapter.request_device_sync(label="passgraph", required_features=features, required_limits=limits)
+
+
+def draws_norm16(device: Any) -> bool:
+    """Whether passes can draw into 16-bit fractions."""
+    if FEATURES[0] not in device.features:
+        return False
+    import wgpu
+
+    try:
+        usage = wgpu.TextureUsage.RENDER_ATTACHMENT
+        device.create_texture(size=(1, 1, 1), format="rgba16unorm", usage=usage).destroy()
+    except wgpu.GPUError:
+        return False
+    return True
 
 
 def limits_of(device: Any, name: str) -> Limits:

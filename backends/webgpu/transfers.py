@@ -44,7 +44,7 @@ def receive(backend: WebGPUBackend, texture: Texture, into: NDArray[Any]) -> Non
     pixel = stored.channels * stored.dtype.itemsize
     row = -(-width * pixel // ROW_ALIGNMENT) * ROW_ALIGNMENT
     buffer = backend.staging(row * height)
-    source = {"texture": texture.texture, "aspect": "depth-only" if format_.is_depth else "all"}
+    source = {"texture": texture.texture}
     backend.encoder().copy_texture_to_buffer(source, {"buffer": buffer, "bytes_per_row": row}, (width, height, 1))
     backend.flush()
     buffer.map_sync("READ", 0, row * height)
@@ -79,39 +79,46 @@ def _shaped(array: NDArray[Any], texture: Texture) -> NDArray[Any]:
     return array
 
 
-_INTO_DEPTH = """@group(0) @binding(0) var values: texture_2d<f32>;
+#: Depth to values or back, which commands cannot copy in all formats.
+_MOVE = """@group(0) @binding(0) var values: texture_2d<f32>;
 @fragment
-fn main(@builtin(position) place: vec4<f32>) -> @builtin(frag_depth) f32
+fn main(@builtin(position) place: vec4<f32>) -> RESULT
 {
     return textureLoad(values, vec2<i32>(place.xy), 0).r;
 }
 """
+_RESULTS = {True: "@builtin(frag_depth) f32", False: "@location(0) f32"}
 
 
-def into_depth(backend: WebGPUBackend, values: Texture, depth: Texture) -> None:
-    """Values from 0 to 1 into a depth texture, which takes no copies; a stencil becomes 0."""
-    device, programs = backend.device, backend.programs
+def move_depth(backend: WebGPUBackend, source: Texture, destination: Texture) -> None:
+    """Move values from 0 to 1 between a depth texture and one of float32; a stencil becomes 0."""
+    device, programs, to_depth = backend.device, backend.programs, destination.format.is_depth
     entry = {"binding": 0, "visibility": 2, "texture": {"sample_type": "unfilterable-float"}}
-    layout = programs.once("into depth layout", lambda: device.create_bind_group_layout(entries=[entry]))
-    shown = programs.module(Listing(_INTO_DEPTH, (NOWHERE,)), "into depth")
+    layout = programs.once("move depth", lambda: device.create_bind_group_layout(entries=[entry]))
+    shown = programs.module(Listing(_MOVE.replace("RESULT", _RESULTS[to_depth]), (NOWHERE,)), "move depth")
     corners = programs.module(Listing(FULLSCREEN, (NOWHERE,)), "fullscreen")
+    name = destination.stored.name
+    written = {"format": name, "depth_write_enabled": True, "depth_compare": "always"} if to_depth else None
     pipeline = programs.once(
-        ("into depth", depth.stored.name),
+        ("move depth", name),
         lambda: device.create_render_pipeline(
             layout=device.create_pipeline_layout(bind_group_layouts=[layout]),
             vertex={"module": corners, "entry_point": "main"},
             primitive={"topology": "triangle-list"},
-            depth_stencil={"format": depth.stored.name, "depth_write_enabled": True, "depth_compare": "always"},
-            fragment={"module": shown, "entry_point": "main", "targets": []},
+            depth_stencil=written,
+            fragment={"module": shown, "entry_point": "main", "targets": [] if to_depth else [{"format": name}]},
         ),
     )
-    group = device.create_bind_group(layout=layout, entries=[{"binding": 0, "resource": values.read_view}])
-    attachment = {
-        "view": depth.view, "depth_load_op": "clear", "depth_store_op": "store", "depth_clear_value": 0.0,
+    group = device.create_bind_group(layout=layout, entries=[{"binding": 0, "resource": source.read_view}])
+    color = {"view": destination.view, "load_op": "load", "store_op": "store"}
+    depth: dict[str, Any] = {
+        "view": destination.view, "depth_load_op": "clear", "depth_store_op": "store", "depth_clear_value": 0.0,
     }  # fmt: skip
-    if depth.format.stencil:
-        attachment |= {"stencil_load_op": "clear", "stencil_store_op": "store", "stencil_clear_value": 0}
-    encoded = backend.encoder().begin_render_pass(color_attachments=[], depth_stencil_attachment=attachment)
+    if destination.format.stencil:
+        depth |= {"stencil_load_op": "clear", "stencil_store_op": "store", "stencil_clear_value": 0}
+    attached = {"color_attachments": [], "depth_stencil_attachment": depth} if to_depth else {
+        "color_attachments": [color]}  # fmt: skip
+    encoded = backend.encoder().begin_render_pass(**attached)
     encoded.set_pipeline(pipeline)
     encoded.set_bind_group(0, group)
     encoded.draw(3)

@@ -254,7 +254,6 @@ class WGSL(Printer):
         text = self.operand(offset)
         if known is not None:
             known = min(max(known, -FARTHEST_TEXEL), FARTHEST_TEXEL)
-            text = self.int_literal(known)
         count = f"{self._size(load.image)}.{axis}"
         use, rule = self.program.image(load.image), BORDERS[load.border]
         reach = max(map(abs, use.x if axis == "x" else use.y))
