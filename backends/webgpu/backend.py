@@ -46,9 +46,10 @@ class WebGPUBackend(Backend):
         import wgpu
 
         self.wgpu = wgpu
-        self.device, self.device_name = device, name
+        self.device: Any = device
+        self.device_name = name
         self.limits = devices.limits_of(device, name)
-        self.programs = Programs(device)
+        self.programs: Any = Programs(device)
         self.draws_norm16 = devices.draws_norm16(device)
         self.alive: dict[int, Any] = {}  # textures and buffers not yet given back, by id
         self.closed = False
@@ -290,13 +291,13 @@ class WebGPUBackend(Backend):
             self.closed = True
             for made in list(self.alive.values()):
                 self.free(made)
-            self._staging = None
-            self.programs.made.clear()
             self.device.destroy()
+            # wgpu gives a device back when its last Python object goes: hold none.
+            self.programs = self.device = self._staging = None
 
 
 def _freed(backend: weakref.ReferenceType[WebGPUBackend], buffer: Any) -> None:
     """A finalizer knows no backend, which would stay for as long as what it belongs to."""
     owner = backend()
     if owner is not None and not owner.closed:
-        owner.turn.later(lambda: owner.free(buffer))
+        owner.free(buffer)
