@@ -16,7 +16,7 @@ from passgraph.verify.compare import compare
 from tests.hostile.guard import guarded_copy
 
 SIZE = (24, 160)  # height and width: rows longer than what machine code reads at once
-BACKENDS = ("reference", "numpy", "gl", "opencl")
+BACKENDS = ("reference", "numpy", "gl", "opencl", "webgpu")
 
 
 def grey(name: str = "grey", format: str = "rgba8") -> pg.Target:

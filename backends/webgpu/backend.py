@@ -243,13 +243,19 @@ class WebGPUBackend(Backend):
         return DrawRun(self, step)
 
     def check_draw(self, step: DrawStep) -> None:
-        """Whether this device can blend the targets of a draw.
+        """Whether this device can blend the targets of a draw, and offset its depth.
 
         Raises
         ------
         BackendError
             With the draw, and what the device lacks.
         """
+        units = step.state.polygon_offset[1]
+        if units != int(units) or abs(units) >= 1 << 31:
+            raise BackendError(
+                f"webgpu: draw {step.name!r} has a polygon offset of {units:g} units; WebGPU takes whole numbers of 32 "
+                "bits; round it"
+            )
         for blend, format_ in zip(step.state.blend, step.output_formats, strict=False):
             name = self.stored(format_).name
             if blend is None or not name.endswith("32float"):

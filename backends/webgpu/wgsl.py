@@ -85,6 +85,8 @@ NEAR = 1 << 20
 #: Float operations whose results no compiler can combine with what reads them.
 _PLAIN = {"floor", "ceil", "trunc", "round", "abs"}
 _COMPARE = {"less", "less_equal", "greater", "greater_equal", "equal", "not_equal"}
+#: Operations that compilers decide where both arguments are one value, as if it were finite.
+_OF_EQUALS = {"sub", "div", *_COMPARE}
 #: Numbers of bindings in a group: parameters, two samplers, then images.
 PARAMETERS, NEAREST, LINEAR, FIRST_IMAGE = range(4)
 #: Bytes of the parameters before a kernel's own: four zeros, the size of the target and the guard band's factor.
@@ -161,7 +163,7 @@ class WGSL(Printer):
             return f"pg_near_mod({', '.join(arguments)})" if op.operation == "int_mod" else self._spelled(op, arguments)
         if op.on == "float" and op.operation in ("equal", "not_equal") and arguments[0] == arguments[1]:
             return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
-        if op.on == "float" and len(arguments) == 2 and self._may_be_same(*op.arguments):
+        if op.on == "float" and op.operation in _OF_EQUALS and self._may_be_same(*op.arguments):
             arguments = [arguments[0], f"bitcast<f32>(bitcast<u32>({arguments[1]}) | pg_nil2)"]
         if op.on == "float" and op.operation in ("min", "max"):
             # Compilers make a minimum of the choice, and that of NaN and a number is the number.

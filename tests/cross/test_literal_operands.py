@@ -64,7 +64,7 @@ UNROLLED: dict[str, Callable[[Numbers, np.float32], Numbers]] = {
 }
 
 
-@pytest.fixture(scope="module", params=["numpy", "gl", "opencl"])
+@pytest.fixture(scope="module", params=["numpy", "gl", "opencl", "webgpu"])
 def device(request: pytest.FixtureRequest) -> Iterator[Backend]:
     require(request.param)
     with open_backend(request.param) as opened:

@@ -13,7 +13,8 @@ from passgraph.errors import BackendError
 from passgraph.formats import FORMATS, Format
 
 #: Backend → the file that spells formats for it; the reference stores what NumPy has.
-FILES = {"gl": "gl/textures.py", "opencl": "opencl/opencl_c.py", "numpy": "numpy/vector/texels.py"}
+FILES = {"gl": "gl/textures.py", "opencl": "opencl/opencl_c.py", "numpy": "numpy/vector/texels.py",
+         "webgpu": "webgpu/textures.py"}  # fmt: skip
 
 
 def copied(format_: Format) -> pg.Target:
