@@ -102,10 +102,19 @@ def device_infos() -> list[DeviceInfo]:
 
 
 def open_device(adapter: Any) -> Any:
-    """Open a device with the features and limits that passes use."""
+    """Open a device with the features and limits that passes use.
+
+    Raises
+    ------
+    BackendError
+        When the driver does not open it, such as for lack of memory.
+    """
     features = [name for name in FEATURES if name in adapter.features]
     limits = {name: adapter.limits[name] for name in _RAISED if name in adapter.limits}
-    return adapter.request_device_sync(label="passgraph", required_features=features, required_limits=limits)
+    try:
+        return adapter.request_device_sync(label="passgraph", required_features=features, required_limits=limits)
+    except Exception as error:
+        raise BackendError(f"webgpu: {name_of(adapter)} cannot be opened: {' '.join(str(error).split())}") from None
 
 
 def draws_norm16(device: Any) -> bool:

@@ -35,8 +35,8 @@ def compile(
     outputs
         One target, several, or ``{name: target}``; results are read by target name or by the given name.
     backend
-        ``"numpy"`` (default), ``"gl"``, ``"opencl"``, ``"opencl:1"``, ``"webgpu"``, ``"reference"``, or an open backend,
-        which then stays yours to close.
+        ``"numpy"`` (default), ``"gl"``, ``"opencl"``, ``"opencl:1"``, ``"webgpu"``, ``"reference"``, or an open
+        backend, which then stays yours to close.
     size
         (width, height) of the output in pixels; left out, the size of the first input.  Targets that are declared
         with a size, or take that of an input, keep it; where no output would have the size asked for, or a fraction

@@ -67,7 +67,7 @@ def test_without_a_driver_the_error_says_how_to_install_one(monkeypatch: pytest.
 
     layered = [adapter for adapter in wgpu.gpu.enumerate_adapters_sync() if adapter.info["backend_type"] == "OpenGL"]
     monkeypatch.setattr(type(wgpu.gpu), "enumerate_adapters_sync", lambda self: layered)
-    with pytest.raises(DeviceMissingError, match="no Vulkan, Metal or Direct3D 12 driver.*mesa-vulkan-drivers"):
+    with pytest.raises(DeviceMissingError, match=r"no Vulkan, Metal or Direct3D 12 driver.*mesa-vulkan-drivers"):
         WebGPUBackend()
 
 
