@@ -179,7 +179,7 @@ class Backend(ABC):
 
     # Numbers as formats hold them (`Format.number`): these go through float32 where a backend knows no shorter way.
 
-    def picture_of(self, given: object) -> DevicePicture | None:
+    def picture_of(self, candidate: object) -> DevicePicture | None:
         """Return the device picture that an object of the caller stands for; None for arrays and other objects.
 
         Raises

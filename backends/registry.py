@@ -53,12 +53,12 @@ def backend_class(name: str) -> type[Backend]:
         raise BackendError(f"there is no backend {name!r}{hint}; there are {', '.join(backend_names())}")
     module, _, attribute = path.partition(":")
     try:
-        found = getattr(import_module(module), attribute)
+        class_ = getattr(import_module(module), attribute)
     except (ImportError, AttributeError) as error:
         raise BackendError(f"backend {name!r} ({path}) cannot be loaded: {error}") from error
-    if not (isinstance(found, type) and issubclass(found, Backend)):
+    if not (isinstance(class_, type) and issubclass(class_, Backend)):
         raise BackendError(f"backend {name!r} ({path}) is not a subclass of passgraph.backends.base.Backend")
-    return found
+    return class_
 
 
 def open_backend(name: str | None = None) -> Backend:

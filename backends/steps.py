@@ -33,14 +33,14 @@ def numbers_of(values: NDArray[Any], format_: Format) -> NDArray[Any]:
 def _steps(picture: FloatBlock, format_: Format) -> NDArray[Any]:
     counted = np.empty(picture.shape, format_.number)
     values, steps = picture.reshape(-1), counted.reshape(-1)
-    room = np.empty(min(CHUNK, values.size), np.float32)
+    buffer = np.empty(min(CHUNK, values.size), np.float32)
     # beside arrays: beside a scalar NumPy takes four times as long for fmax and fmin
-    zeros, ones = np.zeros_like(room), np.ones_like(room)
+    zeros, ones = np.zeros_like(buffer), np.ones_like(buffer)
     for start in range(0, values.size, CHUNK):
-        given = values[start : start + CHUNK]
-        part = room[: given.size]
-        np.fmax(given, zeros[: given.size], out=part)
-        np.fmin(part, ones[: given.size], out=part)
+        chunk = values[start : start + CHUNK]
+        part = buffer[: chunk.size]
+        np.fmax(chunk, zeros[: chunk.size], out=part)
+        np.fmin(part, ones[: chunk.size], out=part)
         np.multiply(part, np.float32(format_.steps), out=part)
         np.rint(part, out=part)
         np.copyto(steps[start : start + CHUNK], part, casting="unsafe")

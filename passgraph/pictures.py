@@ -151,14 +151,14 @@ def holds_several(file: Path) -> bool:
         return False
 
 
-def check_size(file: Path, width: int, height: int, held: int, max_bytes: int) -> None:
+def check_size(file: Path, width: int, height: int, bytes_per_pixel: int, max_bytes: int) -> None:
     """Refuse a picture that is empty or takes too much memory.
 
     ``held`` is what is in memory beside the result: stored pixels, the decoder's memory, the file.
     """
     if width < 1 or height < 1:
         raise InputError(f"{file}: says it is {width}×{height} pixels; expected at least 1×1")
-    needed = width * height * BYTES_PER_PIXEL + held
+    needed = width * height * BYTES_PER_PIXEL + bytes_per_pixel
     if needed > max_bytes:
         raise InputError(
             f"{file}: says it is {width}×{height} = {width * height} pixels, which take {needed} bytes of memory"
@@ -348,9 +348,9 @@ def viewable(picture: Picture) -> tuple[Picture, str]:
 def encode_png(file: Path, pixels: Stored) -> bytes:
     """The bytes of a PNG file of uint8 or uint16; ``file`` is its name for messages."""
     with tempfile.TemporaryDirectory(prefix="passgraph-") as folder:
-        made = Path(folder) / "a.png"
-        write_image(file, made, pixels, WRITABLE[".png"], Metadata())
-        return made.read_bytes()
+        temporary_file = Path(folder) / "a.png"
+        write_image(file, temporary_file, pixels, WRITABLE[".png"], Metadata())
+        return temporary_file.read_bytes()
 
 
 def format_of_suffix(file: Path) -> WritableFormat:
@@ -371,10 +371,12 @@ def check_holds_bits(file: Path, bits: int) -> np.dtype[Any]:
     kind = format_of_suffix(file)
     found = [np.dtype(name) for name in kind.dtypes if np.dtype(name).itemsize * 8 == bits]
     if not found:
-        held = " or ".join(
+        bit_depths = " or ".join(
             dict.fromkeys(f"{np.dtype(name).itemsize * 8}-bit {np.dtype(name).name}" for name in kind.dtypes)
         )
-        raise InputError(f"{file}: {kind.name} holds {held}, not {bits} bits; choose another suffix or other bits")
+        raise InputError(
+            f"{file}: {kind.name} holds {bit_depths}, not {bits} bits; choose another suffix or other bits"
+        )
     return found[0]
 
 
@@ -459,9 +461,9 @@ def _write_npy(temporary: Path, values: Stored) -> None:
 def _write(file: Path, write_to: Callable[[Path], None]) -> None:
     """Write a file under a temporary name in the same folder, then give it its name in one step."""
     try:
-        with NewFile(file) as made:
-            write_to(made.temporary)
-            made.complete()
+        with NewFile(file) as new_file:
+            write_to(new_file.temporary)
+            new_file.complete()
     except (OSError, ValueError) as error:
         raise InputError(
             f"{file}: cannot be written ({_reason(error)}); check the folder's permissions and free space"

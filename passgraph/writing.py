@@ -136,9 +136,9 @@ _MOST_LINKS = 40
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file, complete or not at all."""
-    with NewFile(path) as made:
-        made.temporary.write_text(text, encoding="utf-8")
-        made.complete()
+    with NewFile(path) as new_file:
+        new_file.temporary.write_text(text, encoding="utf-8")
+        new_file.complete()
 
 
 def discard_unfinished() -> None:
@@ -156,7 +156,7 @@ def _remove(path: Path) -> None:
         path.unlink()
 
 
-def _replace_folder(made: Path, path: Path) -> None:
+def _replace_folder(new_folder: Path, path: Path) -> None:
     """Rename a folder over another one.
 
     The older one is renamed first, to a name that is never swept: it is the only copy until the new one has its name.
@@ -164,7 +164,7 @@ def _replace_folder(made: Path, path: Path) -> None:
     old = path.with_name(f".passgraph-old-{secrets.token_hex(6)}{path.suffix}")
     os.rename(path, old)
     try:
-        os.rename(made, path)
+        os.rename(new_folder, path)
     except BaseException:
         os.rename(old, path)
         raise

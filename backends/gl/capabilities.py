@@ -186,7 +186,7 @@ def capabilities_of(gl: Any) -> Capabilities:
     )
 
     bare = Capabilities(is_es, version, extensions)
-    off, never_ours = ([switch for switch, where in found.items() if bare.has(where)] for found in (OFF, NEVER_OURS))
+    off, never_ours = ([switch for switch, where in table.items() if bare.has(where)] for table in (OFF, NEVER_OURS))
     distances = gl.integer(_CLIP_DISTANCES) if bare.has(_CLIPPING) else 0
     is_compatible = not is_es and bool(gl.integer(_PROFILE) & _COMPATIBLE_BIT)
     return replace(
@@ -225,8 +225,8 @@ def version_of(text: str) -> tuple[bool, Version]:
     ((True, (3, 2)), (False, (4, 5)))
     """
     is_es = text.startswith("OpenGL ES")
-    found = re.search(r"(\d+)\.(\d+)", text)
-    version = (int(found[1]), int(found[2])) if found else (0, 0)
+    match = re.search(r"(\d+)\.(\d+)", text)
+    version = (int(match[1]), int(match[2])) if match else (0, 0)
     if version < (OLDEST_ES if is_es else OLDEST_DESKTOP):
         raise DeviceMissingError(
             f"gl: the context is of {'' if is_es else 'OpenGL '}{text or 'an unknown version'}; passgraph needs OpenGL "

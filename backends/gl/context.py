@@ -315,15 +315,15 @@ def device_names() -> list[tuple[str, str, str]]:
     """Renderer, vendor and version of each device, in the order of their numbers."""
     from passgraph.backends.gl import functions as g
 
-    found: list[tuple[str, str, str]] = []
+    names: list[tuple[str, str, str]] = []
     for index in range(MAX_DEVICES if sys.platform.startswith("linux") else 1):
         try:
             context = OwnContext(index)
         except DeviceMissingError:
-            if not found:
+            if not names:
                 raise
             break
         with context as gl:
-            found.append((gl.text(g.RENDERER), gl.text(g.VENDOR), gl.text(g.VERSION)))
+            names.append((gl.text(g.RENDERER), gl.text(g.VENDOR), gl.text(g.VERSION)))
         context.release()
-    return found
+    return names

@@ -59,5 +59,5 @@ class CountRun:
 
 def counts(backend: GLBackend, step: PixelStep) -> bool:
     """Whether a step counts bins, and this device has the means and the room."""
-    known = step.known if backend.count_group else None
-    return known is not None and step.size[1] * known.bins <= MOST_ENTRIES
+    histogram = step.known if backend.count_group else None
+    return histogram is not None and step.size[1] * histogram.bins <= MOST_ENTRIES

@@ -150,8 +150,8 @@ class _Search:
             return self.known(i.index)
         if isinstance(i, s.Choose):
             return self.known(i.condition) and (self.known(i.then) or self.known(i.orelse))
-        known = [self.known(a) for a in i.arguments]
-        return any(known) if (i.operation, i.on) in _DECIDED else all(known)
+        follows_arguments = [self.known(a) for a in i.arguments]
+        return any(follows_arguments) if (i.operation, i.on) in _DECIDED else all(follows_arguments)
 
     def is_nonzero(self, i: s.Op | s.Choose | s.LoadTable) -> bool:
         if isinstance(i, s.LoadTable):

@@ -195,10 +195,10 @@ class Functions:
 
     def drain(self) -> list[int]:
         """Take the errors that somebody else left."""
-        found: list[int] = []
-        while len(found) < 16 and (error := self.GetError()) != NO_ERROR:
-            found.append(error)
-        return found
+        errors: list[int] = []
+        while len(errors) < 16 and (error := self.GetError()) != NO_ERROR:
+            errors.append(error)
+        return errors
 
     def fail_again(self, errors: Iterable[int], shader: int) -> None:
         """Leave errors that were taken, for whoever asks for them; ``shader`` is any shader.  Lack of memory and

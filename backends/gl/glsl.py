@@ -240,26 +240,26 @@ class GLSL(CLike):
 
     def _place(self, load: s.LoadTexel, axis: str, offset: s.Operand) -> tuple[str, list[str]]:
         """One coordinate of a texel's centre, and the conditions under which a zero border shows the texel."""
-        known = int(offset.value) if isinstance(offset, s.Lit) else None
-        if load.relative and known == 0:
+        constant_offset = int(offset.value) if isinstance(offset, s.Lit) else None
+        if load.relative and constant_offset == 0:
             return f"{self._here(load.image)}.{axis}", []  # the image is as large as the target
         text = self.operand(offset)
-        if known is not None:
-            known = min(max(known, -FARTHEST_TEXEL), FARTHEST_TEXEL)
+        if constant_offset is not None:
+            constant_offset = min(max(constant_offset, -FARTHEST_TEXEL), FARTHEST_TEXEL)
         count = f"{self._size(load.image)}.{axis}"
         use, rule = self.program.image(load.image), BORDERS[load.border]
         reach = max(map(abs, use.x if axis == "x" else use.y))
         if rule.period and (not load.relative or reach > NEAR):
-            known, text = None, f"pg_nearer({text}, {rule.period.replace('size', count)})"
+            constant_offset, text = None, f"pg_nearer({text}, {rule.period.replace('size', count)})"
         elif load.relative and reach > FARTHEST_TEXEL:
-            known, text = None, f"clamp({text}, -2 * {count}, 2 * {count})"
+            constant_offset, text = None, f"clamp({text}, -2 * {count}, 2 * {count})"
         coordinate = f"{self._pixel()}.{axis} + {text}" if load.relative else text
         if not rule.is_nearest:
             return self._centre(load.image, axis, f"float({border_name(load.border)}({coordinate}, {count}))"), []
         # Drivers make an int of the place before they clamp it; what is too large for one comes out at the other edge.
         turned = axis == "y" and self._lies(load.image).bottom_up
         nearer = f"max({text}, -{FARTHEST_TEXEL})" if turned else f"min({text}, {FARTHEST_TEXEL})"
-        number = f"float({nearer})" if known is None else self.float_literal(known)
+        number = f"float({nearer})" if constant_offset is None else self.float_literal(constant_offset)
         if load.relative:
             place = (
                 f"{self._here(load.image)}.{axis} {'-' if turned else '+'} {number} * {self._width(load.image)}.{axis}"
@@ -270,10 +270,10 @@ class GLSL(CLike):
             place = "clamp({}, {}.{axis}, {}.{axis})".format(place, *self._edges(load.image), axis=axis)
         if not rule.blank:
             return place, []
-        if known is None:
+        if constant_offset is None:
             # as unsigned, what is below 0 is above all counts
             return place, [f"uint({coordinate}) < uint({count})"]
-        low, high = (known < 0, known > 0) if load.relative else (known < 0, True)
+        low, high = (constant_offset < 0, constant_offset > 0) if load.relative else (constant_offset < 0, True)
         return place, [f"{coordinate} >= 0"] * low + [f"{coordinate} < {count}"] * high
 
     def _centre(self, image: str, axis: str, number: str) -> str:
@@ -289,15 +289,15 @@ class GLSL(CLike):
     def _here(self, image: str) -> str:
         """The centre of this pixel in texture coordinates of an image that is as large as the target."""
         lies, output = self._lies(image), self.placements.output
-        same = lies.bottom_up == output.bottom_up
-        if same and not lies.is_part and not output.is_part:
+        same_direction = lies.bottom_up == output.bottom_up
+        if same_direction and not lies.is_part and not output.is_part:
             self.declarations.setdefault("pg_here", f"vec2 pg_here = {self.place} * {self._width(image)};")
             return "pg_here"
         name = f"pg_here{self.image_numbers[image]}"
         place = self.place
         if output.is_part:
             place = f"({place} - vec2(pg_output_origin))"
-        if not same:
+        if not same_direction:
             place = f"vec2({place}.x, float({self._size(image)}.y) - {place}.y)"
         if lies.is_part:
             place = f"({place} + vec2({self._region(image)}.xy))"

@@ -150,19 +150,19 @@ class Programs:
     def _linked(
         self, stages: dict[int, Listing], programs: tuple[ScalarProgram, ...], name_in_errors: str = ""
     ) -> LinkedProgram:
-        said = name_in_errors or " and ".join(p.name for p in programs)
+        kernel_names = name_in_errors or " and ".join(p.name for p in programs)
         gl = self.objects.gl
         shaders: list[int] = []
         name = gl.CreateProgram()
         self.objects.alive.add(("Program", name))
         try:
             for kind, listing in stages.items():
-                shaders.append(self._compile(kind, listing, programs[-1].name if programs else said))
+                shaders.append(self._compile(kind, listing, programs[-1].name if programs else kernel_names))
                 gl.AttachShader(name, shaders[-1])
             gl.LinkProgram(name)
             if not _status(gl.GetProgramiv, name, g.LINK_STATUS):
                 log = _log(gl.GetProgramiv, gl.GetProgramInfoLog, name)
-                raise BackendError(f"gl: the driver cannot link {said}: {log}")
+                raise BackendError(f"gl: the driver cannot link {kernel_names}: {log}")
         except BackendError:
             self.objects.delete("Program", name)
             raise
@@ -208,11 +208,11 @@ class Programs:
 def pointed(log: str, listing: Listing, kernel: str) -> str:
     """A driver's message with the kernel line behind the first generated line that it names."""
     first = next((line for line in log.splitlines() if line.strip()), "no message")
-    found = _LINE.search(first)
+    match = _LINE.search(first)
     message = f"the OpenGL driver refuses kernel {kernel}: {first.strip()}"
-    if found is None:
+    if match is None:
         return f"gl: {message}"
-    return listing.span_at(int(found.group(1))).point_at(message)
+    return listing.span_at(int(match.group(1))).point_at(message)
 
 
 def _send(scalars: Any, vectors: Any, location: int, count: int, data: bytes) -> None:

@@ -191,10 +191,10 @@ def use(gl: Functions, bound: Bound, program: int, vertex_array: int) -> None:
 
 def set_draw(gl: Functions, bound: Bound, state: DrawState, outputs: Sequence[Texture], depth: Texture | None) -> None:
     """Everything in a DrawState; :func:`set_common` came before, and clears are done."""
-    wanted = (state, depth is None, *(texture.padded for texture in outputs))
-    if bound.state == wanted:
+    draw_state = (state, depth is None, *(texture.padded for texture in outputs))
+    if bound.state == draw_state:
         return
-    bound.state = wanted
+    bound.state = draw_state
     # The vertex shader turns pictures upside down, so fronts are clockwise here.
     gl.FrontFace(g.CLOCKWISE)
     _switch(gl, CULL_FACE, state.cull != "none")
@@ -213,8 +213,8 @@ def set_draw(gl: Functions, bound: Bound, state: DrawState, outputs: Sequence[Te
         mask = state.color_mask[k] if state.color_mask else (True,) * 4
         # Alpha behind a three-channel target stays 1, which is what a missing alpha reads as; without blending it is
         # what shaders give it.
-        kept = texture.padded and (apart or any(state.blend))
-        red, green, blue, alpha = (int(on) for on in (*mask[:3], mask[3] and not kept))
+        keeps_alpha = texture.padded and (apart or any(state.blend))
+        red, green, blue, alpha = (int(on) for on in (*mask[:3], mask[3] and not keeps_alpha))
         if apart:
             gl.ColorMaski(k, red, green, blue, alpha)
         else:

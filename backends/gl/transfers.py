@@ -127,48 +127,48 @@ def _scratch(backend: GLBackend, texture: Texture) -> Texture:
 
 def send(backend: GLBackend, texture: Texture, numbers: NDArray[Any]) -> None:
     """Numbers of its format into a texture, from where they are; a stencil becomes 0."""
-    given = _shaped(numbers, texture)
+    shaped = _shaped(numbers, texture)
     if texture.format.stencil:
-        given = with_stencil(given)
+        shaped = with_stencil(shaped)
     gl, (width, height) = backend.context.gl, texture.size
     padded = texture.padded and gl.has.is_es  # OpenGL ES adds no alpha
     if padded:
-        given = _with_alpha(given, texture.format)
-    rows = None if given.dtype != _dtype(texture) else rows_of(given)
+        shaped = _with_alpha(shaped, texture.format)
+    rows = None if shaped.dtype != _dtype(texture) else rows_of(shaped)
     if rows is None:
-        given, rows = np.ascontiguousarray(given, _dtype(texture)), Rows()
+        shaped, rows = np.ascontiguousarray(shaped, _dtype(texture)), Rows()
     external, type_ = (texture.gl_format.external, texture.gl_format.type) if padded else external_of(texture.format)
     with fixed.transfer(gl, rows):
         gl.BindTexture(g.TEXTURE_2D, texture.name)
-        gl.TexSubImage2D(g.TEXTURE_2D, 0, 0, 0, width, height, external, type_, given.ctypes.data)
+        gl.TexSubImage2D(g.TEXTURE_2D, 0, 0, 0, width, height, external, type_, shaped.ctypes.data)
 
 
 def receive(backend: GLBackend, texture: Texture, into: NDArray[Any]) -> None:
     """A texture into an array: values where that is float32, else numbers."""
     format_ = texture.format
-    room = _shaped(into, texture)
+    destination = _shaped(into, texture)
     if into.dtype == np.float32 and format_.steps:
-        numbers = np.empty(room.shape, format_.number)
+        numbers = np.empty(destination.shape, format_.number)
         _fetch(backend, texture, numbers, external_of(format_)[1])
-        values_into(room, numbers, format_)
+        values_into(destination, numbers, format_)
     else:
-        _fetch(backend, texture, room, FLOAT_TYPE if into.dtype == np.float32 else external_of(format_)[1])
+        _fetch(backend, texture, destination, FLOAT_TYPE if into.dtype == np.float32 else external_of(format_)[1])
 
 
-def _fetch(backend: GLBackend, texture: Texture, room: NDArray[Any], type_: int) -> None:
-    rows = rows_of(room)
+def _fetch(backend: GLBackend, texture: Texture, destination: NDArray[Any], type_: int) -> None:
+    rows = rows_of(destination)
     if rows is None:
-        plain = np.empty(room.shape, room.dtype.newbyteorder("="))
+        plain = np.empty(destination.shape, destination.dtype.newbyteorder("="))
         _fetch(backend, texture, plain, type_)
-        np.copyto(room, plain)
+        np.copyto(destination, plain)
         return
     if backend.context.gl.has.is_es:
-        read_pixels(backend, texture, room, type_, rows)
+        read_pixels(backend, texture, destination, type_, rows)
         return
     gl, external = backend.context.gl, external_of(texture.format, stencil=False)[0]
     with fixed.transfer(gl, rows):
         gl.BindTexture(g.TEXTURE_2D, texture.name)
-        gl.GetTexImage(g.TEXTURE_2D, 0, external, type_, room.ctypes.data)
+        gl.GetTexImage(g.TEXTURE_2D, 0, external, type_, destination.ctypes.data)
 
 
 def read_pixels(backend: GLBackend, texture: Texture, room: NDArray[Any], type_: int, rows: Rows) -> None:

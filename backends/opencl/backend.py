@@ -47,7 +47,7 @@ def all_devices() -> list[Any]:
     except ImportError as error:
         raise DeviceMissingError(f"the opencl backend needs pyopencl ({error}); install it: {INSTALL_MODULE}") from None
     try:
-        found = [
+        devices = [
             device
             for platform in cl.get_platforms()
             for device in platform.get_devices()
@@ -57,25 +57,25 @@ def all_devices() -> list[Any]:
         raise DeviceMissingError(
             f"OpenCL found no driver ({error}); install one, on CPUs PoCL: {INSTALL_DRIVER}"
         ) from None
-    if not found:
+    if not devices:
         raise DeviceMissingError(
             f"OpenCL found drivers but no usable device; install one, on CPUs PoCL: {INSTALL_DRIVER}"
         )
-    return found
+    return devices
 
 
 def choose(device: str | None) -> Any:
     """The device of this number or with this in its name; the first for None."""
-    found = all_devices()
+    devices = all_devices()
     if device is None:
-        return found[0]
+        return devices[0]
     number = device_number(device)
     if number is not None:
-        matches = found[number : number + 1]
+        matches = devices[number : number + 1]
     else:
-        matches = [one for one in found if device.lower() in f"{one.name} {one.platform.name}".lower()]
+        matches = [one for one in devices if device.lower() in f"{one.name} {one.platform.name}".lower()]
     if not matches:
-        names = "; ".join(f"{number}: {one.name.strip()}" for number, one in enumerate(found))
+        names = "; ".join(f"{number}: {one.name.strip()}" for number, one in enumerate(devices))
         raise DeviceMissingError(f"there is no OpenCL device {device!r}; there are {names}")
     return matches[0]
 

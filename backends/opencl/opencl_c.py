@@ -209,10 +209,10 @@ class OpenCLPrinter(CLike):
     def _function(self, call: Call) -> None:
         first, *rest = call.wanted
         self.names |= {value.id: f"v{value.id}" for value in call.given}
-        given = [f"{value.type} v{value.id}" for value in call.given]
-        room = [f"{value.type}* o{place}" for place, value in enumerate(rest)]
+        arguments = [f"{value.type} v{value.id}" for value in call.given]
+        result_pointers = [f"{value.type}* o{place}" for place, value in enumerate(rest)]
         name = self.named_calls[call.key]
-        self.line(f"__attribute__((noinline)) {first.type} {name}({', '.join(given + room)})\n{{")
+        self.line(f"__attribute__((noinline)) {first.type} {name}({', '.join(arguments + result_pointers)})\n{{")
         self.depth += 1
         for instruction in call.instructions:
             self.instruction(instruction)
@@ -227,8 +227,8 @@ class OpenCLPrinter(CLike):
         for value in rest:
             self.name(value, f"v{value.id}")
             self.line(f"{value.type} v{value.id};")
-        given = [self.operand(value) for value in call.given]
-        self.value(first, f"{self.named_calls[call.key]}({', '.join(given + [f'&v{v.id}' for v in rest])})")
+        arguments = [self.operand(value) for value in call.given]
+        self.value(first, f"{self.named_calls[call.key]}({', '.join(arguments + [f'&v{v.id}' for v in rest])})")
 
     def close(self) -> Listing:
         self.depth -= 1

@@ -64,8 +64,8 @@ class OpenCLPicture(DevicePicture):
     def holds(self, format_: Format) -> bool:
         """Whether its numbers are those of a format."""
         own = self.format
-        same = (own.number, own.channels) == (format_.number, format_.channels) and not format_.stencil
-        return same and (self.is_stored or own.srgb == format_.srgb)
+        same_layout = (own.number, own.channels) == (format_.number, format_.channels) and not format_.stencil
+        return same_layout and (self.is_stored or own.srgb == format_.srgb)
 
 
 @dataclass(frozen=True, eq=False)
@@ -277,9 +277,17 @@ def _in_buffer(
             f"{last:,}, and the buffer has {capacity:,}; give a larger one, or check offset and pitch"
         )
     moved = Placement(placement.first - low, placement.row, placement.pixel, placement.channels)
-    kept = _retained(memory)
+    retained = _retained(memory)
     return BufferPicture(
-        parts.format, parts.size, kept, context, is_stored, memory, first, moved, None if array is None else ref(array)
+        parts.format,
+        parts.size,
+        retained,
+        context,
+        is_stored,
+        memory,
+        first,
+        moved,
+        None if array is None else ref(array),
     )
 
 
@@ -342,12 +350,12 @@ def _channels(order: str | None, format_: Format, what: str) -> tuple[int, ...]:
     return tuple(order.index(letter) for letter in letters)
 
 
-def _counted(given: int | None, plain: int, number: int, what: str) -> int:
+def _counted(bytes_: int | None, plain: int, number: int, what: str) -> int:
     """Bytes as numbers."""
-    found = plain if given is None else arguments.whole_number(given, f"{what} (bytes)", 0, sys.maxsize, InputError)
-    if found % number:
-        raise InputError(f"{what} is {found} bytes, which is no multiple of {number}, the bytes of a channel")
-    return found // number
+    count = plain if bytes_ is None else arguments.whole_number(bytes_, f"{what} (bytes)", 0, sys.maxsize, InputError)
+    if count % number:
+        raise InputError(f"{what} is {count} bytes, which is no multiple of {number}, the bytes of a channel")
+    return count // number
 
 
 def _overlaps_itself(picture: BufferPicture) -> bool:

@@ -59,8 +59,10 @@ class Uniforms:
                 self.held[i] = raw
 
     def _forget_finished(self) -> None:
-        done = self.backend.cl.command_execution_status.COMPLETE
-        while self.writing and (len(self.writing) >= MOST_WRITING or self.writing[0].command_execution_status <= done):
+        complete = self.backend.cl.command_execution_status.COMPLETE
+        while self.writing and (
+            len(self.writing) >= MOST_WRITING or self.writing[0].command_execution_status <= complete
+        ):
             self.writing.popleft()
 
     def fits_constant(self) -> bool:
@@ -195,14 +197,14 @@ def pixels_around(block: Inner, size: tuple[int, int]) -> int:
 
 def parameters(images: Sequence[ImageLayout], outputs: Sequence[ImageLayout]) -> str:
     """Return the parameter list of a pixel pass: ``out0`` …, its inputs, and ``cut``."""
-    found = [f"__global {element(layout.format)}* restrict out{i}" for i, layout in enumerate(outputs)]
-    return ", ".join([*found, *inputs(images), "int4 cut"])
+    outputs_ = [f"__global {element(layout.format)}* restrict out{i}" for i, layout in enumerate(outputs)]
+    return ", ".join([*outputs_, *inputs(images), "int4 cut"])
 
 
 def inputs(images: Sequence[ImageLayout]) -> list[str]:
     """Return the input parameters of a pixel pass: ``image0`` …, then its uniforms."""
-    found = [f"__global const {element(layout.format)}* restrict image{i}" for i, layout in enumerate(images)]
-    return [*found, "PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
+    pointers = [f"__global const {element(layout.format)}* restrict image{i}" for i, layout in enumerate(images)]
+    return [*pointers, "PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
 
 
 def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> Inner:

@@ -93,8 +93,8 @@ class Programs:
 
 def build_error(listing: Listing, what: str, log: str) -> BackendError:
     """The kernel line behind the first error in a compiler's log."""
-    found = MESSAGE.search(log)
-    span = listing.span_at(int(found.group(1))) if found else NOWHERE
+    match = MESSAGE.search(log)
+    span = listing.span_at(int(match.group(1))) if match else NOWHERE
     if span == NOWHERE:
         span = next((one for one in listing.spans if one != NOWHERE), NOWHERE)
     message = f"the OpenCL driver refuses {what}; this is a defect of passgraph or of the driver. It said:"

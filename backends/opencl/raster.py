@@ -155,9 +155,9 @@ class DrawPassRunner:
             self.bound[id(kernel)] = arguments
 
 
-def _same(bound: Any, given: Any) -> bool:
+def _same(bound: Any, new: Any) -> bool:
     """Numbers by value; buffers by identity, since a freed one's handle may come back as another's."""
-    return bound is given or (isinstance(bound, np.int32) and isinstance(given, np.int32) and bool(bound == given))
+    return bound is new or (isinstance(bound, np.int32) and isinstance(new, np.int32) and bool(bound == new))
 
 
 class Triangles:

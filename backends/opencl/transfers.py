@@ -207,43 +207,47 @@ def send(backend: OpenCLBackend, storage: Storage, numbers: NDArray[Any]) -> Non
 
 def receive(backend: OpenCLBackend, storage: Storage, into: NDArray[Any]) -> None:
     """A storage into an array: values where that is float32, else numbers."""
-    format_, room = storage.format, _shaped(into, storage)
+    format_, destination = storage.format, _shaped(into, storage)
     if storage.lent is not None and storage.released:
         # The run is over: what it wrote there is the caller's array.
         if into.dtype == np.float32:
-            values_into(room, storage.lent, format_)
+            values_into(destination, storage.lent, format_)
         else:
-            np.copyto(room, storage.lent)
+            np.copyto(destination, storage.lent)
         return
     if into.dtype != np.float32 or format_.number == "f4":
-        _fetch(backend, storage.buffer, room, format_.number)
-    elif room.size <= SMALL or room.nbytes > backend.max_bytes or not _exact(backend, format_):
-        numbers = np.empty(room.shape, format_.number)
+        _fetch(backend, storage.buffer, destination, format_.number)
+    elif destination.size <= SMALL or destination.nbytes > backend.max_bytes or not _exact(backend, format_):
+        numbers = np.empty(destination.shape, format_.number)
         _fetch(backend, storage.buffer, numbers, format_.number)
-        values_into(room, numbers, format_)
+        values_into(destination, numbers, format_)
     else:
-        _receive_values(backend, storage, room)
+        _receive_values(backend, storage, destination)
 
 
-def _receive_values(backend: OpenCLBackend, storage: Storage, room: NDArray[np.float32]) -> None:
-    buffer = _over(backend, room) if backend.is_cpu and room.flags.c_contiguous and room.flags.aligned else None
+def _receive_values(backend: OpenCLBackend, storage: Storage, destination: NDArray[np.float32]) -> None:
+    buffer = (
+        _over(backend, destination)
+        if backend.is_cpu and destination.flags.c_contiguous and destination.flags.aligned
+        else None
+    )
     if buffer is not None:
         try:
-            _convert(backend, "pg_values", storage.format, storage.buffer, buffer, room.size)
+            _convert(backend, "pg_values", storage.format, storage.buffer, buffer, destination.size)
         finally:
-            _give_back(backend, buffer, room)
+            _give_back(backend, buffer, destination)
         return
-    buffer = backend.scratch_buffer("values on their way", room.size * 4)
-    _convert(backend, "pg_values", storage.format, storage.buffer, buffer, room.size)
-    _fetch(backend, buffer, room, "f4")
+    buffer = backend.scratch_buffer("values on their way", destination.size * 4)
+    _convert(backend, "pg_values", storage.format, storage.buffer, buffer, destination.size)
+    _fetch(backend, buffer, destination, "f4")
 
 
-def _fetch(backend: OpenCLBackend, buffer: Any, room: NDArray[Any], number: str) -> None:
-    if room.flags.c_contiguous and room.dtype == np.dtype(number):
-        backend.read(buffer, room)
+def _fetch(backend: OpenCLBackend, buffer: Any, destination: NDArray[Any], number: str) -> None:
+    if destination.flags.c_contiguous and destination.dtype == np.dtype(number):
+        backend.read(buffer, destination)
         return
-    with _mapped(backend, buffer, room.shape, number) as mapped:
-        np.copyto(room, mapped)
+    with _mapped(backend, buffer, destination.shape, number) as mapped:
+        np.copyto(destination, mapped)
 
 
 @contextmanager

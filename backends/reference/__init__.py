@@ -38,11 +38,11 @@ class ReferenceBackend(Backend):
         return Storage.make(format, size)
 
     def upload(self, storage: Storage, picture: FloatBlock) -> None:
-        wanted = storage.pixels.shape
+        shape = storage.pixels.shape
         array = np.asarray(picture, np.float32)
-        if array.size != storage.pixels.size or array.shape[:2] != wanted[:2]:
-            raise BackendError(f"upload of {array.shape} into a storage of {wanted}: both must have one shape")
-        storage.pixels[...] = quantised(array.reshape(wanted), storage.format)
+        if array.size != storage.pixels.size or array.shape[:2] != shape[:2]:
+            raise BackendError(f"upload of {array.shape} into a storage of {shape}: both must have one shape")
+        storage.pixels[...] = quantised(array.reshape(shape), storage.format)
 
     def download(self, storage: Storage) -> FloatBlock:
         return storage.pixels.copy()

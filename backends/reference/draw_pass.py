@@ -241,8 +241,8 @@ class ReferenceDrawPass:
         colours: list[Float64] | None = None
         if bound is not None and bound.program.keep is not None:
             colours, keep = covered.shade(bound)
-            kept = np.flatnonzero(keep)
-            covered, colours = covered.take(kept), [c[kept] for c in colours]
+            surviving = np.flatnonzero(keep)
+            covered, colours = covered.take(surviving), [c[surviving] for c in colours]
         passed = np.flatnonzero(self._tested(covered, depth))
         if bound is None or not outputs:
             return
@@ -283,11 +283,11 @@ class Covered:
         keep = np.ones(count, np.bool_)
         for first in range(0, count, LANES):
             part = slice(first, min(first + LANES, count))
-            results, kept = bound.run(part.stop - first, self.take(part).builtins())
+            results, surviving = bound.run(part.stop - first, self.take(part).builtins())
             for colour, values in zip(colours, results, strict=True):
                 colour[part] = values.reshape(part.stop - first, -1)
-            if kept is not None:
-                keep[part] = kept
+            if surviving is not None:
+                keep[part] = surviving
         return colours, keep
 
     def builtins(self) -> Builtins:

@@ -264,8 +264,8 @@ class _Together(Generic[V]):
         """Back to all lanes, with what the variables have become."""
         self.part.end()
         changed = {name: value for name, value in values.items() if self.taken.get(name) is not value}
-        put = {name: self.part.put(value, self.everywhere.get(name)) for name, value in changed.items()}
-        return self.everywhere | put
+        spread = {name: self.part.put(value, self.everywhere.get(name)) for name, value in changed.items()}
+        return self.everywhere | spread
 
 
 class Interpreter(Generic[V, M]):
@@ -339,9 +339,9 @@ class Interpreter(Generic[V, M]):
             if not self.domain.some(active):
                 break
             if (part := self.domain.part(active)) is not None:
-                taken = {name: part.take(value) for name, value in self.locals.items()}
-                parts.append(_Together(part, self.locals, taken))
-                self.locals, active = dict(taken), self.domain.everywhere()
+                locals_of_part = {name: part.take(value) for name, value in self.locals.items()}
+                parts.append(_Together(part, self.locals, locals_of_part))
+                self.locals, active = dict(locals_of_part), self.domain.everywhere()
         for together in reversed(parts):
             self.locals = together.apart(self.locals)
 
@@ -375,11 +375,11 @@ class Interpreter(Generic[V, M]):
         return self._outside(expression)
 
     def _constant(self, expression: ir.Literal | ir.Table) -> V:
-        found = self._constants.get(id(expression))
-        if found is None:
+        value = self._constants.get(id(expression))
+        if value is None:
             numbers = (expression.value,) if isinstance(expression, ir.Literal) else expression.values
-            found = self._constants[id(expression)] = self.domain.constant(expression.type, numbers)
-        return found
+            value = self._constants[id(expression)] = self.domain.constant(expression.type, numbers)
+        return value
 
     def _outside(self, expression: ir.Uniform | ir.Builtin | ir.Texel | ir.Size | ir.Property) -> V:
         if isinstance(expression, ir.Uniform):

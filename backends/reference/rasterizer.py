@@ -51,8 +51,8 @@ def clip_triangles(vertices: Vertices, triangles: Ints) -> tuple[Vertices, Ints,
     is_inside = corners.all(axis=(1, 2))
     reachable = np.asarray(corners.any(axis=1)).all(axis=1) & np.asarray(finite[triangles]).all(axis=1)
     cut = np.flatnonzero(reachable & ~is_inside)
-    kept = np.flatnonzero(is_inside)
-    rows, parts, sources = [vertices.rows], [triangles[kept]], [kept]
+    inside_numbers = np.flatnonzero(is_inside)
+    rows, parts, sources = [vertices.rows], [triangles[inside_numbers]], [inside_numbers]
     count = len(vertices.rows)
     for first in range(0, len(cut), POLYGONS_AT_ONCE):
         batch = cut[first : first + POLYGONS_AT_ONCE]
@@ -172,15 +172,15 @@ def to_window(vertices: Vertices, triangles: Ints, size: tuple[int, int], state:
     # Rows grow downward here, so counter-clockwise with y up is negative.
     front = area < 0
     culled = {"none": False, "back": ~front, "front": front}[state.cull]
-    kept = np.flatnonzero(placed[at].all(axis=1) & (area != 0) & ~np.asarray(culled))
-    order = np.where(front[kept, None], [0, 2, 1], [0, 1, 2])
+    visible = np.flatnonzero(placed[at].all(axis=1) & (area != 0) & ~np.asarray(culled))
+    order = np.where(front[visible, None], [0, 2, 1], [0, 1, 2])
 
     def wound(values: NDArray[np.generic]) -> NDArray[np.generic]:
-        return np.take_along_axis(values[kept], order, axis=1)
+        return np.take_along_axis(values[visible], order, axis=1)
 
     on_screen = ScreenTriangles(
         wound(triangles), wound(x), wound(y), wound(depth[at]), wound(inverse_w[at]),  # type: ignore[arg-type]
-        np.abs(area[kept]), front[kept], np.zeros(len(kept)), kept,
+        np.abs(area[visible]), front[visible], np.zeros(len(visible)), visible,
     )  # fmt: skip
     if state.polygon_offset == (0.0, 0.0):
         return on_screen
@@ -246,8 +246,8 @@ def expand(lengths: Ints) -> Iterator[tuple[Ints, Ints]]:
     ends = np.cumsum(lengths)
     first = 0
     while first < len(lengths):
-        done = ends[first - 1] if first else 0
-        last = max(first + 1, int(np.searchsorted(ends, done + ROWS_AT_ONCE, side="right")))
+        rows_done = ends[first - 1] if first else 0
+        last = max(first + 1, int(np.searchsorted(ends, rows_done + ROWS_AT_ONCE, side="right")))
         part = lengths[first:last]
         i = np.repeat(np.arange(first, last), part)
         j = np.arange(len(i)) - np.repeat(np.cumsum(part) - part, part)

@@ -124,12 +124,12 @@ def constant(value: NDArray[Any]) -> Callable[[], Numbers]:
     return lambda: value
 
 
-def on_quads(of: Callable[[str], Mapping[str, Callable[[], Made]]]) -> dict[str, Callable[[], Made]]:
+def on_quads(builtins_of: Callable[[str], Mapping[str, Callable[[], Made]]]) -> dict[str, Callable[[], Made]]:
     """Return the builtins of a draw at every pixel of a quad; ``of`` returns those at one pixel, by axes.
 
     It is asked for another pixel only where a kernel reads there.
     """
-    at = cache(of)
+    at = cache(builtins_of)
 
     def asked(axes: str, name: str) -> Made:
         return at(axes)[name]()
@@ -151,13 +151,13 @@ class Stage:
 
     def bind(self, block: Block, names: Sequence[str] = (), storages: Sequence[Storage] = ()) -> BoundStage:
         """Bind the parameters and pictures of one run."""
-        given = dict(zip(names, storages, strict=True))
+        pictures = dict(zip(names, storages, strict=True))
         images = {
             name: SampledImage(storage.pixels, self.facts.images.get(name, ImageFacts()))
-            for name, storage in given.items()
+            for name, storage in pictures.items()
             if name in self.program.pictures
         }
-        arrays = {name: storage for name, storage in given.items() if name in self.long}
+        arrays = {name: storage for name, storage in pictures.items() if name in self.long}
         return BoundStage(self, block, images, arrays)
 
 

@@ -71,10 +71,10 @@ def variable_of(local: str) -> tuple[str, bool] | None:
     >>> variable_of("a.3.xy"), variable_of("f.result.1"), variable_of("f.returned.2")
     (('a.xy', False), ('', True), None)
     """
-    if found := _VARIABLE.fullmatch(local):
-        return found[1] + found[2], False
-    if found := _RESULT.fullmatch(local):
-        return found[1][1:], True
+    if match := _VARIABLE.fullmatch(local):
+        return match[1] + match[2], False
+    if match := _RESULT.fullmatch(local):
+        return match[1][1:], True
     return None
 
 
@@ -306,8 +306,8 @@ class TracedDraw(ReferenceDrawPass):
         passed = [order for order, fate in enumerate(fates) if fate == "passed"]
         discarded = [order for order, fate in enumerate(fates) if fate == "discarded"]
         shown = (passed[::-1] + discarded)[:KEPT_RUNS]
-        kept = {*range(len(fates))[:KEPT_ENDS], *range(len(fates))[-KEPT_ENDS:], *shown}
-        fragments = {order: self._fragment(order, order in shown) for order in sorted(kept)}
+        kept_orders = {*range(len(fates))[:KEPT_ENDS], *range(len(fates))[-KEPT_ENDS:], *shown}
+        fragments = {order: self._fragment(order, order in shown) for order in sorted(kept_orders)}
         mesh = self.step.source.geometry
         told_of = tuple(fragments[order] for order in shown)
         return Drawn(len(mesh.triangles), len(fates), tuple(fragments.values()), told_of, self.step.state)

@@ -44,12 +44,12 @@ def cubic(x: float, b: float, c: float) -> float:
 
 
 @pg.function
-def weight(texel: int, pixel_: int, length: int, made: int, reach: Const[float], b: float, c: float) -> float:
+def weight(texel: int, pixel_: int, length: int, output_length: int, reach: Const[float], b: float, c: float) -> float:
     """Of a texel in a row of a length for a pixel of the row that is made; ints hold their distance exactly."""
-    distance = (2 * texel + 1) * made - (2 * pixel_ + 1) * length
+    distance = (2 * texel + 1) * output_length - (2 * pixel_ + 1) * length
     if reach == 0.5:
-        return 1.0 if distance > -max(length, made) and distance <= max(length, made) else 0.0
-    x = abs(float(distance)) / float(2 * max(length, made))
+        return 1.0 if distance > -max(length, output_length) and distance <= max(length, output_length) else 0.0
+    x = abs(float(distance)) / float(2 * max(length, output_length))
     if texel < 0 or texel >= length or x >= reach:
         return 0.0
     if reach == 1.0:

@@ -90,9 +90,9 @@ def followed(edges: Image, at: ivec2, way: ivec2, rising: Const[bool], steps: Co
     distance, goes_on, above = 0, 0, 0
     for i in range(1, steps + 1):
         there = at + way * i
-        beside = is_edge(edges, there if rising else there + ivec2(1, 0), True)
+        neighbor = is_edge(edges, there if rising else there + ivec2(1, 0), True)
         above = 1 if is_edge(edges, there, False) else 0
-        distance, goes_on = i - 1, above if beside else 0
+        distance, goes_on = i - 1, above if neighbor else 0
         if goes_on == 0:
             break
     return ivec3(distance, goes_on, above)

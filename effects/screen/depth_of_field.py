@@ -332,5 +332,5 @@ def depth_of_field(
     near, hidden = before(front, reach, back, widest, into=into_taps, name=f"{name}_near_taps")
     near, hidden = fill_before(near, hidden, widest, into=(half("near"), half("hidden")), name=f"{name}_near")
     little = blurred_a_little(color, circles, into=pg.target(f"{name}_little", "rgba16f", like=color))
-    made: pg.Target = together(little, circles, far, near, hidden, into=into or pg.target(name, "rgba16f"), name=name)
-    return made
+    result: pg.Target = together(little, circles, far, near, hidden, into=into or pg.target(name, "rgba16f"), name=name)
+    return result

@@ -167,8 +167,8 @@ def ssr(
     seen_by = camera_of(camera, vertical_fov_rad)
     light = decoded(color, f"{name}_light", "rgba32f")
     normals, frame = depth_normals(depth, seen_by, f"{name} normals"), View(seen_by).frame()
-    made: pg.Target = mirrored(
+    result: pg.Target = mirrored(
         light, depth, normals, mask or depth, frame, reflectance, reach, thickness, fade, steps, mask is not None,
         into=into or pg.target(name, "rgba32f"), name=name,
     )  # fmt: skip
-    return made
+    return result

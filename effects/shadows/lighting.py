@@ -79,9 +79,8 @@ class Lighting:
                         nearest_casters(map_, self.map_size, name) if isinstance(self.filter, SearchingFilter) else map_
                     )
                     if isinstance(self.filter, Penumbra):
-                        taps = self.filter.taps
                         free, shadowed = self._with_penumbrae(
-                            free, shadowed, map_, nearest, frame, taps, kind, face, name
+                            self.filter, (free, shadowed), map_, nearest, frame, (kind, face), name
                         )
                         continue
                     free, shadowed = add_shadowed_light(self.filter)(
@@ -105,20 +104,23 @@ class Lighting:
         return free, shadowed
 
     def _with_penumbrae(
-        self, free: pg.Target, shadowed: pg.Target, map_: pg.Target, nearest: pg.Target, frame: pg.Derived,
-        taps: int, kind: int, face: int, name: str,
+        self, filter: Penumbra, sums: tuple[pg.Target, pg.Target], map_: pg.Target, nearest: pg.Target,
+        frame: pg.Derived, which: tuple[int, int], name: str,
     ) -> tuple[pg.Target, pg.Target]:  # fmt: skip
-        """Both sums with one light, looked up in half the size where its shadow is soft."""
+        """Add one light to the free and the shadowed sum; look up soft shadows at half the size.
+
+        ``which``: the kind of the light, and the face of its map.
+        """
         common, seen_by, rises = (self.seen.normals, self.seen.depth), self.view.frame(), self.seen.rises
-        penumbrae = find_penumbrae(taps)(
-            *common, map_, nearest, frame, seen_by, kind, face,
+        penumbrae = find_penumbrae(filter.taps)(
+            *common, map_, nearest, frame, seen_by, *which,
             into=pg.target(f"penumbrae of {name}", "rg16f", like=self.seen.depth, scale=0.5),
         )  # fmt: skip
-        sums: tuple[pg.Target, pg.Target] = add_light_with_penumbrae(
-            free, shadowed, *common, self.seen.depth if rises is None else rises, map_, penumbrae, frame, seen_by,
-            kind, face, rises is not None, into=_pair(name), name=name,
+        with_light: tuple[pg.Target, pg.Target] = add_light_with_penumbrae(
+            *sums, *common, self.seen.depth if rises is None else rises, map_, penumbrae, frame, seen_by,
+            *which, rises is not None, into=_pair(name), name=name,
         )  # fmt: skip
-        return sums
+        return with_light
 
     def _view(self, light: pg.Value, face: int) -> MapView:
         if isinstance(self.filter, MomentFilter):

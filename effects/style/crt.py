@@ -65,8 +65,8 @@ def shown_by_tube(
             beam += line * exp2(-scan * d * d)
             line = wide / wide_weight
         around += line * exp2(-GLOW_SCAN * d * d)
-    made = beam + around * glow
-    return vec4(made if mask == 4 else made * phosphors(mask, dark, light), 1.0)
+    light_ = beam + around * glow
+    return vec4(light_ if mask == 4 else light_ * phosphors(mask, dark, light), 1.0)
 
 
 @effect("crt", linear=True, alpha="ignored")

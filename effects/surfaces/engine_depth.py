@@ -21,19 +21,19 @@ class DepthFrame:
 
 
 @pg.function
-def distance_held(held: float, frame: DepthFrame) -> float:
+def distance_held(stored: float, frame: DepthFrame) -> float:
     """Distance along the view axis of a number in a depth buffer; that of the far plane where nothing is drawn."""
-    d = clamp(held, 0.0, 1.0)
+    d = clamp(stored, 0.0, 1.0)
     # both terms are positive: what is near the far plane keeps all digits that the buffer has
     linear = (1.0 - d) * frame.ends.x + d * frame.ends.y
     return 1.0 / max(linear, 1e-37) if frame.perspective else linear
 
 
 @pg.function
-def distance_from(held: float, frame: DepthFrame) -> float:
+def distance_from(stored: float, frame: DepthFrame) -> float:
     """`distance_held`, but 0 where nothing is drawn, or where it is no number."""
-    drawn = held > 0.0 if frame.reversed_z else held < 1.0
-    return distance_held(held, frame) if drawn else 0.0
+    drawn = stored > 0.0 if frame.reversed_z else stored < 1.0
+    return distance_held(stored, frame) if drawn else 0.0
 
 
 @pg.kernel

@@ -188,10 +188,10 @@ def processor() -> str:
     """The processor's name, where the system tells it."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as lines:
-            found = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
+            model = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
     except OSError:
-        found = ""
-    return found or platform.processor() or platform.machine()
+        model = ""
+    return model or platform.processor() or platform.machine()
 
 
 def truth_line(result: SceneResult) -> str:

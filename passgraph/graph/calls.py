@@ -210,33 +210,33 @@ def split_arguments(
     constants: dict[str, object] = {}
     for parameter in kernel.parameters:
         where = f"kernel {kernel.name}, parameter {parameter.name!r}"
-        given = bound.get(parameter.name, parameter.default)
+        argument = bound.get(parameter.name, parameter.default)
         if isinstance(parameter.type, ImageType):
-            images[parameter.name] = _image(given, where)
+            images[parameter.name] = _image(argument, where)
         elif image_names(parameter.type, parameter.name):
-            _take_apart(given, parameter, where, images, values)
+            _take_apart(argument, parameter, where, images, values)
         elif parameter.const:
-            if isinstance(given, (Value, Derived, Target)):
+            if isinstance(argument, (Value, Derived, Target)):
                 raise GraphError(
-                    f"{where} is Const: it is baked when the graph is compiled and takes a number, got {given!r}"
+                    f"{where} is Const: it is baked when the graph is compiled and takes a number, got {argument!r}"
                 )
-            _check_range(given, parameter, parameter.type, where)
-            constants[parameter.name] = given
+            _check_range(argument, parameter, parameter.type, where)
+            constants[parameter.name] = argument
         else:
-            values[parameter.name] = _value(given, parameter, where)
+            values[parameter.name] = _value(argument, parameter, where)
     return images, values, constants
 
 
 def _take_apart(
-    given: Any, parameter: ir.Parameter, where: str, images: dict[str, Target], values: dict[str, object]
+    argument: Any, parameter: ir.Parameter, where: str, images: dict[str, Target], values: dict[str, object]
 ) -> None:
     """The images of a parameter that holds some by their names; the rest of it is a value as any other."""
-    if isinstance(given, (Value, Derived)):
+    if isinstance(argument, (Value, Derived)):
         raise GraphError(
             f"{where} holds images, which are known when the graph is made; give a {parameter.type} whose images are "
-            f"targets, not the run value {given.name!r}"
+            f"targets, not the run value {argument.name!r}"
         )
-    for name, type_, value in leaves(given, parameter.type, parameter.name):
+    for name, type_, value in leaves(argument, parameter.type, parameter.name):
         if isinstance(type_, ImageType):
             images[name] = _image(value, f"{where}, {name}")
         elif isinstance(type_, Array) and isinstance(type_.element, ImageType):
@@ -244,26 +244,26 @@ def _take_apart(
                 images[f"{name}.{k}"] = _image(one, f"{where}, {name}.{k}")
         else:
             _check_numbers(value, type_, f"{where}, {name}")
-            values[parameter.name] = given
+            values[parameter.name] = argument
 
 
-def _image(given: Any, where: str) -> Target:
-    if isinstance(given, TargetSpec):
-        raise GraphError(f"{where}: target {given.name!r} is declared but not written; pass what its pass returned")
-    if not isinstance(given, Target):
-        raise GraphError(f"{where} is an Image and takes a target or pg.Input(...), got {type(given).__name__}")
-    return given
+def _image(argument: Any, where: str) -> Target:
+    if isinstance(argument, TargetSpec):
+        raise GraphError(f"{where}: target {argument.name!r} is declared but not written; pass what its pass returned")
+    if not isinstance(argument, Target):
+        raise GraphError(f"{where} is an Image and takes a target or pg.Input(...), got {type(argument).__name__}")
+    return argument
 
 
-def _value(given: Any, parameter: ir.Parameter, where: str) -> object:
+def _value(argument: Any, parameter: ir.Parameter, where: str) -> object:
     type_ = parameter.type
-    if isinstance(given, Target):
-        raise GraphError(f"{where} is {type_}, got the target {given.name!r}; declare the parameter as Image")
-    if isinstance(given, (Value, Derived)):
-        return given
-    for name, leaf, value in leaves(given, type_, where):
+    if isinstance(argument, Target):
+        raise GraphError(f"{where} is {type_}, got the target {argument.name!r}; declare the parameter as Image")
+    if isinstance(argument, (Value, Derived)):
+        return argument
+    for name, leaf, value in leaves(argument, type_, where):
         _check_range(value, parameter, leaf, name)
-    return given
+    return argument
 
 
 def _check_range(value: object, parameter: ir.Parameter, type_: Type, name: str) -> None:
@@ -317,14 +317,14 @@ def _columns(value: object, type_: Array, name: str) -> list[tuple[str, Type, ob
     return parts
 
 
-def _in_a_row(given: Any, type_: Type, name: str) -> list[Any]:
+def _in_a_row(entries: Any, type_: Type, name: str) -> list[Any]:
     """Return the entries that one struct adds to an array of a part: one value, or an inner array's entries."""
     if not isinstance(type_, Array):
-        return [given]
+        return [entries]
     if isinstance(type_.element, ImageType):
-        return _entries(given, type_, name)
+        return _entries(entries, type_, name)
     entry, element = type_.element, element_of(type_)
-    numbers: Any = components(given, type_, name)
+    numbers: Any = components(entries, type_, name)
     if element is not FLOAT:
         numbers = numbers.astype(np.int64)
     if element is UINT:

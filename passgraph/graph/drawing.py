@@ -77,9 +77,9 @@ def draw(
     where = f"draw {called!r}"
     _check_kernels(vertex, fragment, where)
     check_geometry(geometry, where)
-    kept = frozen(geometry)
-    if kept is not geometry:
-        check_geometry(kept, where)
+    frozen_geometry = frozen(geometry)
+    if frozen_geometry is not geometry:
+        check_geometry(frozen_geometry, where)
     specs, loads = _outputs(into, where)
     depth_spec, depth_load = _output(depth, where) if depth is not None else (None, None)
     _check_outputs(specs, depth_spec, fragment, stencil, where)
@@ -96,7 +96,7 @@ def draw(
         if image.spec in written and not image.is_previous:
             raise GraphError(f"{where} reads and writes target {image.name!r}; write into another one")
     node = DrawPass(
-        called, kept, vertex, fragment, images, bound, constants, specs, loads, depth_spec, depth_load, state
+        called, frozen_geometry, vertex, fragment, images, bound, constants, specs, loads, depth_spec, depth_load, state
     )
     handles = tuple(Target(spec, node, slot) for slot, spec in enumerate(specs))
     if not handles:
@@ -149,10 +149,10 @@ def check_geometry(geometry: Geometry, where: str) -> None:
         bad = high if high >= len(positions) else low
         raise GraphError(f"{where}: a triangle names vertex {bad}; the mesh has {len(positions)}")
     for name, columns in ATTRIBUTES.items():
-        given = getattr(geometry, name, None)
-        if given is None:
+        array = getattr(geometry, name, None)
+        if array is None:
             continue
-        rows = arguments.numbers(given, f"{where}: {name}", error=GraphError)
+        rows = arguments.numbers(array, f"{where}: {name}", error=GraphError)
         if rows.shape != (len(positions), columns):
             raise GraphError(f"{where}: {name} must be {(len(positions), columns)}, got {rows.shape}")
         _check_finite(rows, f"{name} of ", where)
@@ -169,21 +169,21 @@ def _check_finite(rows: NDArray[Any], what: str, where: str) -> None:
 
 
 def _outputs(into: Any, where: str) -> tuple[tuple[TargetSpec, ...], tuple[Target | None, ...]]:
-    given = () if into is None else tuple(into) if isinstance(into, (tuple, list)) else (into,)
-    pairs = [_output(one, where) for one in given]
+    outputs = () if into is None else tuple(into) if isinstance(into, (tuple, list)) else (into,)
+    pairs = [_output(one, where) for one in outputs]
     return tuple(spec for spec, _ in pairs), tuple(load for _, load in pairs)
 
 
-def _output(given: Any, where: str) -> tuple[TargetSpec, Target | None]:
-    if isinstance(given, TargetSpec):
-        return given, None
-    if isinstance(given, Target) and isinstance(given.spec, TargetSpec) and not given.is_previous:
-        return given.spec, given.content
-    if isinstance(given, Target):
+def _output(output: Any, where: str) -> tuple[TargetSpec, Target | None]:
+    if isinstance(output, TargetSpec):
+        return output, None
+    if isinstance(output, Target) and isinstance(output.spec, TargetSpec) and not output.is_previous:
+        return output.spec, output.content
+    if isinstance(output, Target):
         raise GraphError(
-            f"{where} cannot draw into {given.name!r}, an input or last frame's content; copy it with a kernel first"
+            f"{where} cannot draw into {output.name!r}, an input or last frame's content; copy it with a kernel first"
         )
-    raise GraphError(f"{where} draws into pg.target(...) or a handle, got {type(given).__name__}")
+    raise GraphError(f"{where} draws into pg.target(...) or a handle, got {type(output).__name__}")
 
 
 def _check_outputs(
@@ -212,10 +212,10 @@ def _check_outputs(
         raise GraphError(f"{where} writes one target twice")
 
 
-def _blends(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[Blend | None, ...]:
-    if given is None:
+def _blends(argument: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[Blend | None, ...]:
+    if argument is None:
         return ()
-    parts = tuple(given) if isinstance(given, (list, tuple)) else (given,) * len(specs)
+    parts = tuple(argument) if isinstance(argument, (list, tuple)) else (argument,) * len(specs)
     if len(parts) != len(specs):
         raise GraphError(f"{where} has {len(parts)} blends for {len(specs)} targets")
     blends: list[Blend | None] = []
@@ -236,10 +236,10 @@ def _blends(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[Blen
     return tuple(blends)
 
 
-def _masks(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[tuple[bool, bool, bool, bool], ...]:
-    if given is None:
+def _masks(masks: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[tuple[bool, bool, bool, bool], ...]:
+    if masks is None:
         return ()
-    parts = tuple(given) if isinstance(given, (list, tuple)) else ()
+    parts = tuple(masks) if isinstance(masks, (list, tuple)) else ()
     if parts and not isinstance(parts[0], (list, tuple)):
         parts = (parts,) * len(specs)
     if (
@@ -247,7 +247,7 @@ def _masks(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[tuple
         or not all(isinstance(part, (list, tuple)) and len(part) == 4 for part in parts)
         or not all(isinstance(channel, (bool, np.bool_)) for part in parts for channel in part)
     ):
-        got = arguments.shown(given)
+        got = arguments.shown(masks)
         raise GraphError(
             f"{where}: color_mask is four bools (red, green, blue, alpha), once or for each target, got {got}"
         )
@@ -255,29 +255,31 @@ def _masks(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[tuple
 
 
 def _arguments(
-    vertex: Kernel, fragment: Kernel | None, given: Mapping[str, Any], where: str
+    vertex: Kernel, fragment: Kernel | None, arguments: Mapping[str, Any], where: str
 ) -> tuple[dict[str, Target], dict[str, object], dict[str, object]]:
     images: dict[str, Target] = {}
     values: dict[str, object] = {}
     constants: dict[str, object] = {}
-    known: set[str] = set()
+    declared: set[str] = set()
     for kernel in (vertex, fragment):
         if kernel is None:
             continue
         # The stage's own struct (the mesh's vertex, the varyings) is not a parameter of the draw.
         names = [p.name for p in kernel.parameters if not isinstance(p.type, Struct) or _is_plain(kernel, p.name)]
-        known.update(names)
-        missing = [p.name for p in kernel.parameters if p.name in names and p.name not in given and not p.has_default]
+        declared.update(names)
+        missing = [
+            p.name for p in kernel.parameters if p.name in names and p.name not in arguments and not p.has_default
+        ]
         if missing:
             raise GraphError(f"{where}: {kernel.stage} kernel {kernel.name} needs {', '.join(missing)}")
         picked = _Picked(kernel, names)
-        more = split_arguments(picked, {n: given[n] for n in names if n in given})  # type: ignore[arg-type]
+        more = split_arguments(picked, {n: arguments[n] for n in names if n in arguments})  # type: ignore[arg-type]
         for into, part in zip((images, values, constants), more, strict=True):
             into.update(part)  # type: ignore[attr-defined]
-    surplus = [key for key in given if key not in known]
+    surplus = [key for key in arguments if key not in declared]
     if surplus:
         raise GraphError(
-            f"{where} has no parameter {surplus[0]!r}; its kernels have {', '.join(sorted(known)) or 'none'}"
+            f"{where} has no parameter {surplus[0]!r}; its kernels have {', '.join(sorted(declared)) or 'none'}"
         )
     return images, values, constants
 

@@ -190,13 +190,13 @@ class Counts:
 
 
 @function
-def counted(number: float, wanted: vec4) -> vec4:
+def counted(number: float, bins: vec4) -> vec4:
     """1 for the bin that is a number's own."""
     return vec4(
-        1.0 if number == wanted.x else 0.0,
-        1.0 if number == wanted.y else 0.0,
-        1.0 if number == wanted.z else 0.0,
-        1.0 if number == wanted.w else 0.0,
+        1.0 if number == bins.x else 0.0,
+        1.0 if number == bins.y else 0.0,
+        1.0 if number == bins.z else 0.0,
+        1.0 if number == bins.w else 0.0,
     )
 
 
@@ -208,17 +208,17 @@ def count_bins(numbers: Image) -> Counts:
     picture 0.
     """
     quarter = float(4 * output_size().x)
-    wanted = vec4(4 * pixel().x) + vec4(1.0, 2.0, 3.0, 4.0)
+    bins_of_lanes = vec4(4 * pixel().x) + vec4(1.0, 2.0, 3.0, 4.0)
     first, second, third, fourth = vec4(0.0), vec4(0.0), vec4(0.0), vec4(0.0)
     for x in range(0, MAX_SIDE, TOGETHER):
         if x >= numbers.size.x:
             break
         for i in range(TOGETHER):
             number = numbers.texel(ivec2(x + i, pixel().y)).r
-            first += counted(number, wanted)
-            second += counted(number, wanted + quarter)
-            third += counted(number, wanted + 2.0 * quarter)
-            fourth += counted(number, wanted + 3.0 * quarter)
+            first += counted(number, bins_of_lanes)
+            second += counted(number, bins_of_lanes + quarter)
+            third += counted(number, bins_of_lanes + 2.0 * quarter)
+            fourth += counted(number, bins_of_lanes + 3.0 * quarter)
     return Counts(first, second, third, fourth)
 
 
@@ -239,14 +239,14 @@ def count_of_bin(first: Image, second: Image, third: Image, fourth: Image) -> fl
     quarter = 4 * first.size.x
     at, place = ivec2(pixel().x % quarter // 4, 0), pixel().x // quarter
     if place == 0:
-        found = first.texel(at)
+        counts = first.texel(at)
     elif place == 1:
-        found = second.texel(at)
+        counts = second.texel(at)
     elif place == 2:
-        found = third.texel(at)
+        counts = third.texel(at)
     else:
-        found = fourth.texel(at)
-    return found[pixel().x % 4]
+        counts = fourth.texel(at)
+    return counts[pixel().x % 4]
 
 
 Reduction: TypeAlias = Literal["sum", "mean", "min", "max", "arg_min", "arg_max"]

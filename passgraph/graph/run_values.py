@@ -84,9 +84,9 @@ def combine(function: Callable[..., object], *values: Value, by_value: bool = Fa
 
 def sources_of(parameters: Mapping[str, object]) -> Iterator[Value]:
     """The run values that parameters come from; plain numbers among them come from none."""
-    for given in parameters.values():
-        if isinstance(given, (Value, Derived)):
-            yield from given.sources
+    for parameter in parameters.values():
+        if isinstance(parameter, (Value, Derived)):
+            yield from parameter.sources
 
 
 #: (width, height) of the output in pixels as a value, filled in by the program: for what depends on the

@@ -369,25 +369,25 @@ def _check_clear(
     clear: object, format: Format, where: str, what: str = "clear", does: str = "clears to"
 ) -> tuple[float, ...]:
     """One number, or one a channel."""
-    given = clear.tolist() if isinstance(clear, np.ndarray) else clear
-    given = given if isinstance(given, (list, tuple)) else (given,)
-    values = tuple(arguments.real(value, f"{where}: {what}") for value in given)
+    components = clear.tolist() if isinstance(clear, np.ndarray) else clear
+    components = components if isinstance(components, (list, tuple)) else (components,)
+    values = tuple(arguments.real(value, f"{where}: {what}") for value in components)
     if len(values) not in (1, format.channels):
         raise GraphError(f"{where} ({format.name}) {does} 1 or {format.channels} numbers, got {len(values)}")
     return values
 
 
-def checked_initial(given: object, format: Format, where: str) -> tuple[float, ...] | NDArray[np.float32]:
+def checked_initial(initial: object, format: Format, where: str) -> tuple[float, ...] | NDArray[np.float32]:
     """Numbers, or a picture of the caller's as a copy that stays as it is."""
-    if not isinstance(given, np.ndarray) or given.ndim < 2:
-        return _check_clear(given, format, where, "initial", "starts from")
-    picture = arguments.numbers(given, f"{where}: initial", error=GraphError).astype(np.float32)
+    if not isinstance(initial, np.ndarray) or initial.ndim < 2:
+        return _check_clear(initial, format, where, "initial", "starts from")
+    picture = arguments.numbers(initial, f"{where}: initial", error=GraphError).astype(np.float32)
     picture = picture[:, :, None] if picture.ndim == 2 else picture
     if not np.isfinite(picture).all():
         raise GraphError(f"{where} starts from a picture that holds NaN or infinity; mend it first")
     if picture.ndim != 3 or picture.shape[2] != format.channels:
         raise GraphError(
-            f"{where} ({format.name}) starts from a picture (height, width, {format.channels}), got {given.shape}"
+            f"{where} ({format.name}) starts from a picture (height, width, {format.channels}), got {initial.shape}"
         )
     picture.setflags(write=False)
     return picture

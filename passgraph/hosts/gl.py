@@ -107,9 +107,9 @@ class HostFramebuffer:
         return self._any().samples
 
     def _any(self) -> HostPicture:
-        found = self.color or self.depth
-        assert found is not None
-        return found
+        surface = self.color or self.depth
+        assert surface is not None
+        return surface
 
 
 class Host(GLBackend):
@@ -280,16 +280,16 @@ class Host(GLBackend):
 
     # The contract
 
-    def picture_of(self, given: object) -> DevicePicture | None:
-        if isinstance(given, HostFramebuffer):
-            if given.color is None:
+    def picture_of(self, candidate: object) -> DevicePicture | None:
+        if isinstance(candidate, HostFramebuffer):
+            if candidate.color is None:
                 raise InputError("the framebuffer draws no colour; give its .depth, or another one")
-            given = given.color
-        if not isinstance(given, HostPicture):
+            candidate = candidate.color
+        if not isinstance(candidate, HostPicture):
             return None
-        if given.host is not self:
-            raise InputError(f"{given} is of another host; ask this program's backend for it")
-        return given
+        if candidate.host is not self:
+            raise InputError(f"{candidate} is of another host; ask this program's backend for it")
+        return candidate
 
     def adopt(self, external: Any, format: Format, use: Use = READ) -> Texture | None:
         if not isinstance(external, HostPicture):

@@ -208,8 +208,8 @@ class Assignments:
     def _place(self, target: ast.expr) -> Place | None:
         """Behind ``name.field[index].field``, where that is a whole variable or an entry of a composite one."""
         if isinstance(target, ast.Name):
-            known = self.frame.variables.get(target.id) if target.id in self.frame.assigned else None
-            return None if known is None else Place(known, known.type)
+            variable = self.frame.variables.get(target.id) if target.id in self.frame.assigned else None
+            return None if variable is None else Place(variable, variable.type)
         if not isinstance(target, (ast.Attribute, ast.Subscript)):
             return None
         base = self._place(target.value)

@@ -70,7 +70,7 @@ def border_name(rule: str) -> str:
     return f"pg_border_{rule.replace('-', '_')}"
 
 
-def computed(program: s.ScalarProgram, given: dict[str, Any]) -> Any:
+def computed(program: s.ScalarProgram, inputs: dict[str, Any]) -> Any:
     """The output of a straight program of ints, each operation by its reference meaning."""
     from passgraph.language.operations import OPERATIONS
 
@@ -81,7 +81,7 @@ def computed(program: s.ScalarProgram, given: dict[str, Any]) -> Any:
 
     for i in program.body:
         if isinstance(i, s.LoadBuiltin):
-            values[i.to.id] = given[i.name]
+            values[i.to.id] = inputs[i.name]
         else:
             assert isinstance(i, s.Op)
             values[i.to.id] = OPERATIONS[i.operation].reference(*map(value, i.arguments))

@@ -102,33 +102,33 @@ def eliminate_dead(body: Sequence[s.Instruction], roots: Sequence[s.Operand]) ->
 
 
 def _sweep(body: Sequence[s.Instruction], live: _Liveness) -> list[s.Instruction]:
-    kept: list[s.Instruction] = []
+    live_instructions: list[s.Instruction] = []
     for instruction in body:
         if isinstance(instruction, (s.Op, s.Choose)):
             if instruction.to.id in live.needed:
-                kept.append(instruction)
+                live_instructions.append(instruction)
         elif isinstance(instruction, s.If):
             then, orelse = _sweep(instruction.then, live), _sweep(instruction.orelse, live)
             if then or orelse:
-                kept.append(replace(instruction, then=tuple(then), orelse=tuple(orelse)))
+                live_instructions.append(replace(instruction, then=tuple(then), orelse=tuple(orelse)))
         elif isinstance(instruction, s.For):
             inner = _sweep(instruction.body, live)
             if any(isinstance(i, (s.Write, s.WriteAt)) for i in s.walk(inner)):
-                kept.append(replace(instruction, body=tuple(inner)))
+                live_instructions.append(replace(instruction, body=tuple(inner)))
         elif isinstance(instruction, (s.Write, s.WriteAt)):
             if _variable(instruction) in live.variables:
-                kept.append(instruction)
+                live_instructions.append(instruction)
         elif isinstance(instruction, s.LoadTexel):
             to = tuple(v if v is not None and v.id in live.needed else None for v in instruction.to)
             while to and to[-1] is None:
                 to = to[:-1]
             if to:
-                kept.append(replace(instruction, to=to))
+                live_instructions.append(replace(instruction, to=to))
         elif isinstance(instruction, (s.Break, s.Continue)) or any(
             value.id in live.needed for value in s.results_of(instruction)
         ):
-            kept.append(instruction)
-    return kept
+            live_instructions.append(instruction)
+    return live_instructions
 
 
 #: Branches at most this long become selections, which vectorise; longer ones stay branches.
@@ -287,9 +287,9 @@ class Emitter:
         return to
 
     def _choose_bool(self, condition: s.Operand, then: s.Operand, orelse: s.Operand) -> s.Operand:
-        kept = self.op("logical_and", condition, then)
-        other = self.op("logical_and", self.op("logical_not", condition), orelse)
-        return self.op("logical_or", kept, other)
+        if_true = self.op("logical_and", condition, then)
+        if_false = self.op("logical_and", self.op("logical_not", condition), orelse)
+        return self.op("logical_or", if_true, if_false)
 
     def builtin(self, name: str, type_: str) -> s.Operand:
         """Loaded where it is first met; in a branch or loop for what is inside only."""
@@ -301,13 +301,13 @@ class Emitter:
 
     def table_name(self, type_: str, values: tuple[bool | int | float, ...]) -> str:
         """The name of a table with these values; looked for once for each tuple, since comparing takes its time."""
-        known = self.table_names.get(id(values))
-        if known is None:
-            wanted = type_, repr(values)
-            same = (name for name, (t, v) in self.tables.items() if (t, repr(v)) == wanted)
-            known = self.table_names[id(values)] = next(same, f"table{len(self.tables)}")
-            self.tables[known] = type_, values
-        return known
+        table = self.table_names.get(id(values))
+        if table is None:
+            contents = type_, repr(values)
+            equal_tables = (name for name, (t, v) in self.tables.items() if (t, repr(v)) == contents)
+            table = self.table_names[id(values)] = next(equal_tables, f"table{len(self.tables)}")
+            self.tables[table] = type_, values
+        return table
 
     def table(self, name: str, type_: str, values: tuple[bool | int | float, ...], index: s.Operand) -> s.Operand:
         self.tables[name] = (type_, values)
@@ -381,8 +381,8 @@ class Emitter:
 
     def range_of(self, value: s.Operand) -> tuple[int, int] | None:
         """Bounds of an int that loop indices, limits (min, max, clamp) or a few values bound on both sides, or None."""
-        found = self.bounds.of(value)
-        return (int(found.low), int(found.high)) if found.known else None
+        bounds = self.bounds.of(value)
+        return (int(bounds.low), int(bounds.high)) if bounds.known else None
 
 
 @cache
@@ -474,10 +474,10 @@ def _uses(program: s.ScalarProgram, inside: dict[int, int]) -> Iterator[tuple[in
         yield None, program.keep
 
 
-def _call(part: tuple[s.Op | s.Choose, ...], wanted: dict[int, s.Val]) -> Call:
+def _call(part: tuple[s.Op | s.Choose, ...], numbered: dict[int, s.Val]) -> Call:
     """A part with its values numbered by where they stand in it, and what is given by where it is first used."""
     numbers: dict[int, int] = {}
-    given: dict[int, s.Val] = {}
+    inputs: dict[int, s.Val] = {}
     key: list[object] = []
 
     def named(operand: s.Operand) -> object:
@@ -485,8 +485,8 @@ def _call(part: tuple[s.Op | s.Choose, ...], wanted: dict[int, s.Val]) -> Call:
             return repr(operand)
         if operand.id in numbers:
             return numbers[operand.id]
-        given.setdefault(operand.id, operand)
-        return -1 - list(given).index(operand.id), operand.type
+        inputs.setdefault(operand.id, operand)
+        return -1 - list(inputs).index(operand.id), operand.type
 
     for number, i in enumerate(part):
         operand_keys = [named(operand) for operand in s.operands_of(i)]
@@ -494,5 +494,5 @@ def _call(part: tuple[s.Op | s.Choose, ...], wanted: dict[int, s.Val]) -> Call:
             operand_keys.sort(key=repr)
         key.append((i.operation, i.on, *operand_keys) if isinstance(i, s.Op) else ("choose", *operand_keys))
         numbers[i.to.id] = number
-    results = tuple([wanted[i.to.id] for i in part if i.to.id in wanted])
-    return Call((*key, *[numbers[value.id] for value in results]), part, tuple(given.values()), results)
+    results = tuple([numbered[i.to.id] for i in part if i.to.id in numbered])
+    return Call((*key, *[numbers[value.id] for value in results]), part, tuple(inputs.values()), results)

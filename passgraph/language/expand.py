@@ -20,17 +20,17 @@ class Steps:
 
     def repeated(self, e: Emitter, arguments: Sequence[s.Operand]) -> s.Operand:
         """The same on other values; folded and shared as if it had been taken apart there."""
-        found: dict[int, s.Operand] = dict(enumerate(arguments, 1))
+        operands: dict[int, s.Operand] = dict(enumerate(arguments, 1))
 
         def of(x: s.Operand) -> s.Operand:
-            return found[x.id] if isinstance(x, s.Val) else x
+            return operands[x.id] if isinstance(x, s.Val) else x
 
         for i in self.body:
             e.step()  # what is folded or shared takes its time too
             if isinstance(i, s.Op):
-                found[i.to.id] = e.op(i.operation, *[of(x) for x in i.arguments], span=i.span)
+                operands[i.to.id] = e.op(i.operation, *[of(x) for x in i.arguments], span=i.span)
             else:
-                found[i.to.id] = e.choose(of(i.condition), of(i.then), of(i.orelse))
+                operands[i.to.id] = e.choose(of(i.condition), of(i.then), of(i.orelse))
         return of(self.result)
 
 

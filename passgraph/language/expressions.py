@@ -98,13 +98,13 @@ def _whole_power(base: ir.Expr, n: int, span: Span, name: Namer) -> ir.Expr:
 
 def _operators() -> dict[type[ast.AST], str]:
     """Python's operators and the sign of each, as rows of the table are written by them."""
-    found: dict[type[ast.AST], str] = {}
+    operators: dict[type[ast.AST], str] = {}
     for row in OPERATIONS.values():
         for sign, form in row.signs.items():
             node: ast.expr = ast.parse(form, mode="eval").body
             operator = node.ops[0] if isinstance(node, ast.Compare) else node.op  # type: ignore[attr-defined]
-            found[type(operator)] = sign
-    return found
+            operators[type(operator)] = sign
+    return operators
 
 
 _SIGNS = _operators()
@@ -298,11 +298,11 @@ class Expressions:
 
     def _chosen(self, node: ast.expr, other: ast.expr) -> Part:
         """The side that a constant chooses.  The other is not read, but for the type that whole numbers take of it."""
-        taken, span = self.part(node), self.span(node)
-        if isinstance(taken, COMPOSITE) or taken.type not in (INT, UINT):
-            return taken
+        switched, span = self.part(node), self.span(node)
+        if isinstance(switched, COMPOSITE) or switched.type not in (INT, UINT):
+            return switched
         unused = self.frame.builder.tried(lambda: self.value(other))
-        return taken if unused is None else unify(taken, unused, span, "both sides of a conditional")[0]
+        return switched if unused is None else unify(switched, unused, span, "both sides of a conditional")[0]
 
     @contextmanager
     def _perhaps(self, node: ast.expr) -> Iterator[None]:
@@ -370,9 +370,9 @@ class Expressions:
         if any(keyword.arg is None for keyword in node.keywords):
             fail(span, "the kernel language has no ** arguments")
         named = {str(keyword.arg): self.value(keyword.value) for keyword in node.keywords}
-        given = image_reads.bound(method, [self.value(argument) for argument in node.args], named, span)
-        given = {name: self.frame.name_it(value, span) for name, value in given.items()}
-        return image_reads.read(self.frame.inline_library, base, method, given, span)
+        values = image_reads.bound(method, [self.value(argument) for argument in node.args], named, span)
+        values = {name: self.frame.name_it(value, span) for name, value in values.items()}
+        return image_reads.read(self.frame.inline_library, base, method, values, span)
 
     def _of_each_image(self, choice: ImageChoice, node: ast.Call | ast.Attribute | ast.Subscript) -> Part:
         """A read of an image that an index chooses: for each as if it had a name, with arguments computed once."""
@@ -437,16 +437,16 @@ class Expressions:
         names = [name for name, _ in struct.fields]
         if len(positional) > len(names):
             fail(span, f"{struct.name} has {len(names)} fields, got {len(positional)} values")
-        given = dict(zip(names, positional, strict=False))
+        parts = dict(zip(names, positional, strict=False))
         for name, part in named.items():
-            if name not in names or name in given:
+            if name not in names or name in parts:
                 fail(span, f"{struct.name} has no field {name!r} left to set; it has {', '.join(names)}")
-            given[name] = part
+            parts[name] = part
         defaults = dict(struct.defaults)
         fields: dict[str, Part] = {}
         for name, type_ in struct.fields:
-            if name in given:
-                fields[name] = coerce(given[name], type_, span, f"{struct.name}.{name}")
+            if name in parts:
+                fields[name] = coerce(parts[name], type_, span, f"{struct.name}.{name}")
             elif name in defaults:
                 fields[name] = self.frame.default(defaults[name], type_, f"{struct.name}.{name}", span)
             else:

@@ -74,16 +74,16 @@ def fused_in(facts: Facts) -> list[Fused]:
 
 def inner_first(facts: Facts) -> list[Facts]:
     """These facts and those of all that is fused inside, each once, behind those inside it; rows may be long."""
-    found: dict[int, Facts] = {}
+    ordered: dict[int, Facts] = {}
     pending = [facts]
     while pending:
         top = pending[-1]
-        inner = [fused.facts for fused in fused_in(top) if id(fused.facts) not in found]
+        inner = [fused.facts for fused in fused_in(top) if id(fused.facts) not in ordered]
         if inner:
             pending += inner
         else:
-            found[id(pending.pop())] = top
-    return list(found.values())
+            ordered[id(pending.pop())] = top
+    return list(ordered.values())
 
 
 class Shared:

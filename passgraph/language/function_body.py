@@ -127,10 +127,10 @@ class Builder:
         """
         if not self.discards:
             return None
-        kept = ir.Local(BOOL, KEPT, span)
+        keep = ir.Local(BOOL, KEPT, span)
         if self.stage != "pixel":
-            return kept
-        self.emit(ir.If(kept, (), self.captured(lambda: self.clear(result), span), span))
+            return keep
+        self.emit(ir.If(keep, (), self.captured(lambda: self.clear(result), span), span))
         return None
 
     def clear(self, variable: Variable) -> None:
@@ -157,8 +157,8 @@ class Builder:
 
     def name_it(self, value: ir.Expr, span: Span, *, keep_locals: bool = True) -> ir.Expr:
         """The value behind a name, so that using it twice computes it once."""
-        kept = (ir.Literal, ir.Uniform, ir.Builtin, ir.Table)
-        if isinstance(value, kept) or (keep_locals and isinstance(value, ir.Local)):
+        named_kinds = (ir.Literal, ir.Uniform, ir.Builtin, ir.Table)
+        if isinstance(value, named_kinds) or (keep_locals and isinstance(value, ir.Local)):
             return value
         name = self.fresh("")
         self.emit(ir.Assign(name, value, span))

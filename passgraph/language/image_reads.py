@@ -64,20 +64,22 @@ def bound(method: str, arguments: Sequence[ir.Expr], named: Mapping[str, ir.Expr
     parameters, _, deep = METHODS[method]
     names = [name for name, _ in parameters]
     needed = names[:-1] if deep else names
-    given = {**dict(zip(names, arguments, strict=False)), **named}
-    is_complete = len(given) == len(arguments) + len(named) and set(needed) <= set(given) <= set(names)
+    bound_arguments = {**dict(zip(names, arguments, strict=False)), **named}
+    is_complete = len(bound_arguments) == len(arguments) + len(named) and set(needed) <= set(bound_arguments) <= set(
+        names
+    )
     if len(arguments) > len(names) or not is_complete:
         listed = ", ".join(f"{name}: {type_}" for name, type_ in parameters)
         left = f"; {names[-1]} may be left out" if deep else ""
         fail(span, f"an Image is read by .{method}({listed}){left}")
     types = dict(parameters)
-    return {name: widen(part, types[name], span, f"the {name} of {method}()") for name, part in given.items()}
+    return {name: widen(part, types[name], span, f"the {name} of {method}()") for name, part in bound_arguments.items()}
 
 
-def read(inline: Inline, image: ImageValue, method: str, given: Mapping[str, ir.Expr], span: Span) -> ir.Expr:
+def read(inline: Inline, image: ImageValue, method: str, arguments: Mapping[str, ir.Expr], span: Span) -> ir.Expr:
     """A method of an image on arguments as :func:`bound` gives them; each has a name, as it is used more than once."""
     parameters, function, deep = METHODS[method]
-    values = [given[name] for name, _ in parameters if name in given]
+    values = [arguments[name] for name, _ in parameters if name in arguments]
     if deep and len(values) == len(parameters):
         if not is_first(values[-1]):
             return _inlined(inline, deep, [image, ImageValue(image.name + ir.MIPS), *values], span)

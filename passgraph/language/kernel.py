@@ -162,8 +162,8 @@ def struct(cls: type[T]) -> type[T]:
     ...     strength: float = 1.0
     """
     frame: pytypes.FrameType | None = sys._getframe(1)
-    given: object = cls
-    source = source_of_class(cls, frame) if isinstance(given, type) else Source("", "")
+    decorated: object = cls
+    source = source_of_class(cls, frame) if isinstance(decorated, type) else Source("", "")
     node = next((n for n in source.parse().body if isinstance(n, ast.ClassDef)), None)
     if node is None:
         raise KernelError(f"@struct marks a class statement, got {shown(cls)}")

@@ -349,11 +349,11 @@ def _library() -> dict[str, FunctionSource]:
 
 @lru_cache(maxsize=1)
 def _prelude() -> dict[str, FunctionSource]:
-    found: dict[str, FunctionSource] = {}
+    functions: dict[str, FunctionSource] = {}
     for name in ("prelude", "prelude_whole"):
         text = Path(__file__).with_name(f"{name}.py").read_text(encoding="utf-8")
-        found |= functions_of(Source(f"<passgraph {name}>", text), dict(found))
-    return found
+        functions |= functions_of(Source(f"<passgraph {name}>", text), dict(functions))
+    return functions
 
 
 def library_function(name: str) -> FunctionSource:
@@ -371,8 +371,8 @@ def written_function(name: str, arguments: Sequence[Type]) -> FunctionSource | N
     if name in OPERATIONS:
         fitting = len(arguments) == len(OPERATIONS[name].operands) and all(isinstance(a, Scalar) for a in arguments)
         return functions.get(kind) if fitting else None
-    found = functions.get(kind) or functions.get(name)
-    return found or functions.get(f"{name}_{FLOAT}")
+    source = functions.get(kind) or functions.get(name)
+    return source or functions.get(f"{name}_{FLOAT}")
 
 
 def prelude_function(name: str) -> FunctionSource:

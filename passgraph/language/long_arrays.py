@@ -148,9 +148,9 @@ def picture_of(value: object, type_: Array, name: str) -> NDArray[np.float32]:
         halves[:, 0], halves[:, 1] = bits & (1 << HALF_BITS) - 1, bits >> HALF_BITS & (1 << HALF_BITS) - 1
         flat = halves.reshape(-1)
     width, height = layout.size
-    room = width * height * layout.channels
-    if len(flat) < room:
-        padded = np.zeros(room, np.float32)
+    capacity = width * height * layout.channels
+    if len(flat) < capacity:
+        padded = np.zeros(capacity, np.float32)
         with np.errstate(over="ignore"):  # what rounds to infinity was refused
             padded[: len(flat)] = flat
         flat = padded

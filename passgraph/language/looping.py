@@ -127,10 +127,10 @@ def _values(is_float: bool, start: float, step: Any, by: float) -> Any:
             return step.accumulate(numbers)
         if step is not np.multiply:
             return wrap32(step(np.int64(start), np.arange(MAX_COUNTED + 1) * int(by)))
-        found = [int(start)]
+        values = [int(start)]
         for _ in range(MAX_COUNTED):
-            found.append((found[-1] * int(by) - INT_MIN) % 2**32 + INT_MIN)
-        return np.array(found)
+            values.append((values[-1] * int(by) - INT_MIN) % 2**32 + INT_MIN)
+        return np.array(values)
 
 
 def _number(expression: ir.Expr) -> float | None:
@@ -171,20 +171,20 @@ def switch(builder: Builder, subject: ir.Expr, sections: Sequence[Section], span
     """
     name = builder.fresh("subject")
     builder.emit(ir.Assign(name, subject, span))
-    value, known = ir.Local(INT, name, span), [label for section in sections for label in section.labels]
+    value, all_labels = ir.Local(INT, name, span), [label for section in sections for label in section.labels]
 
     def any_of(labels: Sequence[int]) -> ir.Expr:
-        found: ir.Expr = ir.Literal(BOOL, False, span)
+        is_label: ir.Expr = ir.Literal(BOOL, False, span)
         for label in labels:
             equal = ir.Apply(BOOL, "equal", (value, _int_literal(label, span)), span)
-            found = ir.Apply(BOOL, "logical_or", (found, equal), span)
-        return found
+            is_label = ir.Apply(BOOL, "logical_or", (is_label, equal), span)
+        return is_label
 
     def matches(section: Section) -> ir.Expr:
         here = any_of(section.labels)
         if not section.default:
             return here
-        nowhere = ir.Apply(BOOL, "logical_not", (any_of(known),), span)
+        nowhere = ir.Apply(BOOL, "logical_not", (any_of(all_labels),), span)
         return ir.Apply(BOOL, "logical_or", (here, nowhere), span)
 
     joined = _joined(sections)

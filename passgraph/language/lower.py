@@ -402,9 +402,9 @@ class Lowering:
         return [part for argument in expression.arguments for part in self.value(argument)]
 
     def _size(self, expression: ir.Size) -> list[s.Operand]:
-        known = self._facts(expression.image).size
-        if known is not None:
-            return [s.Lit("int", count) for count in known]
+        known_size = self._facts(expression.image).size
+        if known_size is not None:
+            return [s.Lit("int", count) for count in known_size]
         names = [f"size.{self.prefix}{expression.image}.{i}" for i in (0, 1)]
         self._use(expression.image)
         return [self.emitter.builtin(name, "int") for name in names]

@@ -123,15 +123,15 @@ class _Counting:
 
 def _indexed(program: ir.TypedKernel) -> dict[str, Array]:
     """Variables that hold long arrays, and that an index which is no written number reaches."""
-    found: dict[str, Array] = {}
+    arrays: dict[str, Array] = {}
     if not any(_is_long(assigned.value.type) for assigned in ir.assignments(program.body)):
-        return found
+        return arrays
     for part in ir.expressions(*program.body, *(result.value for result in program.results)):
         if isinstance(part, (ir.Index, ir.Insert)) and not isinstance(part.index, ir.Literal):
             array = part.value
             if isinstance(array, ir.Local) and _is_long(array.type):
-                found[array.name] = array.type
-    return found
+                arrays[array.name] = array.type
+    return arrays
 
 
 def _is_long(type_: Type) -> TypeGuard[Array]:

@@ -166,12 +166,12 @@ def lower_once(program: ir.TypedKernel, facts: Facts, known: Programs | None = N
         return lower(program, facts)
     if name not in known.found:
         data = disk_cache.recall("programs", name)
-        found = None if data is None else _read(data)
-        if found is None:
-            found = lower(program, facts)
-            if scalar.count(found.body) >= MIN_INSTRUCTIONS and (data := _written(found)) is not None:
+        program_ = None if data is None else _read(data)
+        if program_ is None:
+            program_ = lower(program, facts)
+            if scalar.count(program_.body) >= MIN_INSTRUCTIONS and (data := _written(program_)) is not None:
                 disk_cache.remember("programs", name, data)
-        known.found[name] = found
+        known.found[name] = program_
     return known.found[name]
 
 

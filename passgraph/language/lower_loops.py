@@ -83,10 +83,10 @@ class Loops:
         if isinstance(step, s.Lit) and step.value == 0:
             fail(statement.span, "the step of range() is 0")
         if all(isinstance(b, s.Lit) for b in bounds):
-            known = range(*(int(b.value) for b in bounds if isinstance(b, s.Lit)))
-            self._check(statement, len(known), "makes")
-            if known and not self._unroll(statement, known):
-                self._loop(statement, known, None)
+            trips = range(*(int(b.value) for b in bounds if isinstance(b, s.Lit)))
+            self._check(statement, len(trips), "makes")
+            if trips and not self._unroll(statement, trips):
+                self._loop(statement, trips, None)
         else:
             counted = self._count(statement, start, stop, step)
             if counted.most:
@@ -108,7 +108,7 @@ class Loops:
         if not e.simplify or len(trips) > MAX_UNROLLED_TRIPS or _jumps(statement.body):
             return False
         before, length, ids = dict(lowering.locals), len(e.blocks[-1]), e.ids
-        known, unrolled, grown = dict(e.known[-1]), shared.unrolled, 0
+        known_values, unrolled, grown = dict(e.known[-1]), shared.unrolled, 0
         self.trips *= len(trips)
         for count, i in enumerate(trips, 1):
             lowering.locals[statement.name] = [s.Lit("int", i)]
@@ -117,7 +117,7 @@ class Loops:
             grown += s.count(e.blocks[-1][start:])
             expected = grown * len(trips) if count == 1 else grown
             if expected > min(MAX_UNROLLED_INSTRUCTIONS, MAX_UNROLLED_TOGETHER - unrolled):
-                lowering.locals, e.known[-1], shared.unrolled = before, known, unrolled
+                lowering.locals, e.known[-1], shared.unrolled = before, known_values, unrolled
                 e.back_to(ids)
                 del e.blocks[-1][length:]
                 self.trips //= len(trips)
@@ -233,10 +233,10 @@ class Loops:
         e.push(s.If(e.op("greater_equal", count, trips.value), (s.Break(),), ()))
         index = e.op("add", trips.start, e.op("mul", count, trips.step))
         low, high = trips.reach
-        found = e.bounds.of(index)
-        if found.high > high:
+        index_range = e.bounds.of(index)
+        if index_range.high > high:
             index = e.op("min", index, s.Lit("int", int(high)))
-        if found.low < low:
+        if index_range.low < low:
             index = e.op("max", index, s.Lit("int", int(low)))
         return index
 

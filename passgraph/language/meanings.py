@@ -59,12 +59,12 @@ def floor_divide(a: Values, b: Values) -> Values:
 def modulo(a: Values, b: Values) -> Values:
     if is_whole(a):
         return wrapped(np.where(b == 0, 0, a % np.where(b == 0, 1, b)).astype(a.dtype))
-    known = np.isfinite(a) & np.isfinite(b) & (b != 0)
-    rest = np.mod(np.where(known, a, 0.0), np.where(known, b, 1.0))
+    defined = np.isfinite(a) & np.isfinite(b) & (b != 0)
+    rest = np.mod(np.where(defined, a, 0.0), np.where(defined, b, 1.0))
     # The sum of a tiny negative number and b may be b itself, which no rest is.
     largest = np.nextafter(np.abs(np.asarray(b)).astype(np.float32), np.float32(0)).astype(np.float64)
     rest = np.copysign(np.minimum(np.abs(rest), largest), rest)
-    return np.where(known, rest, np.nan)
+    return np.where(defined, rest, np.nan)
 
 
 def to_int(a: Values) -> Values:
@@ -288,17 +288,17 @@ def bitfield_extract(a: Values, offset: Values, bits: Values) -> Values:
     highest = (start + count - 1)[..., None]
     signed = np.asarray(a).dtype.kind == "i"
     # Above a field of an int its highest bit goes on, of a uint there are zeros.
-    taken = np.take_along_axis(bits_of(a), np.clip(np.minimum(places + start[..., None], highest), 0, 31), axis=-1)
+    extracted = np.take_along_axis(bits_of(a), np.clip(np.minimum(places + start[..., None], highest), 0, 31), axis=-1)
     kept = (count > 0)[..., None] & (signed | (places < count[..., None]))
-    return of_bits(np.where(kept, taken, 0), a)
+    return of_bits(np.where(kept, extracted, 0), a)
 
 
 def bitfield_insert(a: Values, insert: Values, offset: Values, bits: Values) -> Values:
     start, count = field(offset, bits)
     places = np.arange(32) - start[..., None]
     inside = (places >= 0) & (places < count[..., None])
-    given = np.take_along_axis(bits_of(insert), np.clip(places, 0, 31), axis=-1)
-    return of_bits(np.where(inside, given, bits_of(a)), a)
+    inserted = np.take_along_axis(bits_of(insert), np.clip(places, 0, 31), axis=-1)
+    return of_bits(np.where(inside, inserted, bits_of(a)), a)
 
 
 def half_bits(x: Values) -> Values:

@@ -57,11 +57,11 @@ def read_range(node: ast.expr, resolve: Resolve, source: Source) -> Range:
         return meaning
     if meaning is not Range or not isinstance(node, ast.Call):
         fail(span, "beside its type a parameter has a pg.Range(low, high), and nothing else")
-    given = dict(zip(_NAMES, node.args, strict=False))
-    given |= {keyword.arg: keyword.value for keyword in node.keywords if keyword.arg is not None}
-    if len(given) < len(node.args) + len(node.keywords) or not given.keys() <= set(_NAMES):
+    arguments = dict(zip(_NAMES, node.args, strict=False))
+    arguments |= {keyword.arg: keyword.value for keyword in node.keywords if keyword.arg is not None}
+    if len(arguments) < len(node.args) + len(node.keywords) or not arguments.keys() <= set(_NAMES):
         fail(span, f"pg.Range takes {', '.join(_NAMES)}, each once")
-    values = {name: _constant(value, source) for name, value in given.items()}
+    values = {name: _constant(value, source) for name, value in arguments.items()}
     try:
         return Range(**values)  # type: ignore[arg-type]
     except GraphError as error:

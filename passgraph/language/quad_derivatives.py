@@ -87,8 +87,8 @@ class Feeding:
         self.assigned[here] = assigned
         return assigned
 
-    def _hang(self, node: Node, *others: Node) -> None:
-        self._hangs.setdefault(node, set()).update(others)
+    def _hang(self, node: Node, *sources: Node) -> None:
+        self._hangs.setdefault(node, set()).update(sources)
 
     def _expose(self, statements: tuple[ir.Stmt, ...], live: set[str]) -> None:
         """Turn the variables read after some statements, ``live``, into those read before them."""
@@ -112,15 +112,15 @@ class Feeding:
         pending: list[tuple[Node, int]] = []
         for name, axis in self.derivatives.items():
             pending += [(node, AXES[axis]) for node in self._hangs.get(name, ())]
-        found: set[tuple[Node, int]] = set()
+        needed: set[tuple[Node, int]] = set()
         while pending:
             node, pixel = pending.pop()
-            if (node, pixel) in found:
+            if (node, pixel) in needed:
                 continue
-            found.add((node, pixel))
+            needed.add((node, pixel))
             both = (pixel, pixel ^ AXES[self.derivatives[node]]) if node in self.derivatives else (pixel,)  # type: ignore[index]
             pending += [(other, p) for other in self._hangs.get(node, ()) for p in both]
-        return frozenset((node, pixel) for node, pixel in found if isinstance(node, str))
+        return frozenset((node, pixel) for node, pixel in needed if isinstance(node, str))
 
     def _common(self) -> frozenset[str]:
         users: dict[Node, list[Node]] = {}

@@ -126,7 +126,7 @@ WORDS: dict[str, str] = {
 }
 
 
-def mending(name: str, known: Iterable[str] = ()) -> str:
+def mending(name: str, names: Iterable[str] = ()) -> str:
     """Return a suggestion for an unknown name, to append to a message; empty if nothing is similar.
 
     ``known`` are further names that have a meaning.
@@ -145,8 +145,8 @@ def mending(name: str, known: Iterable[str] = ()) -> str:
         return f"; write {_call(name[:-1])}"
     if len(name) > _LONGEST:
         return ""
-    found = get_close_matches(name, dict.fromkeys((*known, *OWN)), n=1, cutoff=0.75)
-    return f"; did you mean {found[0]!r}?" if found else ""
+    matches = get_close_matches(name, dict.fromkeys((*names, *OWN)), n=1, cutoff=0.75)
+    return f"; did you mean {matches[0]!r}?" if matches else ""
 
 
 def own_spelling(name: str) -> str:
@@ -227,8 +227,8 @@ class FunctionSource:
     def nearby(self) -> list[str]:
         """Names that the body may use: its parameters, its locals, and what is around it."""
         arguments = self.node.args
-        given = [one.arg for one in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
-        return [*given, *self.assigned, *self.scope.listed()]
+        parameters = [one.arg for one in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
+        return [*parameters, *self.assigned, *self.scope.listed()]
 
 
 def _assigned_names(nodes: Iterable[ast.stmt]) -> set[str]:

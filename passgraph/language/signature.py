@@ -110,10 +110,10 @@ def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type,
         return VERTEX, False
     if isinstance(meaning, (Scalar, Vector, Matrix, ImageType, Struct)):
         return meaning, False
-    known = ", ".join(NAMED)
+    type_names = ", ".join(NAMED)
     fail(
         span,
-        f"{ast.unparse(node)} is not a type of the kernel language; it has {known}, Array, structs",
+        f"{ast.unparse(node)} is not a type of the kernel language; it has {type_names}, Array, structs",
     )
 
 

@@ -72,8 +72,8 @@ _ESCAPE = re.compile(r"\\(.)", re.DOTALL)
 _ESCAPES = "\n\r\\'\"abfnrtvxNuU01234567"
 
 
-def _known_escape(found: re.Match[str]) -> str:
-    return found[0] if found[1] in _ESCAPES else f"\\{found[0]}"
+def _known_escape(match: re.Match[str]) -> str:
+    return match[0] if match[1] in _ESCAPES else f"\\{match[0]}"
 
 
 @dataclass(frozen=True)
@@ -95,10 +95,10 @@ class Source:
 
     def span(self, node: ast.AST) -> Span:
         """Return the span of a node: its start, and its end on that line. Cached by node."""
-        found: Span | None = getattr(node, "passgraph_span", None)
-        if found is None:
-            found = node.passgraph_span = self._span(node)  # type: ignore[attr-defined]
-        return found
+        attached: Span | None = getattr(node, "passgraph_span", None)
+        if attached is None:
+            attached = node.passgraph_span = self._span(node)  # type: ignore[attr-defined]
+        return attached
 
     def _span(self, node: ast.AST) -> Span:
         line = getattr(node, "lineno", 1)
@@ -147,14 +147,14 @@ class Source:
 
 def _children(node: ast.AST) -> list[ast.AST]:
     """Return the children like :func:`ast.iter_child_nodes`, in half the time."""
-    found: list[ast.AST] = []
+    children: list[ast.AST] = []
     for name in node._fields:
         value = getattr(node, name, None)
         if isinstance(value, list):
-            found += [child for child in value if isinstance(child, ast.AST)]
+            children += [child for child in value if isinstance(child, ast.AST)]
         elif isinstance(value, ast.AST):
-            found.append(value)
-    return found
+            children.append(value)
+    return children
 
 
 def _dedented(lines: list[str]) -> tuple[str, int]:
@@ -212,11 +212,11 @@ def _classes(text: str) -> list[ast.ClassDef]:
         level: list[ast.AST] = [ast.parse(text)]
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return []
-    found: list[ast.ClassDef] = []
+    classes: list[ast.ClassDef] = []
     while level:
-        found += [node for node in level if isinstance(node, ast.ClassDef)]
+        classes += [node for node in level if isinstance(node, ast.ClassDef)]
         level = [child for node in level for name in _BLOCKS for child in getattr(node, name, ())]
-    return found
+    return classes
 
 
 def source_from_text(text: str, name: str = "<kernel text>") -> Source:

@@ -136,20 +136,20 @@ class Statements:
             if isinstance(node, ast.Match):
                 pending[position:position] = self._match(node)
             elif isinstance(node, (ast.If, ast.For)):
-                done = None
+                always_leaves = None
                 if isinstance(node, ast.If):
                     condition = self._condition(node)
                     if isinstance(condition, ir.Literal):
                         # What never runs is not read; what does, next in this loop.
                         pending[position:position] = node.body if condition.value else node.orelse
                         continue
-                    done = self._if(node, condition, pending, position)
+                    always_leaves = self._if(node, condition, pending, position)
                 else:
                     self._for(node)
-                if done is None and _returns(node):
-                    done = self._guarded(pending, position, node)
-                if done is not None:
-                    return done
+                if always_leaves is None and _returns(node):
+                    always_leaves = self._guarded(pending, position, node)
+                if always_leaves is not None:
+                    return always_leaves
             elif isinstance(node, ast.Return):
                 self._return(node)
                 return True
@@ -207,9 +207,9 @@ class Statements:
             return None
         if position == len(pending):
             return False
-        done: list[bool] = []
-        frame.exit.unless_left(lambda: done.append(self.block(pending[position:])), span)
-        return done[0]
+        leaves: list[bool] = []
+        frame.exit.unless_left(lambda: leaves.append(self.block(pending[position:])), span)
+        return leaves[0]
 
     def _match(self, node: ast.Match) -> list[ast.stmt]:
         """The branches that a match stands for; its subject is computed once."""

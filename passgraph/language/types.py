@@ -174,13 +174,13 @@ def plain_parts(type_: Type, name: str = "") -> list[tuple[str, Type]]:
 
 def image_names(type_: Type, name: str) -> list[str]:
     """The images of a parameter: itself, or those in its fields and entries, such as ``maps.2`` and ``light.map``."""
-    found: list[str] = []
+    names: list[str] = []
     for path, part in plain_parts(type_, name):
         if isinstance(part, ImageType):
-            found.append(path)
+            names.append(path)
         elif isinstance(part, Array) and isinstance(part.element, ImageType):
-            found += [f"{path}.{k}" for k in range(part.length)]
-    return found
+            names += [f"{path}.{k}" for k in range(part.length)]
+    return names
 
 
 def image_count(type_: Type) -> int:

@@ -38,18 +38,18 @@ def widen(value: ir.Expr, type_: Type, span: Span, what: str) -> ir.Expr:
         if wider is not None:
             return wider
     if isinstance(value.type, (Scalar, Vector)) and isinstance(type_, (Scalar, Vector)):
-        given, wanted = _element(value.type), _element(type_)
-        if with_element(value.type, wanted) == type_:
-            if wanted is FLOAT and given in (INT, UINT):
+        from_element, to_element = _element(value.type), _element(type_)
+        if with_element(value.type, to_element) == type_:
+            if to_element is FLOAT and from_element in (INT, UINT):
                 if isinstance(value, ir.Literal):
                     return ir.Literal(FLOAT, float(value.value), value.span)
-                return ir.Apply(type_, "to_float" if given is INT else "float_from_uint", (value,), span)
-            if wanted is UINT and isinstance(value, ir.Literal) and given is INT:
+                return ir.Apply(type_, "to_float" if from_element is INT else "float_from_uint", (value,), span)
+            if to_element is UINT and isinstance(value, ir.Literal) and from_element is INT:
                 return _as_uint(value, what)
-            if wanted in (INT, UINT) and given is FLOAT:
+            if to_element in (INT, UINT) and from_element is FLOAT:
                 mend = f"narrowing is never silent: write {type_}(...)"
                 fail(span, f"{what} must be {type_}, got {value.type}; {mend}")
-            if {given, wanted} == {INT, UINT}:
+            if {from_element, to_element} == {INT, UINT}:
                 mend = f"int and uint do not mix by themselves: write {type_}(...), which keeps the bits"
                 fail(span, f"{what} must be {type_}, got {value.type}; {mend}")
     fail(span, f"{what} must be {type_}, got {value.type}")
@@ -65,12 +65,12 @@ def _as_uint(value: ir.Literal, what: str) -> ir.Literal:
 
 def _widen_array(value: ir.Expr, type_: Array, span: Span, what: str) -> ir.Expr | None:
     """A written-out or captured array of ints where floats or uints are wanted."""
-    given, wanted = value.type, element_of(type_)
-    if not isinstance(given, Array) or given.length != type_.length or element_of(given) is not INT:
+    array, element_type = value.type, element_of(type_)
+    if not isinstance(array, Array) or array.length != type_.length or element_of(array) is not INT:
         return None
-    if wanted not in (FLOAT, UINT) or component_count(given) != component_count(type_):
+    if element_type not in (FLOAT, UINT) or component_count(array) != component_count(type_):
         return None
-    if isinstance(value, ir.Table) and wanted is UINT:
+    if isinstance(value, ir.Table) and element_type is UINT:
         return ir.Table(type_, value.values, span) if min(value.values) >= 0 else None
     if isinstance(value, ir.Table):
         return ir.Table(type_, tuple(float(v) for v in value.values), span)
@@ -90,17 +90,17 @@ def apply(name: str, arguments: list[ir.Expr], span: Span) -> ir.Expr:
         return apply(row.unsigned, arguments, span)
     if name == "matmul":
         return _matmul(arguments, span)
-    wanted, shown = row.operands, row.spoken
-    if len(arguments) != len(wanted):
-        plural = "" if len(wanted) == 1 else "s"
-        fail(span, f"{shown} takes {len(wanted)} argument{plural}, got {len(arguments)} ({row.doc})")
+    patterns, shown = row.operands, row.spoken
+    if len(arguments) != len(patterns):
+        plural = "" if len(patterns) == 1 else "s"
+        fail(span, f"{shown} takes {len(patterns)} argument{plural}, got {len(arguments)} ({row.doc})")
     for argument in arguments:
         if not isinstance(argument.type, (Scalar, Vector, Matrix)):
             fail(span, f"{shown} does not take {argument.type}")
     size = _common_size(row, arguments, span)
     element = _number_element(row, arguments, span)
     typed: list[ir.Expr] = []
-    for letter, argument in zip(wanted, arguments, strict=True):
+    for letter, argument in zip(patterns, arguments, strict=True):
         target = element if letter in "NI" else _LETTERS.get(letter, FLOAT)
         typed.append(_fit(argument, letter, target, size, shown, span))
     return ir.Apply(_result_type(row.result, size, element, typed), name, tuple(typed), span)

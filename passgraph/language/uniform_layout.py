@@ -52,38 +52,38 @@ def components(value: object, type_: Type, name: str) -> NDArray[np.float64]:
     """
     # Every run packs its values: what is plainly right must cost little.
     kind = type(value)
-    found = None
+    numbers = None
     if kind is np.ndarray:
-        found = _of_array(value, type_)  # type: ignore[arg-type]
+        numbers = _of_array(value, type_)  # type: ignore[arg-type]
     elif kind in _NUMBERS:
-        found = _of_numbers((value,), type_)
+        numbers = _of_numbers((value,), type_)
     elif kind in _SCALARS:
-        found = _of_numbers((value.item(),), type_)  # type: ignore[attr-defined]
+        numbers = _of_numbers((value.item(),), type_)  # type: ignore[attr-defined]
     elif kind in _ROWS:
         if len(value) <= FEW:  # type: ignore[arg-type]
-            found = _of_numbers(value, type_)  # type: ignore[arg-type]
-        if found is None:
-            found = _of_rows(value, type_)
-    return _looked_through(value, type_, name) if found is None else found
+            numbers = _of_numbers(value, type_)  # type: ignore[arg-type]
+        if numbers is None:
+            numbers = _of_rows(value, type_)
+    return _looked_through(value, type_, name) if numbers is None else numbers
 
 
-def _of_numbers(given: Sequence[Any], type_: Type) -> NDArray[np.float64] | None:
+def _of_numbers(numbers: Sequence[Any], type_: Type) -> NDArray[np.float64] | None:
     """Python's own numbers as components; None where any is something else or out of range."""
-    if len(given) != component_count(type_):
+    if len(numbers) != component_count(type_):
         return None
     element = element_of(type_).name
     low, high = LIMITS[element]
     kinds = _NUMBERS if element == "float" else _WHOLE
-    for number in given:
+    for number in numbers:
         if type(number) not in kinds or not low <= number <= high:
             return None
-    return np.array(given, np.float64)
+    return np.array(numbers, np.float64)
 
 
-def _of_rows(given: object, type_: Type) -> NDArray[np.float64] | None:
+def _of_rows(rows: object, type_: Type) -> NDArray[np.float64] | None:
     """Many numbers, numbers in rows, and numbers of NumPy's in a row."""
     try:
-        array = np.asarray(given)
+        array = np.asarray(rows)
     except (ValueError, OverflowError):
         return None
     return _of_array(array, type_)
@@ -169,14 +169,14 @@ def pack(program: ScalarProgram, values: Mapping[str, object]) -> tuple[NDArray[
     ints = np.zeros(max(1, program.int_count), np.int32)
     for slot in program.uniforms:
         block = floats if slot.block == "float" else ints
-        found = in_range(values[slot.name], slot.type, slot.range, slot.name)  # type: ignore[arg-type]
-        block[slot.offset : slot.offset + slot.count] = found
+        numbers = in_range(values[slot.name], slot.type, slot.range, slot.name)  # type: ignore[arg-type]
+        block[slot.offset : slot.offset + slot.count] = numbers
     return floats, ints
 
 
 def in_range(value: object, type_: Type, limits: Range | None, name: str) -> NDArray[np.float64]:
     """The components of a parameter's value, which lie in its range; InputError where one does not."""
-    found = components(value, type_, name)
+    numbers = components(value, type_, name)
     if limits is not None:
-        check_numbers(limits, found, type_, name)
-    return found
+        check_numbers(limits, numbers, type_, name)
+    return numbers

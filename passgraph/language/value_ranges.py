@@ -47,8 +47,8 @@ TRUTH = Range(0, 1)
 class Ranges:
     """Ranges of values; ``made`` has their instructions, ``indices`` the known ranges, such as loop indices'."""
 
-    def __init__(self, made: Mapping[int, s.Op | s.Choose], indices: Mapping[int, tuple[float, float]]) -> None:
-        self.made, self.indices = made, indices
+    def __init__(self, producers: Mapping[int, s.Op | s.Choose], indices: Mapping[int, tuple[float, float]]) -> None:
+        self.made, self.indices = producers, indices
         self.found: dict[int, Range] = {}
 
     def forget(self, number: int) -> None:
@@ -279,10 +279,10 @@ def _corners(combine: Callable[[float, float], float]) -> Callable[[Range, Range
         # Of infinite ends nothing is said: infinities cancel, and times 0 they are NaN.
         if not (a.known and b.known):
             return None
-        found = [combine(float(p), float(q)) for p in a[:2] for q in b[:2]]
-        if max(map(abs, found)) > LARGEST:  # may be infinite
+        results = [combine(float(p), float(q)) for p in a[:2] for q in b[:2]]
+        if max(map(abs, results)) > LARGEST:  # may be infinite
             return None
-        return _rounded(min(found), max(found), a.nan or b.nan)
+        return _rounded(min(results), max(results), a.nan or b.nan)
 
     return rule
 

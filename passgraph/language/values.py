@@ -135,8 +135,8 @@ def with_components(name: str, base: ir.Expr, value: ir.Expr, span: Span, named:
     if len(set(components)) != len(components):
         fail(span, f".{name} names a component twice and cannot be assigned to")
     scalar = base.type.element
-    wanted: Scalar | Vector = scalar if len(components) == 1 else Vector(scalar, len(components))
-    value = named(widen(value, wanted, span, f".{name}"), span)
+    type_: Scalar | Vector = scalar if len(components) == 1 else Vector(scalar, len(components))
+    value = named(widen(value, type_, span, f".{name}"), span)
     parts: list[ir.Expr] = []
     for i in range(base.type.size):
         if i not in components:
@@ -183,13 +183,13 @@ def _construct_matrix(type_: Matrix, arguments: list[ir.Expr], span: Span, name:
         parts = tuple(diagonal if c == r else zero for c in range(columns) for r in range(rows))
         return ir.Construct(type_, parts, span)
     if len(arguments) == 1 and isinstance(arguments[0].type, Matrix):
-        given, matrix = arguments[0].type, name(arguments[0], span)
+        source_type, matrix = arguments[0].type, name(arguments[0], span)
         cells = []
         for c in range(columns):
             for r in range(rows):
                 cell: ir.Expr = one if c == r else zero
-                if c < given.columns and r < given.rows:
-                    column = ir.Index(given.column, matrix, ir.Literal(INT, c, span), span)
+                if c < source_type.columns and r < source_type.rows:
+                    column = ir.Index(source_type.column, matrix, ir.Literal(INT, c, span), span)
                     cell = ir.Swizzle(FLOAT, column, (r,), span)
                 cells.append(cell)
         return ir.Construct(type_, tuple(cells), span)
@@ -204,18 +204,18 @@ def convert(value: ir.Expr, element: Scalar, span: Span) -> ir.Expr:
     assert isinstance(value.type, (Scalar, Vector))
     if element_of(value.type) is element:
         return value
-    given = element_of(value.type)
+    source = element_of(value.type)
     if element is BOOL:
-        zero = ir.Literal(FLOAT, 0.0, span) if given is FLOAT else ir.Literal(given, 0, span)
+        zero = ir.Literal(FLOAT, 0.0, span) if source is FLOAT else ir.Literal(source, 0, span)
         return apply("not_equal", [value, zero], span)
     if isinstance(value, ir.Literal) and element is FLOAT:
         return ir.Literal(FLOAT, float(value.value), span)
-    if isinstance(value, ir.Literal) and {given, element} == {INT, UINT}:
+    if isinstance(value, ir.Literal) and {source, element} == {INT, UINT}:
         number = int(value.value)
         return ir.Literal(element, uint_of_bits(number) if element is UINT else int_of_bits(number), span)
     if element is UINT:
-        integer = convert(value, INT, span) if given is BOOL else value
-        return apply("uint_from_float" if given is FLOAT else "uint_from_int", [integer], span)
+        integer = convert(value, INT, span) if source is BOOL else value
+        return apply("uint_from_float" if source is FLOAT else "uint_from_int", [integer], span)
     return apply("to_float" if element is FLOAT else "to_int", [value], span)
 
 

@@ -70,12 +70,16 @@ def inputs_of(passes: list[Pass]) -> dict[str, InputSpec]:
     specs: dict[str, InputSpec] = {}
     lenders = [spec for node in passes for spec in node.writes]
     seen: set[TargetSpec] = set()
-    for given in [*(t.spec for node in passes for t in node.reads), *lenders]:
-        found = given
+    for candidate in [*(t.spec for node in passes for t in node.reads), *lenders]:
+        input_spec = candidate
         # The input itself, and inputs that only lend their size.
-        while isinstance(found, TargetSpec) and isinstance(found.size, Like | Blocks) and found not in seen:
-            seen.add(found)
-            found = found.size.other.spec
-        if isinstance(found, InputSpec) and specs.setdefault(found.name, found) is not found:
-            raise GraphError(f"two different inputs are called {found.name!r}; use one handle, or give them two names")
+        while (
+            isinstance(input_spec, TargetSpec) and isinstance(input_spec.size, Like | Blocks) and input_spec not in seen
+        ):
+            seen.add(input_spec)
+            input_spec = input_spec.size.other.spec
+        if isinstance(input_spec, InputSpec) and specs.setdefault(input_spec.name, input_spec) is not input_spec:
+            raise GraphError(
+                f"two different inputs are called {input_spec.name!r}; use one handle, or give them two names"
+            )
     return specs

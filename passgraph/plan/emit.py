@@ -53,11 +53,11 @@ class Resources:
             for image in lowered.images.values():
                 if image.is_previous and isinstance(image.spec, TargetSpec):
                     deepest[image.spec] = max(deepest[image.spec], image.frames_ago)
-        found: dict[int, int] = {}
+        histories: dict[int, int] = {}
         for spec, target in self.work.final.items():
             earlier = (Target(spec, frames_ago=number) for number in range(1, deepest[spec] + 1))
-            found |= {self.of(now): self.of(before) for now, before in pairwise((target, *earlier))}
-        return found
+            histories |= {self.of(now): self.of(before) for now, before in pairwise((target, *earlier))}
+        return histories
 
 
 def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
@@ -107,12 +107,12 @@ def _share_pictures(lowered: Lowered, resources: Resources, copies: Copies, step
 
 def _loads(lowered: Lowered) -> list[tuple[Target, Target | None]]:
     """Return what a draw makes, and what it draws over."""
-    done = lowered.done
-    if not isinstance(done, DrawPass):
+    pass_ = lowered.done
+    if not isinstance(pass_, DrawPass):
         return []
-    rows = list(zip(lowered.colours, done.loads, strict=True))
-    if done.depth is not None:
-        rows.append((Target(done.depth, lowered.node, -1), done.depth_load))
+    rows = list(zip(lowered.colours, pass_.loads, strict=True))
+    if pass_.depth is not None:
+        rows.append((Target(pass_.depth, lowered.node, -1), pass_.depth_load))
     return rows
 
 
@@ -122,22 +122,22 @@ def _step(node: Pass, work: Work, resources: Resources) -> Step:
     names = [use.name for program in programs if program is not None for use in program.images]
     images = tuple((name, resources.of(low.images[name])) for name in names)
     outputs = tuple(map(resources.of, low.colours))
-    done = low.done
-    if not isinstance(done, DrawPass):
+    pass_ = low.done
+    if not isinstance(pass_, DrawPass):
         assert low.program is not None
         return PixelStep(
             low.name, low.program, images, resources.formats(r for _, r in images), outputs,
-            resources.formats(outputs), low.size, low.values, done, low.facts, low.fused,
+            resources.formats(outputs), low.size, low.values, pass_, low.facts, low.fused,
         )  # fmt: skip
     assert low.vertex is not None
-    depth = None if done.depth is None else resources.of(Target(done.depth, node, -1))
+    depth = None if pass_.depth is None else resources.of(Target(pass_.depth, node, -1))
     return DrawStep(
         low.name, low.vertex, low.fragment, low.varyings,
         images, resources.formats(r for _, r in images), outputs, resources.formats(outputs),
-        tuple(_clear(spec) if load is None else None for spec, load in zip(done.into, done.loads, strict=True)),
+        tuple(_clear(spec) if load is None else None for spec, load in zip(pass_.into, pass_.loads, strict=True)),
         depth,
-        None if done.depth is None or done.depth_load is not None else _depth_clear(done.depth),
-        done.state, low.size, low.values, done, low.vertex_facts, low.facts,
+        None if pass_.depth is None or pass_.depth_load is not None else _depth_clear(pass_.depth),
+        pass_.state, low.size, low.values, pass_, low.vertex_facts, low.facts,
     )  # fmt: skip
 
 
@@ -199,13 +199,13 @@ def _spread(changing: set[int], steps: list[Step]) -> set[int]:
     for step in steps:
         for resource in (*step.reads, *step.writes):
             touching.setdefault(resource, []).append(step)
-    found, pending = set(changing), list(changing)
+    reached, pending = set(changing), list(changing)
     while pending:
         for step in touching.pop(pending.pop(), ()):
-            fresh = [r for r in step.writes if r not in found]
-            found.update(fresh)
+            fresh = [r for r in step.writes if r not in reached]
+            reached.update(fresh)
             pending += fresh
-    return found
+    return reached
 
 
 def _handed_on(steps: list[Step], static: set[int]) -> set[int]:

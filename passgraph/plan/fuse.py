@@ -45,8 +45,8 @@ class Chains:
             spans = [(number, number)]
             for written in step.writes:
                 picture = plan.resources[written]
-                kept = picture.persistent or picture.history is not None or writers[written] > 1
-                spans.append(never if kept else readers.get(written, (number, number)))
+                stays = picture.persistent or picture.history is not None or writers[written] > 1
+                spans.append(never if stays else readers.get(written, (number, number)))
             self.spans.append((min(first for first, _ in spans), max(last for _, last in spans)))
 
     def ends(self, start: int) -> Iterator[int]:
@@ -101,18 +101,18 @@ class Known:
 def fuse(work: Work, limits: Limits) -> None:
     if not work.options.fuse:
         return
-    known = _known(work, limits)
+    counts = _known(work, limits)
     grown: dict[Pass, Lowered] = {}
     # Producers first, so that a chain grows from its head.
     for consumer in list(work.passes.values()):
         if isinstance(consumer.node, PixelPass) and consumer.node in work.passes:
             for image, target in list(consumer.images.items()):
-                if image in consumer.images and _fusable(target, consumer, known, work):
+                if image in consumer.images and _fusable(target, consumer, counts, work):
                     assert target.made_by is not None
                     grown.pop(target.made_by, None)
                     grown[consumer.node] = consumer
                     _fuse_into(consumer, target, work)
-                    _note_fused(target.made_by, consumer, known)
+                    _note_fused(target.made_by, consumer, counts)
     # Lowered once, when all that belongs inside is known.
     for consumer in grown.values():
         assert isinstance(consumer.done, PixelPass)
@@ -136,12 +136,12 @@ def _known(work: Work, limits: Limits) -> Known:
     return Known(_static_passes(work), {t.content for t in work.roots()}, readers, lengths, numbers, limits)
 
 
-def _note_fused(producer: Pass, consumer: Lowered, known: Known) -> None:
+def _note_fused(producer: Pass, consumer: Lowered, counts: Known) -> None:
     """Note that the producer's inputs are now read by the consumer."""
-    known.lengths[consumer.node] += known.lengths[producer]
-    known.numbers[consumer.node] = _together(known, producer, consumer.node)
+    counts.lengths[consumer.node] += counts.lengths[producer]
+    counts.numbers[consumer.node] = _together(counts, producer, consumer.node)
     for target in consumer.images.values():
-        readers = known.readers.get(target.made_by) if target.made_by is not None else None
+        readers = counts.readers.get(target.made_by) if target.made_by is not None else None
         if readers is not None and producer in readers:
             readers.remove(producer)
             readers.add(consumer.node)
@@ -151,16 +151,16 @@ def _length(lowered: Lowered) -> int:
     return count(lowered.program.body) if lowered.program is not None else 0
 
 
-def _fusable(target: Target, consumer: Lowered, known: Known, work: Work) -> bool:
+def _fusable(target: Target, consumer: Lowered, counts: Known, work: Work) -> bool:
     producer = work.passes.get(target.made_by) if target.made_by is not None else None
     if producer is None or not isinstance(producer.node, PixelPass) or producer.size != consumer.size:
         return False
     assert consumer.program is not None and producer.program is not None
-    if any(target in known.wanted for target in producer.colours):
+    if any(target in counts.wanted for target in producer.colours):
         return False
-    if known.readers[producer.node] != {consumer.node}:
+    if counts.readers[producer.node] != {consumer.node}:
         return False
-    if producer.node in known.static and consumer.node not in known.static:
+    if producer.node in counts.static and consumer.node not in counts.static:
         return False
     names = [name for name, t in consumer.images.items() if t.made_by is producer.node]
     if any("/" in name for name in names):
@@ -169,15 +169,15 @@ def _fusable(target: Target, consumer: Lowered, known: Known, work: Work) -> boo
         return False
     if producer.program.arrays or consumer.program.arrays:
         return False  # what one kernel may hold in arrays is bounded; together they could take more
-    if known.lengths[producer.node] + known.lengths[consumer.node] > MAX_FUSED_INSTRUCTIONS:
+    if counts.lengths[producer.node] + counts.lengths[consumer.node] > MAX_FUSED_INSTRUCTIONS:
         return False
     images = len(consumer.images) - len(names) + len(producer.images)
-    numbers = _together(known, producer.node, consumer.node)
-    return images <= MAX_FUSED_IMAGES and known.limits.fits(images, len(consumer.slots), *numbers)
+    numbers = _together(counts, producer.node, consumer.node)
+    return images <= MAX_FUSED_IMAGES and counts.limits.fits(images, len(consumer.slots), *numbers)
 
 
-def _together(known: Known, one: Pass, other: Pass) -> tuple[int, int, int]:
-    (floats, ints, instructions), (more_floats, more_ints, more) = known.numbers[one], known.numbers[other]
+def _together(counts: Known, one: Pass, other: Pass) -> tuple[int, int, int]:
+    (floats, ints, instructions), (more_floats, more_ints, more) = counts.numbers[one], counts.numbers[other]
     return floats + more_floats, ints + more_ints, instructions + more
 
 

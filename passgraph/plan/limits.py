@@ -112,12 +112,12 @@ def _check_picture(resource: Resource, writer: str | None, limits: Limits) -> No
         )
     width, height = resource.size
     size = width * height * resource.format.bytes_per_pixel
-    for found, limit, unit in (
+    for actual, limit, unit in (
         (max(width, height), limits.side, "pixels a side"),
         (width * height, limits.pixels, "pixels in a picture"),
         (size, limits.picture_bytes, "bytes in a picture"),
     ):
-        if found > limit:
+        if actual > limit:
             raise BackendError(
                 f"{what} is {width}x{height} {resource.format.name} ({size / 2**20:.0f} MiB); {limits.device} takes "
                 f"{limit:,} {unit}; use a smaller size or format, or another backend"
@@ -182,11 +182,11 @@ def bytes_of(memory: object) -> int:
     (1000000000, 1536)
     """
     if isinstance(memory, str):
-        found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([kmgt]?i?)b?\s*", memory.lower())
-        unit = None if found is None else {**_UNITS, **_BINARY}.get(found[2])
-        if found is None or unit is None:
+        match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([kmgt]?i?)b?\s*", memory.lower())
+        unit = None if match is None else {**_UNITS, **_BINARY}.get(match[2])
+        if match is None or unit is None:
             raise InputError(f"memory must be bytes, such as '1 GB' or '512 MiB', got {arguments.shown(memory)}")
-        memory = int(float(found[1]) * unit)
+        memory = int(float(match[1]) * unit)
     return arguments.whole_number(memory, "memory (bytes)", 1, MOST_BYTES, InputError)
 
 
@@ -198,13 +198,13 @@ def format_bytes(count: int) -> str:
 @cache
 def machine_memory() -> int:
     """The memory of the machine, or of the container that this process runs in; bytes."""
-    found = [_physical_memory()]
+    limits = [_physical_memory()]
     for name in _CGROUPS:
         try:
-            found.append(int(Path(name).read_text()))
+            limits.append(int(Path(name).read_text()))
         except (OSError, ValueError):  # no such group, or "max"
             continue
-    return min(found)
+    return min(limits)
 
 
 def _physical_memory() -> int:

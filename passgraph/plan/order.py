@@ -42,13 +42,13 @@ def dependencies(work: Work) -> tuple[Waits, Copies]:
             readers.setdefault(target, []).append(node)
             if target.made_by in work.passes:
                 waits[node][target.made_by] = None
-    kept = {t.content for t in work.roots()}
+    root_contents = {t.content for t in work.roots()}
     copies: Copies = set()
     before: list[tuple[Target, Pass, list[Pass]]] = []
     for draw, lowered in work.passes.items():
         for content in lowered.done.drawn_over:
             other_readers = [r for r in readers.get(content, []) if r is not draw]
-            if content in kept or any(content in work.passes[r].done.drawn_over for r in other_readers):
+            if content in root_contents or any(content in work.passes[r].done.drawn_over for r in other_readers):
                 copies.add((content, draw))
             else:
                 before.append((content, draw, other_readers))
@@ -85,8 +85,8 @@ def _least_memory(as_written: list[Pass], waits: Mapping[Pass, Mapping[Pass, Non
     Source: R. Sethi and J. D. Ullman, "The Generation of Optimal Code for Arithmetic Expressions", 1970.
     """
     place = {node: number for number, node in enumerate(as_written)}
-    done = {node: work.passes[node].done for node in as_written}
-    left = {node: sum(bytes_of(spec, work) for spec in done[node].writes) for node in as_written}
+    passes = {node: work.passes[node].done for node in as_written}
+    left = {node: sum(bytes_of(spec, work) for spec in passes[node].writes) for node in as_written}
     needed: dict[Pass, int] = {}
     first: dict[Pass, list[Pass]] = {}
     for node in as_written:
@@ -95,9 +95,9 @@ def _least_memory(as_written: list[Pass], waits: Mapping[Pass, Mapping[Pass, Non
         for one in first[node]:
             most = max(most, kept_bytes + needed[one])
             kept_bytes += left[one]
-        over = {target.spec for target in done[node].drawn_over}
+        over = {target.spec for target in passes[node].drawn_over}
         needed[node] = max(
-            most, kept_bytes + sum(bytes_of(spec, work) for spec in done[node].writes if spec not in over)
+            most, kept_bytes + sum(bytes_of(spec, work) for spec in passes[node].writes if spec not in over)
         )
     sequence: dict[Pass, None] = {}
     results = [target.made_by for target in work.roots() if target.made_by in place]

@@ -119,12 +119,12 @@ def _check_asked(size: tuple[int, int], work: Work) -> None:
     specs = {name: target.spec for name, target in work.outputs.items() if isinstance(target.spec, TargetSpec)}
     if any(work.sizes[spec] == size or not work.not_asked[spec] for spec in specs.values()):
         return
-    taken = any(not reason for reason in work.not_asked.values()) or any(
+    is_used = any(not reason for reason in work.not_asked.values()) or any(
         value is OUTPUT_SIZE for node in work.passes for value in sources_of(node.values)
     )
     for name, spec in specs.items():
         reason, (width, height) = work.not_asked[spec], work.sizes[spec]
-        if not taken or reason.startswith("the size of input"):
+        if not is_used or reason.startswith("the size of input"):
             raise GraphError(
                 f"size=({size[0]}, {size[1]}) is asked for, and output {name!r} is {width}x{height}, {reason}; "
                 "leave size out, or declare the target with scale=1.0, which takes the size asked for"

@@ -115,11 +115,11 @@ def varyings_of(fragment: ScalarProgram | None) -> tuple[str, ...]:
 def link(vertex: ScalarProgram, varyings: tuple[str, ...]) -> ScalarProgram:
     """The vertex program with two outputs, position and the wanted varyings, and nothing that only served others."""
     outputs = {output.name: output.values for output in vertex.outputs}
-    wanted = []
+    linked = []
     for name in varyings:
         field, _, component = name.partition(".")
-        wanted.append(outputs[field][int(component or 0)])
-    place, scalars = outputs["position"], tuple(wanted)
+        linked.append(outputs[field][int(component or 0)])
+    place, scalars = outputs["position"], tuple(linked)
     linked_outputs = (Output("position", place, place), Output("varyings", scalars, scalars))
     roots = [value for output in linked_outputs for value in output.values]
     body = eliminate_dead(list(vertex.body), roots)

@@ -214,8 +214,8 @@ def _stays(rule: str) -> bool:
 
 def _turns_near(rule: str) -> bool:
     """Whether what is read beyond an edge is found as near on this side of it."""
-    outside, found = _beyond(rule)
-    return bool((found <= outside).all())
+    outside, near = _beyond(rule)
+    return bool((near <= outside).all())
 
 
 def windows(length: int, core: int, before: int, behind: int) -> Iterator[tuple[int, int, int]]:

@@ -140,7 +140,7 @@ def admitted_device_picture(picture: DevicePicture, spec: InputSpec) -> DevicePi
 
 
 def admitted_picture(
-    given: Any, spec: InputSpec, non_finite: NonFinite = "keep", readers: Iterable[Pass] = ()
+    picture_: Any, spec: InputSpec, non_finite: NonFinite = "keep", readers: Iterable[Pass] = ()
 ) -> NDArray[Any]:
     """An input as (height, width, channels): as it is where the input's format holds such numbers, else in float32.
     What could hold NaN or infinity is looked through, see :func:`passgraph.run.finite_checks.admitted`.
@@ -154,9 +154,9 @@ def admitted_picture(
     InputError
         For what is not a picture, holds no numbers, does not fit the declared size or channels, or is not finite.
     """
-    array = _picture(given, spec)
-    wanted = spec.format or format_of(array.dtype, array.shape[2])
-    picture = array if array.dtype == np.dtype(wanted.number) else _as_values(array)
+    array = _picture(picture_, spec)
+    format_ = spec.format or format_of(array.dtype, array.shape[2])
+    picture = array if array.dtype == np.dtype(format_.number) else _as_values(array)
     if array.dtype.kind != "f":
         return picture
     return admitted(picture, spec.name, spec.format, non_finite, readers)
@@ -180,19 +180,21 @@ class Admission:
 
     def known(self) -> dict[str, tuple[Format, tuple[int, int]]]:
         """Formats and sizes before a run: as declared, or those of what stands in where a run brings none."""
-        found: dict[str, tuple[Format, tuple[int, int]]] = {}
+        formats_and_sizes: dict[str, tuple[Format, tuple[int, int]]] = {}
         for name, spec in self._specs.items():
             if spec.format is not None and spec.size is not None:
-                found[name] = spec.format, spec.size
+                formats_and_sizes[name] = spec.format, spec.size
             elif spec.default is not None:
-                found[name] = bound_to(_picture(spec.default, spec), spec)
-        return found
+                formats_and_sizes[name] = bound_to(_picture(spec.default, spec), spec)
+        return formats_and_sizes
 
-    def pictures(self, given: Mapping[str, Any], on_device: Callable[[object], DevicePicture | None]) -> dict[str, Any]:
+    def pictures(
+        self, inputs: Mapping[str, Any], on_device: Callable[[object], DevicePicture | None]
+    ) -> dict[str, Any]:
         """Return the checked pictures of one run; InputError for one that is missing or unfit."""
         pictures: dict[str, Any] = {}
         for name, spec in self._specs.items():
-            picture = given.get(name, spec.default)
+            picture = inputs.get(name, spec.default)
             if picture is None:
                 raise InputError(f"input {name!r} is missing; run the program as program({name}=picture)")
             seen, checked = self._static.get(name, (None, None))
@@ -209,11 +211,11 @@ class Admission:
         return pictures
 
 
-def _picture(given: Any, spec: InputSpec) -> NDArray[Any]:
+def _picture(value: Any, spec: InputSpec) -> NDArray[Any]:
     what, expected = f"input {spec.name!r}", "be an array (height, width, channels) of numbers"
-    array = arguments.numbers(given, what, expected)
+    array = arguments.numbers(value, what, expected)
     if array.ndim not in (2, 3):
-        raise InputError(f"{what} must {expected}, got {arguments.shown(given)}")
+        raise InputError(f"{what} must {expected}, got {arguments.shown(value)}")
     if array.ndim == 2:
         array = _grey(array, GREY_CHANNELS if spec.format is None else spec.format.channels)
     height, width, channels = array.shape
@@ -258,7 +260,7 @@ def given_room(
     """
     if type(into) is not dict and not isinstance(into, Mapping):  # the second asks Python code
         raise InputError(f"into= takes arrays by output name, {{'name': array}}, got {arguments.shown(into)}")
-    room: dict[int, Picture] = {}
+    result_arrays: dict[int, Picture] = {}
     arrays = {}
     for name, array in into.items():
         if not arguments.among(name, plan.outputs):
@@ -267,20 +269,22 @@ def given_room(
         picture = on_device(array)
         if picture is not None:
             _check_device_room(name, picture, resource.size)
-            room[plan.outputs[name]] = picture
+            result_arrays[plan.outputs[name]] = picture
         else:
             arrays[name] = array
-            room[plan.outputs[name]] = _room(array, resource.format, resource.size, f"into={{{name!r}: …}}")
+            result_arrays[plan.outputs[name]] = _room(array, resource.format, resource.size, f"into={{{name!r}: …}}")
     if arrays:
-        given = {name: picture for name, picture in pictures.items() if not isinstance(picture, DevicePicture)}
-        for (one, array), (other, another) in _pairs(arrays, given):
+        input_arrays = {name: picture for name, picture in pictures.items() if not isinstance(picture, DevicePicture)}
+        for (one, array), (other, another) in _pairs(arrays, input_arrays):
             if _overlap(array, another):
                 raise InputError(f"the array given for output {one!r} shares memory with {other}; give each its own")
-    if len(arrays) < len(room):
-        for one_picture, other_picture in combinations([p for p in room.values() if isinstance(p, DevicePicture)], 2):
+    if len(arrays) < len(result_arrays):
+        for one_picture, other_picture in combinations(
+            [p for p in result_arrays.values() if isinstance(p, DevicePicture)], 2
+        ):
             if one_picture.overlaps(other_picture):
                 raise InputError(f"into= gives {one_picture} for two outputs; give each its own")
-    return room
+    return result_arrays
 
 
 def _check_device_room(name: str, picture: DevicePicture, size: tuple[int, int]) -> None:
@@ -294,9 +298,11 @@ def _check_device_room(name: str, picture: DevicePicture, size: tuple[int, int])
 def _room(array: Any, format_: Format, size: tuple[int, int], what: str) -> NDArray[Any]:
     if not isinstance(array, np.ndarray):
         expected = _expected_room(format_, size)
-        given, array = array, arguments.numbers(array, what, f"be {expected}")
+        destination, array = array, arguments.numbers(array, what, f"be {expected}")
         if array.flags.owndata:  # a list: what is written into the array would not be in it
-            raise InputError(f"{what} takes {expected}, got {arguments.shown(given)}, which is no memory to write into")
+            raise InputError(
+                f"{what} takes {expected}, got {arguments.shown(destination)}, which is no memory to write into"
+            )
     shaped = array[:, :, None] if array.ndim == 2 else array
     fits = array.dtype == _FLOAT32 or array.dtype == np.dtype(format_.number)
     if shaped.shape != (size[1], size[0], format_.channels) or not fits:
@@ -373,7 +379,7 @@ class Lending:
         """Describe how each array of the last run was transferred."""
         return {what: f"{how} {_in_words(layout)}" for what, (how, layout) in self._transfers.items()}
 
-    def begin(self, room: Mapping[int, Picture], results: Results | None = None) -> None:
+    def begin(self, result_arrays: Mapping[int, Picture], results: Results | None = None) -> None:
         """Another run begins: what the one before was lent is the caller's alone.
 
         ``results``: as what its caller wants those that are not in ``room``; None for one that reads none.
@@ -382,10 +388,10 @@ class Lending:
         self._transfers.clear()
         self.made.clear()
         self._handed_out.clear()
-        self.room = dict(room)
+        self.room = dict(result_arrays)
         for resource in self._worth_making if results else ():
             number = self.plan.resources[resource].format.number
-            if resource not in room and (results == "stored" or number == "f4"):
+            if resource not in result_arrays and (results == "stored" or number == "f4"):
                 self.made[resource] = self.array(resource, np.dtype(number))
 
     def array(self, resource: int, dtype: np.dtype[Any]) -> NDArray[Any]:
@@ -423,8 +429,8 @@ class Lending:
         """Whether a step reads an input's picture where, or after, a result is written over it."""
         over = [
             self._uses[self.plan.resources[result].memory].first_written
-            for result, room in self.room.items()
-            if isinstance(room, DevicePicture) and room.overlaps(picture)
+            for result, destination in self.room.items()
+            if isinstance(destination, DevicePicture) and destination.overlaps(picture)
         ]
         return any(resource in step.reads for first in over for step in self.plan.steps[first:])
 
@@ -457,9 +463,9 @@ class Lending:
     def _read_only(self) -> set[int]:
         """Inputs of which nothing is needed after a run, and that no step draws over."""
         plan = self.plan
-        kept = {*plan.outputs.values(), *(r for name, r in plan.inputs.items() if name in plan.static_inputs)}
+        caller_visible = {*plan.outputs.values(), *(r for name, r in plan.inputs.items() if name in plan.static_inputs)}
         written = {plan.resources[r].memory for step in plan.steps for r in step.writes}
-        return {r for r in plan.inputs.values() if r not in kept and plan.resources[r].memory not in written}
+        return {r for r in plan.inputs.values() if r not in caller_visible and plan.resources[r].memory not in written}
 
     @cached_property
     def _uses(self) -> list[_PlaceUse]:

@@ -74,8 +74,8 @@ class Buffers:
         InputError
             For a value that does not fit.
         """
-        for resource, given in self.given.items():
-            value = resolve(given, values) if isinstance(given, (Value, Derived)) else given
+        for resource, source in self.given.items():
+            value = resolve(source, values) if isinstance(source, (Value, Derived)) else source
             if resource not in self.written or self.written[resource] is not value or not self._stays(resource, value):
                 self._write(resource, value)
 
@@ -89,8 +89,8 @@ class Buffers:
 
     def _stays(self, resource: int, value: object) -> bool:
         """Whether a value that is given again holds what it held."""
-        given = self.given[resource]
-        if not isinstance(given, (Value, Derived)) or given.static:
+        source = self.given[resource]
+        if not isinstance(source, (Value, Derived)) or source.static:
             return True
         return isinstance(value, np.ndarray) and is_fixed(value)
 
@@ -216,9 +216,9 @@ class Execution:
         outputs = steps[-1].outputs
         # Step by step, a result may take the memory of what only the first step reads; here that is still being read.
         inner = {r for step in steps[:-1] for r in step.outputs}
-        taken = {self._apart.get(r, self.places[r]) for ids in image_ids for r in ids if r not in inner}
+        used_pictures = {self._apart.get(r, self.places[r]) for ids in image_ids for r in ids if r not in inner}
         for resource in outputs:
-            if self.places[resource] in taken:
+            if self.places[resource] in used_pictures:
                 apart = self._new_storage(self.places[resource])
                 self._apart[resource] = len(self.memories)
                 self.memories.append(apart)
@@ -293,10 +293,10 @@ class Execution:
     def run(
         self,
         pictures: Mapping[str, Given],
-        given: Mapping[str, object],
+        inputs: Mapping[str, object],
         observe: Callable[[Step, dict[str, Picture]], None] | None,
         check: PassCheck | None = None,
-        room: Mapping[int, Given] | None = None,
+        result_arrays: Mapping[int, Given] | None = None,
         timed: Timed | None = None,
         results: Results | None = None,
     ) -> None:
@@ -307,8 +307,8 @@ class Execution:
         ``timed`` is handed each step to run.
         """
         with self._reports_memory("make room for the results"):
-            self.lending.begin(room or {}, results)
-        values = self._values(given)
+            self.lending.begin(result_arrays or {}, results)
+        values = self._values(inputs)
         static = {name: values[name] for name in self._static_values}
         for number, handle in enumerate(self._by_value):
             static[str(number)] = _contents(resolve(handle, values))
@@ -336,8 +336,8 @@ class Execution:
             static_changed |= self._upload(pictures)
             if check is not None:
                 for name, resource in self.plan.inputs.items():
-                    given = pictures[name]
-                    check.admit(resource, self.download(resource) if isinstance(given, DevicePicture) else given)
+                    stored = pictures[name]
+                    check.admit(resource, self.download(resource) if isinstance(stored, DevicePicture) else stored)
             self._buffers.bring(values)
             self._move_history()
             for resource, apart in self._apart.items():
@@ -395,17 +395,17 @@ class Execution:
                 picture = np.broadcast_to(np.asarray(resource.initial, np.float32), shape)
                 self.backend.upload(self._storage(resource.id), np.ascontiguousarray(picture))
 
-    def _values(self, given: Mapping[str, object]) -> dict[Any, object]:
+    def _values(self, run_values: Mapping[str, object]) -> dict[Any, object]:
         """Run values by handle; derived ones are computed when first asked for."""
         needed = self.plan.values
-        if given and (surplus := [name for name in given if name not in needed]):
-            known = ", ".join([*self.plan.inputs, *needed]) or "nothing"
-            raise InputError(f"there is no input or value {surplus[0]!r} in this graph; it takes {known}")
+        if run_values and (surplus := [name for name in run_values if name not in needed]):
+            names = ", ".join([*self.plan.inputs, *needed]) or "nothing"
+            raise InputError(f"there is no input or value {surplus[0]!r} in this graph; it takes {names}")
         values: dict[Any, object] = {}
         if not needed:
             return values
         for name, handle in needed.items():
-            value = given.get(name, self._default_value(handle))
+            value = run_values.get(name, self._default_value(handle))
             if value is None:
                 raise InputError(f"value {name!r} is missing; run the program as program({name}=...)")
             if is_object_type(handle.type) and not isinstance(value, handle.type):  # type: ignore[arg-type]
@@ -441,24 +441,24 @@ class Execution:
 
     def _changed(self, static: dict[str, object]) -> bool:
         """Whether a static value is another one than in the last run; arrays count as new whenever given anew."""
-        seen = self._static_seen
-        if seen is not None and not static:
+        last_static = self._static_seen
+        if last_static is not None and not static:
             return False
-        return seen is None or any(not _same(seen.get(name), value) for name, value in static.items())
+        return last_static is None or any(not _same(last_static.get(name), value) for name, value in static.items())
 
     def override(self, step: str, name: str, value: object) -> None:
         """Another value for a plain parameter of a step."""
         step, name = text(step, "the name of a pass"), text(name, "the name of a parameter")
-        found = [s for s in self.plan.steps if s.name == step or (isinstance(s, PixelStep) and step in s.fused)]
-        if not found:
+        steps = [s for s in self.plan.steps if s.name == step or (isinstance(s, PixelStep) and step in s.fused)]
+        if not steps:
             raise GraphError(f"there is no pass {step!r}; there are {', '.join(s.name for s in self.plan.steps)}")
-        keys = [k for k in found[0].values if k == name or k.endswith("/" + name)]
+        keys = [k for k in steps[0].values if k == name or k.endswith("/" + name)]
         if not keys:
             raise GraphError(
-                f"pass {step!r} has no parameter {name!r} to set; it has {', '.join(found[0].values) or 'none'}"
+                f"pass {step!r} has no parameter {name!r} to set; it has {', '.join(steps[0].values) or 'none'}"
             )
-        self._buffers.override(found[0], keys[0], value)
-        self._overrides[found[0].name, keys[0]] = value
+        self._buffers.override(steps[0], keys[0], value)
+        self._overrides[steps[0].name, keys[0]] = value
         self._static_seen = None
 
     def download(self, resource: int) -> Picture:
@@ -468,14 +468,14 @@ class Execution:
 
     def result(self, resource: int, results: Results) -> Given:
         """The same as its caller wants it: what was given to write into, the format's numbers, or values."""
-        found = self.lending.result(resource)
-        if found is None:
+        result = self.lending.result(resource)
+        if result is None:
             info = self.plan.resources[resource]
             with self._reports_memory(f"read {info.name!r} ({info.size[0]}x{info.size[1]} {info.format.name})"):
                 dtype = np.dtype(info.format.number if results == "stored" else np.float32)
-                found = self.lending.array(resource, dtype)
-                self.backend.download_into(self._storage(resource), found, info.format)
-        return found
+                result = self.lending.array(resource, dtype)
+                self.backend.download_into(self._storage(resource), result, info.format)
+        return result
 
     def replace(self, resource: int, picture: Picture) -> None:
         """Put another picture in the place of what a step wrote: for comparing pass by pass."""
@@ -498,13 +498,13 @@ class Execution:
 def _earliest_first(plan: Plan) -> list[tuple[int, int]]:
     """Order the history and its content one run before, so that each is moved before it is overwritten."""
     follows = {r.id: r.history for r in plan.resources if r.history is not None}
-    found: list[tuple[int, int]] = []
+    chains: list[tuple[int, int]] = []
     for start in follows.keys() - set(follows.values()):
         chain = [start]
         while chain[-1] in follows:
             chain.append(follows[chain[-1]])
-        found += reversed(list(pairwise(chain)))
-    return found
+        chains += reversed(list(pairwise(chain)))
+    return chains
 
 
 def _same(one: object, other: object) -> bool:

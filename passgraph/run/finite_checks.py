@@ -125,16 +125,16 @@ def admitted(picture: Picture, name: str, format: Format | None, choice: NonFini
     # formats of a fixed range store NaN as its lower end and infinity as 1
     if choice == "keep" or (format is not None and format.steps):
         return picture
-    found = find(picture, format)
-    if found is None:
+    where = find(picture, format)
+    if where is None:
         return picture
     passes = list(readers)
     if passes and all(isinstance(one, PixelPass) and one.kernel.name == SURFACE_DEPTH for one in passes):
         return picture
-    stored = f" in {format.name}" if format is not None and np.isfinite(found.value) else ""
+    stored = f" in {format.name}" if format is not None and np.isfinite(where.value) else ""
     if choice == "error":
         raise InputError(
-            f"input {name!r}: {found}{stored}; {_passes([one.name for one in passes])}. Mend the picture, or compile "
+            f"input {name!r}: {where}{stored}; {_passes([one.name for one in passes])}. Mend the picture, or compile "
             "with non_finite='replace' (NaN becomes 0, infinity the largest number) or 'keep'; "
             "on the command line --non-finite replace"
         )
@@ -186,13 +186,13 @@ class PassCheck:
         """
         spreads = any(resource in self._bad for resource in step.reads)
         for resource, picture in written.items():
-            found = find(picture)
-            self._mark(resource, found is not None)
-            if found is not None and not spreads:
+            where = find(picture)
+            self._mark(resource, where is not None)
+            if where is not None and not spreads:
                 target = self.plan.resources[resource]
                 raise GraphError(
                     f"pass {step.name!r} makes values that are not finite in target {target.name!r} "
-                    f"({target.format.name}) from finite ones: {found}"
+                    f"({target.format.name}) from finite ones: {where}"
                 )
 
     def _mark(self, resource: int, bad: bool) -> None:

@@ -103,8 +103,8 @@ class Inspection:
         lines += _lines(self.events)
         for name, value in self.results.items():
             stored = self.stored[name]
-            kept = "" if stored == value else f", held as {text_of(stored)}"
-            lines.append(f"{name} = {text_of(value)}{kept}")
+            stored_text = "" if stored == value else f", held as {text_of(stored)}"
+            lines.append(f"{name} = {text_of(value)}{stored_text}")
         return "\n".join(lines)
 
 
@@ -269,11 +269,11 @@ def step_named(plan: Plan, name: str | None) -> PixelStep | DrawStep:
 class _Looking(ReferenceBackend):
     """The reference up to one pass, of which it computes one pixel; what that does not need is left out."""
 
-    def __init__(self, plan: Plan, wanted: PixelStep | DrawStep, pixel: tuple[int, int]) -> None:
+    def __init__(self, plan: Plan, step: PixelStep | DrawStep, pixel: tuple[int, int]) -> None:
         super().__init__()
-        self.plan, self.wanted, self.pixel = plan, wanted, pixel
+        self.plan, self.wanted, self.pixel = plan, step, pixel
         self.found: Inspection | None = None
-        self._needed = _behind(plan, wanted)
+        self._needed = _behind(plan, step)
 
     def pixel_pass(self, step: PixelStep) -> Any:
         if step is self.wanted:
@@ -358,10 +358,10 @@ def _nothing(*_: Any) -> None:
     """A pass that nobody asked for."""
 
 
-def _behind(plan: Plan, wanted: Step) -> set[int]:
+def _behind(plan: Plan, target_step: Step) -> set[int]:
     """Steps whose results a step reads, by identity."""
-    needed, resources = set[int](), set(wanted.reads)
-    before = plan.steps[: plan.steps.index(wanted)]
+    needed, resources = set[int](), set(target_step.reads)
+    before = plan.steps[: plan.steps.index(target_step)]
     for step in reversed(before):
         if resources.intersection(step.writes):
             needed.add(id(step))

@@ -112,7 +112,7 @@ class Stopwatch:
         for end in ends:
             last = plan.steps.index(end)
             steps, first = plan.steps[first : last + 1], last + 1
-            seconds = median(taken.get(id(end), 0.0) for _, taken in self._runs)
+            seconds = median(times.get(id(end), 0.0) for _, times in self._runs)
             rows.append(
                 PassTime(
                     " + ".join(_name(step) for step in steps),

@@ -214,7 +214,7 @@ class Program:
         for (step, name), value in self._overrides.items():
             execution.override(step, name, value)
 
-    def __call__(self, /, into: Into | None = None, **given: Any) -> Result:
+    def __call__(self, /, into: Into | None = None, **inputs: Any) -> Result:
         """Run once and read every output.
 
         A result is the caller's: no later run changes it.  Once nobody has it, its memory serves another one.
@@ -237,10 +237,10 @@ class Program:
             array to write into that has another shape or type, is read-only, or shares memory with another one.
         """
         with self._alone("called"):
-            self._run(None, given, into, results=self._results)
+            self._run(None, inputs, into, results=self._results)
             return self._read(None)
 
-    def run(self, _observe: Observer | None = None, /, into: Into | None = None, **given: Any) -> None:
+    def run(self, _observe: Observer | None = None, /, into: Into | None = None, **inputs: Any) -> None:
         """Run once without reading anything back, but for what is given to write ``into``.
 
         ``_observe(step, pictures)`` is called after every step with what it wrote: slow, for looking.
@@ -248,20 +248,20 @@ class Program:
         if _observe is not None:
             arguments.function(_observe, "the observer of a run")
         with self._alone("run"):
-            self._run(_observe, given, into)
+            self._run(_observe, inputs, into)
 
     def _run(
-        self, observe: Observer | None, given: Mapping[str, Any], into: Into | None, timed: Timed | None = None,
+        self, observe: Observer | None, inputs: Mapping[str, Any], into: Into | None, timed: Timed | None = None,
         results: Results | None = None,
     ) -> None:  # fmt: skip
-        pictures = self._admission.pictures(given, self.backend.picture_of)
+        pictures = self._admission.pictures(inputs, self.backend.picture_of)
         if self._bind(pictures) or self._plan is None:
             self._make_plan()
         execution, plan = self._held.execution, self._plan
         assert execution is not None and plan is not None
-        values = {name: value for name, value in given.items() if name not in self._inputs}
-        room = {} if into is None else given_room(into, plan, pictures, self.backend.picture_of)
-        execution.run(pictures, values, observe, self._pass_check, room, timed, results)
+        values = {name: value for name, value in inputs.items() if name not in self._inputs}
+        result_arrays = {} if into is None else given_room(into, plan, pictures, self.backend.picture_of)
+        execution.run(pictures, values, observe, self._pass_check, result_arrays, timed, results)
 
     def read(self, name: str | None = None) -> Result:
         """The outputs of the last run (or one of them); after a call, copies of what it gave, as they are now."""
@@ -340,7 +340,7 @@ class Program:
             self._execution.override(step, name, value)
             self._overrides[step, name] = value
 
-    def inspect(self, x: int, y: int, step: str | None = None, /, **given: Any) -> Inspection:
+    def inspect(self, x: int, y: int, step: str | None = None, /, **inputs: Any) -> Inspection:
         """Every value of every line of a pass's kernel at one pixel, in float64, by the reference.
 
         What the pass reads is computed by the reference too, as in a first run.  Of a draw it is the fragment kernel,
@@ -383,12 +383,12 @@ class Program:
         from passgraph.run.inspection import Known, inspected
 
         with self._alone("inspected"):
-            pictures = self._admission.pictures(given, self.backend.picture_of)
-            values = {name: value for name, value in given.items() if name not in self._inputs}
-            known = Known(self._outputs, self._size, self._bound_to(pictures), pictures, values, self._overrides)
-            return inspected(known, step, x, y)
+            pictures = self._admission.pictures(inputs, self.backend.picture_of)
+            values = {name: value for name, value in inputs.items() if name not in self._inputs}
+            subject = Known(self._outputs, self._size, self._bound_to(pictures), pictures, values, self._overrides)
+            return inspected(subject, step, x, y)
 
-    def profile(self, runs: int = 5, /, **given: Any) -> Profile:
+    def profile(self, runs: int = 5, /, **inputs: Any) -> Profile:
         """Time each pass: the median of some runs, after one that compiles and uploads.
 
         The device is waited for around each pass, so what would overlap does not.  What it runs as one is one row.
@@ -424,10 +424,10 @@ class Program:
 
         count = arguments.whole_number(runs, "profile: runs", 1, 1000)
         with self._alone("profiled"):
-            self._run(None, given, None)
+            self._run(None, inputs, None)
             watch = Stopwatch(self.backend.finish)
             for _ in range(count):
-                watch.run(lambda: self._run(None, given, None, watch.step))
+                watch.run(lambda: self._run(None, inputs, None, watch.step))
             assert self._execution is not None
             return watch.profile(self.backend.name, self._execution.plan, self._execution.ends(self._check_finite))
 

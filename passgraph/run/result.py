@@ -67,8 +67,8 @@ class Result(Mapping[str, Picture]):
 
         parts = []
         for name, picture in self.items():
-            seen, words = viewable(scaled(picture))
-            bytes_ = np.round(seen * 255.0).astype(np.uint8)
+            shown_picture, words = viewable(scaled(picture))
+            bytes_ = np.round(shown_picture * 255.0).astype(np.uint8)
             data = b64encode(encode_png(Path(name), bytes_)).decode()
             height, width, channels = picture.shape
             caption = f"{escape(name)}: {width}x{height}, {channels} channels, {picture.dtype}; {escape(words)}"

@@ -85,13 +85,13 @@ def _middle(across: Float64, depth: Float64, tangent: float) -> float:
     low, high = float((across - tangent * depth).max()), float((across + tangent * depth).min())
     at = 0.5 * (low + high)
     for _ in range(MOST_ROUNDS):
-        seen = (across - at) / depth
-        right, left = int(seen.argmax()), int(seen.argmin())
+        slopes = (across - at) / depth
+        right, left = int(slopes.argmax()), int(slopes.argmin())
         weights = 1.0 / depth[right], 1.0 / depth[left]
-        found = float((across[right] * weights[0] + across[left] * weights[1]) / (weights[0] + weights[1]))
-        if found == at:
+        middle = float((across[right] * weights[0] + across[left] * weights[1]) / (weights[0] + weights[1]))
+        if middle == at:
             break
-        at = found
+        at = middle
     # rounding may put the ends of what is allowed in the wrong order
     return min(max(at, low), max(low, high))
 
@@ -102,21 +102,21 @@ def ways_round(points: Float64, centre: Float64) -> Float64:
     height = points[:, 1] - centre[1]
     angle = np.arange(PROFILE_WAYS) * (pi / PROFILE_WAYS) - 0.5 * pi
     outermost = {int((radius * cos(a) + height * sin(a)).argmax()) for a in angle} | {int(height.argmin())}
-    kept = sorted(outermost)
+    outermost_points = sorted(outermost)
     around = np.arange(AROUND) * (2.0 * pi / AROUND)
     # circles are drawn as polygons round them
-    wide = radius[kept, None] / cos(pi / AROUND)
+    wide = radius[outermost_points, None] / cos(pi / AROUND)
     x, z = wide * np.sin(around), wide * np.cos(around)
-    y = np.broadcast_to(height[kept, None], x.shape)
+    y = np.broadcast_to(height[outermost_points, None], x.shape)
     return np.asarray(np.stack([x, y, z], axis=-1).reshape(-1, 3) + centre, dtype=np.float64)
 
 
-def depths(eye: Float64, forward: Float64, points: Float64, wanted: Float64) -> tuple[float, float]:
+def depths(eye: Float64, forward: Float64, points: Float64, lateral: Float64) -> tuple[float, float]:
     """Near and far planes that hold the points, and of ``wanted`` what does not cost precision."""
-    seen = (points - eye) @ forward
+    distances = (points - eye) @ forward
     _, radius = sphere_of(np.stack([points.min(axis=0), points.max(axis=0)]))
-    far = max(float(seen.max()), float(((wanted - eye) @ forward).max()), radius) + 0.05 * radius
-    nearest = NEAR_SLACK * float(seen.min())
+    far = max(float(distances.max()), float(((lateral - eye) @ forward).max()), radius) + 0.05 * radius
+    nearest = NEAR_SLACK * float(distances.min())
     return max(nearest, min(NEAR_OF_FAR * far, 0.01 * radius)), far
 
 

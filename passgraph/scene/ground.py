@@ -220,9 +220,9 @@ def _covered(parts: Sequence[Float64], low: Float64, high: Float64) -> float:
     return float(np.minimum(share, 1.0).mean())
 
 
-def lacks_ground(scene: Scene, wanted: bool | None) -> bool:
+def lacks_ground(scene: Scene, ground: bool | None) -> bool:
     """Whether a floor is to be laid: what is wanted, or where nothing is said (None), under what has none."""
-    return not has_floor(scene) if wanted is None else wanted
+    return not has_floor(scene) if ground is None else ground
 
 
 def with_ground(scene: Scene) -> Scene:

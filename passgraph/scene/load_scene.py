@@ -196,5 +196,5 @@ def _with_own_view(scene: Scene, header: dict[str, Any], file: Path, turn: Float
         raise InputError(f"{file}: {error}") from None
     except (LookupError, TypeError, ValueError, AttributeError) as error:
         raise InputError(f"{file}: its cameras or lights are broken ({error})") from None
-    seen = scene.with_(camera=cameras[0].camera if cameras else None, lights=lights or None)
-    return replace(seen, cameras=tuple(cameras))
+    scene_ = scene.with_(camera=cameras[0].camera if cameras else None, lights=lights or None)
+    return replace(scene_, cameras=tuple(cameras))

@@ -69,8 +69,8 @@ class MtlReader:
         color[3] = opacity
         mode: AlphaMode = "blend" if opacity < 1.0 else "opaque"
         if "map_d" in extra:
-            texture, found = self._with_opacity_map(texture, lines["map_d"], name)
-            mode = "mask" if found else mode
+            texture, has_opacity_map = self._with_opacity_map(texture, lines["map_d"], name)
+            mode = "mask" if has_opacity_map else mode
         elif texture is not None and texture.has_alpha and mode == "opaque":
             mode = "mask"
         bump = next((lines[key] for key in ("map_bump", "bump", "norm", "map_kn") if key in extra), None)
@@ -298,13 +298,13 @@ def _has_area(positions: Float64, triangles: NDArray[Any]) -> bool:
     return bool((np.abs(np.cross(b - a, c - a)) > 0.0).any())
 
 
-def _mended(given: Float64, smooth: NDArray[np.float32], name: str, warnings: list[str]) -> Float64:
-    lengths = np.linalg.norm(given, axis=1)
+def _mended(normals: Float64, smooth: NDArray[np.float32], name: str, warnings: list[str]) -> Float64:
+    lengths = np.linalg.norm(normals, axis=1)
     bad = ~np.isfinite(lengths) | (lengths < 1e-12)
     if bad.any():
         warnings.append(f"mesh {name!r}: {int(bad.sum())} normals are zero or not finite; computed instead")
-        given = np.where(bad[:, None], smooth, given)
-    return given
+        normals = np.where(bad[:, None], smooth, normals)
+    return normals
 
 
 def _uvs(geometry: Any) -> Float64 | None:

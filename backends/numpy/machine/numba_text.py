@@ -65,16 +65,16 @@ def llvm_text(function: Callable[..., Any], pieces: int, kinds: Sequence[str]) -
     from numba.core.registry import cpu_target
 
     elements = {"i64": types.int64, "i32": types.int32, "u8": types.uint8, "f64": types.float64, "f32": types.float32}
-    given: list[Any] = [types.int64] * pieces
+    argument_types: list[Any] = [types.int64] * pieces
     for kind in kinds:
         element, _, rest = kind.partition("[")
-        given.append(types.Array(elements[element], int(rest[0]), "C") if rest else elements[element])
+        argument_types.append(types.Array(elements[element], int(rest[0]), "C") if rest else elements[element])
     flags: Any = Flags()
     flags.error_model, flags.boundscheck, flags.nrt, flags.noalias = "numpy", False, False, True
     flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
     with _unoptimised():
         context = cpu_target.target_context
-        compiled = compile_extra(cpu_target.typing_context, context, function, tuple(given), None, flags, {})
+        compiled = compile_extra(cpu_target.typing_context, context, function, tuple(argument_types), None, flags, {})
     assert compiled.signature.return_type in (types.int64, types.none)
     text = compiled.library.get_llvm_str()
     # What is called from here alone need not be seen, and may become part of the caller.
@@ -144,18 +144,18 @@ def _optimise(module: llvm.ModuleRef) -> None:
 def _readable(text: str) -> str:
     """Mangled names as the last part of their path and a number, in order of appearance: numba's own change from one
     process to the next."""
-    known: dict[str, str] = {}
+    short_names: dict[str, str] = {}
     counts: dict[str, int] = {}
 
-    def name(found: re.Match[str]) -> str:
-        mangled = found[0]
-        if mangled not in known:
+    def name(match: re.Match[str]) -> str:
+        mangled = match[0]
+        if mangled not in short_names:
             rest, last = mangled[len("_ZN") :], ""
             while part := _PART.match(rest):
                 end = part.end() + int(part[1])
                 last, rest = rest[part.end() : end], rest[end:]
             counts[last] = counts.get(last, 0) + 1
-            known[mangled] = f"{last.strip('_')}.{counts[last]}"
-        return known[mangled]
+            short_names[mangled] = f"{last.strip('_')}.{counts[last]}"
+        return short_names[mangled]
 
     return _MANGLED.sub(name, text)

@@ -145,26 +145,26 @@ class Call:
 
     def bound(self, *arguments: Any) -> Callable[..., int]:
         """A function of the numbers of a piece, until others are bound; the arrays are kept alive as long."""
-        for number, (current, given) in enumerate(zip(self.held, arguments, strict=True)):
-            if current is not given:
-                self._bind(number, given)
+        for number, (current, argument) in enumerate(zip(self.held, arguments, strict=True)):
+            if current is not argument:
+                self._bind(number, argument)
         return self.run
 
-    def _bind(self, number: int, given: Any) -> None:
+    def _bind(self, number: int, argument: Any) -> None:
         array, place = self.arrays[number], self.places[number]
         if array is not None:
-            assert (given.dtype, given.ndim) == array and given.flags.c_contiguous
-            self.numbers[place : place + 1 + given.ndim] = (given.ctypes.data, *given.shape)
+            assert (argument.dtype, argument.ndim) == array and argument.flags.c_contiguous
+            self.numbers[place : place + 1 + argument.ndim] = (argument.ctypes.data, *argument.shape)
         else:
-            (self.floats if self.kinds[number] == "f64" else self.numbers)[place] = given
-        self.held[number] = given
+            (self.floats if self.kinds[number] == "f64" else self.numbers)[place] = argument
+        self.held[number] = argument
 
 
 def entry_text(name: str, inner: str, pieces: int, kinds: Sequence[str]) -> str:
     """A function of the context and a piece's numbers that calls numba's with arguments as numba lays them out: an
     array is its owner and parent (none), count, size of an item, address, shape and strides."""
     lines: list[str] = []
-    given = [f"i64 %piece{k}" for k in range(pieces)]
+    passed = [f"i64 %piece{k}" for k in range(pieces)]
     place = 0
 
     def entry(kind: str) -> str:
@@ -176,7 +176,7 @@ def entry_text(name: str, inner: str, pieces: int, kinds: Sequence[str]) -> str:
 
     for number, kind in enumerate(kinds):
         if kind in _LLVM:
-            given.append(f"{_LLVM[kind]} {entry(_LLVM[kind])}")
+            passed.append(f"{_LLVM[kind]} {entry(_LLVM[kind])}")
             continue
         element, dimensions = kind.rstrip("]").split("[")
         address = entry("ptr")
@@ -188,13 +188,13 @@ def entry_text(name: str, inner: str, pieces: int, kinds: Sequence[str]) -> str:
             lines.append(f"%step{number}_{axis} = mul i64 {step}, {shape[axis]}")
             step = f"%step{number}_{axis}"
         lines.append(f"%count{number} = udiv i64 {step}, {size}")
-        given += ["ptr null", "ptr null", f"i64 %count{number}", f"i64 {size}", f"ptr {address}"]
-        given += [f"i64 {value}" for value in (*shape, *strides)]
+        passed += ["ptr null", "ptr null", f"i64 %count{number}", f"i64 {size}", f"ptr {address}"]
+        passed += [f"i64 {value}" for value in (*shape, *strides)]
     lines += [
         "%result = alloca i64",
         "store i64 0, ptr %result",
         "%error = alloca ptr",
-        f"%status = call i32 @{inner}(ptr %result, ptr %error, {', '.join(given)})",
+        f"%status = call i32 @{inner}(ptr %result, ptr %error, {', '.join(passed)})",
         "%returned = load i64, ptr %result",
         "ret i64 %returned",
     ]

@@ -45,9 +45,9 @@ Job: TypeAlias = "tuple[Callable[[int], None], int, threading.Lock, Ended] | Non
 
 
 def thread_count() -> int:
-    given = os.environ.get(THREADS_VARIABLE, "")
-    if given.isascii() and given.isdigit() and int(given) > 0:
-        return int(given)
+    setting = os.environ.get(THREADS_VARIABLE, "")
+    if setting.isascii() and setting.isdigit() and int(setting) > 0:
+        return int(setting)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

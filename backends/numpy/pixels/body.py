@@ -138,23 +138,25 @@ class PixelBody(LaneBody):
         for image, use in enumerate(stage.program.images):
             sizes |= {f"size.{use.name}.{axis}": f"im{image}_{'wh'[axis]}" for axis in range(2)}
         read = {name for name, _ in stage.program.builtins}
-        given = {name: entries[place] for name, place in sizes.items() if name in read}
+        sizes_of_images = {name: entries[place] for name, place in sizes.items() if name in read}
         apart = any(use.relative and use not in stage.near for use in stage.program.images)
         if apart or read & {"pixel.0", "pixel.1"}:
-            given["pixel.0"] = b.add(b.trunc(at, I32), b.counting(I32))
-            given["pixel.1"] = b.add(b.trunc(y, I32), llvm.Constant(I32, row))
-        super().__init__(place.program, b, given, entries, b.spread(llvm.Constant(BOOL, 1)), stage.images)
+            sizes_of_images["pixel.0"] = b.add(b.trunc(at, I32), b.counting(I32))
+            sizes_of_images["pixel.1"] = b.add(b.trunc(y, I32), llvm.Constant(I32, row))
+        super().__init__(place.program, b, sizes_of_images, entries, b.spread(llvm.Constant(BOOL, 1)), stage.images)
         self.views = {(view.image, view.border): number for number, view in enumerate(stage.views)}
 
     def stored(self) -> list[Any]:
         """Emit everything; the outputs' numbers as they are stored."""
         self.block(self.program.body)
         b, stage = self.builder, self.place.stage
-        found = []
+        numbers_of_outputs = []
         for output, meant, output_format in zip(self.program.outputs, stage.formats, stage.outputs, strict=True):
             numbers = self.rounded(output, meant)
-            found += numbers if output_format is meant else [decoded(b, b.spread(number), meant) for number in numbers]
-        return found
+            numbers_of_outputs += (
+                numbers if output_format is meant else [decoded(b, b.spread(number), meant) for number in numbers]
+            )
+        return numbers_of_outputs
 
     def texel(self, i: s.LoadTexel) -> None:
         at = self.views.get((self.numbers[i.image], i.border)) if i.relative else None
@@ -169,8 +171,8 @@ class PixelBody(LaneBody):
             row = entries.row_at(
                 b.add(b.sext(self.operand(i.y), I64), number(stage.frame.view(at, view.up + self.row)))
             )
-        wanted = [channel for channel, value in enumerate(i.to) if value is not None]
-        self.keep(i, self.loaded(row, self._column_away(i.x, unit), view, wanted))
+        channels = [channel for channel, value in enumerate(i.to) if value is not None]
+        self.keep(i, self.loaded(row, self._column_away(i.x, unit), view, channels))
 
     def _column_away(self, x: s.Operand, unit: int) -> Any:
         """The number of the pixel, or of the number, so many columns away."""
@@ -180,12 +182,12 @@ class PixelBody(LaneBody):
         away = b.sext(self.operand(x), I64)
         return b.add(self.at, times(b, away, unit))
 
-    def loaded(self, row: Any, first: Any, view: View, wanted: Sequence[int]) -> list[Any]:
+    def loaded(self, row: Any, first: Any, view: View, channels: Sequence[int]) -> list[Any]:
         """Channels of the pixels from number ``first`` of a row on, or the numbers themselves."""
         if self.place.stage.alike > 1:
-            return neighbours(self.builder, row, first, 1, (0,), view.read) * len(wanted)
+            return neighbours(self.builder, row, first, 1, (0,), view.read) * len(channels)
         place = times(self.builder, first, view.channels)
-        return neighbours(self.builder, row, place, view.channels, wanted, view.read)
+        return neighbours(self.builder, row, place, view.channels, channels, view.read)
 
 
 class Choosing(PixelBody):

@@ -251,15 +251,15 @@ class StageLayout:
     @cached_property
     def views(self) -> tuple[View, ...]:
         """Return the views in the order of the program's reads."""
-        found: dict[tuple[int, str], View] = {}
+        views: dict[tuple[int, str], View] = {}
         before = 0
         for (number, rule), reads in self._reads.items():
             use, format_ = self.program.images[number], self.images[number]
             rows, across = use.y[1] - use.y[0] + self.rows, use.x != (0, 0)
             decodes = across and format_.bits < 32 and reads > MAX_READS and not self.selects
-            found[number, rule] = View(number, rule, use.channels, format_, -use.y[0], rows, across, decodes, before)
+            views[number, rule] = View(number, rule, use.channels, format_, -use.y[0], rows, across, decodes, before)
             before += rows * use.channels if across else 0
-        return tuple(found.values())
+        return tuple(views.values())
 
     @property
     def _reads(self) -> dict[tuple[int, str], int]:

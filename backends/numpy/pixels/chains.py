@@ -25,25 +25,25 @@ MAX_WINDOW_ROWS = 1024
 
 def reach(uses: Sequence[s.ImageUse]) -> Halo:
     """Return the halo of relative reads."""
-    found = Halo()
+    halo = Halo()
     for use in uses:
         if use.relative:
-            found = found.over(Halo(-use.x[0], use.x[1], -use.y[0], use.y[1]))
-    return found
+            halo = halo.over(Halo(-use.x[0], use.x[1], -use.y[0], use.y[1]))
+    return halo
 
 
 def near_images(program: s.ScalarProgram) -> tuple[s.ImageUse, ...]:
     """The images whose relative reads go through windows."""
     apart = _apart(program)
-    around, found = Halo(), []
+    around, halo = Halo(), []
     for use in program.images:
         wider = around.over(reach([use]))
         rows = wider.up + wider.down + 1
         small = rows <= MAX_WINDOW_ROWS and rows * (wider.left + wider.right + 1) <= MAX_WINDOW
         if use.relative and small and use.name not in apart:
             around = wider
-            found.append(use)
-    return tuple(found)
+            halo.append(use)
+    return tuple(halo)
 
 
 def _apart(program: s.ScalarProgram) -> set[str]:
@@ -51,13 +51,13 @@ def _apart(program: s.ScalarProgram) -> set[str]:
     alike: set[int] = set()
     apart: set[str] = set()
     for i in s.walk(program.body):
-        same = all(isinstance(operand, s.Lit) or operand.id in alike for operand in s.operands_of(i))
+        is_alike = all(isinstance(operand, s.Lit) or operand.id in alike for operand in s.operands_of(i))
         if isinstance(i, s.For):
             alike.add(i.index.id)
         elif isinstance(i, s.LoadTexel):
-            if i.relative and not same:
+            if i.relative and not is_alike:
                 apart.add(i.image)
-        elif same and isinstance(i, (s.Op, s.Choose, s.LoadUniform, s.LoadTable)):
+        elif is_alike and isinstance(i, (s.Op, s.Choose, s.LoadUniform, s.LoadTable)):
             alike.update(value.id for value in s.results_of(i))
     return apart
 
@@ -171,11 +171,11 @@ def tiling(chain: Sequence[Stage], threads: int, least_pixels: int, at_once: int
     if tile < width and tile < max(MIN_SHARE * across, MIN_COLUMNS):
         return None
     columns = -(-width // tile)
-    wanted = min(4 * threads, -(-width * height // least_pixels))
-    rows = max(-(-height * columns // wanted), MIN_SHARE * down)
+    tile_rows = min(4 * threads, -(-width * height // least_pixels))
+    rows = max(-(-height * columns // tile_rows), MIN_SHARE * down)
     rows = min(height, -(-rows // at_once) * at_once)
     tiles = Tiling(columns, tile, rows, columns * -(-height // rows))
-    if tiles.pieces < min(threads, wanted) or any(_dear(stage, tiles) for stage in chain[:-1]):
+    if tiles.pieces < min(threads, tile_rows) or any(_dear(stage, tiles) for stage in chain[:-1]):
         return None
     return tiles
 

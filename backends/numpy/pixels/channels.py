@@ -73,20 +73,20 @@ def _shape(program: s.ScalarProgram, channel: int, result: s.Operand, numbering:
 
     One visit for each instruction, in their order: programs may be thousands of instructions deep.
     """
-    found: dict[int, int | None] = {}
+    counts: dict[int, int | None] = {}
 
     def of(value: s.Operand) -> int | None:
-        return _numbered(("literal", repr(value)), numbering) if isinstance(value, s.Lit) else found[value.id]
+        return _numbered(("literal", repr(value)), numbering) if isinstance(value, s.Lit) else counts[value.id]
 
     for i in program.body:
         if isinstance(i, s.LoadTexel):
             own = _numbered(("texel", i.image, repr(i.x), repr(i.y), i.border), numbering)
-            found |= {v.id: own if number == channel else None for number, v in enumerate(i.to) if v is not None}
+            counts |= {v.id: own if number == channel else None for number, v in enumerate(i.to) if v is not None}
             continue
         parts = [of(operand) for operand in s.operands_of(i)]
         key = None if None in parts else (type(i).__name__, *_detail(i), *_ordered(i, parts))
         for value in s.results_of(i):
-            found[value.id] = None if key is None else _numbered(key, numbering)
+            counts[value.id] = None if key is None else _numbered(key, numbering)
     return of(result)
 
 

@@ -98,14 +98,14 @@ class StageRows:
     def _begin_frame(self) -> None:
         """Emit what is the same for all rows."""
         b, memory, n = self.b, self.memory, self.stage.number
-        found = {name: memory[name] for name in ("width", "height")}
-        found |= {name: memory[f"{name}{n}"] for name in ("floats", "ints")}
+        entries = {name: memory[name] for name in ("width", "height")}
+        entries |= {name: memory[f"{name}{n}"] for name in ("floats", "ints")}
         for image in range(len(self.stage.program.images)):
             if image in self.stage.rings:
-                found |= {f"im{image}_w": memory["width"], f"im{image}_h": memory["height"]}
+                entries |= {f"im{image}_w": memory["width"], f"im{image}_h": memory["height"]}
             else:
-                found |= {f"im{image}{end}": memory[f"im{n}_{image}{end}"] for end in IMAGE}
-        for name, value in found.items():
+                entries |= {f"im{image}{end}": memory[f"im{n}_{image}{end}"] for end in IMAGE}
+        for name, value in entries.items():
             b.store(value, self._entry(self.frame.places[name]))
 
     def begin(self, x0: Any, y0: Any) -> None:
@@ -196,8 +196,8 @@ class StageRows:
         if view.image in self.stage.rings:
             producer, slot = self.stage.rings[view.image]
             ring, start = memory[f"ring{producer}_{slot}"], memory[f"from{producer}"]
-            kept = b.srem(inner, number(self.layout.ring_rows(producer)))
-            first = b.sub(b.mul(kept, memory[f"pitch{producer}"]), start)
+            ring_row = b.srem(inner, number(self.layout.ring_rows(producer)))
+            first = b.sub(b.mul(ring_row, memory[f"pitch{producer}"]), start)
             row = b.gep(ring, [b.mul(first, number(view.channels))], False, source_etype=F32)
         else:
             picture = f"im{n}_{view.image}"
@@ -276,8 +276,8 @@ class StageRows:
             target, first = self.memory[f"out{slot}"], b.mul(y, self.memory[f"out{slot}_p"])
         else:
             target = self.memory[f"ring{stage.number}_{slot}"]
-            kept = b.srem(y, number(self.layout.ring_rows(stage.number)))
-            first = b.sub(b.mul(kept, self.memory[f"pitch{stage.number}"]), self.first)
+            ring_row = b.srem(y, number(self.layout.ring_rows(stage.number)))
+            first = b.sub(b.mul(ring_row, self.memory[f"pitch{stage.number}"]), self.first)
         kind = element(stage.outputs[slot])
         return b.gep(target, [b.mul(first, number(channels))], False, source_etype=kind)
 

@@ -121,5 +121,5 @@ def _sums(b: Lanes, tables: Any, row: Any, bins: Any) -> None:
             part = b.load(place, typ=b.vector(I32), align=4)
             total = part if total is None else b.add(total, part)
         numbers = b.add(b.trunc(x, I32), b.counting(I32))
-        wanted = b.icmp_signed("<", numbers, b.trunc(bins, I32))
-        b.store_masked(b.sitofp(total, F32), _place(b, row, x, F32), wanted, 4)
+        in_range = b.icmp_signed("<", numbers, b.trunc(bins, I32))
+        b.store_masked(b.sitofp(total, F32), _place(b, row, x, F32), in_range, 4)

@@ -67,17 +67,20 @@ class Moves:
         assert run is not None  # a pass by itself
         return run
 
-    def __call__(self, source: NDArray[Any], given: Format, target: NDArray[Any], wanted: Format) -> None:
+    def __call__(self, source: NDArray[Any], from_format: Format, target: NDArray[Any], to_format: Format) -> None:
         """The numbers of one format as those of another; arrays are (height, width, channels), with any strides."""
         if source.size >= LEAST:
             (one, other), is_reversed = _side_by_side(source, target)
             pixels = _whole_pixels(one)
-            source_format = given if pixels is one else replace(given, channels=pixels.shape[2])
-            read, written = adopted(pixels, source_format), adopted(other, wanted)
+            source_format = from_format if pixels is one else replace(from_format, channels=pixels.shape[2])
+            read, written = adopted(pixels, source_format), adopted(other, to_format)
             if read is not None and written is not None:
-                self._run(read.size, source_format, wanted, is_reversed)((written,), ((read,),), (_NOTHING,))
+                self._run(read.size, source_format, to_format, is_reversed)((written,), ((read,),), (_NOTHING,))
                 return
-        np.copyto(target, source if given.number == wanted.number else numbers_of(values_of(source, given), wanted))
+        np.copyto(
+            target,
+            source if from_format.number == to_format.number else numbers_of(values_of(source, from_format), to_format),
+        )
 
 
 def _whole_pixels(array: NDArray[Any]) -> NDArray[Any]:

@@ -82,13 +82,13 @@ def _text(step: DrawStep, name: str) -> str:
     with counting(b, first, last, llvm.Constant(I64, b.lanes)) as at:
         vertex = b.add(at, b.counting(I64))
         mask = b.icmp_signed("<", vertex, last)
-        given = image_sizes(step.vertex, memory)
-        for builtin in (name for name, _ in step.vertex.builtins if name not in given):
+        builtins = image_sizes(step.vertex, memory)
+        for builtin in (name for name, _ in step.vertex.builtins if name not in builtins):
             attribute, _, component = builtin.removeprefix("vertex.").partition(".")
             first = b.mul(vertex, llvm.Constant(I64, ATTRIBUTES[attribute][1]))
             index = b.add(first, llvm.Constant(I64, int(component or 0)))
-            given[builtin] = b.load_at(memory[attribute], index, F32, mask)
-        results = LaneBody(step.vertex, b, given, memory, mask, _image_formats(step)).results()
+            builtins[builtin] = b.load_at(memory[attribute], index, F32, mask)
+        results = LaneBody(step.vertex, b, builtins, memory, mask, _image_formats(step)).results()
         for part, value in enumerate(results[:4]):
             index = b.add(b.mul(vertex, llvm.Constant(I64, 4)), llvm.Constant(I64, part))
             b.store_at(memory["clip"], index, b.fpext(value, F64), F64, mask)
@@ -186,12 +186,12 @@ class Raster:
         classify = self.classify.bound(self.triangles, self.codes, self.kinds, self.sorts)
         self.workers.each(lambda number: classify(*chunks[number], number), len(chunks))
         corners = layout.MAX_CORNERS
-        room = [direct + (corners - 2) * clipped for direct, clipped in self.sorts.tolist()]
+        capacity = [direct + (corners - 2) * clipped for direct, clipped in self.sorts.tolist()]
         fresh = [layout.NEW_VERTICES * clipped for clipped in self.sorts[:, 1].tolist()]
-        self._grow(len(mesh.positions) + sum(fresh), sum(room))
+        self._grow(len(mesh.positions) + sum(fresh), sum(capacity))
         if len(self.corners) < layout.CORNER_LISTS * len(chunks):
             self.corners = np.zeros((layout.CORNER_LISTS * len(chunks), layout.CORNER_ROOM), np.int64)
-        starts = [0, *accumulate(room)]
+        starts = [0, *accumulate(capacity)]
         frees = [len(mesh.positions) + before for before in (0, *accumulate(fresh))]
         ends: list[tuple[int, int]] = [(0, 0)] * len(chunks)
         assemble = self.assemble.bound(

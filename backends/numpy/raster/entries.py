@@ -29,10 +29,10 @@ _SETUP, _PIXELS = 1, 3
 
 def _entry(module: str, function: str, pieces: int, kinds: str, level: int = _SETUP) -> NumbaCode:
     def find() -> Callable[..., Any]:
-        found: Callable[..., Any] = getattr(
+        entry: Callable[..., Any] = getattr(
             import_module(f"passgraph.backends.numpy.raster.{module}"), function
         ).py_func
-        return found
+        return entry
 
     return NumbaCode(function, pieces, kinds.split(), find, SHIPPED, level)
 

@@ -50,12 +50,12 @@ def image_names(program: ScalarProgram | None) -> list[str]:
 
 def found_in(b: Lanes, context: Any, names: Sequence[str]) -> dict[str, Any]:
     """A context's entries: pointers, or sizes as int32."""
-    found = {}
+    values = {}
     for place, name in enumerate(names):
         entry = b.load_at(context, llvm.Constant(I64, place), I64, steady=True)
         size = name in ("width", "height") or name.endswith(SIZES)
-        found[name] = b.trunc(entry, I32) if size else b.inttoptr(entry, llvm.PointerType())
-    return found
+        values[name] = b.trunc(entry, I32) if size else b.inttoptr(entry, llvm.PointerType())
+    return values
 
 
 def image_sizes(program: ScalarProgram | None, memory: Mapping[str, Any]) -> dict[str, Any]:
@@ -94,12 +94,12 @@ class Fragments:
         size = {"output_size.0": self.memory["width"], "output_size.1": self.memory["height"]}
         return {**place, **size, **image_sizes(self.program, self.memory)}
 
-    def run(self, given: dict[str, Any], mask: Any) -> tuple[list[Any], Any]:
+    def run(self, builtins: dict[str, Any], mask: Any) -> tuple[list[Any], Any]:
         """Run the kernel in the lanes of the mask: components of all outputs, and which of those lanes it keeps."""
         b, program = self.builder, self.program
         if program is None:
             return [], mask
-        body = LaneBody(program, b, given, self.memory, mask, _image_formats(self.step))
+        body = LaneBody(program, b, builtins, self.memory, mask, _image_formats(self.step))
         results = [b.spread(value) for value in body.results()]
         return results, mask if program.keep is None else b.and_(mask, body.operand(program.keep))
 
@@ -172,8 +172,8 @@ class _Shade(Fragments):
         slots = b.select(covered, slots, one)
         x = b.add(b.add(self.left, b.and_(at, llvm.Constant(I32, TILE - 1))), b.counting(I32))
         y = b.add(self.top, b.lshr(at, llvm.Constant(I32, TILE.bit_length() - 1)))
-        given = self.places(x, y) | self._builtins(slots, one, x, y)
-        self._store(at, covered, self.run(given, covered)[0])
+        builtins = self.places(x, y) | self._builtins(slots, one, x, y)
+        self._store(at, covered, self.run(builtins, covered)[0])
 
     def _store(self, at: Any, covered: Any, results: list[Any] | None) -> None:
         """Results where a triangle covers a pixel, elsewhere the clear colour; no results: only that."""
@@ -195,8 +195,8 @@ class _Shade(Fragments):
 
     def _builtins(self, slots: Any, one: Any, x: Any, y: Any) -> dict[str, Any]:
         """Evaluate the triangles' planes at the pixels: the builtins of the kernel."""
-        b, wanted = self.builder, self.interpolated
-        if not wanted:
+        b, names = self.builder, self.interpolated
+        if not names:
             return {}
         # Inside large triangles all lanes have the same planes, and one load serves all.
         same, apart, merged = (b.append_basic_block(name) for name in ("same", "apart", "merged"))
@@ -204,17 +204,17 @@ class _Shade(Fragments):
         sides = []
         for block, slot in ((same, one), (apart, slots)):
             b.position_at_end(block)
-            values = [b.spread(value) for value in interpolated(b, self.step, self.planes, slot, x, y, wanted)]
+            values = [b.spread(value) for value in interpolated(b, self.step, self.planes, slot, x, y, names)]
             sides.append((values, b.block))
             b.branch(merged)
         b.position_at_end(merged)
-        given = {}
-        for number, name in enumerate(wanted):
+        builtin_values = {}
+        for number, name in enumerate(names):
             phi = b.phi(sides[0][0][number].type)
             for values, block in sides:
                 phi.add_incoming(values[number], block)
-            given[name] = phi
-        return given
+            builtin_values[name] = phi
+        return builtin_values
 
 
 _SIGNS = {"less": "<", "equal": "==", "less_equal": "<=", "greater": ">", "not_equal": "!=", "greater_equal": ">="}
@@ -314,8 +314,8 @@ class _Merge(Fragments):
     def _planes(self, names: list[str]) -> None:
         """Make builtins known that depend on the triangle."""
         new = [name for name in names if name not in self.given]
-        found = interpolated(self.builder, self.step, self.triangle, _NONE, self.columns, self.y, new)
-        self.given |= {name: self.builder.spread(value) for name, value in zip(new, found, strict=True)}
+        planes = interpolated(self.builder, self.step, self.triangle, _NONE, self.columns, self.y, new)
+        self.given |= {name: self.builder.spread(value) for name, value in zip(new, planes, strict=True)}
 
     def _at(self, name: str, channels: int, kind: Any) -> list[Any]:
         """Return the addresses of a block's rows."""
@@ -334,12 +334,12 @@ class _Merge(Fragments):
         b, step, program = self.builder, self.step, self.program
         discards, stencil = program is not None and program.keep is not None, step.state.stencil
         results: list[Any] = []
-        kept = covered
+        surviving = covered
         if discards and stencil is not None:
-            results, kept = self._kernel(covered)
-        passed = self._depth_test(kept)
+            results, surviving = self._kernel(covered)
+        passed = self._depth_test(surviving)
         if stencil is not None:
-            passed = self._stencil_test(stencil, kept, passed)
+            passed = self._stencil_test(stencil, surviving, passed)
         with b.if_then(b.any(passed)):
             if not results:
                 results, passed = self._kernel(passed)
@@ -367,16 +367,16 @@ class _Merge(Fragments):
         (loaded,) = self.blocks.numbers(places, 1, I8, 1)
         stored = b.zext(loaded, I32)
         if stencil.compare in _SIGNS:
-            seen = b.and_(stored, llvm.Constant(I32, stencil.read_mask))
+            masked = b.and_(stored, llvm.Constant(I32, stencil.read_mask))
             shown = b.icmp_signed(
-                _SIGNS[stencil.compare], llvm.Constant(I32, stencil.reference & stencil.read_mask), seen
+                _SIGNS[stencil.compare], llvm.Constant(I32, stencil.reference & stencil.read_mask), masked
             )
         else:
             shown = b.spread(llvm.Constant(BOOL, int(stencil.compare == "always")))
         operations = (stencil.passed, stencil.depth_fail, stencil.fail)
         if stencil.write_mask and set(operations) != {"keep"}:
-            given = llvm.Constant(I32, stencil.reference)
-            passed, failed, hidden = (b.spread(_STENCIL[name](b, stored, given)) for name in operations)
+            reference = llvm.Constant(I32, stencil.reference)
+            passed, failed, hidden = (b.spread(_STENCIL[name](b, stored, reference)) for name in operations)
             changed = b.select(shown, b.select(deep, passed, failed), hidden)
             rest = b.and_(stored, llvm.Constant(I32, 255 & ~stencil.write_mask))
             changed = b.or_(rest, b.and_(changed, llvm.Constant(I32, stencil.write_mask)))
@@ -396,8 +396,10 @@ class _Merge(Fragments):
             places = self._at(f"out{number}", count, element(format_))
             blend = step.blending[number]
             if blend is not None:
-                given = {f"source.{c}": part for c, part in enumerate(parts)}
-                given |= {f"destination.{c}": part for c, part in enumerate(self.blocks.load(places, count, format_))}
-                parts = [b.spread(value) for value in LaneBody(blend, b, given, {}, passed).results()]
+                parts_of_blend = {f"source.{c}": part for c, part in enumerate(parts)}
+                parts_of_blend |= {
+                    f"destination.{c}": part for c, part in enumerate(self.blocks.load(places, count, format_))
+                }
+                parts = [b.spread(value) for value in LaneBody(blend, b, parts_of_blend, {}, passed).results()]
             none = b.spread(llvm.Constant(BOOL, 0))
             self.blocks.store(places, parts, [passed if written else none for written in mask], format_)

@@ -81,12 +81,12 @@ class Painter:
         arrays = [block.floats, block.ints, colours, depths, stencil]
         self._fill(arrays, images, outputs)
         self.counter[0] = 0
-        given = (
+        arguments = (
             self.counter, len(busy), busy, self.tiles_x, offsets, lists, *triangles, *self.offset,
             self.width, self.height,
         )  # fmt: skip
         self.workers.together(
-            lambda thread: self.tiles(thread, given, None if depth is None else depths),
+            lambda thread: self.tiles(thread, arguments, None if depth is None else depths),
             min(self.workers.count, len(busy)),
         )
         del arrays
@@ -100,7 +100,7 @@ class Painter:
         targets = [part for output in outputs for part in (output.address, output.pitch)]
         self.context[:] = [*addresses, self.width, self.height, *pictures, *targets]
 
-    def tiles(self, thread: int, given: tuple[Any, ...], depths: NDArray[np.float32] | None) -> None:
+    def tiles(self, thread: int, arguments: tuple[Any, ...], depths: NDArray[np.float32] | None) -> None:
         raise NotImplementedError
 
 
@@ -125,9 +125,9 @@ class Deferred(Painter):
             if len(scratch[1]) < longest:
                 scratch[1] = np.empty(longest, np.int32)
 
-    def tiles(self, thread: int, given: tuple[Any, ...], depths: NDArray[np.float32] | None) -> None:
+    def tiles(self, thread: int, arguments: tuple[Any, ...], depths: NDArray[np.float32] | None) -> None:
         self.calls[thread].bound(
-            *given, self.no_depth[thread] if depths is None else depths, *self.test, self.depth_clear,
+            *arguments, self.no_depth[thread] if depths is None else depths, *self.test, self.depth_clear,
             *self.scratch[thread], self.shade, self.context,
         )()  # fmt: skip
 
@@ -146,8 +146,8 @@ class Ordered(Painter):
             np.empty(plane_numbers(self.step), np.float64),
         ]
 
-    def tiles(self, thread: int, given: tuple[Any, ...], depths: NDArray[np.float32] | None) -> None:
+    def tiles(self, thread: int, arguments: tuple[Any, ...], depths: NDArray[np.float32] | None) -> None:
         self.calls[thread].bound(
-            *given, self.nothing if depths is None else depths, self.depth_clear, int(self.clears),
+            *arguments, self.nothing if depths is None else depths, self.depth_clear, int(self.clears),
             *self.scratch[thread], self.shade, self.context,
         )()  # fmt: skip

@@ -100,14 +100,14 @@ def interpolated(b: Lanes, step: DrawStep, table: Any, slot: Any, x: Any, y: Any
     Perspective-correct: the corners, by how near the pixel's centre is to each (rasterisation rule 5).
     """
     pixels: dict[str, _Pixel] = {}
-    found = []
+    values = []
     for builtin in names:
         name, axes = own_pixel(builtin)
         if axes not in pixels:
             there = (b.xor(at, llvm.Constant(I32, 1)) if axis in axes else at for axis, at in (("x", x), ("y", y)))
             pixels[axes] = _Pixel(b, step, table, slot, *there)
-        found.append(pixels[axes].value(name))
-    return found
+        values.append(pixels[axes].value(name))
+    return values
 
 
 class _Pixel:

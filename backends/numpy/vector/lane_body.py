@@ -40,11 +40,11 @@ class LaneBody:
     """``given`` are the builtins, ``memory`` the pointers and sizes by their names, ``held`` the images' formats."""
 
     def __init__(
-        self, program: s.ScalarProgram, builder: Lanes, given: dict[str, Any], memory: dict[str, Any], mask: Any,
-        held: Sequence[Format] = (),
+        self, program: s.ScalarProgram, builder: Lanes, builtins: dict[str, Any], memory: dict[str, Any], mask: Any,
+        formats: Sequence[Format] = (),
     ) -> None:  # fmt: skip
-        self.program, self.builder, self.given, self.memory = program, builder, given, memory
-        self.held = held
+        self.program, self.builder, self.given, self.memory = program, builder, builtins, memory
+        self.held = formats
         self.numbers = {use.name: i for i, use in enumerate(program.images)}
         self.values: dict[int, Any] = {}
         self.tables: dict[str, Any] = {}
@@ -89,11 +89,11 @@ class LaneBody:
         """Whether an instruction is part of a call, which is made where its first one stands."""
         call = self.calls.get(i.to.id)
         if call is not None:
-            given = [self.operand(value) for value in call.given]
-            if any(map(is_vector, given)):  # of one number for all pixels what it computes is little work
+            arguments = [self.operand(value) for value in call.given]
+            if any(map(is_vector, arguments)):  # of one number for all pixels what it computes is little work
                 self.called.update(instruction.to.id for instruction in call.instructions)
-                found = called(self.builder, call, given)
-                self.values |= {value.id: result for value, result in zip(call.wanted, found, strict=True)}
+                results = called(self.builder, call, arguments)
+                self.values |= {value.id: result for value, result in zip(call.wanted, results, strict=True)}
         return i.to.id in self.called
 
     def _is_steady(self, i: s.Instruction) -> bool:
@@ -250,7 +250,7 @@ class LaneBody:
         b.position_at_end(together)
         start = b.add(b.select(inside, x, least), llvm.Constant(I32, low))
         format_ = self.held[number]
-        found = scattered(b, picture, b.add(row, start), 1, [offset - low for offset in window.offsets], format_)
+        texels = scattered(b, picture, b.add(row, start), 1, [offset - low for offset in window.offsets], format_)
         b.branch(behind)
         b.position_at_end(apart)
         singly = []
@@ -264,20 +264,20 @@ class LaneBody:
         b.branch(behind)
         b.position_at_end(behind)
         either = [b.phi(b.vector(F32)) for _ in window.loads]
-        for phi, *values in zip(either, found, singly, strict=True):
+        for phi, *values in zip(either, texels, singly, strict=True):
             for value, block in zip(values, (together, apart), strict=True):
                 phi.add_incoming(value, block)
         outside = b.icmp_signed("!=", inner_y, y) if BORDERS[first.border].blank else None
         for load, phi in zip(window.loads, either, strict=True):
             self.keep(load, [phi], outside)
 
-    def _channels(self, number: int, pixel: Any, wanted: list[int]) -> list[Any]:
+    def _channels(self, number: int, pixel: Any, channels_read: list[int]) -> list[Any]:
         b, picture, channels = self.builder, self.memory[f"im{number}"], self.program.images[number].channels
         format_ = self.held[number]
         if is_vector(pixel):
-            return scattered(b, picture, pixel, channels, wanted, format_)
+            return scattered(b, picture, pixel, channels, channels_read, format_)
         first, kind = b.mul(b.sext(pixel, I64), llvm.Constant(I64, channels)), element(format_)
-        places = [b.add(first, llvm.Constant(I64, channel)) for channel in wanted]
+        places = [b.add(first, llvm.Constant(I64, channel)) for channel in channels_read]
         return [decoded(b, b.load_at(picture, place, kind, steady=True), format_) for place in places]
 
     def keep(self, i: s.LoadTexel, loaded: list[Any], outside: Any = None) -> None:
@@ -300,12 +300,12 @@ class LaneBody:
         if rest is not None:
             b.store(b.spread(llvm.Constant(BOOL, 0)), rest)
         was, self.masked = self.masked, True
-        for taken, instructions in ((condition, i.then), (b.not_(condition), i.orelse)):
+        for branch_condition, instructions in ((condition, i.then), (b.not_(condition), i.orelse)):
             if not instructions:
                 if rest is not None:
-                    b.store(b.or_(self._read_slot(rest, BOOL), b.and_(before, taken)), rest)
+                    b.store(b.or_(self._read_slot(rest, BOOL), b.and_(before, branch_condition)), rest)
                 continue
-            mine = b.and_(before, taken)
+            mine = b.and_(before, branch_condition)
             behind = None
             if _long(instructions):
                 then, behind = b.append_basic_block("then"), b.append_basic_block("behind")

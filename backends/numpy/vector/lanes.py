@@ -227,8 +227,8 @@ class Lanes:
         return method(*self.alike(x, y), **options)
 
     def _cast(self, method: Any, value: Any, kind: Any) -> Any:
-        wanted = self.vector(kind) if is_vector(value) else kind
-        return value if value.type == wanted else method(value, wanted)
+        type_ = self.vector(kind) if is_vector(value) else kind
+        return value if value.type == type_ else method(value, type_)
 
     def _compare(self, method: Any, sign: str, x: Any, y: Any) -> Any:
         return method(sign, *self.alike(x, y))
@@ -344,8 +344,8 @@ class Lanes:
         b, n, count = self.plain, self.lanes, len(parts)
         if count == 1:
             return parts[0]
-        room = 1 << (count - 1).bit_length()
-        rows = [*parts, *[blank(parts[0].type)] * (room - count)]
+        padded_count = 1 << (count - 1).bit_length()
+        rows = [*parts, *[blank(parts[0].type)] * (padded_count - count)]
         while len(rows) > 1:
             length = rows[0].type.count
             order = lanes_of(range(2 * length))
@@ -438,14 +438,14 @@ _WHOLE: dict[str, Callable[..., Any]] = {
 }  # fmt: skip
 
 
-def called(b: Lanes, call: Call, given: Sequence[Any]) -> list[Any]:
+def called(b: Lanes, call: Call, arguments: Sequence[Any]) -> list[Any]:
     """Emit a call of a function with these vectors and return the values that are used."""
     name = f"call_{hashlib.sha256(repr(call.key).encode()).hexdigest()[:16]}"
     function = b.module.globals.get(name) or _function(b, name, call)
-    found = b.plain.call(function, [b.spread(value) for value in given])
+    result = b.plain.call(function, [b.spread(value) for value in arguments])
     if len(call.wanted) == 1:
-        return [found]
-    return [b.extract_value(found, place) for place in range(len(call.wanted))]
+        return [result]
+    return [b.extract_value(result, place) for place in range(len(call.wanted))]
 
 
 def _function(b: Lanes, name: str, call: Call) -> Any:

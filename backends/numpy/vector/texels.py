@@ -66,7 +66,7 @@ def rounded(b: Lanes, value: Any, stored: Format) -> Any:
 def split(b: Lanes, words: Any, stored: Format, places: Sequence[int]) -> list[Any]:
     """Numbers out of words that each hold several, the first in the lowest bits."""
     bits = llvm.IntType(stored.bits)
-    found = []
+    groups = []
     for place in places:
         moved = words
         if place:
@@ -74,8 +74,8 @@ def split(b: Lanes, words: Any, stored: Format, places: Sequence[int]) -> list[A
                 words, llvm.Constant(words.type.element if is_vector(words) else words.type, place * stored.bits)
             )
         number = b.trunc(moved, bits)
-        found.append(number if stored.steps else b.bitcast(number, element(stored)))
-    return found
+        groups.append(number if stored.steps else b.bitcast(number, element(stored)))
+    return groups
 
 
 def in_threes(b: Lanes, channels: int, stored: Format) -> bool:
@@ -110,8 +110,8 @@ def _in_words(b: Lanes, numbers: Sequence[Any], stored: Format, bits: int) -> An
 def _closed_up(b: Lanes, words: Any, stored: Format) -> Any:
     """Words of three numbers and a rest as numbers without the rests: within each 16 bytes, then these together."""
     pixel, count = stored.bits // 8, b.lanes * stored.bits // 8 * 4
-    kept = [4 * pixel * word + place for word in range(4 // pixel) for place in range(3 * pixel)]
-    order = [first + place for first in range(0, count, 16) for place in (*kept, *[15] * 4)]
+    places_kept = [4 * pixel * word + place for word in range(4 // pixel) for place in range(3 * pixel)]
+    order = [first + place for first in range(0, count, 16) for place in (*places_kept, *[15] * 4)]
     raw = b.plain.bitcast(words, llvm.VectorType(llvm.IntType(8), count))
     quarters = b.plain.bitcast(
         b.plain.shuffle_vector(raw, blank(raw.type), lanes_of(order)), llvm.VectorType(I32, count // 4)
@@ -136,18 +136,18 @@ MAX_INLINED = 48
 
 
 def neighbours(
-    b: Lanes, row: Any, place: Any, channels: int, wanted: Sequence[int], stored: Format = FLOAT
+    b: Lanes, row: Any, place: Any, channels: int, channels_read: Sequence[int], stored: Format = FLOAT
 ) -> list[Any]:
     """Channels of consecutive pixels of a row, the first of them ``place`` numbers from its start."""
     count, kind = b.lanes * channels, element(stored)
     pointer = b.gep(row, [place], True, source_etype=kind)
     if stored.steps and channels in WORDS and channels * stored.bits <= 32:
         words = b.load(pointer, typ=b.vector(llvm.IntType(channels * stored.bits)), align=stored.bits // 8)
-        return [decoded(b, number, stored) for number in split(b, words, stored, wanted)]
+        return [decoded(b, number, stored) for number in split(b, words, stored, channels_read)]
     if in_threes(b, channels, stored):
-        return [decoded(b, number, stored) for number in split(b, _threes(b, pointer, stored), stored, wanted)]
+        return [decoded(b, number, stored) for number in split(b, _threes(b, pointer, stored), stored, channels_read)]
     loaded = b.load(pointer, typ=llvm.VectorType(kind, count), align=stored.bits // 8)
-    return [decoded(b, picked(b, loaded, range(channel, count, channels)), stored) for channel in wanted]
+    return [decoded(b, picked(b, loaded, range(channel, count, channels)), stored) for channel in channels_read]
 
 
 def _threes(b: Lanes, pointer: Any, stored: Format) -> Any:
@@ -173,7 +173,7 @@ def scattered(
     picture: Any,
     pixels: Any,
     channels: int,
-    wanted: Sequence[int],
+    channels_read: Sequence[int],
     stored: Format = FLOAT,
     *,
     rarely: bool = False,
@@ -185,12 +185,12 @@ def scattered(
     rather than quickly.
     """
     module = b.module
-    name = f"texels_{stored.number}_{stored.steps}_{channels}_{'_'.join(map(str, wanted))}{'_rarely' * rarely}"
+    name = f"texels_{stored.number}_{stored.steps}_{channels}_{'_'.join(map(str, channels_read))}{'_rarely' * rarely}"
     # Pointers to pictures, to tables of each length and to arrays differ in type.
     name += "".join(letter if letter.isalnum() else "_" for letter in str(picture.type))
     function = module.globals.get(name)
     if function is None:
-        returned = llvm.LiteralStructType([b.vector(F32)] * len(wanted))
+        returned = llvm.LiteralStructType([b.vector(F32)] * len(channels_read))
         function = llvm.Function(module, llvm.FunctionType(returned, [picture.type, pixels.type]), name)
         function.linkage = "internal"
         function.attributes.add("noinline" if rarely else "alwaysinline")
@@ -198,21 +198,21 @@ def scattered(
         packed = blank(returned)
         where, which = function.args
         put_together = _floats if stored.number == FLOAT.number else partial(_words, stored)
-        for place, value in enumerate(put_together(inner, where, which, channels, wanted)):
+        for place, value in enumerate(put_together(inner, where, which, channels, channels_read)):
             packed = inner.insert_value(packed, value, place)
         inner.ret(packed)
     b.reads += 1
-    found = b.plain.call(function, [picture, pixels], attrs=("noinline",) if b.reads > MAX_INLINED else ())
-    return [b.extract_value(found, place) for place in range(len(wanted))]
+    loaded = b.plain.call(function, [picture, pixels], attrs=("noinline",) if b.reads > MAX_INLINED else ())
+    return [b.extract_value(loaded, place) for place in range(len(channels_read))]
 
 
-def _fours(wanted: Sequence[int]) -> Iterator[tuple[int, int, list[int]]]:
+def _fours(channels_read: Sequence[int]) -> Iterator[tuple[int, int, list[int]]]:
     """Yield each group of four numbers that is loaded at once: its first number, its length, and the wanted ones.
 
     More may be loaded than is wanted: pictures have room behind their last pixel (machine/memory.py).
     """
-    for first in range(0, max(wanted) + 1, 4):
-        here = [number for number in wanted if first <= number < first + 4]
+    for first in range(0, max(channels_read) + 1, 4):
+        here = [number for number in channels_read if first <= number < first + 4]
         if here:
             yield (here[0], 1, here) if len(here) == 1 else (first, 2 if max(here) < first + 2 else 4, here)
 
@@ -224,15 +224,17 @@ def _places(b: Lanes, picture: Any, pixels: Any, channels: int, kind: Any, first
     return [b.gep(picture, [n, llvm.Constant(I64, first)], True, source_etype=pixel) for n in numbers]
 
 
-def _words(stored: Format, b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence[int]) -> list[Any]:
+def _words(
+    stored: Format, b: Lanes, picture: Any, pixels: Any, channels: int, channels_read: Sequence[int]
+) -> list[Any]:
     """Numbers of 8 and 16 bits: several in one word of each lane."""
-    found: dict[int, Any] = {}
-    for first, count, here in _fours(wanted):
+    loaded: dict[int, Any] = {}
+    for first, count, here in _fours(channels_read):
         places = _places(b, picture, pixels, channels, element(stored), first)
         words = _lane_by_lane(b, places, llvm.IntType(count * stored.bits), stored.bits // 8)
         numbers = split(b, words, stored, [number - first for number in here])
-        found |= {number: decoded(b, raw, stored) for number, raw in zip(here, numbers, strict=True)}
-    return [found[number] for number in wanted]
+        loaded |= {number: decoded(b, raw, stored) for number, raw in zip(here, numbers, strict=True)}
+    return [loaded[number] for number in channels_read]
 
 
 def _lane_by_lane(b: Lanes, places: Sequence[Any], kind: Any, align: int) -> Any:
@@ -242,12 +244,12 @@ def _lane_by_lane(b: Lanes, places: Sequence[Any], kind: Any, align: int) -> Any
     return vector
 
 
-def _floats(b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence[int]) -> list[Any]:
-    found = {}
-    for first, count, here in _fours(wanted):
+def _floats(b: Lanes, picture: Any, pixels: Any, channels: int, channels_read: Sequence[int]) -> list[Any]:
+    loaded = {}
+    for first, count, here in _fours(channels_read):
         places = _places(b, picture, pixels, channels, F32, first)
         if count == 1:
-            found[first] = _lane_by_lane(b, places, F32, 4)
+            loaded[first] = _lane_by_lane(b, places, F32, 4)
             continue
         loads = [b.load(place, typ=llvm.VectorType(F32, count), align=4) for place in places]
         if count == 2:
@@ -255,8 +257,8 @@ def _floats(b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence
             columns = [picked(b, words, range(column, 2 * b.lanes, 2)) for column in range(2)]
         else:
             columns = transposed(b, [joined(b, loads[row::4]) for row in range(4)])
-        found |= {number: columns[number - first] for number in here}
-    return [found[number] for number in wanted]
+        loaded |= {number: columns[number - first] for number in here}
+    return [loaded[number] for number in channels_read]
 
 
 def transposed(b: Lanes, rows: list[Any]) -> list[Any]:
@@ -306,7 +308,7 @@ def windows_of(program: s.ScalarProgram) -> dict[int, Window]:
     """Windows by the result of each of their reads."""
     single = {use.name for use in program.images if use.channels == 1}
     sums = dict(_sums(program)) if single else {}
-    found: dict[int, Window] = {}
+    windows: dict[int, Window] = {}
     for block in _blocks(program.body) if single else ():
         rows: dict[tuple[str, ...], dict[int, tuple[s.Val, s.LoadTexel]]] = {}
         for i in block:
@@ -318,8 +320,8 @@ def windows_of(program: s.ScalarProgram) -> dict[int, Window]:
             offsets = tuple(sorted(row))
             if len(offsets) > 1 and offsets[-1] - offsets[0] < MAX_SPAN and max(map(abs, offsets)) <= MAX_SPAN:
                 window = Window(row[offsets[0]][0], offsets, tuple(row[offset][1] for offset in offsets))
-                found |= {value.id: window for load in window.loads for value in s.results_of(load)}
-    return found
+                windows |= {value.id: window for load in window.loads for value in s.results_of(load)}
+    return windows
 
 
 def _sums(program: s.ScalarProgram) -> Iterator[tuple[int, tuple[s.Val, int]]]:

@@ -130,13 +130,13 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         return self._decided(a.hi >= b.lo, ~(a.lo >= b.hi) | a.nan | b.nan, "greater_equal")
 
     def _equal(self, a: Interval, b: Interval) -> Lanes:
-        same = a.exact & b.exact & (a.lo == b.lo)
-        return self._decided((a.lo <= b.hi) & (b.lo <= a.hi), ~same, "equal")
+        surely_equal = a.exact & b.exact & (a.lo == b.lo)
+        return self._decided((a.lo <= b.hi) & (b.lo <= a.hi), ~surely_equal, "equal")
 
     def _not_equal(self, a: Interval, b: Interval) -> Lanes:
-        same = a.exact & b.exact & (a.lo == b.lo)
+        surely_equal = a.exact & b.exact & (a.lo == b.lo)
         apart = ~((a.lo <= b.hi) & (b.lo <= a.hi))
-        return ~self._decided(~apart, ~same, "not_equal")
+        return ~self._decided(~apart, ~surely_equal, "not_equal")
 
     def _isnan(self, a: Interval) -> Lanes:
         return self._decided(a.nan, ~np.isnan(a.lo), "isnan")
