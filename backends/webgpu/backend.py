@@ -138,6 +138,10 @@ class WebGPUBackend(Backend):
     def stored(self, format_: Format) -> Stored:
         return stored_as(format_, self.draws_norm16)
 
+    def steps(self, step: PixelStep | DrawStep) -> tuple[int, ...]:
+        """For each image of a step, the number by which the device divides what it reads, or 0."""
+        return tuple([self.stored(format_).steps for format_ in step.image_formats])
+
     def make(self, format: Format, size: tuple[int, int]) -> Texture:
         self.check_open()
         texture = self._texture(format, size)
@@ -268,9 +272,12 @@ class WebGPUBackend(Backend):
                 )
 
     def code(self, step: PixelStep | DrawStep, sizes: Mapping[int, tuple[int, int]]) -> str:
-        programs = [step.program] if isinstance(step, PixelStep) else [step.vertex, step.fragment]
-        varyings = step.varyings if isinstance(step, DrawStep) else ()
-        return "\n".join(WGSL(p, varyings).module().text for p in programs if p is not None)
+        steps = self.steps(step)
+        if isinstance(step, PixelStep):
+            return WGSL(step.program, (), steps).module().text
+        count = len(step.vertex.images)
+        stages = (step.vertex, steps[:count]), (step.fragment, steps[count:])
+        return "\n".join(WGSL(p, step.varyings, read).module().text for p, read in stages if p is not None)
 
     def finish(self) -> None:
         if not self.closed:

@@ -77,7 +77,7 @@ class PixelRun:
         self.backend, self.step = backend, step
         self.stage = Stage(backend, step.program, step.size)
         formats = tuple([backend.stored(format_).name for format_ in step.output_formats])
-        self.pipeline = backend.programs.pixel(step.program, formats)
+        self.pipeline = backend.programs.pixel(step.program, backend.steps(step), formats)
 
     def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
         backend = self.backend
@@ -152,7 +152,7 @@ class DrawRun:
             if depth is not None:
                 fixed["depth_stencil"] = depth_stencil(step.state, depth.format, name)
             programs = self.backend.programs
-            self.pipelines[name] = programs.draw(step.vertex, step.fragment, step.varyings, fixed, self.targets)
+            self.pipelines[name] = programs.draw(step, self.backend.steps(step), fixed, self.targets)
         return self.pipelines[name]
 
     def __call__(

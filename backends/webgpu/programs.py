@@ -15,6 +15,7 @@ from passgraph.backends.webgpu.wgsl import FIRST_IMAGE, FULLSCREEN, HEAD, LINEAR
 from passgraph.errors import BackendError
 from passgraph.language.scalar import LoadTexel, ScalarProgram, walk
 from passgraph.language.source import NOWHERE
+from passgraph.plan.data import DrawStep
 
 #: Where wgpu writes the line: "wgsl:12:5" and ":12:5 error".
 _LINE = re.compile(r"wgsl:(\d+):\d+|:(\d+):\d+ error")
@@ -72,12 +73,12 @@ class Programs:
             entries.append({"binding": FIRST_IMAGE + number, "visibility": visible, "texture": kind})
         return self.device.create_bind_group_layout(entries=entries)
 
-    def pixel(self, program: ScalarProgram, formats: tuple[str, ...]) -> Any:
-        """The pipeline of a pixel pass that writes targets of these formats."""
-        return self.once(("pixel", program.key, formats), lambda: self._pixel(program, formats))
+    def pixel(self, program: ScalarProgram, steps: tuple[int, ...], formats: tuple[str, ...]) -> Any:
+        """The pipeline of a pixel pass that writes targets of these formats; ``steps`` as of :class:`WGSL`."""
+        return self.once(("pixel", program.key, steps, formats), lambda: self._pixel(program, steps, formats))
 
-    def _pixel(self, program: ScalarProgram, formats: tuple[str, ...]) -> Any:
-        module = self.module(WGSL(program).module(), program.name)
+    def _pixel(self, program: ScalarProgram, steps: tuple[int, ...], formats: tuple[str, ...]) -> Any:
+        module = self.module(WGSL(program, (), steps).module(), program.name)
         corners = self.module(Listing(FULLSCREEN, (NOWHERE,)), "fullscreen")
         layout = self.device.create_pipeline_layout(bind_group_layouts=[self.stage_layout(program)])
         return self.pipeline(
@@ -89,25 +90,17 @@ class Programs:
         )
 
     def draw(
-        self,
-        vertex: ScalarProgram,
-        fragment: ScalarProgram | None,
-        varyings: tuple[str, ...],
-        state: dict[str, Any],
-        targets: Sequence[dict[str, Any]],
+        self, step: DrawStep, steps: tuple[int, ...], state: dict[str, Any], targets: Sequence[dict[str, Any]]
     ) -> Any:
         """The pipeline of a draw; ``state`` holds ``primitive`` and ``depth_stencil``."""
-        key = "draw", vertex.key, fragment and fragment.key, varyings, repr(state), repr(targets)
-        return self.once(key, lambda: self._draw(vertex, fragment, varyings, state, targets))
+        stages = step.vertex.key, step.fragment and step.fragment.key, step.varyings
+        key = "draw", stages, steps, repr(state), repr(targets)
+        return self.once(key, lambda: self._draw(step, steps, state, targets))
 
     def _draw(
-        self,
-        vertex: ScalarProgram,
-        fragment: ScalarProgram | None,
-        varyings: tuple[str, ...],
-        state: dict[str, Any],
-        targets: Sequence[dict[str, Any]],
+        self, step: DrawStep, steps: tuple[int, ...], state: dict[str, Any], targets: Sequence[dict[str, Any]]
     ) -> Any:
+        vertex, fragment, varyings, count = step.vertex, step.fragment, step.varyings, len(step.vertex.images)
         buffers = [
             {
                 "array_stride": 4 * size,
@@ -118,10 +111,10 @@ class Programs:
             for location, (name, (_, size)) in enumerate(ATTRIBUTES.items())
             if name in vertex.attributes
         ]
-        first = self.module(WGSL(vertex, varyings).module(), vertex.name)
+        first = self.module(WGSL(vertex, varyings, steps[:count]).module(), vertex.name)
         layouts, shown = [self.stage_layout(vertex)], {}
         if fragment is not None:
-            second = self.module(WGSL(fragment, varyings).module(), fragment.name)
+            second = self.module(WGSL(fragment, varyings, steps[count:]).module(), fragment.name)
             layouts.append(self.stage_layout(fragment))
             shown = {"fragment": {"module": second, "entry_point": "main", "targets": list(targets)}}
         return self.pipeline(

@@ -30,6 +30,11 @@ class Stored:
     dtype: np.dtype[Any]
     channels: int
 
+    @property
+    def steps(self) -> int:
+        """Return the number by which the device divides what it reads; 0 for floats."""
+        return int(np.iinfo(self.dtype).max) if self.dtype.kind == "u" else 0
+
 
 def stored_as(format_: Format, has_norm16: bool) -> Stored:
     """A format that the device lacks is stored wider: 16-bit fractions as float32, which holds all of them.

@@ -98,14 +98,19 @@ def vec4_count(components: int) -> int:
 
 
 class WGSL(Printer):
-    """A program of any stage as one shader module; ``varyings`` names the scalars sent from vertex to fragment."""
+    """A program of any stage as one shader module.
+
+    ``varyings`` names the scalars sent from vertex to fragment; ``steps`` says of each image by how many the device
+    divides the whole numbers of its texels, or 0.
+    """
 
     types: ClassVar[Mapping[str, str]] = {"bool": "bool", "int": "i32", "float": "f32"}
     spelled: ClassVar[Mapping[str, Mapping[str, str]]] = _LIKE_C
 
-    def __init__(self, program: s.ScalarProgram, varyings: tuple[str, ...] = ()) -> None:
+    def __init__(self, program: s.ScalarProgram, varyings: tuple[str, ...] = (), steps: tuple[int, ...] = ()) -> None:
         super().__init__(program)
         self.varyings = varyings
+        self.steps = steps
         self.image_numbers = {use.name: k for k, use in enumerate(program.images)}
         self.combined = set(combined_values(program))
         #: Values that no compiler foresees, and those that were loaded.
@@ -237,6 +242,10 @@ class WGSL(Printer):
             place = f"vec2<f32>({found[0][0]}, {found[1][0]})"
             inside = [*found[0][1], *found[1][1]]
         fetch = f"textureSampleLevel({image}, {sampler}, {place}, 0.0)"
+        steps = self.steps[self.image_numbers[load.image]] if self.steps else 0
+        if steps and not load.filtered:
+            # Devices may read fractions a little off; they divide as where the numbers were counted.
+            fetch = f"round({fetch} * {steps}.0) / {steps}.0"
         if inside:
             fetch = f"select(vec4<f32>(), {fetch}, {' && '.join(inside)})"
         first = next(v for v in load.to if v is not None)
