@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import weakref
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -292,6 +293,11 @@ class WebGPUBackend(Backend):
     def check_open(self) -> None:
         if self.closed:
             raise BackendError("this webgpu backend was closed; open another one")
+
+    def after_fork(self) -> bool:
+        """Keep the child from giving the device back when it ends: that waits for threads that only the parent has."""
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self.device))
+        return False
 
     def close(self) -> None:
         if self.turn.lost:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from passgraph.backends.base import DeviceInfo, device_number
@@ -41,6 +41,17 @@ def _quiet_layer() -> Iterator[None]:
             os.environ.pop(name, None)
 
 
+def _native_instance() -> None:
+    """Have wgpu load no OpenGL driver, unless the process has used wgpu already.
+
+    Mesa's cannot end in a forked process, and loading it takes as long as all the rest.
+    """
+    with suppress(ImportError, RuntimeError, KeyError):
+        from wgpu.backends.wgpu_native.extras import set_instance_extras
+
+        set_instance_extras(backends=["Vulkan", "Metal", "DX12"])
+
+
 def all_adapters() -> list[Any]:
     """Every adapter of a native API, in the order in which numbers count them.
 
@@ -55,6 +66,7 @@ def all_adapters() -> list[Any]:
         raise DeviceMissingError(f"the webgpu backend needs wgpu ({error}); install it: {INSTALL_MODULE}") from None
     try:
         with _quiet_layer():
+            _native_instance()
             found = wgpu.gpu.enumerate_adapters_sync()
     except Exception as error:
         raise DeviceMissingError(
