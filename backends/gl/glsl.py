@@ -13,7 +13,8 @@ from functools import cache
 from typing import ClassVar
 
 from passgraph.backends.base import ATTRIBUTES
-from passgraph.backends.gl.dialect import GLSL_330, Dialect, foreseen_values
+from passgraph.backends.foreseen import foreseen_values
+from passgraph.backends.gl.dialect import GLSL_330, Dialect
 from passgraph.backends.gl.textures import ALL_PLAIN, Placement, Placements
 from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, Listing, spelled
 from passgraph.language import scalar as s
@@ -192,7 +193,7 @@ class GLSL(CLike):
         return super().operation(op, arguments)
 
     def _hidden(self, operand: s.Operand, among_constants: bool = False) -> str:
-        """An operand that compilers cannot take for 0: see :mod:`.dialect`.
+        """An operand that compilers cannot take for 0: see :mod:`passgraph.backends.foreseen`.
 
         Beside constants alone only a written zero is hidden: what they give together is computed right.
         """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from threading import Lock
 from typing import Any
 
 from passgraph.backends.base import DeviceInfo, device_number
@@ -26,6 +27,10 @@ _RAISED = (
 )  # fmt: skip
 #: Bytes of a pixel in the widest color format.
 _WIDEST = 16
+
+
+#: wgpu makes its instance at first use, in whatever thread; the environment is one for all of them.
+_opening = Lock()
 
 
 @contextmanager
@@ -65,7 +70,7 @@ def all_adapters() -> list[Any]:
     except ImportError as error:
         raise DeviceMissingError(f"the webgpu backend needs wgpu ({error}); install it: {INSTALL_MODULE}") from None
     try:
-        with _quiet_layer():
+        with _opening, _quiet_layer():
             _native_instance()
             found = wgpu.gpu.enumerate_adapters_sync()
     except Exception as error:
@@ -124,7 +129,8 @@ def open_device(adapter: Any) -> Any:
     features = [name for name in FEATURES if name in adapter.features]
     limits = {name: adapter.limits[name] for name in _RAISED if name in adapter.limits}
     try:
-        return adapter.request_device_sync(label="passgraph", required_features=features, required_limits=limits)
+        with _opening:
+            return adapter.request_device_sync(label="passgraph", required_features=features, required_limits=limits)
     except Exception as error:
         raise BackendError(f"webgpu: {name_of(adapter)} cannot be opened: {' '.join(str(error).split())}") from None
 

@@ -1,18 +1,20 @@
 """Prints scalar programs in WGSL, the shading language of WebGPU.
 
 WGSL lets a compiler reorder sums and products, and assume that NaN and infinity do not occur.  Programs mean what they
-say on every backend, so results that other float operations read pass through a bitwise *or* with a zero that no
-compiler knows (``pg_nil``).  Comparisons that control more than a choice pass through an int in the same way.
+say on every backend, so results that compilers would combine (:mod:`.combined`) pass through a bitwise *or* with a zero
+that no compiler knows (``pg_nil``).  Comparisons that control more than a choice pass through an int in the same way.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import ClassVar
 
 from passgraph.backends.base import ATTRIBUTES
+from passgraph.backends.foreseen import foreseen_values
 from passgraph.backends.printing import Listing, Printer, spelled
+from passgraph.backends.webgpu.combined import COMPARISONS, Combined
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_name, border_program
 from passgraph.language.ir import own_pixel
@@ -82,11 +84,6 @@ LETTERS = "xyzw"
 FARTHEST_TEXEL = 1 << 30
 #: ``pg_near_mod`` is exact up to here; ``pg_nearer`` brings every int there.
 NEAR = 1 << 20
-#: Float operations whose results no compiler can combine with what reads them.
-_PLAIN = {"floor", "ceil", "trunc", "round", "abs"}
-_COMPARE = {"less", "less_equal", "greater", "greater_equal", "equal", "not_equal"}
-#: Operations that compilers decide where both arguments are one value, as if it were finite.
-_OF_EQUALS = {"sub", "div", *_COMPARE}
 #: Numbers of bindings in a group: parameters, two samplers, then images.
 PARAMETERS, NEAREST, LINEAR, FIRST_IMAGE = range(4)
 #: Bytes of the parameters before a kernel's own: four zeros, the size of the target and the guard band's factor.
@@ -112,10 +109,8 @@ class WGSL(Printer):
         self.varyings = varyings
         self.steps = steps
         self.image_numbers = {use.name: k for k, use in enumerate(program.images)}
-        self.combined = set(combined_values(program))
-        #: Values that no compiler foresees, and those that were loaded.
-        self.solid: set[int] = set()
-        self.loaded: set[int] = set()
+        self.combined = Combined(program)
+        self.foreseen = foreseen_values(program)
         #: What the top of main declares, by name.
         self.declarations: dict[str, str] = {}
 
@@ -152,55 +147,53 @@ class WGSL(Printer):
         name = self.types[type_]
         return f"bitcast<{name}>(bitcast<u32>({text}) | pg_nil)"
 
-    def instruction(self, i: s.Instruction) -> None:
-        if isinstance(i, (s.LoadUniform, s.LoadBuiltin, s.LoadTexel)):
-            values = i.to if isinstance(i, s.LoadTexel) else (i.to,)
-            self.loaded.update(v.id for v in values if v is not None)
-        super().instruction(i)
-
     def operation(self, op: s.Op, arguments: list[str]) -> str:
         if all(isinstance(a, s.Lit) for a in op.arguments):
             # WGSL computes constants exactly, and refuses what overflows.
             arguments[0] = self.hidden(arguments[0], op.on)
-        elif op.on == "float" and op.operation in ("mul", "div", "add", "sub"):
-            arguments = [self._foreseen(a, text) for a, text in zip(op.arguments, arguments, strict=True)]
-        if self.program.stage == "border":
-            return f"pg_near_mod({', '.join(arguments)})" if op.operation == "int_mod" else self._spelled(op, arguments)
-        if op.on == "float" and op.operation in ("equal", "not_equal") and arguments[0] == arguments[1]:
-            return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
-        if op.on == "float" and op.operation in _OF_EQUALS and self._may_be_same(*op.arguments):
+        if self.program.stage == "border" and op.operation == "int_mod":
+            return f"pg_near_mod({', '.join(arguments)})"
+        if op.on == "float":
+            return self._float_operation(op, arguments)
+        return self._spelled(op, arguments)
+
+    def _float_operation(self, op: s.Op, arguments: list[str]) -> str:
+        name = op.operation
+        if name in ("mul", "div", "add", "sub"):
+            both = all(self.foreseen.known(a) for a in op.arguments)
+            arguments = [self._unforeseen(a, both) for a in op.arguments]
+        if name in ("equal", "not_equal") and arguments[0] == arguments[1]:
+            return f"{'!' if name == 'equal' else ''}pg_isnan({arguments[0]})"
+        if name in ("sub", "div") and self.combined.same(*op.arguments):
             arguments = [arguments[0], f"bitcast<f32>(bitcast<u32>({arguments[1]}) | pg_nil2)"]
-        if op.on == "float" and op.operation in ("min", "max"):
-            # Compilers make a minimum of the choice, and that of NaN and a number is the number.
-            first, second = arguments
-            compared = f"bitcast<f32>(bitcast<u32>({first}) | pg_nil2)"
-            order = f"{second} < {compared}" if op.operation == "min" else f"{compared} < {second}"
-            return f"select({first}, {second}, {order})"
-        if op.on == "float" and op.operation == "not_equal":
-            # Not "!=", which wgpu makes false for NaN.
-            return f"((select(0u, 1u, {arguments[0]} == {arguments[1]}) | pg_nil) == 0u)"
+        if name in ("min", "max") or name in COMPARISONS:
+            return self._comparison(op, arguments)
         text = self._spelled(op, arguments)
-        if op.operation == "logical_not" or (op.on == "float" and op.operation in _COMPARE):
-            return self.hidden(text, "bool")
-        if op.to.type == "float" and op.operation not in _PLAIN and op.to.id in self.combined:
-            self.solid.add(op.to.id)
-            return self.hidden(text)
-        return text
+        return self.hidden(text) if op.to.id in self.combined.results else text
+
+    def _comparison(self, op: s.Op, arguments: list[str]) -> str:
+        """Compare with a value that compilers know nothing of: neither its range, nor how it was computed."""
+        first, second = arguments
+        hide = 1 if isinstance(op.arguments[0], s.Lit) else 0
+        compared = [first, second]
+        compared[hide] = f"bitcast<f32>(bitcast<u32>({compared[hide]}) | pg_nil2)"
+        if op.operation in ("min", "max"):
+            order = ("{1} < {0}" if op.operation == "min" else "{0} < {1}").format(*compared)
+            return f"select({first}, {second}, {order})"
+        if op.operation == "not_equal":
+            # Not "!=", which wgpu makes false for NaN.
+            return f"((select(0u, 1u, {compared[0]} == {compared[1]}) | pg_nil) == 0u)"
+        text = self._spelled(op, compared)
+        return text if op.to.id in self.combined.conditions else self.hidden(text, "bool")
 
     def _spelled(self, op: s.Op, arguments: list[str]) -> str:
         return self.spelled[op.on][op.operation].format(*arguments)
 
-    def _foreseen(self, operand: s.Operand, text: str) -> str:
-        """Hide what may turn into a constant, which may be 0: a product with it is then 0, whatever the other is."""
-        if isinstance(operand, s.Lit):
-            return self.hidden(text) if operand.value == 0 else text
-        return text if operand.id in self.solid or operand.id in self.loaded else self.hidden(text)
-
-    def _may_be_same(self, first: s.Operand, second: s.Operand) -> bool:
-        """Whether a compiler may find both to be one value, and their difference to be 0."""
-        if isinstance(first, s.Lit) or isinstance(second, s.Lit):
-            return False
-        return first.id == second.id or (first.id not in self.solid and second.id not in self.solid)
+    def _unforeseen(self, operand: s.Operand, among_constants: bool = False) -> str:
+        """An operand that compilers cannot take for 0, see :mod:`passgraph.backends.foreseen`."""
+        text = self.operand(operand)
+        zero = self.foreseen.may_be_zero(operand) and (isinstance(operand, s.Lit) or not among_constants)
+        return self.hidden(text) if zero else text
 
     # Where values come from
 
@@ -399,7 +392,7 @@ class WGSL(Printer):
             self.line("    pg_position = bitcast<vec4<f32>>(vec4<u32>(0x7fc00000u | pg_nil));\n}")
             # A varying that is the same at all vertices may become a constant of the fragment shader.
             outputs = program.outputs[1].values if len(program.outputs) > 1 else ()
-            sent = [self._foreseen(v, self.operand(v)) for v in outputs]
+            sent = [self._unforeseen(v) for v in outputs]
             vectors = [_vec4(sent[4 * k : 4 * k + 4], ("0.0",) * 4) for k in range(vec4_count(len(sent)))]
             self.line(f"return Results({', '.join(['pg_position', *vectors])});")
             return
@@ -413,23 +406,6 @@ class WGSL(Printer):
 
 def _vec4(values: Sequence[str], missing: tuple[str, ...]) -> str:
     return f"vec4<f32>({', '.join([*values, *missing[len(values) :]])})"
-
-
-#: Float operations that look at bits, which no compiler combines with others.
-_OF_BITS = {"bits_from_float", "isnan", "isinf"}
-
-
-def combined_values(program: s.ScalarProgram) -> Iterator[int]:
-    """Yield the values that other float operations read, directly or through variables and choices."""
-    for i in s.walk(program.body):
-        read: tuple[s.Operand, ...] = ()
-        if isinstance(i, s.Op) and i.on == "float" and i.operation not in _OF_BITS:
-            read = i.arguments
-        elif isinstance(i, s.Choose):
-            read = (i.then, i.orelse)
-        elif isinstance(i, (s.Write, s.WriteAt)):
-            read = (i.value,)
-        yield from (operand.id for operand in read if isinstance(operand, s.Val))
 
 
 @cache

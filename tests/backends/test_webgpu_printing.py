@@ -41,6 +41,38 @@ def test_sums_that_other_sums_read_cannot_be_reordered() -> None:
     assert "bitcast<f32>(bitcast<u32>((t1.x + t1.y)) | pg_nil)" in text
 
 
+@pytest.mark.parametrize(
+    ("expression", "kept"),
+    [
+        ("c.r * c.g + c.r * c.b", ["t1.x * t1.y", "t1.x * t1.z"]),
+        ("c.r * (1.0 - c.g) + c.b * c.g", ["1.0 - t1.y"]),
+        ("sqrt(c.r) * sqrt(c.r)", ["sqrt(t1.x)"]),
+        ("(c.r * 2.0) * 3.0", ["t1.x * 2.0"]),
+        ("c.r + -c.g", ["-t1.y"]),
+        ("c.r + c.g + c.b", []),
+        ("c.r * c.g + c.b", []),
+    ],
+)
+def test_what_compilers_would_combine_is_kept_apart(expression: str, kept: list[str]) -> None:
+    text = module(f"def one(color: Image) -> float:\n    c = color[0, 0]\n    return {expression}")
+    for part in kept:
+        assert f"bitcast<u32>(({part})) | pg_nil)" in text or f"bitcast<u32>({part}) | pg_nil)" in text
+    assert bool(kept) == ("| pg_nil)" in text)
+
+
+@pytest.mark.parametrize("same", ["c.r - c.r", "c.r / c.r", "(c.r + 1.0) - (1.0 + c.r) + (c.g - c.g)"])
+def test_a_difference_of_one_value_may_be_nan(same: str) -> None:
+    text = module(f"def one(color: Image) -> float:\n    c = color[0, 0]\n    return {same}")
+    assert "| pg_nil2)" in text
+
+
+def test_a_choice_between_other_values_is_made_plainly() -> None:
+    text = module("def one(color: Image) -> float: return 2.0 if color[0, 0].r < 0.5 else 3.0")
+    assert "select(0u" not in text
+    text = module("def one(color: Image) -> float:\n    r = color[0, 0].r\n    return -r if r < 0.0 else r")
+    assert "((select(0u, 1u, (bitcast<f32>(bitcast<u32>(t1.x) | pg_nil2) < " in text
+
+
 def test_a_result_that_is_stored_only_is_printed_plainly() -> None:
     text = module("def one(color: Image) -> float: return color[0, 0].r + 1.5")
     assert "= (t1.x + 1.5);" in text
@@ -49,7 +81,7 @@ def test_a_result_that_is_stored_only_is_printed_plainly() -> None:
 def test_unequal_is_not_equal_turned_around() -> None:
     """wgpu makes ``!=`` false for NaN."""
     text = module("def one(color: Image) -> float: return 1.0 if color[0, 0].r != 0.5 else 0.0")
-    assert "((select(0u, 1u, t1.x == 0.5) | pg_nil) == 0u)" in text
+    assert "((select(0u, 1u, bitcast<f32>(bitcast<u32>(t1.x) | pg_nil2) == 0.5) | pg_nil) == 0u)" in text
 
 
 def test_operations_on_constants_alone_are_left_to_the_device() -> None:
