@@ -356,7 +356,7 @@ class WGSL(Printer):
             lines.append(f"const {name} = array<{self.types[type_]}, {len(values)}>({items});")
         if program.stage == "vertex":
             sent = [f"    @location({k}) pg_varying{k}: vec4<f32>," for k in range(vec4_count(len(self.varyings)))]
-            lines += ["struct Results {", "    @builtin(position) position: vec4<f32>,", *sent, "}"]
+            lines += ["struct Results {", "    @builtin(position) @invariant position: vec4<f32>,", *sent, "}"]
         elif program.outputs:
             outputs = [f"    @location({k}) pg_out{k}: vec4<f32>," for k in range(len(program.outputs))]
             lines += ["struct Results {", *outputs, "}"]
