@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import weakref
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, ClassVar
 
@@ -15,6 +15,7 @@ from passgraph.backends.base import Backend, Block, DeviceInfo, DrawRunner, Floa
 from passgraph.backends.steps import numbers_of
 from passgraph.backends.turn import check_driver, open_driver
 from passgraph.backends.webgpu import devices, transfers
+from passgraph.backends.webgpu.counts import CountRun, counts
 from passgraph.backends.webgpu.passes import DrawRun, Mesh, PixelRun
 from passgraph.backends.webgpu.programs import Programs
 from passgraph.backends.webgpu.textures import Stored, Texture, stored_as
@@ -70,6 +71,15 @@ class WebGPUBackend(Backend):
         if self._encoder is None:
             self._encoder = self.device.create_command_encoder()
         return self._encoder
+
+    def draw_triangle(self, pipeline: Any, group: Any, outputs: Sequence[Texture]) -> None:
+        """Encode one triangle over whole targets."""
+        colors = [{"view": output.view, "load_op": "load", "store_op": "store"} for output in outputs]
+        encoded = self.encoder().begin_render_pass(color_attachments=colors)
+        encoded.set_pipeline(pipeline)
+        encoded.set_bind_group(0, group)
+        encoded.draw(3)
+        encoded.end()
 
     def encoded(self) -> None:
         """A pass is encoded: submit it now, outside of a run."""
@@ -241,7 +251,12 @@ class WebGPUBackend(Backend):
 
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         self.check_open()
-        return PixelRun(self, step)
+        return CountRun(self, step) if counts(self, step) else PixelRun(self, step)
+
+    def own_way(self, step: PixelStep) -> str | None:
+        if not counts(self, step):
+            return None
+        return "each texel adds to its bin in a table of its row, in a compute shader"
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         self.check_open()

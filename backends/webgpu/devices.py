@@ -24,6 +24,7 @@ _RAISED = (
     "max-texture-dimension-2d", "max-buffer-size", "max-uniform-buffer-binding-size", "max-color-attachments",
     "max-color-attachment-bytes-per-sample", "max-sampled-textures-per-shader-stage",
     "max-inter-stage-shader-variables", "max-storage-buffer-binding-size",
+    "max-compute-workgroup-storage-size",
 )  # fmt: skip
 #: Bytes of a pixel in the widest color format.
 _WIDEST = 16

@@ -83,13 +83,7 @@ class PixelRun:
         backend = self.backend
         with backend.reported(f"running pass {self.step.name!r}"):
             self.stage.send(block)
-            colors = [{"view": o.view, "load_op": "load", "store_op": "store"} for o in outputs]
-            group = self.stage.group(images)
-            encoded = backend.encoder().begin_render_pass(color_attachments=colors)
-            encoded.set_pipeline(self.pipeline)
-            encoded.set_bind_group(0, group)
-            encoded.draw(3)
-            encoded.end()
+            backend.draw_triangle(self.pipeline, self.stage.group(images), outputs)
             backend.encoded()
 
 
