@@ -58,20 +58,25 @@ def weight(texel: int, pixel_: int, length: int, output_length: int, reach: Cons
 
 
 @pg.kernel
-def resized(color: Image, reach: Const[float], b: Const[float], c: Const[float]) -> vec4:
-    """The mean of what a pixel covers, by the filter across and down."""
+def resized(
+    color: Image, across: Const[bool], down: Const[bool], reach: Const[float], b: Const[float], c: Const[float]
+) -> vec4:
+    """The mean of what a pixel covers, by the filter across, down or both."""
     at, size, made = pixel(), color.size, output_size()
     # of whole numbers of half texels over what is made, as in weight()
     reach_x, reach_y = int(2.0 * reach) * max(size.x, made.x), int(2.0 * reach) * max(size.y, made.y)
-    left = ((2 * at.x + 1) * size.x - reach_x - made.x) // (2 * made.x) + 1
-    top = ((2 * at.y + 1) * size.y - reach_y - made.y) // (2 * made.y) + 1
-    taps_x, taps_y = (reach_x + made.x - 1) // made.x, (reach_y + made.y - 1) // made.y
+    left = ((2 * at.x + 1) * size.x - reach_x - made.x) // (2 * made.x) + 1 if across else at.x
+    top = ((2 * at.y + 1) * size.y - reach_y - made.y) // (2 * made.y) + 1 if down else at.y
+    taps_x = (reach_x + made.x - 1) // made.x if across else 1
+    taps_y = (reach_y + made.y - 1) // made.y if down else 1
     total, total_weight = vec4(0.0), 0.0
     for y in range(taps_y):
-        down = weight(top + y, at.y, size.y, made.y, reach, b, c)
-        if down != 0.0:
+        weight_y = weight(top + y, at.y, size.y, made.y, reach, b, c) if down else 1.0
+        if weight_y != 0.0:
             for x in range(taps_x):
-                both = down * weight(left + x, at.x, size.x, made.x, reach, b, c)
+                both = weight_y
+                if across:
+                    both = weight_y * weight(left + x, at.x, size.x, made.x, reach, b, c)
                 if both != 0.0:
                     total += color.texel(ivec2(left + x, top + y)) * both
                     total_weight += both
@@ -82,9 +87,9 @@ def sized(spec: pg.TargetSpec, color: pg.Target, scale: float) -> pg.TargetSpec:
     """A target with a size: its own, or a share of a picture's.
 
     >>> sized(pg.target("a"), pg.Input("frame"), 0.5).size.scale, sized(pg.target("a", size=(9, 5)), 1, 1).size.width
-    (0.5, 9)
+    ((0.5, 0.5), 9)
     """
-    return spec if spec.size is not None else replace(spec, size=Like(color, scale))
+    return spec if spec.size is not None else replace(spec, size=Like(color, (scale, scale)))
 
 
 @effect("resize", alpha="premultiplied")
@@ -125,5 +130,12 @@ def resize(
     """
     color = decoded(color, f"{name}_light", "rgba32f")
     spec = sized(into or pg.target(name, "rgba32f"), color, scale)
-    picture: pg.Target = resized(color, *FILTERS[filter], into=spec, name=name)
+    picture: pg.Target
+    if isinstance(spec.size, Like) and spec.size.other is color:
+        # across first, which leaves a few taps a pixel where both sides at once have as many squared
+        narrow = pg.target(f"{name}_across", "rgba32f", like=color, scale=(spec.size.scale[0], 1.0))
+        narrow_picture = resized(color, True, False, *FILTERS[filter], into=narrow, name=narrow.name)
+        picture = resized(narrow_picture, False, True, *FILTERS[filter], into=spec, name=name)
+    else:
+        picture = resized(color, True, True, *FILTERS[filter], into=spec, name=name)
     return picture

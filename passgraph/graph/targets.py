@@ -40,17 +40,17 @@ class Absolute:
 
 @dataclass(frozen=True, slots=True)
 class Relative:
-    """A fraction of the output's size, rounded up."""
+    """A fraction of the output's width and height, rounded up."""
 
-    scale: float = 1.0
+    scale: tuple[float, float] = (1.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Like:
-    """A fraction of the size of another target or input, rounded up."""
+    """A fraction of the width and height of another target or input, rounded up."""
 
     other: Target
-    scale: float = 1.0
+    scale: tuple[float, float] = (1.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,7 +309,7 @@ def target(
     format: str | Format = "rgba16f",
     size: tuple[int, int] | None = None,
     *,
-    scale: float | None = None,
+    scale: float | tuple[float, float] | None = None,
     like: Target | None = None,
     clear: float | tuple[float, ...] | None = None,
     notes: tuple[str, ...] = (),
@@ -326,7 +326,8 @@ def target(
     size
         (width, height) in pixels.  Left out: like the first image that its pass reads, or like the output.
     scale
-        Fraction of the output (or of ``like``) instead of a size, above 0.
+        Fraction of the output (or of ``like``) instead of a size, above 0; or a fraction of its width and one of its
+        height.
     like
         A target or input whose size it takes.
     clear
@@ -346,6 +347,8 @@ def target(
     --------
     >>> target("bloom", "rgba16f", scale=0.5)
     <target bloom rgba16f>
+    >>> target("narrow", "rgba16f", scale=(0.25, 1.0)).size
+    Relative(scale=(0.25, 1.0))
     """
     stored = format_named(format)
     name = arguments.text(name, "the name of a target")
@@ -408,8 +411,13 @@ def checked_size(size: object, what: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def checked_scale(scale: object, name: str) -> float:
-    return arguments.real(scale, f"target {name!r}: scale", 0.0, 16.0, above=True)
+def checked_scale(scale: object, name: str) -> tuple[float, float]:
+    """Return the fractions of width and height; raise GraphError where they are no numbers above 0 and up to 16."""
+    pair = scale if isinstance(scale, (tuple, list)) else (scale, scale)
+    if len(pair) != 2:
+        raise GraphError(f"target {name!r}: scale must be one number or two, got {len(pair)}")
+    width, height = (arguments.real(one, f"target {name!r}: scale", 0.0, 16.0, above=True) for one in pair)
+    return width, height
 
 
 def Input(

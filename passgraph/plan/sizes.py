@@ -152,8 +152,8 @@ def _taken(size: tuple[int, int], spec: TargetSpec) -> tuple[int, int]:
     declared = spec.size
     if isinstance(declared, Blocks):
         return declared.each * -(-size[0] // declared.width), -(-size[1] // declared.height)
-    scale = declared.scale if isinstance(declared, Like | Relative) else 1.0
-    return max(1, math.ceil(size[0] * scale)), max(1, math.ceil(size[1] * scale))
+    across, down = declared.scale if isinstance(declared, Like | Relative) else (1.0, 1.0)
+    return max(1, math.ceil(size[0] * across)), max(1, math.ceil(size[1] * down))
 
 
 def _checked(size: tuple[int, int], spec: TargetSpec, work: Work) -> tuple[int, int]:

@@ -431,7 +431,7 @@ class _Graph:
                 specs.append(into)
                 break
             formulas = one.formulas(values, f"{self.path}: PASSES[{number}]")
-            size = Relative(1.0) if formulas is None else Computed(*formulas)
+            size = Relative() if formulas is None else Computed(*formulas)
             spec = target(f"{into.name}.{one.target or 'pass'}.{number}", "rgba32f" if one.is_float else "rgba8")
             specs.append(replace(spec, size=size))
         return specs
