@@ -171,7 +171,7 @@ class Backend(ABC):
 
     @abstractmethod
     def upload(self, storage: Any, picture: FloatBlock) -> None:
-        """Host picture into a storage.  Values are stored as they are; formats quantise by rounding to nearest even."""
+        """Host picture into a storage.  Values are stored as they are; formats quantize by rounding to nearest even."""
 
     @abstractmethod
     def download(self, storage: Any) -> FloatBlock:
@@ -301,7 +301,7 @@ def device_number(device: str) -> int | None:
 def clear_colour(clear: tuple[float, ...], channels: int, srgb: bool) -> tuple[float, ...]:
     """Return the clear values of a target, one number a channel, before quantization.
 
-    A clear colour is linear as what kernels write is; sRGB targets hold it encoded (IEC 61966-2-1).
+    A clear color is linear as what kernels write is; sRGB targets hold it encoded (IEC 61966-2-1).
 
     >>> clear_colour((1.0, 0.0, 0.0, 0.5), 4, srgb=True)[3]
     0.5

@@ -1,6 +1,6 @@
 """Formats of render targets: one table.
 
-A kernel quantises what it stores (prelude functions named in ``store``), so storing itself is exact on every
+A kernel quantizes what it stores (prelude functions named in ``store``), so storing itself is exact on every
 backend and a value read back is the value that the reference computes.
 """
 
@@ -57,7 +57,7 @@ class Format:
 
     @property
     def decode(self) -> str | None:
-        """Prelude function that colour channels pass through when a kernel reads them."""
+        """Prelude function that color channels pass through when a kernel reads them."""
         return "decode_srgb" if self.srgb else None
 
     @property
@@ -67,7 +67,7 @@ class Format:
 
     @property
     def unit(self) -> float:
-        """The distance between neighbouring stored values near 1; 0 for float32, whose own ulp decides."""
+        """The distance between neighboring stored values near 1; 0 for float32, whose own ulp decides."""
         if self.steps:
             return 1 / self.steps
         return 2.0**-11 if self.bits == 16 else 0.0
@@ -93,7 +93,7 @@ def format_spelling(format_: Format, spellings: Mapping[str, T], file: str) -> T
     return spellings[format_.number]
 
 
-#: Ending of a colour format's name → bits and steps of a channel.
+#: Ending of a color format's name → bits and steps of a channel.
 _COLOUR = {
     "8": (8, 255),
     "16": (16, 65535),
@@ -140,7 +140,7 @@ def colour_format(number: str, channels: int) -> Format | None:
 
 
 def curved(format_: Format, srgb: bool) -> Format | None:
-    """The format of the same numbers whose colours are encoded by the sRGB curve, or not; None where there is none.
+    """The format of the same numbers whose colors are encoded by the sRGB curve, or not; None where there is none.
 
     >>> curved(FORMATS["rgba8"], True).name, curved(FORMATS["rgba8_srgb"], False).name, curved(FORMATS["r8"], True)
     ('rgba8_srgb', 'rgba8', None)

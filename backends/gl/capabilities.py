@@ -199,7 +199,7 @@ def capabilities_of(gl: Any) -> Capabilities:
 
 
 def loop_trips(renderer: str) -> int:
-    """Trips of loops that a device makes for one pixel: Mesa's rasteriser on the CPU leaves all loops behind so many,
+    """Trips of loops that a device makes for one pixel: Mesa's rasterizer on the CPU leaves all loops behind so many,
     with no error (LP_MAX_TGSI_LOOP_ITERATIONS in gallivm/lp_bld_limits.h).
 
     >>> loop_trips("llvmpipe (LLVM 15.0.6, 256 bits)"), loop_trips("NVIDIA H200") > 1 << 40
@@ -209,7 +209,7 @@ def loop_trips(renderer: str) -> int:
 
 
 def on_processor(renderer: str) -> bool:
-    """Whether it is one of Mesa's rasterisers on the CPU."""
+    """Whether it is one of Mesa's rasterizers on the CPU."""
     return renderer.startswith(("llvmpipe", "softpipe"))
 
 

@@ -71,7 +71,7 @@ void main()
 
 
 class Numbers(GLSL):
-    """A pixel program as ``pg_number``, of the centre of a pixel."""
+    """A pixel program as ``pg_number``, of the center of a pixel."""
 
     place = "pg_place"
 

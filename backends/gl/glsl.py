@@ -121,7 +121,7 @@ class GLSL(CLike):
     """A program of any stage as one shader; ``varyings`` names the scalars sent from vertex to fragment."""
 
     spelled: ClassVar[Mapping[str, Mapping[str, str]]] = SPELLED
-    #: The centre of this pixel in the target.
+    #: The center of this pixel in the target.
     place: ClassVar[str] = "gl_FragCoord.xy"
 
     def __init__(
@@ -203,7 +203,7 @@ class GLSL(CLike):
     def texel(self, load: s.LoadTexel) -> None:
         """Read a texel by ``textureLod``, which takes llvmpipe two thirds of the time of ``texelFetch``.
 
-        Coordinates are centres of texels (float32 finds them in any picture up to 2²¹ texels a side), filters
+        Coordinates are centers of texels (float32 finds them in any picture up to 2²¹ texels a side), filters
         take the nearest, and textures clamp to their edge.
         """
         image = f"{self.own.image}{self.image_numbers[load.image]}"
@@ -229,7 +229,7 @@ class GLSL(CLike):
                 self.name(value, f"t{first.id}.{letter}")
 
     def _filtered_place(self, load: s.LoadTexel) -> str:
-        """A place from 0 to 1 in texture coordinates; a part of a texture ends at the centres of its last texels."""
+        """A place from 0 to 1 in texture coordinates; a part of a texture ends at the centers of its last texels."""
         place, lies = f"vec2({self.operand(load.x)}, {self.operand(load.y)})", self._lies(load.image)
         if lies.bottom_up:
             place = f"(vec2(0.0, 1.0) + vec2(1.0, -1.0) * {place})"
@@ -239,7 +239,7 @@ class GLSL(CLike):
         return place
 
     def _place(self, load: s.LoadTexel, axis: str, offset: s.Operand) -> tuple[str, list[str]]:
-        """One coordinate of a texel's centre, and the conditions under which a zero border shows the texel."""
+        """One coordinate of a texel's center, and the conditions under which a zero border shows the texel."""
         constant_offset = int(offset.value) if isinstance(offset, s.Lit) else None
         if load.relative and constant_offset == 0:
             return f"{self._here(load.image)}.{axis}", []  # the image is as large as the target
@@ -277,7 +277,7 @@ class GLSL(CLike):
         return place, [f"{coordinate} >= 0"] * low + [f"{coordinate} < {count}"] * high
 
     def _centre(self, image: str, axis: str, number: str) -> str:
-        """The centre of a column or row in texture coordinates."""
+        """The center of a column or row in texture coordinates."""
         lies = self._lies(image)
         inside = f"({number} + 0.5)"
         if axis == "y" and lies.bottom_up:
@@ -287,7 +287,7 @@ class GLSL(CLike):
         return f"{inside} * {self._width(image)}.{axis}"
 
     def _here(self, image: str) -> str:
-        """The centre of this pixel in texture coordinates of an image that is as large as the target."""
+        """The center of this pixel in texture coordinates of an image that is as large as the target."""
         lies, output = self._lies(image), self.placements.output
         same_direction = lies.bottom_up == output.bottom_up
         if same_direction and not lies.is_part and not output.is_part:
@@ -368,7 +368,7 @@ class GLSL(CLike):
         return region_name(self.own.image, self.image_numbers[image])
 
     def _edges(self, image: str) -> tuple[str, str]:
-        """Centres of the first and the last texel of a part."""
+        """Centers of the first and the last texel of a part."""
         number, region, width = self.image_numbers[image], self._region(image), self._width(image)
         low, high = f"pg_low{number}", f"pg_high{number}"
         self.declarations.setdefault(low, f"vec2 {low} = (vec2({region}.xy) + 0.5) * {width};")

@@ -298,7 +298,7 @@ def _switch(gl: Functions, what: int, on: bool) -> None:
 def clear_targets(
     gl: Functions, bound: Bound, colours: list[tuple[int, Any]], depth: float | None, stencil: int | None
 ) -> None:
-    """Clear colour attachments (number, four floats), depth and stencil; masks are opened for it."""
+    """Clear color attachments (number, four floats), depth and stencil; masks are opened for it."""
     if not colours and depth is None:
         return
     bound.state = None

@@ -150,7 +150,7 @@ def with_stencil(depth: NDArray[np.float32]) -> NDArray[Any]:
 
 
 def stored_clear(value: tuple[float, ...], texture: Texture) -> NDArray[np.float32]:
-    """A clear colour as four floats that the format holds exactly."""
+    """A clear color as four floats that the format holds exactly."""
     four = np.array([0, 0, 0, 1], np.float32)
     four[: texture.format.channels] = clear_colour(value, texture.format.channels, texture.format.srgb)
     return quantised(four, texture.format)

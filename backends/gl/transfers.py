@@ -1,7 +1,7 @@
 """Pictures between the caller's memory and textures, straight: OpenGL goes along the rows where it can be told how.
 
 No driver's rounding takes part.  Numbers move as they are, halves to float32 too, which is exact.  A pass of ours
-quantises float32; fractions are divided out on the host, in cache: drivers multiply with a rounded reciprocal (llvmpipe
+quantizes float32; fractions are divided out on the host, in cache: drivers multiply with a rounded reciprocal (llvmpipe
 does), and numbers are a quarter or half of what would have to come back.
 """
 
@@ -107,7 +107,7 @@ def send_values(backend: GLBackend, texture: Texture, picture: FloatBlock) -> No
 
 
 def store(backend: GLBackend, source: Texture, destination: Texture, read: Format | None = None) -> None:
-    """The values of one picture into another, as kernels that write there quantise them (:func:`storing_program`)."""
+    """The values of one picture into another, as kernels that write there quantize them (:func:`storing_program`)."""
     placements = placements_of((destination,), (source,))
     program = backend.programs.pixel(storing_program(destination.format, read), placements)
     run_pixels(backend, program, (destination,), (source,), _EMPTY, destination.size)
@@ -172,7 +172,7 @@ def _fetch(backend: GLBackend, texture: Texture, destination: NDArray[Any], type
 
 
 def read_pixels(backend: GLBackend, texture: Texture, room: NDArray[Any], type_: int, rows: Rows) -> None:
-    """Through a framebuffer, as OpenGL ES has it: four channels, or what the driver offers; depth as colour."""
+    """Through a framebuffer, as OpenGL ES has it: four channels, or what the driver offers; depth as color."""
     if texture.format.is_depth:
         depth, texture = texture, _scratch(backend, texture)
         store(backend, depth, texture)

@@ -1,4 +1,4 @@
-"""The default backend: NumPy arrays, kernels as vector code through LLVM, a tiled rasteriser.  Needs no driver.
+"""The default backend: NumPy arrays, kernels as vector code through LLVM, a tiled rasterizer.  Needs no driver.
 
 Four rooms, each of which imports from those before it only: ``machine``, ``vector``, then ``pixels`` and ``raster``.
 """

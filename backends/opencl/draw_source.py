@@ -277,7 +277,7 @@ def _tests(step: DrawStep, layouts: DrawLayouts, *, discards: bool) -> tuple[str
 
 
 def _blends(step: DrawStep) -> Iterator[Listing]:
-    """``pg_blend0`` …: for each target that is blended, what a colour and the pixel under it become."""
+    """``pg_blend0`` …: for each target that is blended, what a color and the pixel under it become."""
     for i, program in enumerate(step.blending):
         if program is None:
             continue

@@ -1,13 +1,13 @@
 """Pixel passes: one work-item a pixel, or on CPUs one a run of pixels.
 
-A pass that reads neighbours runs as two kernels.  The inner one covers the block of pixels whose reads all
-lie inside, so that no border code keeps its loads from vectorising; the other one what surrounds it, row by row and in
+A pass that reads neighbors runs as two kernels.  The inner one covers the block of pixels whose reads all
+lie inside, so that no border code keeps its loads from vectorizing; the other one what surrounds it, row by row and in
 groups of one size: PoCL compiles a kernel again for each size of group, and where work-items are counted from elsewhere
 than 0, which takes a fifth of the first run.
 
-On CPUs the inner kernel goes through a run of pixels in a loop of its own.  PoCL optimises a kernel before it makes
-the loop over a group's work-items: LLVM then packs the channels of one pixel into short vectors (its SLP vectoriser),
-after which the loop over pixels "cannot be vectorized".  A loop that is in the kernel from the start is vectorised
+On CPUs the inner kernel goes through a run of pixels in a loop of its own.  PoCL optimizes a kernel before it makes
+the loop over a group's work-items: LLVM then packs the channels of one pixel into short vectors (its SLP vectorizer),
+after which the loop over pixels "cannot be vectorized".  A loop that is in the kernel from the start is vectorized
 first.  The sRGB curve on three channels takes a sixteenth of the time.
 """
 

@@ -1,4 +1,4 @@
-"""Draws: the host side of the rasteriser in raster.cl.
+"""Draws: the host side of the rasterizer in raster.cl.
 
 Vertices are transformed, triangles set up chunk by chunk, counted into tiles, listed by tile in order of
 submission, and each tile is drawn.  No atomics: what a pixel becomes never depends on timing.

@@ -39,7 +39,7 @@ def nearest_number(format_: Format, value: str) -> str:
     """The number nearest to a value, as an expression; as in passgraph.backends.steps, NaN is held as 0."""
     if not format_.steps:
         return f"pg_store_half({value})" if format_.number == "f2" else value
-    # Comparisons and a plain conversion vectorise.
+    # Comparisons and a plain conversion vectorize.
     clamped = f"(0.0f < {value} ? (1.0f < {value} ? 1.0f : {value}) : 0.0f)"
     return f"({element(format_)})(int)rint({clamped} * {format_.steps}.0f)"
 

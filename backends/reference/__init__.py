@@ -1,4 +1,4 @@
-"""The reference backend: a float64 interpreter of the typed representation and an exact rasteriser.
+"""The reference backend: a float64 interpreter of the typed representation and an exact rasterizer.
 
 It is the meaning that other backends are held to.  In reading order: ``domain`` and ``interpreter`` (the
 walker), ``number_domain`` (float64), ``images`` and ``stage`` (what a kernel sees), ``pixel_pass``; then

@@ -127,7 +127,7 @@ Float64 = NDArray[np.float64]
 
 
 def write(storage: Storage, pixel: Ints, colours: Float64, mask: tuple[bool, ...], blend: Blend | None) -> None:
-    """Colours (n, channels) of fragments in the order of submission; without a blend, one a pixel."""
+    """Colors (n, channels) of fragments in the order of submission; without a blend, one a pixel."""
     if blend is None:
         _put(storage, pixel, stored(storage.format, colours), mask)
         return
@@ -143,7 +143,7 @@ def _put(storage: Storage, pixel: Ints, values: NDArray[np.float32], mask: tuple
 
 
 def blended(blend: Blend, format_: Format, source: Float64, destination: Float64) -> Float64:
-    """Both (n, channels), and the result, which is not quantised yet."""
+    """Both (n, channels), and the result, which is not quantized yet."""
     program = blend_kernel(blend, format_)
     around = StageValues({"source": filled(source), "destination": filled(destination)})
     results, _ = Interpreter(program, NumberDomain(), around).run()
@@ -160,7 +160,7 @@ ALL_CHANNELS = (True, True, True, True)
 
 
 class ReferenceDrawPass:
-    """A draw, interpreted and rasterised by docs/rasterisation.md."""
+    """A draw, interpreted and rasterized by docs/rasterisation.md."""
 
     def __init__(self, step: DrawStep) -> None:
         self.step = step
@@ -235,7 +235,7 @@ class ReferenceDrawPass:
     ) -> None:
         """One batch of fragments through kernel, tests and output.
 
-        The kernel runs first only where it may discard; else only for fragments whose colour can be seen.
+        The kernel runs first only where it may discard; else only for fragments whose color can be seen.
         """
         state = self.step.state
         colours: list[Float64] | None = None

@@ -127,7 +127,7 @@ def _fans(sizes: Ints, width: int) -> tuple[Ints, Ints]:
 
 #: Positions are multiples of 1/256 pixel: 8 bits below the pixel, as GPUs have them.
 SUBPIXELS = 256
-#: No corner lies farther than this many w from the centre: twice the guard band.
+#: No corner lies farther than this many w from the center: twice the guard band.
 FARTHEST = 16.0
 #: The smallest normal float32: depths below it have its exponent.
 SMALLEST_NORMAL = 2.0**-126
@@ -209,7 +209,7 @@ ROWS_AT_ONCE = 1 << 18
 
 @dataclass(frozen=True)
 class Fragments:
-    """Covered pixel centres in the order of submission."""
+    """Covered pixel centers in the order of submission."""
 
     triangle: Ints
     x: Ints
@@ -269,7 +269,7 @@ def _spans(triangles: ScreenTriangles, owner: Ints, row: Ints, width: int) -> tu
     centre_y = SUBPIXELS * row + HALF
     for k in range(3):
         x, y, dx, dy = _edge(triangles, owner, k)
-        # Inside is >= 0 at column i: start - slope * i >= 0.  Edges that own no centre on them need 1 more.
+        # Inside is >= 0 at column i: start - slope * i >= 0.  Edges that own no center on them need 1 more.
         owns_centre = (dy < 0) | ((dy == 0) & (dx > 0))
         start = dx * (centre_y - y) - dy * (HALF - x) - np.where(owns_centre, 0, 1)
         slope = dy * SUBPIXELS

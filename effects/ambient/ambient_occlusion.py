@@ -35,7 +35,7 @@ RADIUS_SHARE = 0.08
 
 @pg.function
 def after_bounces(visibility: float, albedo: vec3) -> vec3:
-    """The share of light that arrives when what is hidden reflects light of the surface's own colour.
+    """The share of light that arrives when what is hidden reflects light of the surface's own color.
 
     Source: J. Jimenez et al., 2016, the cubic fitted to path-traced scenes.
     """
@@ -251,7 +251,7 @@ def ambient_occlusion() -> None:
     power : exponent on the visibility: 1 is physical, more is darker
     half_resolution : search at half the width and height, then enlarge along surfaces
     denoise : average over the 4 by 4 pixels of the noise, along surfaces
-    bounces : lighten by what hidden surfaces of the same colour would reflect
+    bounces : lighten by what hidden surfaces of the same color would reflect
     ambient : scene-linear light (or its red, green, blue) from all around, which alone is dimmed
     display : return an 8-bit sRGB picture; off, the scene-linear HDR target
 
@@ -265,7 +265,7 @@ def ambient_occlusion() -> None:
     Occlusion", SIGGRAPH 2016 (gtao); M. Mittring, "Finding Next Gen: CryEngine 2", SIGGRAPH 2007, and
     D. Filion, R. McNaughton, "Effects & Techniques", SIGGRAPH 2008 (ssao).  Deviations: slices are spread evenly
     about the line of sight, not on the screen; a pixel's sum is divided by what its slices see of an open
-    hemisphere, so that open surfaces stay at 1; a tap's depth is carried over from its texel's centre along the
+    hemisphere, so that open surfaces stay at 1; a tap's depth is carried over from its texel's center along the
     receiver's plane, so that planes do not hide themselves at any angle; normals are those of the depth, since
     interpolated ones let the triangles of a coarse model hide themselves; there is no temporal filter; ssao
     turns its points by a pattern computed from the pixel's place, not by a texture.

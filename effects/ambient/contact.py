@@ -183,7 +183,7 @@ def contact_map(
 
 
 def alike(nodes: Iterable[pg.Node], darkness: Darkness) -> dict[tuple[float, bool], list[pg.Node]]:
-    """Nodes by darkness, and by whether their colours' opacity means nothing."""
+    """Nodes by darkness, and by whether their colors' opacity means nothing."""
     groups: dict[tuple[float, bool], list[pg.Node]] = {}
     for node in nodes:
         dark = darkness.get(node.name, DARKNESS) if isinstance(darkness, Mapping) else darkness
@@ -291,7 +291,7 @@ class Contact:
     ----------
     picture : what `contact` returns
     lit : scene-linear, darkened
-    share : what the floor keeps of its colour, on the screen; 1 elsewhere
+    share : what the floor keeps of its color, on the screen; 1 elsewhere
     map : the same from straight above, right is +x, down is +z
     heights : the floor from straight above, r32f, scene units; None on a plane
     scene : the scene with its soft shadows, not yet darkened
@@ -352,9 +352,9 @@ def contact() -> None:
         For what is out of range, for names that no node has, and where nothing is near the floor.
 
     Source: projective penumbrae on a floor: an orthographic view from above, clipped at the threshold by its
-    near plane, with the normalised height as colour; on a height field clipped for each texel by a height map
+    near plane, with the normalized height as color; on a height field clipped for each texel by a height map
     of the floor.  Deviations: where several surfaces lie over one texel the lowest counts (a minimum);
-    translucent surfaces let their own colour through; holes in textures count as solid.  What lies under the
+    translucent surfaces let their own color through; holes in textures count as solid.  What lies under the
     floor darkens it only where the floor is inside the body, which is found by counting the faces below, so
     that a body with a hole below the floor may leave light in it.
 

@@ -37,7 +37,7 @@ def linearised_half(depth: Image, normals: Image, frame: ViewFrame) -> tuple[flo
 
 @pg.kernel
 def denoise(mask: Image, normals: Image, frame: ViewFrame, radius: float, dx: Const[int], dy: Const[int]) -> vec2:
-    """The mean over one pattern of the noise along a row or column, of taps on the plane through the centre.
+    """The mean over one pattern of the noise along a row or column, of taps on the plane through the center.
 
     The mask holds visibility and linear depth, so that a tap is one read.  The weights 1/2, 1, 1, 1, 1/2 take each
     remainder modulo 4 once.
@@ -65,7 +65,7 @@ def denoise(mask: Image, normals: Image, frame: ViewFrame, radius: float, dx: Co
 
 @pg.kernel
 def enlarge(mask: Image, depth: Image, normals: Image, frame: ViewFrame, radius: float) -> float:
-    """Full size from half the size: bilinear, without the pixels that lie off the plane through the centre."""
+    """Full size from half the size: bilinear, without the pixels that lie off the plane through the center."""
     far = depth[0, 0].r
     if far <= 0.0:
         return 1.0

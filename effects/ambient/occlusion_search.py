@@ -162,7 +162,7 @@ def horizon_visibility(
             at = toward * away
             nearest = floor(at + 0.5)
             tap = ivec2(nearest)
-            # a texel's centre lies beside the slice: its depth is carried over along the receiver's plane
+            # a texel's center lies beside the slice: its depth is carried over along the receiver's plane
             carried = dot(at - nearest, step_of_plane)
             for side in range(2):
                 sign = 1 - 2 * side
@@ -195,7 +195,7 @@ GOLDEN_ANGLE = pi * (3.0 - math.sqrt(5.0))
 
 
 def hemisphere_points(count: int) -> tuple[tuple[float, float, float], ...]:
-    """Points of the unit hemisphere over z = 0, denser toward the pole (cosine) and toward the centre.
+    """Points of the unit hemisphere over z = 0, denser toward the pole (cosine) and toward the center.
 
     >>> [round(v, 3) for v in hemisphere_points(1)[0]]
     [0.177, 0.0, 0.177]
@@ -260,7 +260,7 @@ def hemisphere_visibility(taps: int) -> Any:
             share = 1.0 / spread(frame, max(away, 1e-6 * far))
             at = (middle * spread(frame, far) + t_px * p.x + b_px * p.y + n_px * p.z) * share - middle
             tap = floor(at + 0.5)
-            # the texel's centre lies beside the point: its depth is carried over along the receiver's plane
+            # the texel's center lies beside the point: its depth is carried over along the receiver's plane
             found = linear_depth.texel(pixel() + ivec2(tap)).r
             w = max(found + dot(at - tap, step_of_plane), 1e-20)
             seen = linear_on_planes(frame, w) if found > 0.0 else FAR_AWAY  # the depth there

@@ -61,7 +61,7 @@ def _smoothing(quality: Quality) -> Any:
             return color[0, 0]
         nw, ne, sw, se = luma[-1, -1].r, luma[1, -1].r, luma[-1, 1].r, luma[1, 1].r
 
-        # How far this pixel stands out of its neighbours
+        # How far this pixel stands out of its neighbors
         mean = (2.0 * (n + s + w + e) + nw + ne + sw + se) / 12.0
         out = clamp(abs(mean - m) / spread, 0.0, 1.0)
         smoothed = (3.0 - 2.0 * out) * out * out
@@ -121,13 +121,13 @@ def fxaa(
     Parameters
     ----------
     color : a picture for display, encoded as displays want it, 0 to 1: behind the tone map. Alpha, which should be
-        premultiplied, is smoothed with the colour
+        premultiplied, is smoothed with the color
     quality : how far and how finely edges are searched. "12" reads 8 texels to each side, "39" finds ends of edges to
         the texel
     subpixel : how far single pixels that stand out are smoothed; 0 leaves them
-    contrast : edges count from this share of the brightest neighbour's luma on
+    contrast : edges count from this share of the brightest neighbor's luma on
     least_contrast : and from this luma on
-    linear : colours are linear light, as those of sRGB formats are when read. Luma is encoded then before edges are
+    linear : colors are linear light, as those of sRGB formats are when read. Luma is encoded then before edges are
         looked for; what is brighter than 1 counts as 1
     into : where it goes; left out, 8 bits a channel, in half floats with ``linear``, with the name ``name``
     name : of the passes and targets

@@ -53,7 +53,7 @@ def supersampled(
     Parameters
     ----------
     color : what is smoothed, computed at twice the size that is wanted
-    encoded : colours are sRGB-encoded, 0 to 1, as behind a tone map, and so is the result; off, they are linear light
+    encoded : colors are sRGB-encoded, 0 to 1, as behind a tone map, and so is the result; off, they are linear light
         of any range
     straight : color is not multiplied by alpha, and that of the result is not
     into : where it goes; left out, half of ``color`` each way, 8 bits a channel where encoded, else float16, with the

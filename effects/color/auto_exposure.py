@@ -1,4 +1,4 @@
-"""Auto exposure: a picture brought to middle grey by the light that most of it has."""
+"""Auto exposure: a picture brought to middle gray by the light that most of it has."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -11,7 +11,7 @@ from passgraph import Image, clamp, dot, exp2, isnan, ivec2, log2, mix, vec2, ve
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import Exposure, Share
 
-#: Of the histogram: its bins, and the stops from middle grey to its darkest end and from end to end.
+#: Of the histogram: its bins, and the stops from middle gray to its darkest end and from end to end.
 BINS, DARKEST, STOPS = 256, -16.0, 32.0
 #: Scene-linear luminance that comes out as it is.
 GREY = 0.18

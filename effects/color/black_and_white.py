@@ -33,7 +33,7 @@ def black_and_white(
 
     Parameters
     ----------
-    frame : a picture in any colour space; linear light gives luminance, encoded values give luma
+    frame : a picture in any color space; linear light gives luminance, encoded values give luma
     weights : shares of red, green and blue, which should add up to 1
     into : where it goes; left out, a float32 target "black_and_white"
 

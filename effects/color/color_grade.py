@@ -142,7 +142,7 @@ def color_grade(
     ``Y / (Y + pivot)``; ``(c * (gain - lift) + lift) ** (1 / gamma)``; ``Y + saturation * (c - Y)``.
 
     Source: K. M. Lam, "Metamerism and Colour Constancy", 1985 (Bradford); M. Krystek, "An Algorithm to Calculate
-    Correlated Colour Temperature", 1985 (Planckian locus, below 15,000 K within 1e-4); ASC CDL 1.2 with the slope
+    Correlated Color Temperature", 1985 (Planckian locus, below 15,000 K within 1e-4); ASC CDL 1.2 with the slope
     ``gain - lift``, the offset ``lift`` and the power ``1 / gamma``, without its clamps.
 
     Examples

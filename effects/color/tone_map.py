@@ -19,9 +19,9 @@ BRIGHTEST = 65504.0
 #: Hable's white point: the input that becomes 1.
 HABLE_WHITE = 11.2
 
-#: AgX: log2 of the darkest and brightest scene values that it tells apart, -10 and +6.5 stops about middle grey 0.18.
+#: AgX: log2 of the darkest and brightest scene values that it tells apart, -10 and +6.5 stops about middle gray 0.18.
 AGX_DARKEST, AGX_STOPS = _log2(0.18) - 10.0, 16.5
-#: Where middle grey lies on that scale; the curve takes it to 0.5 with a slope of 2.
+#: Where middle gray lies on that scale; the curve takes it to 0.5 with a slope of 2.
 AGX_PIVOT, AGX_SLOPE = 10.0 / 16.5, 2.0
 AGX_TOE, AGX_SHOULDER = 3.0, 3.25
 #: AgX mixes a fifth of this mean of the channels into each of them before the curve, and takes it out behind.
@@ -29,7 +29,7 @@ AGX_MEAN, AGX_SHARE = (0.21200536, 0.39218251, 0.39581213), 0.2
 #: AgX's result is meant for a display with this exponent.
 AGX_DISPLAY = 2.2
 
-#: PBR Neutral: Fresnel reflection of common materials (index 1.5) at normal incidence, which whitens base colours.
+#: PBR Neutral: Fresnel reflection of common materials (index 1.5) at normal incidence, which whitens base colors.
 NEUTRAL_FRESNEL = 0.04
 #: Where its highlights begin to be compressed, and how fast they lose their saturation.
 NEUTRAL_START, NEUTRAL_DESATURATION = 0.8 - NEUTRAL_FRESNEL, 0.15
@@ -76,7 +76,7 @@ def agx_channel(x: float) -> float:
 
 @pg.function
 def agx_mean(c: vec3) -> vec3:
-    """The grey that the inset mixes in."""
+    """The gray that the inset mixes in."""
     return vec3(AGX_MEAN[0] * c.r + AGX_MEAN[1] * c.g + AGX_MEAN[2] * c.b)
 
 
@@ -91,7 +91,7 @@ def agx(c: vec3) -> vec3:
 
 @pg.function
 def pbr_neutral(c: vec3) -> vec3:
-    """Base colours as they are, less the Fresnel reflection; highlights compressed by their peak, toward white."""
+    """Base colors as they are, less the Fresnel reflection; highlights compressed by their peak, toward white."""
     low = min(c.r, c.g, c.b)
     offset = NEUTRAL_FRESNEL
     if low <= 2.0 * NEUTRAL_FRESNEL:
@@ -122,7 +122,7 @@ def compress(x: float, curve: int) -> float:
 
 @pg.function
 def compressed(c: vec3, curve: int) -> vec3:
-    """A colour through the curve, to [0, 1]."""
+    """A color through the curve, to [0, 1]."""
     shown = c
     if curve < 4:
         shown = vec3(compress(c.r, curve), compress(c.g, curve), compress(c.b, curve))
@@ -166,7 +166,7 @@ def tone_map(
     frame : scene-linear, Rec. 709 primaries, any range
     exposure_stops : brightness before the curve, factor 2 a stop
     curve : how high values are compressed. "linear" clips at 1; "reinhard" x / (1 + x); "hable" filmic, white at
-        11.2; "aces" Narkowicz's fit; "agx" 16.5 stops, bright colours turn white; "pbr-neutral" keeps base colours,
+        11.2; "aces" Narkowicz's fit; "agx" 16.5 stops, bright colors turn white; "pbr-neutral" keeps base colors,
         compresses highlights alone
     encode : sRGB-encode the result, for display and 8-bit files; off leaves it linear in [0, 1]
     into : where it goes; left out, 8 bits a channel where encoded, else float16, with the name ``name``
@@ -175,7 +175,7 @@ def tone_map(
     Source: E. Reinhard et al., "Photographic Tone Reproduction for Digital Images", 2002, eq. 3; J. Hable,
     "Uncharted 2: HDR Lighting", GDC 2010; K. Narkowicz, "ACES Filmic Tone Mapping Curve", 2015; T. Sobotka and
     J. Smith, "AgX", 2022 (sigmoid, range, slope, powers); Khronos Group, "PBR Neutral Tone Mapper", 2024.
-    Deviations: AgX's inset is a fifth of a mean, which leaves grey exactly grey and is within 1.5e-4 of the
+    Deviations: AgX's inset is a fifth of a mean, which leaves gray exactly gray and is within 1.5e-4 of the
     published matrix; its curve is the sigmoid itself in place of a table.
 
     Examples

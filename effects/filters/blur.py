@@ -20,7 +20,7 @@ MAX_RADIUS_PX = 300
 
 
 def gaussian_weights(sigma_px: float, radius_px: int) -> tuple[float, ...]:
-    """Weights of the centre and of each distance up to ``radius_px``; with both sides they add up to 1.
+    """Weights of the center and of each distance up to ``radius_px``; with both sides they add up to 1.
 
     >>> gaussian_weights(2.0, 0)
     (1.0,)
@@ -92,7 +92,7 @@ def _between(spec: pg.TargetSpec) -> str:
 
 @lru_cache(maxsize=64)
 def _edge_aware(radius: int) -> Any:
-    """A kernel of this radius that leaves out what does not lie on the surface seen at the centre."""
+    """A kernel of this radius that leaves out what does not lie on the surface seen at the center."""
 
     @pg.kernel
     def blur(mask: Image, depth: Image, tolerance: float, dx: Const[int], dy: Const[int]) -> vec4:
@@ -134,12 +134,12 @@ def depth_aware_blur(
     mask : what is blurred, any range
     depth : red is the distance along the view axis in scene units, above 0; of the size of ``mask``
     radius_px : taps to each side; 0 returns ``mask`` itself
-    tolerance : how far a tap may lie off the plane through the centre, as a share of the centre's distance
+    tolerance : how far a tap may lie off the plane through the center, as a share of the center's distance
     into : where it goes; left out, float32 with the name ``name``
     name : of the passes and targets
 
     The weight of a tap is (1 - t²)² for the distance t (1 = radius + 1), times how well its depth fits the
-    plane through the centre, so that slanted floors are blurred as well as upright walls. The centre
+    plane through the center, so that slanted floors are blurred as well as upright walls. The center
     counts always, which keeps the sum of weights at 1 or more.
 
     Source: C. Tomasi, R. Manduchi, "Bilateral Filtering for Gray and Color Images", 1998, with a plane in

@@ -74,7 +74,7 @@ def covered(size: ivec2, target_size: ivec2) -> Covered:
 def down(color: Image) -> vec4:
     """Half the size: half of it the mean of what a pixel covers, half that of twice the width around.
 
-    Where the size halves exactly these are bilinear reads, four times the centre and once the diagonal neighbours.
+    Where the size halves exactly these are bilinear reads, four times the center and once the diagonal neighbors.
     """
     size, target_size = color.size, output_size()
     if size.x == 2 * target_size.x and size.y == 2 * target_size.y:

@@ -47,7 +47,7 @@ def chromatic_aberration(
     name : of the pass
 
     Lateral aberration; what lies in the middle stays sharp.  The shares of the wavelengths add up to 1 in each channel,
-    so that what is even stays as it is.  The least magnified colour fills the picture and the others reach beyond it:
+    so that what is even stays as it is.  The least magnified color fills the picture and the others reach beyond it:
     nothing outside is read and borders have no rim.
 
     Deviation from eyes: red, green and blue see wavelengths as tents over the spectrum, so that no channel is negative.

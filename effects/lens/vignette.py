@@ -14,7 +14,7 @@ from passgraph.effects.quantities import NotNegative, mapped, tan_half
 
 @pg.kernel
 def darkened(color: Image, tan_half: float, strength: float) -> vec4:
-    """The colour times the fourth power of the cosine between this pixel's ray and the axis."""
+    """The color times the fourth power of the cosine between this pixel's ray and the axis."""
     size = vec2(output_size())
     ray = (2.0 * vec2(pixel()) + 1.0 - size) * (tan_half / size.y)
     share = pow(1.0 + dot(ray, ray), -2.0 * strength)

@@ -1,4 +1,4 @@
-"""Light maps baked into the vertex colours of static 3-D geometry, once, when it is loaded."""
+"""Light maps baked into the vertex colors of static 3-D geometry, once, when it is loaded."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -25,13 +25,13 @@ class Baked:
 
 @pg.vertex
 def placed(vertex: pg.Vertex, view_projection: mat4) -> Baked:
-    """Vertex colours carry the light."""
+    """Vertex colors carry the light."""
     return Baked(view_projection * vec4(vertex.position, 1.0), vertex.color)
 
 
 @pg.fragment
 def lit_surface(baked: Baked, albedo: vec3) -> vec4:
-    """The surface's colour in the baked light."""
+    """The surface's color in the baked light."""
     return vec4(albedo * baked.color.rgb, 1.0)
 
 
@@ -54,7 +54,7 @@ def light_at(light: NDArray[np.float32], window: Window, places: Float64) -> NDA
 
 
 def baked(mesh: Mesh, light: NDArray[np.float32], window: Window) -> Mesh:
-    """A mesh whose vertex colours are the light of their places, times the colours it had.
+    """A mesh whose vertex colors are the light of their places, times the colors it had.
 
     Parameters
     ----------

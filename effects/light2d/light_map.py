@@ -24,7 +24,7 @@ PENUMBRAS: tuple[Penumbra, ...] = get_args(Penumbra)
 Draws = Annotated[int, pg.Range(2, 64)]
 #: Side of a tile.
 Tile = Annotated[int, pg.Range(4, 256, "px")]
-#: The scene is destination, the light map source: scene × light, for colour and alpha.
+#: The scene is destination, the light map source: scene × light, for color and alpha.
 ONTO_SCENE = pg.Blend("zero", "source_color")
 
 

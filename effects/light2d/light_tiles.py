@@ -291,7 +291,7 @@ def _table(pairs: _Pairs, starts: NDArray[np.int64], lights: Sequence[Light2D], 
 
 @pg.kernel
 def flat(color: vec4) -> vec4:
-    """One colour."""
+    """One color."""
     return color
 
 

@@ -21,7 +21,7 @@ from passgraph.effects.pictures.stretched import Spot, in_window, quads
 from passgraph.effects.quantities import Exposure, NotNegative, Share
 
 Lens = Literal["none", "bright", "spots", "map"]
-#: Linear colour of moving things.
+#: Linear color of moving things.
 BODY = (0.35, 0.12, 0.08)
 
 

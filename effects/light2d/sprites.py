@@ -26,7 +26,7 @@ FAR = 2.0**20
 def shadow_of(edges: Float64, light: Point) -> Shape:
     """Return the shadow volume of edges (n, 4) seen from a light: one unbounded quad an edge.
 
-    Neighbouring edges share their corners to the last bit, so no light passes between their quads.  Every
+    Neighboring edges share their corners to the last bit, so no light passes between their quads.  Every
     vertex carries its edge (ax, ay, bx, by) as its color.
     """
     ends = edges.reshape(-1, 2, 2)
@@ -188,7 +188,7 @@ def sprite_table(
         turns = _turns(angle, near)
         length = min(reach(mover.position), light.radius - way)
         if len(turns) > 1:
-            # beyond this the inner sides of neighbouring sprites part, and light would show between them
+            # beyond this the inner sides of neighboring sprites part, and light would show between them
             length = min(length, way * (len(turns) - 1))
         for side, (turn, opacity) in enumerate(turns):
             c, s = cos(turn) / way, sin(turn) / way

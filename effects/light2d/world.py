@@ -40,7 +40,7 @@ class Window:
             raise pg.GraphError(f"window {self} needs left < right and bottom < top")
 
     def pixels(self, place: Point, size: tuple[int, int]) -> Point:
-        """A place of the world in pixels of a (width, height) picture; the first pixel's centre is (0.5, 0.5)."""
+        """A place of the world in pixels of a (width, height) picture; the first pixel's center is (0.5, 0.5)."""
         x = (place[0] - self.left) / (self.right - self.left) * size[0]
         return x, (self.top - place[1]) / (self.top - self.bottom) * size[1]
 

@@ -104,7 +104,7 @@ def cone(light: pg.Light) -> tuple[float, float]:
 
 
 def lights_from(camera: pg.Camera, *lights: pg.Light) -> tuple[Float64, Float64, Float64]:
-    """Places, colours and axes as columns, world axes, relative to the eye.
+    """Places, colors and axes as columns, world axes, relative to the eye.
 
     The last row holds the kind by its number, the cosine of the inner and that of the outer half angle.
     """
@@ -190,7 +190,7 @@ def lit_plane(
     surface: Lit, base_map: Image, lights: mat4, colors: mat4, axes: mat4, ambient: vec3, face: vec4, side: float,
     has_map: Const[bool],
 ) -> vec4:  # fmt: skip
-    """The face of the plane that the eye sees, with that face's colour and opacity."""
+    """The face of the plane that the eye sees, with that face's color and opacity."""
     color = face.rgb
     if has_map:
         color = color * base_map.sample(surface.uv).rgb
@@ -209,7 +209,7 @@ def flatten(
 
 @pg.fragment
 def darken(shade: Shade, darkness: float, axis: vec3, cone: vec2, translucent: Const[bool]) -> vec4:
-    """The share of the colour that a shadow leaves; what is not between plane and light throws none."""
+    """The share of the color that a shadow leaves; what is not between plane and light throws none."""
     if shade.above < 0.0 or shade.beyond <= 0.0:
         discard()
     # where a spot's light does not fall there is none to take away
@@ -379,7 +379,7 @@ FOGS: tuple[Fog, ...] = get_args(Fog)
 
 @dataclass(frozen=True)
 class Planar:
-    """Every step's colour: the same target after each draw.
+    """Every step's color: the same target after each draw.
 
     Attributes
     ----------
@@ -458,13 +458,13 @@ def planar() -> None:
 
     Parameters
     ----------
-    scene : a flat node at ``height`` is the plane (with its base colour map); without one, a square is made
+    scene : a flat node at ``height`` is the plane (with its base color map); without one, a square is made
     height : of the plane, world y
-    top : linear colour of the plane's upper face; a texture multiplies it
+    top : linear color of the plane's upper face; a texture multiplies it
     top_opacity : what is left over shows the reflection
-    bottom : linear colour of the plane's lower face; a texture multiplies it
+    bottom : linear color of the plane's lower face; a texture multiplies it
     bottom_opacity : what is left over shows the reflection
-    darkness : share of the colour that the shadow of each light takes, once a pixel
+    darkness : share of the color that the shadow of each light takes, once a pixel
     lift : of the shadows over the plane; with 0 they speckle. Beside it they have a polygon offset; with 0 they
         have neither: here to be seen
     ambient : scene-linear light from all around
@@ -484,7 +484,7 @@ def planar() -> None:
     book), 3rd edition, chapter 14, shadows and reflections; OpenGL 2.1, section 3.10 (fog).  Deviations: a
     bit of the stencil for each light, so that the shadows of two lights add up and those of two objects do
     not; the reflection's fog is that of the plane it is seen in; a spot's shadows end with its cone; the
-    shadow of a translucent object lets its colour through, and where several overlap one of them counts.
+    shadow of a translucent object lets its color through, and where several overlap one of them counts.
 
     Examples
     --------

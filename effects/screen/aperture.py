@@ -23,7 +23,7 @@ class ThinLens:
     ----------
     f_number : focal length through the diameter of the aperture
     focal_length_mm, sensor_height_mm : the picture's vertical angle of view is 2 atan(height / (2 focal length))
-    unit_m : metres of a scene unit
+    unit_m : meters of a scene unit
     """
 
     f_number: float

@@ -75,7 +75,7 @@ def way_to_light(
         at = across * t
         nearest = floor(at + 0.5)
         found = linear_depth.texel(pixel() + ivec2(nearest)).r
-        # the texel's centre lies beside the way: its depth is carried over along the receiver's plane
+        # the texel's center lies beside the way: its depth is carried over along the receiver's plane
         w = found + dot(at - nearest, step_of_plane)
         passing = linear_on_planes(frame, linear + along * t)
         behind = passing - linear_on_planes(frame, max(w, 1e-20))

@@ -194,7 +194,7 @@ def gathers(taps: int, blades: int, rotation_rad: float, cats_eye: float) -> tup
 def fillings(taps: int) -> tuple[Any, Any]:
     """The kernels that fill in what lies between taps, where few of them met what is small and bright."""
     places = aperture_places(FILL_TAPS, 0)
-    # of the way between neighbouring taps
+    # of the way between neighboring taps
     gap = FILL_GAPS / _sqrt(taps)
 
     @pg.function
@@ -275,7 +275,7 @@ def depth_of_field(
     f_number : focal length through the aperture's diameter; 1.4 blurs much, 16 little
     focal_length_mm : of the lens. The picture's vertical angle of view is 2 atan(sensor height / (2 focal length))
     sensor_height_mm : 24 is full frame
-    unit_m : metres of a scene unit
+    unit_m : meters of a scene unit
     blades : corners of the aperture, and of highlights; 0 is round, else 3 or more
     rotation_rad : of the blades, counterclockwise from standing on a corner
     cats_eye : how much the lens's front rim narrows highlights off the axis: its shift against the aperture in the

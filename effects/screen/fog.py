@@ -94,7 +94,7 @@ def fog(
     height : world y at which it has its density
     start : distance from the eye that is clear
     fog_color : scene-linear light of the fog itself
-    most : share of the fog's colour that nothing exceeds
+    most : share of the fog's color that nothing exceeds
     sky : whether fog lies before what is endlessly far, where there is no surface
     camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
         out, one of ``vertical_fov_rad`` at the origin

@@ -183,14 +183,14 @@ def five_pass() -> None:
     Parameters
     ----------
     scene : what is drawn; it has one light, which has to see all casters in one view
-    kernel : of the blur, normalised or faithful to the print. "normalised" blurs symmetrically with weights that add
+    kernel : of the blur, normalized or faithful to the print. "normalised" blurs symmetrically with weights that add
         up to 1; "faithful" blurs as printed: each pass makes the mask 1.0665 times as bright (1.137 both) and moves
         it 0.408 texel, to the left and up
     weights : computed by the "host", or by the "kernel" for each pixel
     map_size : texels along each side of the shadow map
     mask_format : of the mask and its blurs; "r8" cuts what the faithful kernel brightens beyond 1
     ambient : scene-linear light that neither shadow nor spotlight takes away
-    background : scene-linear colour where there is no surface
+    background : scene-linear color where there is no surface
     spotlight : a picture that the light projects, over the whole shadow map; left out, a soft round spot
     display : return an 8-bit sRGB picture; off, scene-linear rgba16f
 
@@ -221,7 +221,7 @@ def round_spot() -> pg.Texture:
 
 
 def _surface(batch: Batch, view: View, textures: TextureInputs, stand_in: pg.Target) -> dict[str, object]:
-    """Values of both draws; ``stand_in`` is where there is no base colour map, whose code is left out."""
+    """Values of both draws; ``stand_in`` is where there is no base color map, whose code is left out."""
     material = batch.material
     texture = material.base_color_texture
     return {

@@ -23,7 +23,7 @@ ROOT_TAU = sqrt(2.0 * pi)
 def tap_weights(kernel: BlurKernel = "normalised") -> tuple[float, ...]:
     """Weights of the texels at 0, +1, -1, +3, -3 … +13, -13.
 
-    The centre has 1·G(0; rho=2), the others 2·G(i; rho=3), with G(x; rho) = exp(-x²/(2 rho²)) / sqrt(2 pi rho²).
+    The center has 1·G(0; rho=2), the others 2·G(i; rho=3), with G(x; rho) = exp(-x²/(2 rho²)) / sqrt(2 pi rho²).
     "faithful" weights the texel at -i with 2·G(i + 1; 3) and leaves the sum as it is; "normalised" weights both
     sides alike and divides by the sum.
 
@@ -60,7 +60,7 @@ def gaussian(x: float, rho: float) -> float:
 
 @pg.kernel
 def blur_computing(mask: Image, slip: Const[int], dx: Const[int], dy: Const[int]) -> float:
-    """Weights computed for each pixel; with ``slip`` 1 those as printed, with 0 normalised ones."""
+    """Weights computed for each pixel; with ``slip`` 1 those as printed, with 0 normalized ones."""
     weight = gaussian(0.0, CENTER_RHO)
     total = mask[0, 0].r * weight
     for pair in range(PAIRS):

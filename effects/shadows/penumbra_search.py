@@ -212,7 +212,7 @@ class Found:
     """A texel of the map, and what lies there."""
 
     texel: ivec2
-    away: vec2  # of its centre from the receiver's place, in texels
+    away: vec2  # of its center from the receiver's place, in texels
     depth: float  # of the caster; NOTHING beyond the map's border
     before: float  # by how much that lies before the receiver's plane and cone, scene units
 
@@ -290,7 +290,7 @@ def add_light_with_penumbrae(
     pixel_width = -aside.y * spread(frame, far)
     if has_rises:
         n = own_plane(frame, flat, far, rises[0, 0].rg / abs(aside), n, toward_light(light, position, kind))
-    # the height of a neighbour over this pixel's plane
+    # the height of a neighbor over this pixel's plane
     terms = plane_terms(frame, n, flat)
     level = terms.x * spread(frame, far) + terms.y * far
     rise = n.xy * aside

@@ -96,7 +96,7 @@ def blur_along_surfaces(
     A pixel at distance z blurs over softness / (width of a pixel at z) pixels to each side.  A tap's
     weight is (1 - t²)² for its distance t, times 1 - (h / (OFF_PLANE * softness))² for its height h over the
     plane through the receiver: depth weighs in relative to the surface, so that slanted floors are blurred
-    and silhouettes are not crossed.  The centre's own small weight keeps the sum above 0.
+    and silhouettes are not crossed.  The center's own small weight keeps the sum above 0.
     """
     blur = along_surfaces(radius_px)
     across = blur(

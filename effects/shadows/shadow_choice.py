@@ -119,7 +119,7 @@ class Msm(Choice):
     Attributes
     ----------
     bleed : as of `Vsm`; there is less of it
-    format : of the map of moments; "rgba16" has its optimised quantisation
+    format : of the map of moments; "rgba16" has its optimized quantization
     """
 
     bleed: Bleed = 0.02

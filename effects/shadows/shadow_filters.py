@@ -143,7 +143,7 @@ def at_offset(receiver: Receiver, offset: vec2) -> vec2:
 
 @pg.function
 def limit_at(receiver: Receiver, away: vec2, kind: int) -> float:
-    """Depth that the caster of a texel lies before, whose centre is so many texels from the receiver's place."""
+    """Depth that the caster of a texel lies before, whose center is so many texels from the receiver's place."""
     plane = receiver.depth + dot(receiver.slope, away)
     if kind != 0:
         plane = 1.0 / max(1.0 / receiver.depth + dot(receiver.slope, away), 1e-20)

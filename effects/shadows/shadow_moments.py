@@ -2,7 +2,7 @@
 
 A map of moments can be blurred before it is compared, as a map of depths cannot.  From the moments of the
 depths about a receiver follows a bound: no more light arrives than this.  It is exact where a caster and
-what lies behind it have one depth each, and one reason of every artefact where it is not: leaks where the
+what lies behind it have one depth each, and one reason of every artifact where it is not: leaks where the
 bound is far from the truth, dark planes where the receiver's own surface counts as a caster.
 
 Depths are linear and run from -1 (the light's near plane) to 1 (nothing before the far plane).
@@ -79,7 +79,7 @@ def four_moments(d: float) -> vec4:
 def packed_moments(b: vec4) -> vec4:
     """Four moments in 0 … 1 with as little lost to 16 bits as a linear map allows.
 
-    Source: C. Peters, R. Klein, "Moment Shadow Mapping", 2015, the optimised quantisation.
+    Source: C. Peters, R. Klein, "Moment Shadow Mapping", 2015, the optimized quantization.
     """
     return vec4(
         1.5 * b.x - 2.0 * b.z + 0.5,

@@ -161,9 +161,9 @@ def soft_shadow() -> None:
         that changes by more than a 64th. "scene" holds all casters, whatever the camera sees, as do maps of `Disc`
         and of moments
     map_blur_px : blurs the shadow maps themselves, before they are compared, which softens nothing. So many texels to
-        each side: a depth is not a colour, so that this moves edges and softens nothing; here to be seen, 0 is right
+        each side: a depth is not a color, so that this moves edges and softens nothing; here to be seen, 0 is right
     ambient : scene-linear light (or its red, green, blue) from all around that no shadow takes away
-    background : scene-linear colour where there is no surface
+    background : scene-linear color where there is no surface
     background_alpha : alpha there; 0 for a picture that is laid over others, in formats with alpha. What is translucent
         before the background is as opaque as that
     hdr_format : of the lit picture (RTT1 and RTT4); "rgb32f" is 96-bit HDR

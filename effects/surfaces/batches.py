@@ -33,7 +33,7 @@ def is_textured(material: pg.Material) -> bool:
 
 
 def batches(scene: pg.Scene) -> list[Batch]:
-    """The scene in as few meshes as its materials allow; base colours become vertex colours.
+    """The scene in as few meshes as its materials allow; base colors become vertex colors.
 
     Positions are world positions relative to the batch's origin, subtracted in float64, so that a scene far
     from the world's origin keeps its shape.
@@ -72,7 +72,7 @@ def _batch(nodes: list[pg.Node]) -> Batch:
 
 
 def merged(nodes: Iterable[pg.Node], origin: Float64) -> pg.Mesh:
-    """One mesh of placed nodes, relative to ``origin``, with base colours in the vertex colours."""
+    """One mesh of placed nodes, relative to ``origin``, with base colors in the vertex colors."""
     columns: list[list[NDArray[np.floating]]] = [[], [], [], []]
     triangles, first = [], 0
     for node in nodes:

@@ -16,7 +16,7 @@ from passgraph.effects.surfaces.geometry import (
 )
 from passgraph.effects.surfaces.views import View
 
-#: Of a neighbour that shows no surface: it fits no plane.
+#: Of a neighbor that shows no surface: it fits no plane.
 NO_SURFACE = 1e30
 #: By how much a pixel may miss a line that it lies on, for each unit of what is linear on planes.
 ROUNDING = 4e-6
@@ -52,10 +52,10 @@ def slope_of(ahead: vec2, behind: vec2, rounding: float) -> float:
 def normals_of_depth(depth: Image, frame: ViewFrame) -> vec4:
     """Normals of the surfaces that a depth picture shows, packed as in the G-buffer.
 
-    Of the neighbours to both sides those count on whose line this pixel lies, so that neither an edge nor a crease
+    Of the neighbors to both sides those count on whose line this pixel lies, so that neither an edge nor a crease
     bends the normals beside it: lines are straight in `linear_on_planes`, on every plane.
 
-    Source: Y. Poltavets (Atyuwen), "Accurate Normal Reconstruction from Depth Buffer", 2021. Deviation: the neighbours
+    Source: Y. Poltavets (Atyuwen), "Accurate Normal Reconstruction from Depth Buffer", 2021. Deviation: the neighbors
     of both axes are chosen apart from each other.
     """
     far = depth[0, 0].r

@@ -1,4 +1,4 @@
-"""The scene as the camera sees it, unlit: colour, normals and linear depth in one pass."""
+"""The scene as the camera sees it, unlit: color, normals and linear depth in one pass."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -127,7 +127,7 @@ def plain(
     cutoff: float,
     in_perspective: bool,
 ) -> tuple[vec4, vec4, float, vec2]:
-    """A surface without textures: colour, normals, distance along the view axis."""
+    """A surface without textures: color, normals, distance along the view axis."""
     if masked and surface.color.a < cutoff:
         discard()
     packed = pack_normal(sided(surface.normal, double_sided))
@@ -148,7 +148,7 @@ def textured(
     has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool], in_perspective: bool,
     double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float,
 ) -> tuple[vec4, vec4, float, vec2]:  # fmt: skip
-    """A surface with any of base colour, normal and height map."""
+    """A surface with any of base color, normal and height map."""
     n = sided(surface.normal, double_sided)
     at = surface.uv
     if has_heights:
@@ -174,7 +174,7 @@ def textured(
 
 @pg.fragment
 def tinted(surface: Surface) -> vec4:
-    """A translucent surface without textures: colour and opacity."""
+    """A translucent surface without textures: color and opacity."""
     return surface.color
 
 
@@ -183,7 +183,7 @@ def tinted_textured(
     surface: Surface, base_map: Image, base_levels: Image, base_size: vec2, base_count: Const[int],
     base_wrap: Const[int], base_minify: Const[int],
 ) -> vec4:  # fmt: skip
-    """A translucent surface with a base colour map."""
+    """A translucent surface with a base color map."""
     level = level_at(surface.uv, base_size)
     texel = mipped(base_map, base_levels, base_size, base_count, base_wrap, base_minify, surface.uv, level)
     return surface.color * texel
@@ -195,7 +195,7 @@ class GBuffer:
 
     Attributes
     ----------
-    color : rgba16f, linear base colour, translucent surfaces mixed in; alpha is 1 where shadows are received
+    color : rgba16f, linear base color, translucent surfaces mixed in; alpha is 1 where shadows are received
     normals : rgba16f, packed: the normal after normal maps (red, green) and that of the surface (blue, alpha)
     depth : r32f, distance along the view axis in scene units; 0 where there is no surface
     rises : rg32f, how much `passgraph.effects.surfaces.geometry.linear_on_planes` of the depth grows on the plane of
@@ -294,7 +294,7 @@ def _draw_translucent(
     color: pg.Target | pg.TargetSpec,
     depth: pg.Target | pg.TargetSpec,
 ) -> pg.Target:
-    """Mixed into the colour of what lies behind, so that it takes that surface's light and shadow."""
+    """Mixed into the color of what lies behind, so that it takes that surface's light and shadow."""
     values: dict[str, object] = dict(_matrices(batch, view))
     texture = batch.material.base_color_texture
     if texture is not None:

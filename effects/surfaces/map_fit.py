@@ -320,7 +320,7 @@ def _square(needed: Float64, share: float) -> Float64:
 def _oblong(needed: Float64, turn: float, near: float, slope: float, share: float) -> Float64:
     """A window whose second axis runs away from the camera, and whose texels grow along it.
 
-    Source: M. Wimmer, D. Scherzer, W. Purgathofer, "Light Space Perspective Shadow Maps", 2004: the centre of the
+    Source: M. Wimmer, D. Scherzer, W. Purgathofer, "Light Space Perspective Shadow Maps", 2004: the center of the
     perspective lies before the nearest place by the geometric mean of the nearest and the farthest.
     """
     c, s = cos(turn), sin(turn)
@@ -329,7 +329,7 @@ def _oblong(needed: Float64, turn: float, near: float, slope: float, share: floa
     grid = _grid(float(np.ptp(corners, axis=0).max()))
     t0, t1 = _rounded(float(corners[:, 1].min()), float(corners[:, 1].max()), grid)
     extent = t1 - t0
-    # how far before t0 the centre lies; halving steps, so that it changes rarely
+    # how far before t0 the center lies; halving steps, so that it changes rarely
     wanted = (near + sqrt(near * (near + extent))) / max(slope, 1e-3)
     centre = extent * 2.0 ** (round(2.0 * log2(max(wanted / extent, 1.0 / (DENSEST - 1.0)))) / 2.0)
     flat = slope == 0.0 or centre > 16.0 * extent

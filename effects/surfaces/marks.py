@@ -94,7 +94,7 @@ def lines(starts: ArrayLike, ends: ArrayLike, colors: ArrayLike | None = None) -
 def instances(mesh: Geometry, count: int) -> FrozenGeometry:
     """Copies of a mesh in one draw, told apart by ``vertex.instance``, a whole number from 0 as a float.
 
-    The copies take memory; what sets them apart (matrices, colours) is the vertex kernel's to find by their number,
+    The copies take memory; what sets them apart (matrices, colors) is the vertex kernel's to find by their number,
     in an array parameter or in a picture.
 
     >>> from passgraph.scene import Mesh

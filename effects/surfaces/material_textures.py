@@ -41,7 +41,7 @@ class Mips:
 def mips_of(pixels: NDArray[np.float32], use: Use, wrap: Wrap) -> Mips:
     """Levels of a texture (h, w, 4) of linear values, each a mean over the areas of its texels.
 
-    Colours count by their alpha; normals (xyz in 0..1) are made unit vectors again.
+    Colors count by their alpha; normals (xyz in 0..1) are made unit vectors again.
 
     The picture of a texture too small for any level is empty.
 

@@ -35,12 +35,12 @@ CULL = ("none", "back", "front")
 
 @dataclass(frozen=True, slots=True)
 class Blend:
-    """result = equation(source * source_factor, destination * destination_factor), colour and alpha apart."""
+    """result = equation(source * source_factor, destination * destination_factor), color and alpha apart."""
 
     source: str = "one"
     destination: str = "zero"
     equation: str = "add"
-    source_alpha: str | None = None  # as for colour where left out
+    source_alpha: str | None = None  # as for color where left out
     destination_alpha: str | None = None
     equation_alpha: str | None = None
 

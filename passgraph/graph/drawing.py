@@ -65,7 +65,7 @@ def draw(
     Returns
     -------
     Target or tuple of Target
-        One handle for each of ``into``; the depth handle where there is no colour target.
+        One handle for each of ``into``; the depth handle where there is no color target.
 
     Raises
     ------

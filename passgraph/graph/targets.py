@@ -288,7 +288,7 @@ class DrawPass:
 
     @property
     def writes(self) -> tuple[TargetSpec, ...]:
-        """Colour targets, then depth."""
+        """Color targets, then depth."""
         return self.into if self.depth is None else (*self.into, self.depth)
 
     @property
@@ -424,7 +424,7 @@ def Input(
     """A picture that each run brings by name.
 
     ``format`` is left out, and bound to what runs bring, or one of `passgraph.formats.FORMATS`.  ``"srgb"`` leaves it
-    open too, and colours of 8 bits are read as linear light; numbers of more bits count as they are.
+    open too, and colors of 8 bits are read as linear light; numbers of more bits count as they are.
 
     ``static=True`` promises that it changes rarely: passes that depend on static inputs only run once and
     again when one of them is given anew.  ``default`` is the picture of runs that bring none (a texture).

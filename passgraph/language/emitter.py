@@ -131,7 +131,7 @@ def _sweep(body: Sequence[s.Instruction], live: _Liveness) -> list[s.Instruction
     return live_instructions
 
 
-#: Branches at most this long become selections, which vectorise; longer ones stay branches.
+#: Branches at most this long become selections, which vectorize; longer ones stay branches.
 MAX_SELECTED_INSTRUCTIONS = 12
 #: Functions of the prelude that make at least so many values are told apart in the program: :attr:`Emitter.calls`.
 MIN_CALL = 12

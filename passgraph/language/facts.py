@@ -51,7 +51,7 @@ class Facts:
 
     constants: Mapping[str, object] = field(default_factory=dict)
     images: Mapping[str, ImageFacts] = field(default_factory=dict)
-    #: For each result: what its colour channels and its alpha pass through before they are stored.
+    #: For each result: what its color channels and its alpha pass through before they are stored.
     stores: tuple[tuple[tuple[Store, ...], tuple[Store, ...]], ...] = ()
     simplify: bool = True
     size: tuple[int, int] | None = None  # of the output, as of images

@@ -1,4 +1,4 @@
-"""The typed intermediate representation: what a kernel means, before anything is optimised.
+"""The typed intermediate representation: what a kernel means, before anything is optimized.
 
 A tree of expressions over scalars, vectors, matrices and arrays, with functions inlined, structs taken
 apart and one exit at the end.  The reference backend interprets it as it stands; :mod:`.lower` turns it

@@ -1,7 +1,7 @@
 """Scalar functions of the kernel language, written in the kernel language.
 
 The text of this file is parsed as kernels are and never runs as Python.  Each function uses primitives only,
-so every backend computes the same polynomial, and loops over pixels stay vectorisable (calls into a C
+so every backend computes the same polynomial, and loops over pixels stay vectorizable (calls into a C
 library would not).  Reductions and coefficients follow the single-precision Cephes library (S. L. Moshier,
 1984-2000, netlib.org/cephes) unless a comment says otherwise.
 """
@@ -446,7 +446,7 @@ def atanh(x: float) -> float:
     return small if a < 0.5 else (-large if x < 0.0 else large)
 
 
-# What targets store.  A value is quantised before it is stored, so that storing is exact everywhere.
+# What targets store.  A value is quantized before it is stored, so that storing is exact everywhere.
 # max(0, x) in this order turns NaN into 0.
 
 

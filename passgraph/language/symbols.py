@@ -1,6 +1,6 @@
 """The names that kernels use beside operations: types, constructors, what a stage provides.
 
-They are markers.  The parser reads a kernel's source and recognises these objects by identity; calling
+They are markers.  The parser reads a kernel's source and recognizes these objects by identity; calling
 a function such as :func:`pixel` in ordinary Python is an error, while ``vec3(1, 0, 0)`` makes a constant
 that a kernel may capture.
 """

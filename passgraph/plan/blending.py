@@ -1,8 +1,8 @@
-"""Blending as a kernel: what a colour and the pixel under it become, in the kernel language.
+"""Blending as a kernel: what a color and the pixel under it become, in the kernel language.
 
 A blend of targets of one format is one text, from ``source`` (the fragment's result) and ``destination`` (what the
-target holds) to the new value.  The reference and the oracle interpret its typed representation and quantise by
-themselves, as with any kernel; other backends print or run the scalar program, which quantises too.
+target holds) to the new value.  The reference and the oracle interpret its typed representation and quantize by
+themselves, as with any kernel; other backends print or run the scalar program, which quantizes too.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Build a plan from targets, phase by phase.
 
-collect → specialise → levels → cull, trim → fuse → order → lifetimes and memory → static → emit → limits.  Each
+collect → specialize → levels → cull, trim → fuse → order → lifetimes and memory → static → emit → limits.  Each
 phase takes and returns plain data; what it decided goes into ``notes``.
 """
 
@@ -40,7 +40,7 @@ def build(
     inputs
         Format and size of each input, for those that the graph leaves open.
     options
-        Which optimisations run; all by default.
+        Which optimizations run; all by default.
     limits
         What the device takes; left out, nothing is held back.
     in_windows

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """Optimisations, each of which can be switched off; results are the same bits either way."""
+    """Optimizations, each of which can be switched off; results are the same bits either way."""
 
     cull: bool = True
     fuse: bool = True

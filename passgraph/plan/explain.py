@@ -37,14 +37,14 @@ def _mebibytes(count: int) -> str:
 ROW_PX, COLUMN_PX, LEFT_PX = 34, 56, 300
 #: Room above the first row for a title, and for each letter of a name written at 45 degrees.
 TITLE_PX, LETTER_PX, LABEL_DEGREES = 40, 5, -45
-#: Hues, one for each memory that several pictures share; they stay apart for the commonest kinds of colour blindness
+#: Hues, one for each memory that several pictures share; they stay apart for the commonest kinds of color blindness
 #: (Okabe and Ito, 2008).
 COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 ALONE = "#999999"
 
 
 def svg(plan: Plan) -> str:
-    """The drawing as SVG text; pictures that share memory have one colour, others are grey."""
+    """The drawing as SVG text; pictures that share memory have one color, others are gray."""
     top_px = TITLE_PX + LETTER_PX * max((len(r.name) for r in plan.resources), default=0)
     width = LEFT_PX + COLUMN_PX * len(plan.resources) + top_px
     height = top_px + ROW_PX * (len(plan.steps) + 1)

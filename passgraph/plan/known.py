@@ -3,7 +3,7 @@
 A pixel pass gathers.  What would be scattered is then asked for many times over: a histogram's pixel asks of thousands
 of texels whether they are its own.  The program stays what such a step means, on every device and for the oracle; a
 backend that has a shorter way to the same bits takes it (`Backend.own_way`).  Programs are told by their keys, so that
-graphs that have travelled are known too, and whatever is written anew is run as it is written.
+graphs that have traveled are known too, and whatever is written anew is run as it is written.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from passgraph.plan.work import Lowered, Work
 
 #: Two texels that a side of even length halves to; a side of odd length 2m + 1 is spread over m, each over three, with
 #: weights after Guthe and Heckbert, "Non-Power-of-Two Mipmapping" (NVIDIA, 2005).  A weight of 0 would make NaN of an
-#: infinite neighbour, so the second of two is read twice.
+#: infinite neighbor, so the second of two is read twice.
 _HALVED = """
 def weights(count: int, i: int) -> vec3:
     half = count // 2

@@ -92,7 +92,7 @@ def _specialise_draw(
     node: DrawPass, lowered: Lowered, images: dict[str, ImageFacts], size: tuple[int, int] | None, work: Work
 ) -> None:
     blends = node.state.blend or (None,) * len(node.into)
-    # A blended target is quantised after blending, by the backend.
+    # A blended target is quantized after blending, by the backend.
     stores = tuple(((), ()) if blend else spec.format.store for spec, blend in zip(node.into, blends, strict=True))
     simplify = work.options.simplify
     lowered.vertex_facts = Facts(node.constants, images, (), simplify, lowered.size)

@@ -93,7 +93,7 @@ def _kept(lowered: Lowered, dead: Sequence[Target]) -> list[int]:
 
 
 def _leave(lowered: Lowered, slots: Sequence[int], work: Work) -> None:
-    """Lower a pass anew with these of its colour targets."""
+    """Lower a pass anew with these of its color targets."""
     lowered.facts = replace(lowered.facts, stores=_chosen(lowered.facts.stores, slots))
     if isinstance(lowered.done, DrawPass):
         lowered.trimmed = _draw_with(lowered, lowered.done, slots, work)

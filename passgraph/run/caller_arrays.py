@@ -101,7 +101,7 @@ def _kinds(program: Program) -> dict[str, Kind]:
 
 #: What a run is given, and gives back in the place of a result that was written there.
 Picture: TypeAlias = "NDArray[Any] | DevicePicture"
-#: A picture without channels, (h, w), is grey where no format is declared: as many channels have its value.
+#: A picture without channels, (h, w), is gray where no format is declared: as many channels have its value.
 GREY_CHANNELS = 3
 #: Steps that finding shared memory may take: enough for pictures side by side in one array.
 OVERLAP_WORK = 10_000
@@ -146,7 +146,7 @@ def admitted_picture(
     What could hold NaN or infinity is looked through, see :func:`passgraph.run.finite_checks.admitted`.
 
     As float32, uint8, uint16 and bool count from 0 to 1; floats of 64 and more bits are rounded.  Byte order and
-    strides may be any.  Without channels, (height, width), it is grey: red, green and blue are its value.  For an input
+    strides may be any.  Without channels, (height, width), it is gray: red, green and blue are its value.  For an input
     that is declared with one channel it is that one, and (height, width, 1) is one channel of data anywhere.
 
     Raises
@@ -231,7 +231,7 @@ def _picture(value: Any, spec: InputSpec) -> NDArray[Any]:
 
 
 def _grey(array: NDArray[Any], channels: int) -> NDArray[Any]:
-    """A picture without channels with as many as are read: its value in each colour, and alpha 1."""
+    """A picture without channels with as many as are read: its value in each color, and alpha 1."""
     if channels < GREY_CHANNELS:
         return array[:, :, None]
     color = np.empty((*array.shape, channels), array.dtype)

@@ -42,7 +42,7 @@ def compile(
         with a size, or take that of an input, keep it; where no output would have the size asked for, or a fraction
         of it, it is refused.
     options
-        Optimisations to switch off.
+        Optimizations to switch off.
     non_finite
         What becomes of NaN and infinity in an input: ``"error"`` refuses the picture with an ``InputError`` that
         names the pixel and the passes that read it; ``"replace"`` makes NaN 0 and infinity the largest number that

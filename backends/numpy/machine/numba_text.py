@@ -87,7 +87,7 @@ def llvm_text(function: Callable[..., Any], pieces: int, kinds: Sequence[str]) -
 
 @contextmanager
 def _unoptimised() -> Iterator[None]:
-    """numba optimises for the processor of the machine that it runs on."""
+    """numba optimizes for the processor of the machine that it runs on."""
     from numba.core import config
 
     before = config.OPT

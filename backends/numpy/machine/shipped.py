@@ -99,7 +99,7 @@ class NumbaCode:
     shipped
         Where its text is.
     level
-        At which LLVM optimises it, 1 to 3.
+        At which LLVM optimizes it, 1 to 3.
     """
 
     def __init__(

@@ -214,7 +214,7 @@ class StageLayout:
 
     @cached_property
     def rows(self) -> int:
-        """Rows that the last stage makes at once: neighbours share what they read above and below.  A power of 2."""
+        """Rows that the last stage makes at once: neighbors share what they read above and below.  A power of 2."""
         _, _, up, down = self.reach
         if not self.last or not up + down:
             return 1

@@ -110,7 +110,7 @@ def single_stage(step: PixelStep) -> tuple[Stage, ...]:
 
 
 def stages(steps: Sequence[PixelStep]) -> tuple[Stage, ...] | None:
-    """The chain of these passes, or None where one reads another anywhere but in a fixed neighbourhood."""
+    """The chain of these passes, or None where one reads another anywhere but in a fixed neighborhood."""
     if any(step.program.arrays for step in steps):
         return None  # the arrays of each would lie on the stack at once
     producers = {resource: (k, slot) for k, step in enumerate(steps) for slot, resource in enumerate(step.outputs)}

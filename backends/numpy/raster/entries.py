@@ -22,7 +22,7 @@ SOURCES = (
 SHIPPED = Shipped(_FOLDER / "fixed", SOURCES, "python -m passgraph.backends.numpy.raster.generate")
 
 
-#: LLVM's first level is enough for text that has been optimised before; in the loops over a tile's triangles its third
+#: LLVM's first level is enough for text that has been optimized before; in the loops over a tile's triangles its third
 #: takes out conditions that stay the same.
 _SETUP, _PIXELS = 1, 3
 

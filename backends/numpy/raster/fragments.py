@@ -135,7 +135,7 @@ def is_deferred(step: DrawStep) -> bool:
 
 def shade_code(step: DrawStep) -> Code:
     """Compile ``shade(context, ids, planes, x, y, rows)`` for a draw: it writes every pixel of a tile that a triangle
-    covers, and the clear colour on the others where the draw clears."""
+    covers, and the clear color on the others where the draw clears."""
     return function_code(("shade", *kernel_parts(step)), lambda name: _Shade(step, name).text())
 
 
@@ -164,7 +164,7 @@ class _Shade(Fragments):
         return str(self.module)
 
     def _pixels(self, at: Any, slots: Any, covered: Any) -> None:
-        """Interpolate, run the kernel, store: neighbours in one row of the tile."""
+        """Interpolate, run the kernel, store: neighbors in one row of the tile."""
         b = self.builder
         largest = b.intrinsic(f"llvm.vector.reduce.smax.v{b.lanes}i32", I32, [slots.type])
         one = b.plain.call(largest, [slots])
@@ -176,7 +176,7 @@ class _Shade(Fragments):
         self._store(at, covered, self.run(builtins, covered)[0])
 
     def _store(self, at: Any, covered: Any, results: list[Any] | None) -> None:
-        """Results where a triangle covers a pixel, elsewhere the clear colour; no results: only that."""
+        """Results where a triangle covers a pixel, elsewhere the clear color; no results: only that."""
         b = self.builder
         column = b.add(self.left, b.and_(at, llvm.Constant(I32, TILE - 1)))
         row = b.add(self.top, b.lshr(at, llvm.Constant(I32, TILE.bit_length() - 1)))

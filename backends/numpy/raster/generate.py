@@ -1,4 +1,4 @@
-"""Makes the text of the rasteriser's fixed functions (``fixed/*.ll``) anew, after a change of what they are written in.
+"""Makes the text of the rasterizer's fixed functions (``fixed/*.ll``) anew, after a change of what they are written in.
 
     python -m passgraph.backends.numpy.raster.generate
 

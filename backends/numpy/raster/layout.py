@@ -20,7 +20,7 @@ DEPTH, EDGE1, EDGE2, NEARNESS, VARYINGS = 0, 1, 2, 3, 4
 #: the rows above.
 TO_Y, FRONT, PLANES = 0, 1, 2
 
-#: Side of a tile in pixels, a power of 2: its colour and depth (a few formats) stay in a core's second-level cache.
+#: Side of a tile in pixels, a power of 2: its color and depth (a few formats) stay in a core's second-level cache.
 TILE = 64
 
 #: A triangle cut by six planes has at most nine corners.

@@ -97,7 +97,7 @@ def plane_numbers(step: DrawStep) -> int:
 def interpolated(b: Lanes, step: DrawStep, table: Any, slot: Any, x: Any, y: Any, names: list[str]) -> list[Any]:
     """Builtins of the triangle in that place of the table, or of one triangle a lane, at pixels (``x``, ``y``).
 
-    Perspective-correct: the corners, by how near the pixel's centre is to each (rasterisation rule 5).
+    Perspective-correct: the corners, by how near the pixel's center is to each (rasterization rule 5).
     """
     pixels: dict[str, _Pixel] = {}
     values = []
@@ -111,7 +111,7 @@ def interpolated(b: Lanes, step: DrawStep, table: Any, slot: Any, x: Any, y: Any
 
 
 class _Pixel:
-    """A pixel's centre in its triangle, or in the triangle's plane beside it."""
+    """A pixel's center in its triangle, or in the triangle's plane beside it."""
 
     def __init__(self, b: Lanes, step: DrawStep, table: Any, slot: Any, x: Any, y: Any) -> None:
         self.b, self.step, self.table = b, step, table

@@ -289,7 +289,7 @@ def _tiles(
                         z = np.float32(min(max(z_row + z_step * float(x), 0.0), 1.0))
                         stored, shown = depth[np.uint64(row + x)], ids[np.uint64(place + x)]
                         passes = (less & (z < stored)) | (equal & (z == stored)) | (greater & (z > stored))
-                        # Storing always, what was there if need be, lets LLVM vectorise; a tile is one thread's.
+                        # Storing always, what was there if need be, lets LLVM vectorize; a tile is one thread's.
                         ids[np.uint64(place + x)] = n - begin if passes else shown
                         depth[np.uint64(row + x)] = z if passes & writes else stored
                 e0, e1, e2 = e0 + x1 * 256, e1 + (x2 - x1) * 256, e2 - x2 * 256

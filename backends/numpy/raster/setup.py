@@ -15,7 +15,7 @@ import numpy as np
 from passgraph.backends.numpy.machine.numba_text import compiled
 from passgraph.backends.numpy.raster.layout import CORNER_LISTS, MAX_CORNERS, NEW_VERTICES, TILE
 
-#: No corner is drawn farther than this many half-screens from the centre: twice the guard band.
+#: No corner is drawn farther than this many half-screens from the center: twice the guard band.
 FARTHEST = 16.0
 
 REJECTED, DIRECT, CLIPPED = 0, 1, 2
@@ -180,7 +180,7 @@ def _keep(
     ready: Any,
     at: Any,
 ) -> Any:
-    """Write one triangle if it has area, faces the right way and may touch a pixel centre; wound to positive area."""
+    """Write one triangle if it has area, faces the right way and may touch a pixel center; wound to positive area."""
     x0, y0 = np.int64(window_x[a]), np.int64(window_y[a])
     x1, y1 = np.int64(window_x[b]), np.int64(window_y[b])
     x2, y2 = np.int64(window_x[c]), np.int64(window_y[c])
@@ -195,7 +195,7 @@ def _keep(
     if left > right or top > bottom:
         return at
     if left == right and top == bottom:
-        # Most triangles of dense meshes: one centre in the bounding box, which the triangle itself may miss.
+        # Most triangles of dense meshes: one center in the bounding box, which the triangle itself may miss.
         if area < 0:
             x1, y1, x2, y2 = x2, y2, x1, y1
         if not holds(x0, y0, x1, y1, x2, y2, left * 256 + 128, top * 256 + 128):

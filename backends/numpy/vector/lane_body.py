@@ -1,6 +1,6 @@
 """A scalar program for many pixels at once: one in each lane of a vector, branches and loops by masks.
 
-LLVM's own vectoriser gives up on loops and branches inside a loop over pixels; here it need not find anything out.
+LLVM's own vectorizer gives up on loops and branches inside a loop over pixels; here it need not find anything out.
 """
 
 from __future__ import annotations

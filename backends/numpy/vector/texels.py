@@ -181,7 +181,7 @@ def scattered(
     """Channels of the pixels with these numbers; channels beyond the last are those of the pixels that follow.
 
     Loads that are put together, not gather instructions: those are slower on AMD's cores (Zen 5: three times in a 3x3
-    neighbourhood) and no faster on others; and all channels of a pixel come with one load.  ``rarely``: in little code
+    neighborhood) and no faster on others; and all channels of a pixel come with one load.  ``rarely``: in little code
     rather than quickly.
     """
     module = b.module
