@@ -56,7 +56,7 @@ def drawn(**changed: Any) -> Any:
 
 #: Python that provokes an error, and words of it.
 CALLS: list[tuple[Callable[[], Any], str]] = [
-    (lambda: Format("r64f", 1, 64).store, "spells no numbers of kind 'f8', only 'f4', 'f2'"),
+    (lambda: Format("r64f", 1, 64).store, "has no spelling for channel type 'f8', only 'f4', 'f2'"),
     (lambda: symbols.uint(-1), "a uint is a whole number from 0 to 4294967295, got -1"),
     (lambda: kernel(3), "a kernel is made from a function, got int"),  # type: ignore[call-overload]
     (lambda: kernel(source="a", glsl="b"), "from a function, from source=... or from glsl=..., one of the three"),
