@@ -84,7 +84,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: source_from_text("\n#" + "a" * 20_000), "<kernel text>:2: this line has 20001 characters; at most 10000"),
     (lambda: kernel(source="x = " + "-" * 9000 + "1"), "kernel text cannot be parsed"),
     (lambda: pickle.dumps(INVERT), "kernel invert was made from text, and pickle finds kernels by their names"),
-    (lambda: pickle.dumps(FRAME), "handle of 'frame': graphs are not pickled; send plain data: pg.to_data(...)"),
+    (lambda: pickle.dumps(FRAME), "handle of 'frame': graphs cannot be pickled; send plain data: pg.to_data(...)"),
     (lambda: vectors.dot(1, 2), "dot() exists inside kernels only; on the host use numpy"),
     (lambda: symbols.vec3(1, 2), "vec3 takes 3 numbers, got 2"),
     (lambda: symbols.vec3("abc"), "vec3 takes numbers, got 'abc'"),
