@@ -79,7 +79,7 @@ def test_a_mesh_stays_one_that_nobody_can_write_to(kept: bool, moved: Callable[[
             r"handle of 'half': graphs cannot be pickled; send plain data: pg\.to_data\(",
         ),
         (program, r"a program has a device of this process, .* from program\.to_data\(\)"),
-        (lambda: open_backend("reference"), "reference: an open backend is a device of this process, .* give its name"),
+        (lambda: open_backend("reference"), "reference: an open backend is bound to this process .* give its name"),
     ],
     ids=["kernel of text", "graph", "program", "backend"],
 )
