@@ -162,8 +162,8 @@ def bloom(
     threshold : what is above it glows, scene-linear
     intensity : factor on the glow; 0 leaves the picture as it is
     levels : halvings; each doubles the glow's width
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
     The glow of a spot holds as much light as the spot has above the threshold, at every size and in every place,
     corners too; so a moving spot does not flicker.  Sizes that halve exactly cost least: where one is odd, filters are

@@ -43,8 +43,8 @@ def chromatic_aberration(
     color : linear light, any range; alpha, which should be premultiplied, goes with green
     spread : how much larger blue is shown than red, as a share of the size. 0.002 is a good lens, 0.01 a bad one
     samples : wavelengths. 3 show three pictures apart, 9 a spectrum for edges up to some 10 pixels wide
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
     Lateral aberration; what lies in the middle stays sharp.  The shares of the wavelengths add up to 1 in each channel,
     so that what is even stays as it is.  The least magnified color fills the picture and the others reach beyond it:

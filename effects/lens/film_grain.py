@@ -94,8 +94,8 @@ def film_grain(
     index : the picture's number in its sequence, for new grain in each. `passgraph.frames` gives it as
         ``values=lambda number: {"index": number}``
     seed : another number, other grain
-    into : where it goes; left out, 8 bits a channel, with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: 8 bits a channel, named ``name``
+    name : name of the passes and targets
 
     Source: the noise of areas that are covered or not, with a share p, has the variance p (1 - p) (E. W. H. Selwyn,
     1935); the parabola is that, over encoded values. Noise is hashed from the pixel, the index and the seed: nothing

@@ -79,8 +79,8 @@ def god_rays(
     decay : weight of the last place on that way, the pixel's own being 1; less makes shorter beams
     occluders : depth picture of the size of ``color``. Red is the distance, and 0, infinity or NaN where there is no
         surface, which is the only place that shines then; left out, brightness alone decides
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
     The beams are the weighted mean of 216 places between a pixel and the light, at half the size: an even sky adds
     ``intensity`` times its own light.  What is outside of the picture is dark.  NaN and infinity do not shine.

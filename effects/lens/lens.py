@@ -82,10 +82,10 @@ def dirty_lens(
     Parameters
     ----------
     color : any picture, linear light
-    dirt : how much light the dirt scatters, as it is stored, any size; left out, `dirt_texture`
+    dirt : how much light the dirt scatters, as it is stored, any size; default: `dirt_texture`
     strength : factor on the dirt
-    into : where it goes; left out, float16 of the picture's size with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float16 of the picture's size named ``name``
+    name : name of the passes and targets
 
     Examples
     --------
@@ -114,8 +114,8 @@ def dirty_lens_bright(
     ----------
     scene, dirt : linear pictures; the dirt is stretched over the scene
     strength : factor on the dirt
-    into : where it goes; left out, float16 of the scene's size with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float16 of the scene's size named ``name``
+    name : name of the passes and targets
     """
     copy = drawn(scene, into or pg.target(name, "rgba16f", like=scene), f"{name}_scene")
     return drawn(dirt, copy, name, strength, blend=OVER_BRIGHT)

@@ -69,8 +69,8 @@ def lens_distortion(
         degrees from the axis
     zoom : factor on the size of what is shown; above 1 it hides corners that the lens does not see
     undo : straighten a picture that was bent with the same numbers
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
     ``distorted = r (1 + k1 r² + k2 r⁴ + k3 r⁶)``; bending asks for r at each pixel, by Newton's method.  Where the
     polynomial falls again, far out, the lens shows no ray, and what is seen is drawn out from farther inside.

@@ -68,8 +68,8 @@ def lens_flare(
     halo : factor on the halo beside that of the ghosts
     halo_radius : of the halo of a light in the middle, as a share of the picture's height
     dispersion : distance of red from green, and of green from blue, as a share of the picture's size
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
     Ghosts fade toward their source's rim of the picture, the halo within a tenth of the height from its radius. What is
     outside the picture does not flare, nor do NaN and infinity.  The flare is made at half the size, and blurred.

@@ -38,8 +38,8 @@ def vignette(
     vertical_fov_rad : angle of view, from the picture's bottom to its top
     strength : exponent on the law; 1 is an ideal thin lens, 0 leaves the picture as it is, lenses with hoods and many
         elements come to 2 and more
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
     Source: R. Kingslake, "Optics in Photography", SPIE, 1992, "the cos⁴ law" of natural vignetting.
 

@@ -96,8 +96,8 @@ def occlusion(
     grid : from `distance_grid`
     threshold : cells nearer to a wall are black
     darkness : opacity of black
-    into : where it goes; left out, float16 of the scene's size with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float16 of the scene's size named ``name``
+    name : name of the passes and targets
     over : the grid's window and the side of its cells
     """
     cells = arguments.numbers(grid, f"{name}: grid", "be an array (rows, columns), from distance_grid", pg.GraphError)

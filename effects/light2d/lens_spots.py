@@ -64,8 +64,8 @@ def dirty_lens_spots(
     ----------
     scene, dirt : linear pictures; the dirt is stretched over the scene
     spots : `light_spots` of the view's own window, to be made anew when the view moves
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
     """
     glow = dirt_times(spots, dirt, into=pg.target(f"{name}_glow", "rgba16f", like=spots), name=f"{name}_glow")
     return added(scene, glow, into=into or pg.target(name, "rgba32f"), name=name)
@@ -89,8 +89,8 @@ def dirty_lens_map(
     spots : `light_spots` of the window ``level``, made once
     level : the window of the map
     view : the window of the scene; may be a ``pg.Value`` that runs bring
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
     Source: S. Hargreaves, "DualTextureEffect", 2010 (two textures multiplied and doubled).
     """

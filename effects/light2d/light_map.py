@@ -148,7 +148,7 @@ def lit(
     ----------
     scene : the picture without light, linear
     light : the map, any size; stretched bilinearly
-    into : where it goes; left out, float16 of the scene's size with the name ``name``
+    into : destination target; default: float16 of the scene's size named ``name``
     name : of the passes and target
     """
     copy = drawn(scene, into or pg.target(name, "rgba16f", like=scene), f"{name}_scene")

@@ -139,7 +139,7 @@ def mixed_light(
     edges : (n, 4) as x, y, x, y, n above 0
     size : (width, height) of the picture, px
     levels : the shadow itself and its halvings
-    name : of the passes and targets
+    name : name of the passes and targets
     """
     where = {"clip": window.clip, "light": (*light.position, light.radius, light.size)}
     mask: pg.Target = pg.draw(

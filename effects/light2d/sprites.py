@@ -259,8 +259,8 @@ def moving_shadows(
         jumps to another lamp fades over, and one that moves leaves a trail
     near : where a lamp sees a thing under more than 1 radian, two sprites part: "fade" lets the shadow fade, to
         nothing at 1.6; "fan" takes five sprites
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
     A pair's shadow is at most as long as the way from the lamp, where the sprites' inner sides meet.
     """

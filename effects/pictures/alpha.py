@@ -48,7 +48,7 @@ def on_straight_alpha(effect: Callable[..., pg.Target], alpha: Alpha | None = No
     Parameters
     ----------
     effect : a function from a target, and more, to a target
-    alpha : what the effect gets, see `passgraph.effects.checked.effect`; left out, what it asks for. "premultiplied":
+    alpha : what the effect gets, see `passgraph.effects.checked.effect`; default: what it asks for. "premultiplied":
         color is multiplied by alpha before the effect and divided behind it, in all pictures that it takes but depth.
         "straight": the effect itself. "ignored": the effect gets alpha 1, the result has the first picture's alpha
 

@@ -117,7 +117,7 @@ def contact_shadow(
     color : any picture, linear light
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
         ``color``. Of an engine's depth buffer it is made by `passgraph.effects.surfaces.engine_depth.distances`
-    light : which throws them, in the world, or a run value of it; left out, a sun from the upper left
+    light : which throws them, in the world, or a run value of it; default: a sun from the upper left
     reach : length of the way toward the light
     thickness : of what is seen: a way that passes farther behind it is free
     darkness : share of the picture's light that a shadow takes: what this light brings, of all
@@ -126,7 +126,7 @@ def contact_shadow(
     camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
         out, one of ``vertical_fov_rad`` at the origin
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
+    into : destination target; default: float32 named ``name``
     name : of the last pass and target
 
     What is outside the picture or behind something seen throws none.  Surfaces that face away from the light stay as

@@ -282,8 +282,8 @@ def depth_of_field(
         picture's corners, in radii. Only their shape changes; corners do not darken
     widest_px : radii above this are cut off
     taps : places at which the aperture is sampled
-    into : where it goes; left out, float16 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float16 named ``name``
+    name : name of the passes and targets
 
     What is sharp does not bleed into what is blurred behind it, and what is near is blurred over what is sharp, where
     it covers that share of the lens.  What lies hidden behind a near thing's blurred rim is guessed from around it.

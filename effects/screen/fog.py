@@ -99,7 +99,7 @@ def fog(
     camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
         out, one of ``vertical_fov_rad`` at the origin
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
+    into : destination target; default: float32 named ``name``
     name : of the pass and target
 
     Source: C. Wenzel, "Real-time Atmospheric Effects in Games", SIGGRAPH 2006, the integral of exponential height

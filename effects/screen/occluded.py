@@ -55,7 +55,7 @@ def occluded(
     camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
         out, one of ``vertical_fov_rad``
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
+    into : destination target; default: float32 named ``name``
     name : of the last pass and target
 
     Normals are made from the depth; all light is dimmed, since what comes from all around cannot be told

@@ -101,7 +101,7 @@ def outlines(
     camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's; a run may bring another.
         Left out, one of ``vertical_fov_rad`` at the origin
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
+    into : destination target; default: float32 named ``name``
     name : of the last pass and target
 
     Steps are departures from the plane through a pixel, so that floors have no lines at any angle, up to the horizon.

@@ -65,7 +65,7 @@ def shadowed(
         on a white surface; no shadow takes it away
     camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's; a run may bring another. Left
         out, that of ``casters``
-    into : where it goes; left out, float32 with the name ``name``
+    into : destination target; default: float32 named ``name``
     name : of the last pass and target
 
     Normals are made from the depth.  Maps hold all casters: what the camera may see of receivers is not known before.

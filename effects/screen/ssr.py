@@ -144,7 +144,7 @@ def ssr(
     camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
         out, one of ``vertical_fov_rad`` at the origin
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
+    into : destination target; default: float32 named ``name``
     name : of the last pass and target
 
     What is outside the picture, hidden or seen from behind is not reflected, nor is the sky: there the picture stays

@@ -191,7 +191,7 @@ def five_pass() -> None:
     mask_format : of the mask and its blurs; "r8" cuts what the faithful kernel brightens beyond 1
     ambient : scene-linear light that neither shadow nor spotlight takes away
     background : scene-linear color where there is no surface
-    spotlight : a picture that the light projects, over the whole shadow map; left out, a soft round spot
+    spotlight : a picture that the light projects, over the whole shadow map; default: a soft round spot
     display : return an 8-bit sRGB picture; off, scene-linear rgba16f
 
     Returns

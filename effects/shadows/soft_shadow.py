@@ -150,7 +150,7 @@ def soft_shadow() -> None:
     softness : half width of shadow edges; 0 leaves the blur out. Filters with a width of their own do not take it
         (`Penumbra`, `Pcss`, `Pcf`, `Hard`); the others take it, where it is left out, from the lights' radius and
         the size of the casters
-    filter : how shadows become soft, or hard; left out, `Auto`. Else `Blur`, `Hard`, `Pcf`, `Disc`, `Pcss`, `Penumbra`,
+    filter : how shadows become soft, or hard; default: `Auto`. Else `Blur`, `Hard`, `Pcf`, `Disc`, `Pcss`, `Penumbra`,
         `Vsm`, `Evsm4` or `Msm`, with its settings, such as ``Pcss(taps=16)``. `Blur` blurs the shadows on the screen;
         the others filter where the map is compared, or blur maps of moments of the depth once for each place of the
         light, and nothing is blurred after that

@@ -97,8 +97,8 @@ def crt(
     mask : the arrangement of red, green and blue phosphors, in pixels of the result
     mask_dark : factor on the two colors that the mask hides
     mask_light : factor on the one that it shows
-    into : where it goes, of any size; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : where it goes, of any size; default: float32 with the name ``name``
+    name : name of the passes and targets
 
     Source: T. Lottes, "CRT", Shadertoy XsjSzR, 2014, public domain.
     Deviations: rows of the mask are counted from the top; squares of pixels are averaged, where the original reads one

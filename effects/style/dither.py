@@ -62,8 +62,8 @@ def dither(
     levels : of each channel, black and white among them; 256 takes the bands out of gradients that 8 bits store
     pattern : "bayer" is an ordered grid of 8 x 8 thresholds, whose mean is exact to 1/128 of a level; "gradient-noise"
         has no grid
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
     Source: B. E. Bayer, "An Optimum Method for Two-Level Rendition of Continuous-Tone Pictures", 1973.
 

@@ -66,8 +66,8 @@ def glitch(
     index : the picture's number in its sequence, for new damage in each. `passgraph.frames` gives it as
         ``values=lambda number: {"index": number}``
     seed : another number, other damage
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
     Distances are whole pixels, each as likely, so that every number of the result is one of the picture, and the same
     on every backend.

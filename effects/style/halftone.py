@@ -68,8 +68,8 @@ def halftone(
     cell_px : from dot to dot
     angle_rad : of the rows of black dots; cyan, magenta and yellow are at -30, 30 and -45 degrees from it
     colored : four inks; off, black of the picture's luminance
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
     The mean over an even area is its color: a diamond covers just the share of its cell that the ink has, and screens
     at different angles lie over one another as by chance.  Edges of dots are smoothed by 16 samples a pixel.

@@ -96,8 +96,8 @@ def kuwahara(
     color : any picture, which should be encoded for display; outside it the rule of ``color.border(...)`` holds
     radius_px : of the brush, where nothing has a direction; along an edge it is up to twice as long and half as wide
     sharpness : exponent on the deviation in a sector: 0 is a blur, 8 takes the evenest sector almost alone
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
     An ellipse along the edge, from the blurred structure tensor, is divided into eight sectors that overlap. A pixel
     is the mean of their means, weighted by how even they are.  What is NaN or infinite has no part.

@@ -44,8 +44,8 @@ def pixelate(
     ----------
     color : any picture; means of linear light are as bright as what they stand for. Alpha should be premultiplied
     size_px : side of a square; 1 returns ``color`` itself
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
     Squares begin at the top left; those at the right and the bottom edge may be cut off, and are the mean of what is
     left of them.

@@ -63,7 +63,7 @@ def distances(
     ----------
     depth : numbers from 0 to 1 in red, of any format ("r16" for D16, "r32f", "depth32f")
     holds : what they mean; as a run value where near and far change
-    into : where it goes; left out, "r32f" of the buffer's size with the name ``name``
+    into : destination target; default: "r32f" of the buffer's size named ``name``
     name : of the pass and target
 
     Returns

@@ -121,7 +121,7 @@ def motion_blur(
     color : linear light, any range; in front of the tone map
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
         ``color``
-    camera : which both were seen by; left out, one of ``vertical_fov_rad`` at the origin
+    camera : which both were seen by; default: one of ``vertical_fov_rad`` at the origin
     previous_camera : the camera of the frame before; without it and ``velocity``, nothing moves
     velocity : in place of that of the cameras: red and green are the way of each pixel since the frame before, in
         pixels, to the right and down
@@ -129,8 +129,8 @@ def motion_blur(
     longest_px : streaks are cut to this length
     taps : places along a streak; fewer than its pixels leave gaps
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
     What moves is blurred over what is behind it, and what stands is not blurred into what moves behind it.  What lies
     hidden behind a streak is taken from beside it.  Over what is behind it, a thing is blurred by the way of the

@@ -153,8 +153,8 @@ def taa(
     color : one frame, its camera moved by `passgraph.effects.temporal.jitter.jittered`
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
         ``color``
-    camera : which both were seen by, without jitter; left out, one of ``vertical_fov_rad`` at the origin
-    previous_camera : the camera of the frame before, without jitter; left out, pixels stay where they are
+    camera : which both were seen by, without jitter; default: one of ``vertical_fov_rad`` at the origin
+    previous_camera : the camera of the frame before, without jitter; default: pixels stay where they are
     velocity : in place of that of the cameras: red and green are the way of each pixel since the frame before, in
         pixels, to the right and down
     most_frames : how many frames count as many as the new one; more are smoother, and follow light that changes later
@@ -162,8 +162,8 @@ def taa(
         leaves fewer ghosts, more is smoother
     hdr : bright samples count less, so that small lamps do not flicker; edges beside them are as smooth
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
     History follows the nearest surface of the 3 by 3 pixels, is read by a Catmull-Rom spline, and clipped to a box in
     YCoCg.  It begins anew where the picture shows what lay outside of it or, with the cameras' velocity, what was

@@ -57,7 +57,7 @@ def camera_velocity(
     depth : red is the distance along the view axis in scene units, 0 where there is no surface
     camera : which it was seen by, without jitter
     previous_camera : the camera of the frame before, without jitter
-    into : where it goes; left out, "rgb32f" of the size of ``depth`` with the name ``name``
+    into : destination target; default: "rgb32f" of the size of ``depth`` named ``name``
     name : of the pass and target
 
     Returns
