@@ -1,4 +1,4 @@
-"""Dither: few levels that look like many, as neighbors are rounded up and down in turn."""
+"""Dither: simulate many levels with few, by rounding neighbors up and down in turn."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -14,7 +14,8 @@ from passgraph.effects.checked import effect
 
 
 def bayer(side: int) -> list[list[int]]:
-    """The order in which the pixels of a square become bright, each far from those before; ``side`` is a power of 2.
+    """Return the order in which the pixels of a square become bright, each far from earlier ones; ``side`` is a power
+    of 2.
 
     >>> bayer(2)
     [[0, 2], [3, 1]]
@@ -28,7 +29,7 @@ def bayer(side: int) -> list[list[int]]:
 
 Pattern = Literal["bayer", "gradient-noise"]
 SIDE = 8
-#: Thresholds from 0 to 1, none at the ends.
+#: Thresholds strictly between 0 and 1.
 THRESHOLDS = tuple(tuple((rank + 0.5) / SIDE**2 for rank in row) for row in bayer(SIDE))
 
 
@@ -59,7 +60,7 @@ def dither(
     Parameters
     ----------
     color : encoded for display, 0 to 1, and clamped to that; alpha stays
-    levels : of each channel, black and white among them; 256 takes the bands out of gradients that 8 bits store
+    levels : levels of each channel, including black and white; 256 removes the banding of gradients stored in 8 bits
     pattern : "bayer" is an ordered grid of 8 x 8 thresholds, whose mean is exact to 1/128 of a level; "gradient-noise"
         has no grid
     into : destination target; default: float32 named ``name``

@@ -48,7 +48,7 @@ def test_many_walls_and_lights_are_refused_before_they_are_compared(
 
 def test_too_many_edges_before_one_light_end_the_work_at_it(compared: list[int]) -> None:
     walls, lights = _world(1000, 8, 200.0)
-    with pytest.raises(pg.GraphError, match="edges stand between one light and a tile"):
+    with pytest.raises(pg.GraphError, match="edges are between one light and a tile"):
         light_map(WINDOW, lights, walls, (64, 64))
     assert sum(compared) <= 4000 * 16
 
