@@ -150,8 +150,8 @@ def _check_work(compared: int, lights: int, edges: int) -> None:
     if compared > MAX_COMPARED:
         raise pg.GraphError(
             f"light map: the first {lights} lights and {edges} edges make {compared} pairs of a tile and an edge in a "
-            f"light's radius, and at most {MAX_COMPARED} are allowed; give lights shorter radii, take larger tiles, join walls, "
-            "or choose penumbra='move'"
+            f"light's radius, and at most {MAX_COMPARED} are allowed; give lights shorter radii, take larger "
+            "tiles, join walls, or choose penumbra='move'"
         )
 
 
