@@ -348,7 +348,7 @@ class LiveLight:
         if len(tables.layers) > 1:
             raise pg.GraphError(
                 f"{self.name}: a tile of {self.tile_px} pixels has more than {self.shaded} lights with edges in "
-                "front of them;  raise shaded, or take smaller tiles or shorter lights"
+                "front of them; raise shaded, or take smaller tiles or shorter lights"
             )
         if len(tables.table) > self.rows:
             raise pg.GraphError(
