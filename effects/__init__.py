@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from passgraph.effects.lens.god_rays import god_rays
     from passgraph.effects.lens.lens_distortion import lens_distortion
     from passgraph.effects.lens.lens_flare import lens_flare
+    from passgraph.effects.lens.light_streaks import light_streaks
     from passgraph.effects.lens.vignette import vignette
     from passgraph.effects.planar_shadows.planar import Planar, planar, planar_passes
     from passgraph.effects.screen.contact_shadow import contact_shadow
@@ -186,6 +187,7 @@ __all__ = [
     "kuwahara",
     "lens_distortion",
     "lens_flare",
+    "light_streaks",
     "median",
     "morphology",
     "motion_blur",

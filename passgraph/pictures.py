@@ -151,14 +151,14 @@ def holds_several(file: Path) -> bool:
         return False
 
 
-def check_size(file: Path, width: int, height: int, bytes_per_pixel: int, max_bytes: int) -> None:
+def check_size(file: Path, width: int, height: int, other_bytes: int, max_bytes: int) -> None:
     """Raise InputError for a picture that is empty or needs too much memory.
 
-    ``bytes_per_pixel`` includes the decoder's memory.
+    ``other_bytes`` are needed in addition to the result: stored pixels, the decoder's memory, the file.
     """
     if width < 1 or height < 1:
         raise InputError(f"{file}: says it is {width}×{height} pixels; expected at least 1×1")
-    needed = width * height * BYTES_PER_PIXEL + bytes_per_pixel
+    needed = width * height * BYTES_PER_PIXEL + other_bytes
     if needed > max_bytes:
         raise InputError(
             f"{file}: says it is {width}×{height} = {width * height} pixels, which take {needed} bytes of memory"

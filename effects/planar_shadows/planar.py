@@ -22,7 +22,7 @@ from passgraph.effects.quantities import Color, Height, NotNegative, Share, Widt
 from passgraph.effects.shadows.shadow_light import KINDS, light_at
 from passgraph.effects.surfaces.batches import batches, merged
 from passgraph.effects.surfaces.engine_depth import DepthFrame, depth_frame, distance_held
-from passgraph.effects.surfaces.material_textures import TextureInputs
+from passgraph.effects.surfaces.material_textures import texture_input
 from passgraph.effects.surfaces.views import LightFrame, View, view_from_world
 from passgraph.scene.matrices import translation
 
@@ -240,7 +240,7 @@ SHADOW_OFFSET = (-1.0, -2.0)
 
 
 class Draws:
-    """State shared by all passes: view, lights and textures."""
+    """State shared by all passes: view and lights."""
 
     def __init__(self, scene: pg.Scene, ground: Ground, ambient: float) -> None:
         self.ground = ground
@@ -250,7 +250,6 @@ class Draws:
             for i, light in enumerate(scene.lights)
         ]
         self.batches = batches(ground.objects) if ground.objects is not None else []
-        self.textures = TextureInputs()
         self.white = pg.Input("white", "rgba8", (1, 1), static=True, default=np.ones((1, 1, 4), np.float32))
         self.side = self.view.camera.map(lambda camera: 1.0 if sees_top(camera, ground.height) else -1.0)
         columns = pg.combine(lights_from, self.view.camera, *self.lights)
@@ -371,7 +370,7 @@ class Draws:
 
     def _map(self, material: pg.Material) -> dict[str, object]:
         texture = material.base_color_texture
-        found = self.white if texture is None else self.textures.of(texture, "base color")
+        found = self.white if texture is None else texture_input(texture, "base color")
         return {"base_map": found, "has_map": texture is not None}
 
 

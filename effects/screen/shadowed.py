@@ -17,7 +17,6 @@ from passgraph.effects.shadows.shadow_light import share_of
 from passgraph.effects.shadows.soft_shadow import blurred_shadows, decided, lights_of, width_of_edges
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.g_buffer import GBuffer
-from passgraph.effects.surfaces.material_textures import TextureInputs
 from passgraph.effects.surfaces.views import Casters, View
 
 
@@ -101,7 +100,7 @@ def shadowed(
     seen = GBuffer(color, depth_normals(depth, view.camera, f"{name} normals"), depth)
     width = width_of_edges(softness, lights, thrown)
     lighting = Lighting(
-        casters, view, seen, lights, TextureInputs(), thrown, map_size, 0, notes, chosen, False, width
+        casters, view, seen, lights, thrown, map_size, 0, notes, chosen, False, width
     )  # fmt: skip
     sums = lighting.sums((ambient, ambient, ambient) if isinstance(ambient, (int, float)) else ambient)
     share = shares(*sums, depth, into=pg.target(f"{name} shares", "rgba16f", like=depth), name="shares of light")

@@ -22,7 +22,7 @@ from passgraph.effects.shadows.shadow_map import NOTHING, caster_meshes, shadow_
 from passgraph.effects.surfaces.batches import Batch, batches
 from passgraph.effects.surfaces.g_buffer import Surface, place, sided
 from passgraph.effects.surfaces.geometry import facing
-from passgraph.effects.surfaces.material_textures import TextureInputs
+from passgraph.effects.surfaces.material_textures import texture_input
 from passgraph.effects.surfaces.views import Casters, LightFrame, MapView, View
 from passgraph.srgb import linear_to_srgb
 
@@ -125,7 +125,7 @@ def five_pass_targets(
     """Return `five_pass` with all intermediate targets; parameters as there."""
     _check(scene)
     default = scene.lights[0]
-    casters, textures = Casters.of(scene), TextureInputs()
+    casters = Casters.of(scene)
     if not casters.nodes:
         raise pg.GraphError(f"five_pass: nothing in scene {scene.name!r} casts a shadow")
     if default.kind == "point" and default.fitted_frustum(casters.bounds_for(default)) is None:
@@ -138,8 +138,8 @@ def five_pass_targets(
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
     light = pg.Value("light", pg.Light, static=True, default=default)
     look = MapView(light, casters)
-    map_ = shadow_map(look, caster_meshes(casters), textures, map_size, "pass 1: shadow map")
-    picture = textures.of(spotlight or round_spot(), "base color").border("clamp")
+    map_ = shadow_map(look, caster_meshes(casters), map_size, "pass 1: shadow map")
+    picture = texture_input(spotlight or round_spot(), "base color").border("clamp")
     frame = look.frame(view, map_size)
     common: dict[str, object] = {
         "kind": KINDS.index(default.kind),
@@ -157,7 +157,7 @@ def five_pass_targets(
     into: pg.Target | pg.TargetSpec = pg.target("mask", mask_format, scale=1.0, clear=1.0)
     depth: pg.Target | pg.TargetSpec = pg.target("mask_test", "depth32f", scale=1.0)
     for batch in opaque:
-        values = {**common, **for_mask, **_surface(batch, view, textures, map_), "receives": batch.receives}
+        values = {**common, **for_mask, **_surface(batch, view, map_), "receives": batch.receives}
         into = _draw(batch, compared, into, depth, "pass 2: mask", values)
         depth = into.depth
     assert isinstance(into, pg.Target)
@@ -167,7 +167,7 @@ def five_pass_targets(
     into = pg.target("picture", "rgba8" if display else "rgba16f", scale=1.0, clear=(*shown, 1.0))
     depth = pg.target("picture_test", "depth32f", scale=1.0)
     for batch in opaque:
-        values = {**common, **for_light, **_surface(batch, view, textures, picture)}
+        values = {**common, **for_light, **_surface(batch, view, picture)}
         values |= {"mask": blurred, "ambient": ambient, "display": display}
         into = _draw(batch, lit, into, depth, "pass 5: lit scene", values)
         depth = into.depth
@@ -220,14 +220,14 @@ def round_spot() -> pg.Texture:
     return pg.Texture.make(bright, "linear", "round spot")
 
 
-def _surface(batch: Batch, view: View, textures: TextureInputs, stand_in: pg.Target) -> dict[str, object]:
+def _surface(batch: Batch, view: View, stand_in: pg.Target) -> dict[str, object]:
     """Return the values of both draws; ``stand_in`` replaces a missing base color map, whose code is removed."""
     material = batch.material
     texture = material.base_color_texture
     return {
         "clip_from_local": view.clip_from(batch.origin),
         "view_from_local": view.view_from(batch.origin),
-        "base_map": stand_in if texture is None else textures.of(texture, "base color"),
+        "base_map": stand_in if texture is None else texture_input(texture, "base color"),
         "has_base": texture is not None,
         "cutoff": material.alpha_cutoff,
         "masked": material.alpha_mode == "mask",

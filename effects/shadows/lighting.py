@@ -25,7 +25,6 @@ from passgraph.effects.shadows.shadow_light import KINDS, add_light, add_shadowe
 from passgraph.effects.shadows.shadow_map import CasterMesh, caster_meshes, shadow_map
 from passgraph.effects.surfaces.g_buffer import GBuffer
 from passgraph.effects.surfaces.map_fit import MARGIN_TEXELS, Fit, pieces_of
-from passgraph.effects.surfaces.material_textures import TextureInputs
 from passgraph.effects.surfaces.views import Casters, MapView, View
 
 
@@ -37,7 +36,6 @@ class Lighting:
     view: View
     seen: GBuffer
     lights: Sequence[pg.Value]
-    textures: TextureInputs
     casters: Casters
     map_size: int
     map_blur_px: int
@@ -130,7 +128,7 @@ class Lighting:
 
     def _map(self, look: MapView, meshes: list[CasterMesh], name: str) -> tuple[pg.Target, object]:
         """Return the inputs of a lookup: the map of one light, and the run values of the filter."""
-        map_ = shadow_map(look, meshes, self.textures, self.map_size, f"shadow map of {name}")
+        map_ = shadow_map(look, meshes, self.map_size, f"shadow map of {name}")
         self.maps.append(map_)
         # it does not soften shadows (see soft_shadow); without a radius it is the map itself
         map_ = gaussian_blur(map_, self.map_blur_px / 2.0, self.map_blur_px, name=f"blurred map of {name}")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import passgraph as pg
 from passgraph import Image, discard, dot, mat4, vec2, vec4
 from passgraph.effects.surfaces.batches import merged
-from passgraph.effects.surfaces.material_textures import TextureInputs
+from passgraph.effects.surfaces.material_textures import texture_input
 from passgraph.effects.surfaces.views import Casters, MapView
 
 #: Depth where a map shows no caster: farther than any receiver.
@@ -65,7 +65,7 @@ def caster_meshes(casters: Casters) -> list[CasterMesh]:
     ]
 
 
-def shadow_map(view: MapView, meshes: list[CasterMesh], textures: TextureInputs, map_size: int, name: str) -> pg.Target:
+def shadow_map(view: MapView, meshes: list[CasterMesh], map_size: int, name: str) -> pg.Target:
     """Draw every caster from one light's view.
 
     Returns
@@ -82,7 +82,7 @@ def shadow_map(view: MapView, meshes: list[CasterMesh], textures: TextureInputs,
         }
         texture = part.cut_out.base_color_texture if part.cut_out is not None else None
         if part.cut_out is not None and texture is not None:
-            values |= {"base_map": textures.of(texture, "base color"), "cutoff": part.cut_out.alpha_cutoff}
+            values |= {"base_map": texture_input(texture, "base color"), "cutoff": part.cut_out.alpha_cutoff}
         into = pg.draw(
             part.mesh, vertex=toward_light, fragment=distance_of if texture is None else distance_of_cut_out,
             into=into, depth=depth, name=name, values=values,

@@ -27,7 +27,6 @@ from passgraph.effects.shadows.shadow_light import (
     split_rgb,
 )
 from passgraph.effects.surfaces.g_buffer import GBuffer, g_buffer
-from passgraph.effects.surfaces.material_textures import TextureInputs
 from passgraph.effects.surfaces.views import Casters, View
 
 HdrFormat = Literal["rgba16f", "rgb32f", "rgba32f"]
@@ -93,14 +92,11 @@ def soft_shadow_passes(
     chosen = decided(Auto() if filter is None else filter, scene, softness)
     notes: list[str] = []
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
-    textures = TextureInputs()
-    seen = g_buffer(scene, view, textures, background)
+    seen = g_buffer(scene, view, background)
     lights = lights_of(scene)
     casters = Casters.of(scene)
     width = width_of_edges(softness, lights, casters)
-    lighting = Lighting(
-        scene, view, seen, lights, textures, casters, map_size, map_blur_px, notes, chosen, fit == "view", width
-    )
+    lighting = Lighting(scene, view, seen, lights, casters, map_size, map_blur_px, notes, chosen, fit == "view", width)
     free, shadowed = lighting.sums((ambient, ambient, ambient) if isinstance(ambient, (int, float)) else ambient)
     wide = hdr_format == "rgb32f"
     without_surface: dict[str, Any] = {} if wide else {"background_alpha": background_alpha}

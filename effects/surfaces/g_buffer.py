@@ -32,7 +32,7 @@ from passgraph import (
 from passgraph.effects.checked import checked
 from passgraph.effects.surfaces.batches import Batch, batches, is_textured
 from passgraph.effects.surfaces.geometry import pack_normal, unpack_normal
-from passgraph.effects.surfaces.material_textures import TextureInputs, Use, level_at, mipped
+from passgraph.effects.surfaces.material_textures import Use, level_at, mipped, texture_input, texture_levels
 from passgraph.effects.surfaces.views import View
 
 #: Layers of the parallax search; the intersection between two layers is interpolated.
@@ -208,25 +208,28 @@ class GBuffer:
     rises: pg.Target | None = None
 
 
-def g_buffer(scene: pg.Scene, view: View, textures: TextureInputs, background: tuple[float, float, float]) -> GBuffer:
-    """Draw the scene's attributes, one draw for each batch (see `passgraph.effects.surfaces.batches`)."""
+def g_buffer(scene: pg.Scene, view: View, background: tuple[float, float, float], prefix: str = "") -> GBuffer:
+    """Draw the scene's attributes, one draw for each batch (see `passgraph.effects.surfaces.batches`).
+
+    ``prefix`` begins the targets' names, so that several effects in one graph have distinct ones.
+    """
     into: tuple[pg.Target | pg.TargetSpec, ...] = (
-        pg.target("base_color", "rgba16f", scale=1.0, clear=(*background, 0.0)),
-        pg.target("normals", "rgba16f", scale=1.0),
-        pg.target("depth", "r32f", scale=1.0),
-        pg.target("rises", "rg32f", scale=1.0),
+        pg.target(f"{prefix}base_color", "rgba16f", scale=1.0, clear=(*background, 0.0)),
+        pg.target(f"{prefix}normals", "rgba16f", scale=1.0),
+        pg.target(f"{prefix}depth", "r32f", scale=1.0),
+        pg.target(f"{prefix}rises", "rg32f", scale=1.0),
     )
-    depth: pg.Target | pg.TargetSpec = pg.target("depth_test", "depth32f", scale=1.0)
+    depth: pg.Target | pg.TargetSpec = pg.target(f"{prefix}depth_test", "depth32f", scale=1.0)
     listed = batches(scene)
     opaque = [batch for batch in listed if batch.material.alpha_mode != "blend"]
     if not opaque:
         raise pg.GraphError(f"scene {scene.name!r}: every surface is translucent; shadows need an opaque one")
     for batch in opaque:
-        into = _draw(batch, view, textures, into, depth)
+        into = _draw(batch, view, into, depth)
         depth = into[0].depth
     color = into[0]
     for batch in listed[len(opaque) :]:
-        color = _draw_translucent(batch, view, textures, color, depth)
+        color = _draw_translucent(batch, view, color, depth)
     _, normals, linear, rises = into
     assert isinstance(color, pg.Target) and isinstance(normals, pg.Target) and isinstance(linear, pg.Target)
     assert isinstance(rises, pg.Target)
@@ -240,7 +243,6 @@ def _matrices(batch: Batch, view: View) -> dict[str, pg.Derived]:
 def _draw(
     batch: Batch,
     view: View,
-    textures: TextureInputs,
     into: tuple[pg.Target | pg.TargetSpec, ...],
     depth: pg.Target | pg.TargetSpec,
 ) -> tuple[pg.Target, ...]:
@@ -259,7 +261,7 @@ def _draw(
             "normal_map": (material.normal_texture, "normals"),
             "height_map": (material.height_texture, "height"),
         }
-        inputs = {key: textures.of(texture, use) for key, (texture, use) in maps.items() if texture is not None}
+        inputs = {key: texture_input(texture, use) for key, (texture, use) in maps.items() if texture is not None}
         any_input = next(iter(inputs.values()))  # replaces missing maps, whose code is removed
         values |= {key: inputs.get(key, any_input) for key in maps}
         values |= {
@@ -267,8 +269,8 @@ def _draw(
             for word, key in (("base", "base_map"), ("normals", "normal_map"), ("heights", "height_map"))
         }
         values |= {"height_scale": material.height_scale}
-        values |= _levels("base", material.base_color_texture, "base color", textures, any_input)
-        values |= _levels("normal", material.normal_texture, "normals", textures, any_input)
+        values |= _levels("base", material.base_color_texture, "base color", any_input)
+        values |= _levels("normal", material.normal_texture, "normals", any_input)
     targets: tuple[pg.Target, ...] = pg.draw(
         batch.mesh, vertex=place, fragment=textured if is_textured(material) else plain, into=into,
         depth=depth, cull="none" if material.double_sided else "back",
@@ -277,20 +279,17 @@ def _draw(
     return targets
 
 
-def _levels(
-    word: str, texture: pg.Texture | None, use: Use, textures: TextureInputs, any_input: object
-) -> dict[str, object]:
+def _levels(word: str, texture: pg.Texture | None, use: Use, any_input: object) -> dict[str, object]:
     """Return the kernel arguments for the mipmap levels of a material texture."""
     if texture is None:
         unused = {f"{word}_{name}": 0 for name in ("count", "wrap", "minify")}
         return {f"{word}_levels": any_input, f"{word}_size": (1.0, 1.0), **unused}
-    return {f"{word}_{name}": value for name, value in textures.levels(texture, use).items()}
+    return {f"{word}_{name}": value for name, value in texture_levels(texture, use).items()}
 
 
 def _draw_translucent(
     batch: Batch,
     view: View,
-    textures: TextureInputs,
     color: pg.Target | pg.TargetSpec,
     depth: pg.Target | pg.TargetSpec,
 ) -> pg.Target:
@@ -298,8 +297,8 @@ def _draw_translucent(
     values: dict[str, object] = dict(_matrices(batch, view))
     texture = batch.material.base_color_texture
     if texture is not None:
-        values["base_map"] = textures.of(texture, "base color")
-        values |= _levels("base", texture, "base color", textures, values["base_map"])
+        values["base_map"] = texture_input(texture, "base color")
+        values |= _levels("base", texture, "base color", values["base_map"])
     mixed: pg.Target = pg.draw(
         batch.mesh, vertex=place, fragment=tinted if texture is None else tinted_textured, into=color,
         depth=depth, depth_write=False, blend="alpha", color_mask=(True, True, True, False),
@@ -349,7 +348,7 @@ def scene_surfaces(
     (1.0, True)
     """
     camera = pg.Value("camera", pg.Camera, default=scene.camera)
-    seen = g_buffer(scene, View(camera), TextureInputs(), (0.0, 0.0, 0.0))
+    seen = g_buffer(scene, View(camera), (0.0, 0.0, 0.0), "surfaces ")
     turn = camera.map(lambda one: one.view_rotation()[:3, :3].T if space == "world" else np.eye(3))
     into = pg.target("unit normals", "rgba32f")
     normals = unpacked(seen.normals, seen.depth, turn, normal_maps, into=into, name="unit normals")

@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
+from weakref import WeakKeyDictionary, WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph import Image, clamp, dfdx, dfdy, floor, fract, length, log2, mix, vec2, vec4
+from passgraph.graph.targets import InputSpec
 from passgraph.scene import Texture
 from passgraph.scene.materials import Minify, Wrap
 
@@ -91,8 +94,7 @@ def _spread(values: NDArray[np.float32], use: Use) -> NDArray[np.float32]:
 
 
 def _resized(values: NDArray[np.float32], count: int, axis: int) -> NDArray[np.float32]:
-    """Return means over ``count`` equal parts of an axis; a part is one to two texels long and so covers at most
-    three."""
+    """Return means over ``count`` equal parts of an axis; a part, one to two texels long, covers at most three."""
     side = values.shape[axis]
     starts = np.arange(count) * (side / count)
     ends = starts + side / count
@@ -163,49 +165,62 @@ def wrap_number(wrap: Wrap) -> int:
     return WRAPS.index(wrap)
 
 
-class TextureInputs:
-    """One input for each texture, shared by materials; names stay unique."""
+#: The inputs of each texture by use. All effects on a scene share them, so that one graph may hold several effects.
+_inputs: WeakKeyDictionary[Texture, WeakValueDictionary[str, InputSpec]] = WeakKeyDictionary()
+#: Distinguishes textures with the same name.
+_numbers: WeakKeyDictionary[Texture, int] = WeakKeyDictionary()
 
-    def __init__(self) -> None:
-        self._made: dict[tuple[int, str], pg.Target] = {}
-        self._mips: dict[tuple[int, str], tuple[pg.Target, Mips]] = {}
 
-    def of(self, texture: Texture, use: Use) -> pg.Target:
-        """Return the input of a texture: ``use`` is "base color" (linear RGBA), "normals" or "height" (one)."""
-        key = (id(texture), use)
-        if key not in self._made:
-            pixels = texture.decode()
-            if use == "height":
-                pixels, kind = pixels[:, :, :1], "r8"
-            else:
-                # decoded here, once, so that a lookup costs four fetches and no transfer function
-                kind = "rgba16f" if use == "base color" else "rgba8"
-            name = f"{texture.name} ({use} {len(self._made)})"
-            picture = np.ascontiguousarray(pixels)
-            picture_input = pg.Input(name, kind, texture.size, static=True, border=texture.wrap, default=picture)
-            self._made[key] = picture_input.filter(texture.magnify)
-        return self._made[key]
+def _shared_input(texture: Texture, use: str, make: Callable[[str], pg.Target]) -> pg.Target:
+    """Return the input of a texture for a use; ``make`` makes it from its name."""
+    if texture not in _numbers:
+        others = [other for one in _numbers.keyrefs() if (other := one()) is not None and other.name == texture.name]
+        used = {_numbers.get(other) for other in others}
+        _numbers[texture] = next(number for number in range(len(used) + 1) if number not in used)
+    by_use = _inputs.setdefault(texture, WeakValueDictionary())
+    spec = by_use.get(use)
+    if spec is not None:
+        return pg.Target(spec)
+    made = make(f"{texture.name} ({use} {_numbers[texture]})")
+    assert isinstance(made.spec, InputSpec)
+    by_use[use] = made.spec
+    return made
 
-    def levels(self, texture: Texture, use: Use) -> dict[str, object]:
-        """Return the arguments of `mipped` for a texture: its levels, their size and count, its wrap and filter."""
-        key = (id(texture), use)
-        if key not in self._mips:
-            mips = mips_of(texture.decode(), use, texture.wrap)
+
+def texture_input(texture: Texture, use: Use) -> pg.Target:
+    """Return the input of a texture: ``use`` is "base color" (linear RGBA), "normals" or "height" (one)."""
+
+    def make(name: str) -> pg.Target:
+        pixels = texture.decode()
+        if use == "height":
+            pixels, kind = pixels[:, :, :1], "r8"
+        else:
+            # decoded here, once, so that a lookup costs four fetches and no transfer function
             kind = "rgba16f" if use == "base color" else "rgba8"
-            size = (mips.picture.shape[1], mips.picture.shape[0])
-            name = f"{texture.name} ({use} levels {len(self._mips)})"
-            if mips.count:
-                picture_input = pg.Input(name, kind, size, static=True, default=mips.picture)
-                picture_input = picture_input.filter("linear" if texture.minify == MINIFY[0] else "nearest")
-            else:
-                picture_input = self.of(texture, use)
-            self._mips[key] = picture_input, mips
-        levels, mips = self._mips[key]
-        count = 0 if texture.minify == "nearest" else mips.count
-        return {
-            "levels": levels,
-            "size": tuple(map(float, mips.size)),
-            "count": count,
-            "wrap": wrap_number(texture.wrap),
-            "minify": MINIFY.index(texture.minify),
-        }
+        return pg.Input(name, kind, texture.size, static=True, default=np.ascontiguousarray(pixels))
+
+    return _shared_input(texture, use, make).border(texture.wrap).filter(texture.magnify)
+
+
+def texture_levels(texture: Texture, use: Use) -> dict[str, object]:
+    """Return the arguments of `mipped` for a texture: its levels, their size and count, its wrap and filter."""
+    size = full_size(texture.size)
+    count = min(size).bit_length() - 1
+
+    def make(name: str) -> pg.Target:
+        mips = mips_of(texture.decode(), use, texture.wrap)
+        kind = "rgba16f" if use == "base color" else "rgba8"
+        return pg.Input(name, kind, mips.picture.shape[1::-1], static=True, default=mips.picture)
+
+    if count:
+        levels = _shared_input(texture, f"{use} levels", make)
+        levels = levels.filter("linear" if texture.minify == MINIFY[0] else "nearest")
+    else:
+        levels = texture_input(texture, use)
+    return {
+        "levels": levels,
+        "size": tuple(map(float, size)),
+        "count": 0 if texture.minify == "nearest" else count,
+        "wrap": wrap_number(texture.wrap),
+        "minify": MINIFY.index(texture.minify),
+    }

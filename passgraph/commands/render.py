@@ -44,23 +44,24 @@ if TYPE_CHECKING:
 
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
-Antialias = Literal["fxaa", "ssaa4", "none"]
+Antialias = Literal["fxaa", "smaa", "ssaa4", "none"]
 
 
 def antialias_option(command: Decorated) -> Decorated:
     return click.option(
         "--antialias",
         type=click.Choice(get_args(Antialias)),
-        help="Antialiasing: fxaa in the finished picture, or ssaa4 by four samples per pixel, at four times the "
-        "work.  [default: fxaa for display, none for HDR]",
+        help="Antialiasing: fxaa or smaa (sharper) in the finished picture, or ssaa4 by four samples per pixel, at "
+        "four times the work.  [default: fxaa for display, none for HDR]",
     )(command)
 
 
 def chosen(antialias: Antialias | None, display: bool) -> Antialias:
-    """Return the antialiasing mode, or the default; FXAA of light beyond 1 is an error."""
-    if antialias == "fxaa" and not display:
+    """Return the antialiasing mode, or the default; FXAA and SMAA of light beyond 1 are errors."""
+    if antialias in ("fxaa", "smaa") and not display:
         raise InputError(
-            "--antialias fxaa smooths pictures for display, and the result is HDR; use --antialias ssaa4, or --display"
+            f"--antialias {antialias} smooths pictures for display, and the result is HDR; use --antialias ssaa4, or "
+            "--display"
         )
     return antialias or ("fxaa" if display else "none")
 
@@ -91,13 +92,16 @@ def _smooth(output: Target, antialias: Antialias, display: bool, is_transparent:
         from passgraph.effects.antialias.supersampled import supersampled
 
         return supersampled(output, display, straight=is_transparent)
-    from passgraph.effects.antialias.fxaa import fxaa
-
+    smooth: Callable[..., Target]
+    if antialias == "smaa":
+        from passgraph.effects.antialias.smaa import smaa as smooth
+    else:
+        from passgraph.effects.antialias.fxaa import fxaa as smooth
     if not is_transparent:
-        return fxaa(output)
+        return smooth(output)
     from passgraph.effects.pictures.alpha import on_straight_alpha
 
-    return on_straight_alpha(fxaa)(output)
+    return on_straight_alpha(smooth)(output)
 
 
 def holds_alpha(output: Path) -> bool:

@@ -8,8 +8,9 @@ center) stays as tight as it is, which a hull at the jump would lose.
 
 Lanes with more paths than :data:`MAX_PATHS` are bounded to first order instead: the first path, moved by the
 sum of what each of its decisions can move it, alone or with the next one (x and y of one texel).  That holds
-for sums over decisions, such as filters.  Whether a program is one is tried: where turning many decisions at
-once leads out of that bound by more than rounding, nothing is said of the lane.
+for sums over decisions, such as filters, and not for a search that keeps the best of many ties.  Whether a program
+is such a sum is tried: many decisions are turned at once.  Where the result moves by more than the sum of the moves of
+those that were turned, and rounding, the lane is left unbounded.
 """
 
 from __future__ import annotations
@@ -32,8 +33,11 @@ Choices = NDArray[np.int8]
 MAX_PATHS = 64
 #: Decisions of one path that are turned one by one; a lane that meets more is given up: anything is allowed.
 MAX_DECISIONS = 256
-#: Ways of turning many decisions at once that are tried on lanes that are bounded to first order.
-JOINT_PATHS = 8
+#: Random sets of decisions that are turned at once, to try lanes that are bounded to first order.
+RANDOM_SETS = 8
+#: The first and the last so many decisions are turned at once too: who keeps the best of many ties is moved only by the
+#: last decisions together.
+ENDS = (3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 32, 48, 64, 96, 128, 192)
 #: What rounding to float32 may hide of a decision that is turned alone, and show where many are: half a unit in the
 #: last place of the result.
 HIDDEN = 2.0**-24
@@ -185,9 +189,20 @@ def explore(
         search.end_batch()
         doubtful = lanes[search.first_order[lanes] & ~search.lost[lanes]]
         for i in range(0, 0 if first_only else len(doubtful), BATCH):
-            search.try_all_ways(doubtful[i : i + BATCH])
+            search.try_jointly(doubtful[i : i + BATCH])
         lanes_done += len(lanes)
     return search.result()
+
+
+def _joint_sets(count: int) -> Iterator[Lanes]:
+    """Yield sets of ``count`` decisions to turn at once: all, random ones, the first and the last of them."""
+    yield np.ones(count, np.bool_)
+    for seed in range(1, RANDOM_SETS):
+        yield np.random.default_rng(seed).integers(0, 2, count) == 1
+    for length in ENDS:
+        if length < count:
+            yield np.arange(count) < length
+            yield np.arange(count) >= count - length
 
 
 class _Search:
@@ -288,17 +303,30 @@ class _Search:
         hi = np.fmax(self.hi[i][lanes], self.root_hi[i][lanes] + self.total_up[i][lanes])
         return lo - self.hidden[i][lanes], hi + self.hidden[i][lanes]
 
-    def try_all_ways(self, lanes: Ints) -> None:
-        for way in range(JOINT_PATHS):
+    def try_jointly(self, lanes: Ints) -> None:
+        """Turn many decisions at once, and give up lanes whose results are no sums over them."""
+        is_asked = np.zeros(len(self.paths), np.bool_)
+        is_asked[lanes] = True
+        rows = np.flatnonzero(is_asked[self.owners])
+        # Decisions of a lane are next to one another, in their order.
+        firsts = np.searchsorted(self.owners[rows], self.owners[rows])
+        numbers = np.arange(len(rows)) - firsts
+        for turned in _joint_sets(int(numbers.max(initial=-1)) + 1):
             if self.limit.is_over:
                 self.give_up(lanes)
                 return
-            self.try_jointly(lanes, way)
+            self._turn_jointly(lanes, turned, rows[turned[numbers]])
 
-    def try_jointly(self, lanes: Ints, way: int) -> None:
-        """Turn every decision at once, then random halves of them, and give up lanes that leave their bounds."""
-        choices = np.random.default_rng(way).integers(0, 2, (1, MAX_DECISIONS)) if way else np.ones((1, MAX_DECISIONS))
-        track = Track(np.repeat(choices, len(lanes), axis=0).astype(np.int8), lanes)
+    def _moved(self, i: int, lanes: Ints, rows: Ints) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the first path of lanes, moved by these decisions of theirs."""
+        low, high = (np.zeros_like(ends[i]) for ends in (self.root_lo, self.root_hi))
+        np.add.at(low, self.owners[rows], self.down[i][rows])
+        np.add.at(high, self.owners[rows], self.up[i][rows])
+        return self.root_lo[i][lanes] + low[lanes], self.root_hi[i][lanes] + high[lanes]
+
+    def _turn_jointly(self, lanes: Ints, turned: Lanes, rows: Ints) -> None:
+        """Turn some decisions of each lane; ``rows`` are these decisions."""
+        track = Track(np.repeat(turned[None].astype(np.int8), len(lanes), axis=0), lanes)
         results, keep = self.run(track)
         if keep is not None:
             self.surely[lanes] &= keep
@@ -310,9 +338,11 @@ class _Search:
             rounding = HIDDEN * np.maximum(track.met, 1)[:, None] * np.fmax(abs(lo), abs(hi))
             outside = ((result.lo < lo) | (result.hi > hi)) & (rounding < np.inf)
             self.hidden[i][lanes] = np.where(outside, np.fmax(self.hidden[i][lanes], rounding), self.hidden[i][lanes])
-            lo, hi = self.first_order_bounds(i, lanes)
-            beyond = (result.lo < lo) | (result.hi > hi) | (result.nan & ~self.nan[i][lanes])
+            low, high = self._moved(i, lanes, rows)
+            beyond = (result.lo < low - rounding) | (result.hi > high + rounding) | (result.nan & ~self.nan[i][lanes])
             self.unbounded[i][lanes] |= beyond.any(axis=1)
+            self.lo[i][lanes] = np.fmin(self.lo[i][lanes], result.lo)
+            self.hi[i][lanes] = np.fmax(self.hi[i][lanes], result.hi)
 
     def result(self) -> Bounds:
         outputs = []
