@@ -211,7 +211,7 @@ def _default(value: Any, type_: Type, where: str) -> Any:
         return bool(number) if type_ is BOOL else int(number) if type_ is INT else float(number)
     parts = value if isinstance(value, list) else [value] * count
     numbers = [float(_number(part, where)) for part in parts[:count]]
-    # Colours may lack their alpha.
+    # Colors may lack their alpha.
     return tuple(numbers + [1.0] * (count - len(numbers)))
 
 
