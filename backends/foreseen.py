@@ -1,6 +1,6 @@
-"""Values of a program that compilers know before it runs.
+"""Values of a program that compilers can compute before it runs.
 
-Compilers that assume no NaN make 0 of a product with 0, so printers hide what may turn into a constant 0.
+Compilers that assume no NaN fold a product with 0 to 0, so printers hide values that may become a constant 0.
 """
 
 from __future__ import annotations
@@ -10,32 +10,32 @@ from dataclasses import dataclass
 
 from passgraph.language import scalar as s
 
-#: Operations that one known argument may decide.
+#: Operations whose result one constant argument may determine.
 _DECIDED = {("bit_and", "int"), ("mul", "int"), ("logical_and", "bool"), ("logical_or", "bool")}
-#: Operations that make no zero of other numbers, but of tiny ones.
+#: Operations whose result is zero only if an operand is zero or tiny.
 _KEEP_APART_FROM_ZERO = {"mul", "div", "neg", "abs", "sqrt", "to_float"}
 
 
 @dataclass(frozen=True)
 class Foreseen:
-    """Values by id that may turn into constants (more may be named than do), and values that are no zeros then."""
+    """Values by id that may become constants (possibly too many), and those among them that are not zero."""
 
     constants: frozenset[int]
     nonzero: frozenset[int]
 
     def known(self, operand: s.Operand) -> bool:
-        """Whether a compiler may know it."""
+        """Return True if a compiler may know the value."""
         return isinstance(operand, s.Lit) or operand.id in self.constants
 
     def may_be_zero(self, operand: s.Operand) -> bool:
-        """Whether it may become a constant that is 0."""
+        """Return True if it may become a constant 0."""
         if isinstance(operand, s.Lit):
             return operand.value == 0
         return operand.id in self.constants and operand.id not in self.nonzero
 
 
 def foreseen_values(program: s.ScalarProgram) -> Foreseen:
-    """Return what is known of a program's values before it runs."""
+    """Return the values of a program that a compiler may compute."""
     search = _Search({name for name, _, values in program.tables if all(v != 0 for v in values)})
     count = -1
     while search.count != count:
@@ -45,10 +45,10 @@ def foreseen_values(program: s.ScalarProgram) -> Foreseen:
 
 
 class _Search:
-    """Grows until nothing is found any more: variables hand constants back to the head of a loop."""
+    """Iterates to a fixed point: variables carry constants back to the head of a loop."""
 
     def __init__(self, tables: set[str]) -> None:
-        self.tables = tables  # without zeros
+        self.tables = tables  # tables without zeros
         self.found: set[int] = set()
         self.nonzero: set[int] = set()
         self.variables: set[str] = set()

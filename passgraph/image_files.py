@@ -1,6 +1,6 @@
 """Read and write image files with OpenImageIO: pixels as stored, layers, alpha association and metadata.
 
-`passgraph.pictures` is the public interface. This module knows OpenImageIO; nothing else does.
+`passgraph.pictures` is the public interface. Only this module uses OpenImageIO.
 """
 
 from __future__ import annotations
@@ -25,18 +25,19 @@ if TYPE_CHECKING:
 
 Pixels = NDArray[Any]  # (h, w, channels) uint8, uint16, float16 or float32
 
-#: Formats that are read, by OpenImageIO's names. Its "null" reader invents pixels from a file's name.
+#: Formats that are read, by OpenImageIO's names. Its "null" reader is left out: it invents pixels from a file's
+#: name.
 READABLE = (
     "png", "jpeg", "tiff", "openexr", "webp", "bmp", "gif", "targa", "hdr", "pnm", "dpx", "cineon", "jpegxl",
     "jpeg2000", "psd", "dds", "fits", "ico", "iff", "rla", "sgi", "softimage",
 )  # fmt: skip
-#: Suffixes of files that a folder of pictures is searched for.
+#: Suffixes by which picture files in a folder are found.
 READ_SUFFIXES = (
     ".png", ".apng", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".tga", ".exr", ".npy", ".hdr", ".pfm",
     ".ppm", ".pgm", ".pbm", ".pnm", ".dpx", ".cin", ".jxl", ".jp2", ".j2k", ".psd", ".dds", ".sgi",
 )  # fmt: skip
 EXPECTED = "PNG, JPEG, TIFF, OpenEXR, WebP, BMP, GIF, TGA, HDR, PNM, PFM, DPX, Cineon, JPEG XL, JPEG 2000, PSD or npy"
-#: What files of the common formats begin with.
+#: First bytes of files of the common formats.
 _SIGNATURES = (
     b"\x89PNG",
     b"\xff\xd8\xff",
@@ -50,17 +51,17 @@ _SIGNATURES = (
 )
 #: Formats whose files hold color multiplied by alpha, unless a file says otherwise.
 _ASSOCIATED = ("openexr", "tiff", "iff", "rla")
-#: Bytes per pixel that readers hold beside the pixels that they return: whole decoded pictures, strips, coefficients of
+#: Bytes per pixel that a reader allocates in addition to its result: whole decoded pictures, strips, coefficients of
 #: progressive JPEG (three int16 and their copies).
 _HELD_BY_READER = {"jpeg": 12, "webp": 16, "gif": 12, "tiff": 12, "jpegxl": 48, "jpeg2000": 36, "psd": 16}
 _TYPES = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32, "double": np.float32}
-#: Metadata that describes the file it came from, not the picture.
+#: Metadata about the source file, not the picture.
 _OF_THE_FILE = (
     "oiio:", "jpeg:", "png:", "tiff:", "openexr:", "dpx:", "webp:", "bmp:", "gif:", "targa:", "pnm:", "psd:", "dds:",
     "compression", "planarconfig", "thumbnail", "ICCProfile:", "screenWindow", "chromaticities",
     "Exif:ColorSpace", "Exif:YCbCrPositioning", "textureformat", "wrapmodes", "worldto", "name", "view", "chunkCount",
 )  # fmt: skip
-#: Size and orientation (EXIF 2.32) change: pixels are stored upright, at a size of their own.
+#: Size and orientation (EXIF 2.32) are not copied: pixels are stored upright, at a size of their own.
 _SIZE_AND_ORIENTATION = (
     "Orientation", "Exif:PixelXDimension", "Exif:PixelYDimension", "Exif:ImageWidth", "Exif:ImageLength"
 )  # fmt: skip
@@ -68,17 +69,17 @@ _SIZE_AND_ORIENTATION = (
 
 @dataclass(frozen=True)
 class WritableFormat:
-    """What a file format holds.
+    """A file format's capabilities for writing.
 
     Attributes
     ----------
     name : for messages
-    writer : OpenImageIO's name
-    dtypes : the types of its numbers
-    channels : the numbers of channels that it holds
+    writer : OpenImageIO's name of the format
+    dtypes : supported channel types
+    channels : supported numbers of channels
     associated : color is stored multiplied by alpha
-    attributes : how OpenImageIO writes it
-    largest : most pixels across or down
+    attributes : OpenImageIO's settings for writing
+    largest : largest width or height in pixels
     """
 
     name: str
@@ -94,8 +95,8 @@ class WritableFormat:
         return self.dtypes[0].startswith("float")
 
 
-# Files keep what was rendered: no chroma subsampling, lossless WebP. PNG's zlib level 4 gives files a tenth larger
-# than level 6 in a third of the time.
+# # Settings keep the rendered values: no chroma subsampling, lossless WebP. PNG's zlib level 4 makes files a tenth
+# larger than level 6 in a third of the time.
 _FAITHFUL_JPEG = (("compression", "jpeg:95"), ("jpeg:subsampling", "4:4:4"))
 _INTEGERS = ("uint8", "uint16")
 _JPEG = WritableFormat("JPEG", "jpeg", ("uint8",), (1, 3), attributes=_FAITHFUL_JPEG, largest=65500)
@@ -127,13 +128,13 @@ WRITABLE = {
 
 @dataclass(frozen=True)
 class Metadata:
-    """What a picture file says beside its pixels, for the picture that is made from it.
+    """Metadata of a picture file, to be written to a picture made from it.
 
     Attributes
     ----------
     entries : (name, OpenImageIO's type, value): ICC profile, resolution, EXIF, time code ...
-    opaque : the file has no alpha
-    deep : it holds integers of 16 bits
+    opaque : True if the file has no alpha
+    deep : True if it holds 16-bit integers
     """
 
     entries: tuple[tuple[str, str, Any], ...] = ()
@@ -141,24 +142,24 @@ class Metadata:
     deep: bool = False
 
     def get(self, name: str) -> Any:
-        """The value of an entry, or None."""
+        """Return the value of an entry, or None."""
         return next((value for key, _, value in self.entries if key == name), None)
 
     @property
     def profile(self) -> bytes:
-        """ICC profile; empty where there is none."""
+        """Return the ICC profile; empty if there is none."""
         value = self.get("ICCProfile")
         return b"" if value is None else bytes(np.asarray(value, np.uint8))
 
     @property
     def resolution(self) -> tuple[float, float] | None:
-        """Dots per inch, across and down."""
+        """Return the dots per inch, across and down; None if not given."""
         per_inch = {"in": 1.0, "inch": 1.0, "cm": 2.54, "m": 0.0254}.get(str(self.get("ResolutionUnit")))
         across, down = self.get("XResolution"), self.get("YResolution")
         return None if per_inch is None or not across or not down else (across * per_inch, down * per_inch)
 
     def stored_channels(self, pixels: Pixels) -> Pixels:
-        """(h, w, 4) integers without alpha, where neither the source nor the picture uses it.
+        """Drop the alpha of (h, w, 4) integers if neither the source nor the picture uses it.
 
         >>> Metadata(opaque=True).stored_channels(np.full((2, 3, 4), 255, np.uint8)).shape
         (2, 3, 3)
@@ -171,7 +172,7 @@ class Metadata:
 
 @contextmanager
 def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
-    """A file name for OpenImageIO, which reads names in UTF-8 only and no memory: of this file, or of these bytes."""
+    """Yield a name under which OpenImageIO, which reads UTF-8 names and no memory, can open a file or bytes."""
     text = os.fspath(file)
     if data is None and text.isascii():
         yield text
@@ -185,7 +186,7 @@ def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
         yield text
         return
     with tempfile.TemporaryDirectory(prefix="passgraph-") as folder:
-        # No suffix: the reader is found by the content.
+        # # No suffix: OpenImageIO detects the format from the content.
         other = os.path.join(folder, "picture")
         if data is None:
             os.symlink(os.path.abspath(text), other)
@@ -195,20 +196,20 @@ def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
 
 
 class ImageFile:
-    """An open picture file, or one layer of it; its header is read, its pixels are not.
+    """An open picture file, or one layer of it. The header is read; the pixels are not.
 
     Attributes
     ----------
-    width, height : pixels as stored, before orientation is applied; of OpenEXR the display window
+    width, height : pixels as stored, before orientation is applied; for OpenEXR the display window
     dtype : uint8, uint16, float16 or float32
-    channels : how many are read: 1 (gray), 2 (gray, alpha), 3 or 4
-    held : bytes that reading holds beside the result
-    orientation : EXIF's, 1 for upright
+    channels : channels that are read: 1 (gray), 2 (gray, alpha), 3 or 4
+    held : bytes that reading needs in addition to the result
+    orientation : EXIF orientation, 1 for upright
     count : pictures in the file
 
     Raises
     ------
-    InputError : no such format, a broken header, types or channels that are no picture, no such layer.
+    InputError : unknown format, broken header, unsupported types or channels, or no such layer.
     """
 
     def __init__(self, file: Path, name: str, layer: str | None = None) -> None:
@@ -253,12 +254,12 @@ class ImageFile:
 
     @property
     def data_size(self) -> tuple[int, int]:
-        """Width and height of the stored pixels, which an OpenEXR file may have outside of its display window."""
+        """Return the width and height of the stored pixels; an OpenEXR data window may exceed the display window."""
         return self._spec.width, self._spec.height
 
     @property
     def count(self) -> int:
-        """1, or 2 for two and more."""
+        """Return 1 for one picture, 2 for two or more."""
         found = 1
         while found < 2 and self._input.seek_subimage(found, 0):
             found += 1
@@ -268,7 +269,7 @@ class ImageFile:
 
     @property
     def is_associated(self) -> bool:
-        """Color is stored multiplied by alpha."""
+        """Return True if color is stored multiplied by alpha."""
         said = _attribute(self._spec, "oiio:UnassociatedAlpha", 0)
         return self.format in _ASSOCIATED and not said and self.has_alpha
 
@@ -278,7 +279,7 @@ class ImageFile:
 
     @property
     def encoding(self) -> str:
-        """The color space that the file or its format names: "" where it says nothing."""
+        """Return the color space named by the file or its format; "" if none is named."""
         return str(_attribute(self._spec, "oiio:ColorSpace", ""))
 
     def metadata(self) -> Metadata:
@@ -288,18 +289,18 @@ class ImageFile:
             if not entry.name.startswith(_OF_THE_FILE) and entry.name not in _SIZE_AND_ORIENTATION
         )
         found = Metadata(entries, not self.has_alpha, self.dtype == np.uint16)
-        # ICC.1:2022, section 7.2.6: the color space of the data. Results are RGB.
+        # # ICC.1:2022, section 7.2.6: the color space of the data; the result is RGB.
         if found.profile and found.profile[16:20] != b"RGB ":
             return replace(found, entries=tuple(entry for entry in entries if entry[0] != "ICCProfile"))
         return found
 
     def read(self) -> Pixels:
-        """(height, width, channels) as stored, in the display window; pixels outside the data window are 0."""
+        """Return (height, width, channels) as stored, in the display window; pixels outside the data window are 0."""
         spec, first, last = self._spec, min(self._order), max(self._order)
         kind = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}[self.dtype.name]
         pixels: Any = self._input.read_image(self._subimage, 0, first, last + 1, kind)
         problem = self._input.geterror() or self._oiio.geterror()
-        # Cameras write bytes between markers; the picture is whole.
+        # # Cameras write extra bytes between markers; the picture is complete nevertheless.
         if pixels is None or (problem and "extraneous bytes" not in problem):
             raise self._corrupt(problem)
         pixels = pixels.reshape(spec.height, spec.width, last - first + 1)
@@ -307,14 +308,14 @@ class ImageFile:
         if order != list(range(pixels.shape[2])):
             pixels = pixels[..., order]
         if self.format == "tiff" and _attribute(spec, "tiff:PhotometricInterpretation", 1) == 0 and _is_wide(spec):
-            pixels = np.iinfo(pixels.dtype).max - pixels  # white is zero, which the reader inverts for 8 bits only
+            pixels = np.iinfo(pixels.dtype).max - pixels  # white is zero; the reader inverts 8-bit files only
         return _in_window(spec, pixels) if self._windowed else pixels
 
     def close(self) -> None:
         self._input.close()
 
     def _find_part(self, layer: str | None) -> tuple[int, oiio.ImageSpec]:
-        """The part of a multi-part file that holds a layer: the first one without a name."""
+        """Return the part of a multi-part file with this layer; without a layer, the first part."""
         names, index = [], 0
         while self._input.seek_subimage(index, 0):
             spec = self._input.spec()
@@ -328,7 +329,7 @@ class ImageFile:
         raise InputError(f"{self._file}: no layer {layer!r}; it has {', '.join(names) or 'none'}")
 
     def _find_channels(self, layer: str | None) -> list[int]:
-        """Indices of gray, gray and alpha, RGB or RGBA."""
+        """Return the channel indices of gray, gray and alpha, RGB or RGBA."""
         names = list(self._spec.channelnames)
         part = str(_attribute(self._spec, "oiio:subimagename", ""))
         chosen = dict(enumerate(names))
@@ -365,7 +366,7 @@ class ImageFile:
 
 @contextmanager
 def opened_image(file: Path, data: bytes | None = None, layer: str | None = None) -> Iterator[ImageFile]:
-    """An `ImageFile`, closed at the end; ``data`` is the file's content where it is not on disk."""
+    """Open an `ImageFile`, closed at the end; ``data`` is the file's content if it is not on disk."""
     with name_of(file, data) as name:
         image = ImageFile(file, name, layer)
         try:
@@ -375,12 +376,12 @@ def opened_image(file: Path, data: bytes | None = None, layer: str | None = None
 
 
 def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, metadata: Metadata) -> None:
-    """Write pixels of a dtype and number of channels that the format holds; ``file`` is the name for messages.
+    """Write pixels with a dtype and channel count that the format supports; ``file`` is the name in messages.
 
     Raises
     ------
-    InputError : what the format cannot hold.
-    OSError : the place cannot be written.
+    InputError : the format cannot store them.
+    OSError : the path cannot be written.
     """
     import OpenImageIO as oiio
 
@@ -397,7 +398,7 @@ def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, meta
         spec.attribute(name, type_, value)
     if max(width, height) > kind.largest:
         raise InputError(f"{file}: {kind.name} cannot hold {width}×{height} pixels; save as .png or .exr")
-    to.touch(exist_ok=False)  # an OSError says what is wrong with the place
+    to.touch(exist_ok=False)  # raises OSError if the path cannot be written
     with name_of(to) as name:
         output = oiio.ImageOutput.create(kind.writer)
         done = output is not None and output.open(name, spec) and output.write_image(np.ascontiguousarray(pixels))
@@ -413,7 +414,7 @@ def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, meta
 
 
 def straight(pixels: Pixels) -> Pixels:
-    """Divide the color of (h, w, 2 or 4) by alpha; where alpha is 0 color stays, in the dtype of ``pixels``.
+    """Divide the color of (h, w, 2 or 4) by alpha, in the dtype of ``pixels``; color stays where alpha is 0.
 
     >>> straight(np.array([[[0.25, 0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]]], np.float32)).tolist()
     [[[0.5, 0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]]]
@@ -422,7 +423,7 @@ def straight(pixels: Pixels) -> Pixels:
     if pixels.dtype.kind == "u":
         alpha /= np.float32(np.iinfo(pixels.dtype).max)
     result = pixels.astype(np.float32)
-    with np.errstate(all="ignore"):  # infinite colors and alpha, and float16's overflow, are as IEEE 754 has them
+    with np.errstate(all="ignore"):  # infinite colors and alpha, and float16 overflow, follow IEEE 754
         result[..., :-1] /= np.where(alpha == 0, np.float32(1), alpha)
         if pixels.dtype.kind == "u":
             result = np.rint(np.clip(result, 0, np.iinfo(pixels.dtype).max))
@@ -443,7 +444,7 @@ def associated(pixels: Pixels) -> Pixels:
 
 
 Turn = Callable[[Pixels], Pixels]
-#: EXIF 2.32, tag 0x0112: undo what was done to the camera.
+#: EXIF 2.32, tag 0x0112: the operations that undo the camera's orientation.
 _TURNS: dict[int, Turn] = {
     2: lambda a: a[:, ::-1],
     3: lambda a: a[::-1, ::-1],
@@ -456,12 +457,12 @@ _TURNS: dict[int, Turn] = {
 
 
 def upright(pixels: Pixels, orientation: int) -> Pixels:
-    """A view of pixels as EXIF's orientation says that they are shown."""
+    """Return a view of the pixels in display orientation, given their EXIF orientation."""
     return _TURNS[orientation](pixels) if orientation in _TURNS else pixels
 
 
 def _in_window(spec: oiio.ImageSpec, pixels: Pixels) -> Pixels:
-    """The display window, from pixels of the data window."""
+    """Crop or pad the data window's pixels to the display window."""
     if (spec.x, spec.y, spec.width, spec.height) == (spec.full_x, spec.full_y, spec.full_width, spec.full_height):
         return pixels
     window = np.zeros((spec.full_height, spec.full_width, pixels.shape[2]), pixels.dtype)
@@ -474,7 +475,7 @@ def _in_window(spec: oiio.ImageSpec, pixels: Pixels) -> Pixels:
 
 
 def _layers(names: Any) -> list[str]:
-    """Names of layers, and of channels that are in none.
+    """Return the names of layers, and of channels outside any layer.
 
     >>> _layers(["R", "G", "B", "Z", "diffuse.R", "diffuse.G"])
     ['Z', 'diffuse']
@@ -484,7 +485,7 @@ def _layers(names: Any) -> list[str]:
 
 
 def _channels_of(names: Any, layer: str) -> dict[int, str]:
-    """Channels of a layer by their index: those named ``layer.X``, or the one named ``layer``."""
+    """Return a layer's channels by index: those named ``layer.X``, or the one named ``layer``."""
     inside = {index: name for index, name in enumerate(names) if name.rpartition(".")[0] == layer}
     return inside or {index: name for index, name in enumerate(names) if name == layer}
 
@@ -499,7 +500,7 @@ def _is_wide(spec: oiio.ImageSpec) -> bool:
 
 
 def _opaque(dtype: np.dtype[Any]) -> Any:
-    """Alpha 1 in a dtype."""
+    """Return alpha 1 in a dtype."""
     return dtype.type(np.iinfo(dtype).max if dtype.kind == "u" else 1)
 
 

@@ -10,7 +10,7 @@
 #   PASSGRAPH_EXPECT  devices that must be here; a missing one fails, it does not skip (default:
 #                     gl,opencl,webgpu,numpy)
 #   GALLIVM_PERF      how Mesa's software renderer compiles shaders (default: nopt, not optimised, which saves a third
-#                     of the time of tests that draw; tests/conformance/test_driver.py runs the driver as users have it).
+#                     of the time of tests that draw; tests/conformance/test_driver.py, slow, has it as users do).
 #                     Empty, it is as users have it throughout, and so it is where the arguments choose marks, as
 #                     -m "" does: who waits for the slow tests waits for these too
 #

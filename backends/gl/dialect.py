@@ -1,4 +1,4 @@
-"""The GLSL that a context takes: what stands before every shader."""
+"""The GLSL version of a context: shader headers."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ _FULLSCREEN = """void main()
     gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
 }
 """
-#: OpenGL ES keeps floats, ints and what is read from pictures in 16 bits unless told otherwise.
+#: OpenGL ES computes floats, ints and texture reads in 16 bits by default.
 _PRECISIONS = "precision highp float;\nprecision highp int;\nprecision highp sampler2D;"
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """One GLSL.
+    """One version of GLSL.
 
     Attributes
     ----------
-    version : the first line
-    rest : extensions, precisions, and ``PRECISE``, with which drivers leave float arithmetic in its order
-    is_precise : whether there may be something behind ``PRECISE``
+    version : the ``#version`` line
+    rest : extensions, precisions, and ``PRECISE``, with which drivers keep the order of float arithmetic
+    is_precise : True if ``PRECISE`` may have an effect
     """
 
     version: str
@@ -36,16 +36,16 @@ class Dialect:
 
     @property
     def fullscreen(self) -> str:
-        """A vertex shader: one triangle that covers the viewport."""
+        """Return a vertex shader: one triangle that covers the viewport."""
         return f"{self.version}\n{_FULLSCREEN}"
 
     @property
     def no_colour(self) -> str:
-        """The fragment shader of a draw that writes depth and stencil only."""
+        """Return the fragment shader of a draw that writes depth and stencil only."""
         return f"{self.version}\nvoid main()\n{{\n}}\n"
 
 
-#: Of desktop OpenGL.  ``precise`` comes through an extension.
+#: For desktop OpenGL, where ``precise`` comes through an extension.
 GLSL_330 = Dialect(
     "#version 330 core",
     """#ifdef GL_ARB_gpu_shader5
@@ -58,7 +58,7 @@ GLSL_330 = Dialect(
 
 
 def dialect_of(has: Capabilities) -> Dialect:
-    """The one that a context takes: of OpenGL ES the newest, since ``precise`` came late.
+    """Return the GLSL version of a context: for OpenGL ES the newest, since ``precise`` came late.
 
     >>> dialect_of(Capabilities(True, (3, 2), frozenset())).version
     '#version 320 es'
