@@ -179,7 +179,7 @@ def run(a: Image, b: Image) -> tuple[vec4, vec4]:
     x, y, z = a[0, 0].x, b[0, 0].y, 1.0 - b[0, 0].x
     first = vec4((x + y) - x, x - x, x * y + x * 3.0, x * z + y * (1.0 - z))
     root = sqrt(abs(x))
-    return first, vec4(root * root, (x * 1e30) * 1e-30, x / x, -x + (x + y))
+    return first, vec4(root * root, (x * 1e30) * 1e-30, x / x, -x + (x + z))
 """
 
 #: Zeros in the text, which compilers of shaders like to fold, and zeros that appear when a loop is unrolled.
