@@ -9,7 +9,7 @@ import errno
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -202,7 +202,8 @@ class ImageFile:
     ----------
     width, height : pixels as stored, before orientation is applied; for OpenEXR the display window
     dtype : uint8, uint16, float16 or float32
-    channels : channels that are read: 1 (gray), 2 (gray, alpha), 3 or 4
+    channels : number of channels that are read: 1 (gray), 2, 3 or 4
+    has_alpha : the last of them is alpha; two channels without it are data, such as motion
     held : bytes that reading needs in addition to the result
     orientation : EXIF orientation, 1 for upright
     count : pictures in the file
@@ -227,8 +228,7 @@ class ImageFile:
             raise self._unreadable(name, problem)
         self._input, self.format = opened, opened.format_name()
         try:
-            self._subimage, self._spec = self._find_part(layer)
-            self._order = self._find_channels(layer)
+            self._subimage, self._spec, self._order, self.has_alpha = self._find_layer(layer)
         except UnicodeDecodeError as error:
             raise self._corrupt(error) from error
         spec = self._spec
@@ -274,10 +274,6 @@ class ImageFile:
         return self.format in _ASSOCIATED and not said and self.has_alpha
 
     @property
-    def has_alpha(self) -> bool:
-        return self.channels in (2, 4)
-
-    @property
     def encoding(self) -> str:
         """Return the color space named by the file or its format; "" if none is named."""
         return str(_attribute(self._spec, "oiio:ColorSpace", ""))
@@ -314,38 +310,50 @@ class ImageFile:
     def close(self) -> None:
         self._input.close()
 
-    def _find_part(self, layer: str | None) -> tuple[int, oiio.ImageSpec]:
-        """Return the part of a multi-part file with this layer; without a layer, the first part."""
-        names, index = [], 0
-        while self._input.seek_subimage(index, 0):
-            spec = self._input.spec()
-            name = str(_attribute(spec, "oiio:subimagename", ""))
-            if layer is None or layer == name or _channels_of(spec.channelnames, layer):
-                return index, spec
-            names += [name] if name else []
-            names += _layers(spec.channelnames)
-            index += 1
-        self._input.geterror()
-        raise InputError(f"{self._file}: no layer {layer!r}; it has {', '.join(names) or 'none'}")
+    def _find_layer(self, layer: str | None) -> tuple[int, oiio.ImageSpec, list[int], bool]:
+        """The part that holds a layer, its specification, the layer's channels, and whether the last one is alpha.
 
-    def _find_channels(self, layer: str | None) -> list[int]:
-        """Return the channel indices of gray, gray and alpha, RGB or RGBA."""
-        names = list(self._spec.channelnames)
-        part = str(_attribute(self._spec, "oiio:subimagename", ""))
-        chosen = dict(enumerate(names))
-        if layer is not None and (found := _channels_of(names, layer)):
-            chosen = found
-        short = {name.rpartition(".")[2].upper(): index for index, name in reversed(list(chosen.items()))}
-        for wanted in ("RGB", "XYZ", "Y"):
-            if all(letter in short for letter in wanted):
-                return [short[letter] for letter in wanted] + ([short["A"]] if "A" in short else [])
-        if self.format != "openexr" or (layer is not None and len(chosen) <= 4):
-            return list(chosen)[:4]
-        known = _layers(names)
-        raise InputError(
-            f"{self._file}: has no color: its channels are {', '.join(names)}; name a layer: "
-            f"{self._file}:{(known or [part or names[0]])[0]}"
-        )
+        Without a name this is the first part with color.
+        """
+        parts, layers, names = list[str](), list[str](), list[str]()
+        while self._input.seek_subimage(len(parts), 0):
+            spec = self._input.spec()
+            parts.append(str(_attribute(spec, "oiio:subimagename", "")))
+            found = self._find_channels(spec.channelnames, layer, is_whole_part=layer in (None, parts[-1]))
+            if found is not None:
+                return len(parts) - 1, spec, *found
+            layers += _layer_names(spec.channelnames)
+            names += spec.channelnames
+        self._input.geterror()
+        known = list(dict.fromkeys(layers + [part for part in parts if part]))
+        if layer is None or layer in parts:
+            raise InputError(
+                f"{self._file}: has no color: its channels are {', '.join(names)}; name a layer: "
+                f"{self._file}:{(known or names)[0]}"
+            )
+        raise InputError(f"{self._file}: no layer {layer!r}; it has {', '.join(known) or 'none'}")
+
+    def _find_channels(
+        self, names: Sequence[str], layer: str | None, *, is_whole_part: bool
+    ) -> tuple[list[int], bool] | None:
+        """Indices of a layer's channels in one part, and whether the last one is alpha; None if it is not there."""
+        layers = _layers(names)
+        if not is_whole_part:
+            if layer in layers:
+                return _color_of(layers[layer]) or (list(layers[layer].values())[:4], False)
+            return ([list(names).index(layer)], False) if layer is not None and layer in names else None
+        if found := _color_of(layers.get("", {})):
+            return found
+        colored = [name for name, channels in layers.items() if channels.keys() >= set("RGB")]
+        if len(colored) > 1:
+            raise InputError(
+                f"{self._file}: has several layers with color: {', '.join(colored)}; name one: "
+                f"{self._file}:{colored[0]}"
+            )
+        if colored:
+            return _color_of(layers[colored[0]])
+        is_data = self.format != "openexr" or (layer is not None and len(names) <= 4)
+        return (list(range(len(names)))[:4], False) if is_data else None
 
     def _unreadable(self, name: str, problem: str) -> InputError:
         with open(name, "rb") as stream:
@@ -474,20 +482,47 @@ def _in_window(spec: oiio.ImageSpec, pixels: Pixels) -> Pixels:
     return window
 
 
-def _layers(names: Any) -> list[str]:
+def _layers(names: Sequence[str]) -> dict[str, dict[str, int]]:
+    """The channels of each layer, "" for those in none, with their index; color by its first letter.
+
+    >>> _layers(["R", "Z", "diffuse.red"])
+    {'': {'R': 0, 'Z': 1}, 'diffuse': {'R': 2}}
+    """
+    layers: dict[str, dict[str, int]] = {}
+    for index, name in enumerate(names):
+        layer, _, channel = name.rpartition(".")
+        letter = _LETTERS.get(channel.upper(), channel.upper())
+        layers.setdefault(layer, {}).setdefault(letter, index)
+    return layers
+
+
+#: Channels as Nuke names them.
+_LETTERS = {"RED": "R", "GREEN": "G", "BLUE": "B", "ALPHA": "A"}
+
+
+def _color_of(channels: dict[str, int]) -> tuple[list[int], bool] | None:
+    """Indices of RGB, XYZ or gray and of alpha; and whether there is alpha.
+
+    >>> _color_of({"Z": 0, "R": 1, "G": 2, "B": 3, "A": 4}), _color_of({"U": 0, "V": 1})
+    (([1, 2, 3, 4], True), None)
+    """
+    has_alpha = "A" in channels
+    if "W" in channels:  # four numbers, such as motion to and from two frames
+        return None
+    for wanted in ("RGB", "XYZ", "Y"):
+        if channels.keys() >= set(wanted):
+            return [channels[letter] for letter in wanted + "A" * has_alpha], has_alpha
+    return None
+
+
+def _layer_names(names: Sequence[str]) -> list[str]:
     """Return the names of layers, and of channels outside any layer.
 
-    >>> _layers(["R", "G", "B", "Z", "diffuse.R", "diffuse.G"])
+    >>> _layer_names(["R", "G", "B", "Z", "diffuse.R", "diffuse.G"])
     ['Z', 'diffuse']
     """
-    found = {name.rpartition(".")[0] or name: None for name in names}
+    found = dict.fromkeys(name.rpartition(".")[0] or name for name in names)
     return [name for name in found if name not in ("R", "G", "B", "A", "Y")]
-
-
-def _channels_of(names: Any, layer: str) -> dict[int, str]:
-    """Return a layer's channels by index: those named ``layer.X``, or the one named ``layer``."""
-    inside = {index: name for index, name in enumerate(names) if name.rpartition(".")[0] == layer}
-    return inside or {index: name for index, name in enumerate(names) if name == layer}
 
 
 def _attribute(spec: oiio.ImageSpec, name: str, default: Any) -> Any:

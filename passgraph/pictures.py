@@ -73,7 +73,8 @@ def load(
     Returns
     -------
     (h, w, 4) float32, row 0 on top: red, green, blue and straight alpha (1 if the file has none).
-    Gray is repeated in red, green and blue. Values are in [0, 1] for 8- and 16-bit files, unbounded for float ones.
+    Gray is repeated in red, green and blue. Two channels without alpha, also of npy, are red and green. Values are in
+    [0, 1] for 8- and 16-bit files, unbounded for float ones.
     Associated colors (OpenEXR, some TIFF) are divided by alpha; where alpha is 0 they stay.
 
     Raises
@@ -122,6 +123,15 @@ def split_layer(path: Path) -> tuple[Path, str | None]:
     """
     found = _LAYER.fullmatch(os.fspath(path))
     return (path, None) if found is None or os.path.lexists(path) else (Path(found[1]), found[2])
+
+
+def in_layer(file: Path, layer: str | None) -> Path:
+    """The path of a file's layer, as `split_layer` takes it apart.
+
+    >>> in_layer(Path("shot.exr"), "diffuse").name
+    'shot.exr:diffuse'
+    """
+    return file if layer is None else file.with_name(f"{file.name}:{layer}")
 
 
 def metadata_of(path: Path) -> Metadata:
@@ -198,7 +208,7 @@ def _load(
             pixels = image.read()
             if image.is_associated:
                 pixels = straight(pixels)
-            rgba = _as_rgba(upright(pixels, image.orientation), as_stored)
+            rgba = _as_rgba(upright(pixels, image.orientation), image.has_alpha, as_stored)
             return rgba, None if pixels.dtype.kind == "f" else image.encoding
     except MemoryError as error:
         raise InputError(f"{file}: not enough memory to decode it; make the picture smaller") from error
@@ -213,22 +223,27 @@ def read_head(file: Path) -> bytes:
         raise InputError(f"{file}: cannot be read ({_reason(error)}); check its permissions") from error
 
 
-def _as_rgba(pixels: Stored, as_stored: bool) -> Stored:
-    """Convert (h, w, 1 to 4) to (h, w, 4), in the stored type or as float32."""
+def _as_rgba(pixels: Stored, has_alpha: bool, as_stored: bool) -> Stored:
+    """Convert (h, w, 1 to 4) to (h, w, 4), in the stored type or as float32.
+
+    One channel, beside alpha, is gray. Two are red and green.
+    """
     height, width, channels = pixels.shape
+    colors = channels - has_alpha
     if as_stored and channels == 4 and pixels.dtype.kind == "u":
         return np.ascontiguousarray(pixels)
     integer = as_stored and pixels.dtype.kind == "u"
     picture = np.empty((height, width, 4), pixels.dtype if integer else np.float32)
     rows = max(_PIXELS_AT_ONCE // width, 1)
-    has_alpha = channels in (2, 4)
     for top in range(0, height, rows):
         part = pixels[top : top + rows]
         values = part if integer else scaled(part)
         into = picture[top : top + rows]
         for channel in range(3):  # one channel at a time takes a quarter of the time of three at once
-            into[..., channel] = values[..., channel if channels > 2 else 0]
-        into[..., 3] = values[..., -1] if has_alpha else np.iinfo(picture.dtype).max if integer else 1
+            source = channel if colors > 1 else 0
+            into[..., channel] = values[..., source] if source < colors else 0
+        opaque = np.iinfo(picture.dtype).max if integer else 1
+        into[..., 3] = values[..., 3] if channels == 4 else values[..., 1] if has_alpha else opaque
     return picture
 
 
@@ -254,7 +269,7 @@ def _decode_npy(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tup
     array = array[..., None] if array.ndim == 2 else array
     with np.errstate(over="ignore"):  # a float64 beyond float32 becomes infinity, as in a float target
         native = array.astype(np.float32 if dtype.kind == "f" else dtype.newbyteorder("="), copy=False)
-    return _as_rgba(native, as_stored), dtype.kind == "f"
+    return _as_rgba(native, native.shape[2] == 4, as_stored), dtype.kind == "f"
 
 
 def save(
