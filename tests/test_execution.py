@@ -386,19 +386,3 @@ def test_a_process_without_memory_for_the_compiler_is_told_so(tmp_path: Path) ->
         timeout=300, env={**os.environ, "PASSGRAPH_CACHE": str(tmp_path)},
     )  # fmt: skip
     assert "llvmlite, which cannot be loaded here; its library takes about 300 MB" in made.stdout, made.stderr
-
-
-def test_a_notebook_shows_results_and_plans() -> None:
-    from base64 import b64decode
-    from io import BytesIO
-
-    from PIL import Image as PillowImage
-
-    twice = pg.kernel(source="def twice(color: Image) -> vec4: return color[0, 0] * 2.0")
-    with pg.compile(twice(pg.Input("frame"), into=pg.target("a<b", "rgba32f")), backend="numpy") as program:
-        result = program(frame=np.full((2, 3, 4), 0.25, np.float32))
-        text, drawing = result._repr_html_(), program.plan._repr_svg_()
-    assert "a&lt;b: 3x2, 4 channels, float32" in text
-    picture = PillowImage.open(BytesIO(b64decode(text.partition("base64,")[2].partition('"')[0])))
-    assert (picture.size, picture.getpixel((0, 0))) == ((3, 2), (128, 128, 128))
-    assert drawing.startswith("<svg")

@@ -237,6 +237,12 @@ class Target:
     def __repr__(self) -> str:
         return f"<{self.when}{self.spec!r}>"
 
+    def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
+        """Show it in a notebook."""
+        from passgraph import notebook
+
+        return notebook.of_target(self)
+
 
 @dataclass(frozen=True, eq=False)
 class PixelPass:

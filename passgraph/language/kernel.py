@@ -116,6 +116,12 @@ class Kernel:
         parameters = ", ".join(f"{p.name}: {p.type}" for p in self.parameters)
         return f"<passgraph {self.stage} kernel {self.name}({parameters})>"
 
+    def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
+        """Show it in a notebook."""
+        from passgraph import notebook
+
+        return notebook.of_kernel(self)
+
 
 def function_source(function: Callable[..., Any]) -> FunctionSource:
     """Return the source text and the scope of a Python function."""

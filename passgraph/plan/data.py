@@ -253,6 +253,8 @@ class Plan:
 
         return svg(self)
 
-    def _repr_svg_(self) -> str:
-        """Return the drawing, for notebooks."""
-        return self.svg()
+    def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
+        """Show it in a notebook."""
+        from passgraph import notebook
+
+        return notebook.of_plan(self)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from passgraph import arguments
 from passgraph.cached import cached_property
-from passgraph.errors import GraphError
+from passgraph.errors import GraphError, PassgraphError
 from passgraph.formats import Format
 from passgraph.graph.run_values import FRAME_INDEX, sources_of
 from passgraph.graph.targets import InputSpec, Target
@@ -151,6 +151,25 @@ class Program:
                 plan = self._plan
         assert plan is not None
         return plan
+
+    @property
+    def known_plan(self) -> Plan | None:
+        """The plan, or None where it depends on inputs of the first run."""
+        try:
+            return self.plan
+        except PassgraphError:
+            return None
+
+    @property
+    def outputs(self) -> dict[str, Target]:
+        """The targets that it computes, by name."""
+        return dict(self._outputs)
+
+    def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
+        """Show it in a notebook."""
+        from passgraph import notebook
+
+        return notebook.of_program(self)
 
     def _alone(self, what: str) -> Alone:
         """Return a context in which no other thread uses the backend."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from os import PathLike
-from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
@@ -58,19 +57,8 @@ class Result(Mapping[str, Picture]):
 
         save(path, self[next(iter(self)) if name is None else name])
 
-    def _repr_html_(self) -> str:
-        """Show each picture at its size in a notebook, with a description; alpha is ignored, NaN is magenta."""
-        from base64 import b64encode
-        from html import escape
+    def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
+        """Show it in a notebook."""
+        from passgraph import notebook
 
-        from passgraph.pictures import encode_png, scaled, viewable
-
-        parts = []
-        for name, picture in self.items():
-            shown_picture, words = viewable(scaled(picture))
-            bytes_ = np.round(shown_picture * 255.0).astype(np.uint8)
-            data = b64encode(encode_png(Path(name), bytes_)).decode()
-            height, width, channels = picture.shape
-            caption = f"{escape(name)}: {width}x{height}, {channels} channels, {picture.dtype}; {escape(words)}"
-            parts.append(f'<figure><img src="data:image/png;base64,{data}"><figcaption>{caption}</figcaption></figure>')
-        return "".join(parts)
+        return notebook.of_result(self)

@@ -267,6 +267,12 @@ class Report:
         ran = [report for report in self.backends if not report.missing]
         return bool(ran) and all(report.passed for report in ran)
 
+    def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
+        """Show it in a notebook."""
+        from passgraph import notebook
+
+        return notebook.of_report(self)
+
     @property
     def equality(self) -> str:
         """Whether backends made the same bits, in a sentence; empty where fewer than two ran."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.backends.base import Backend
+from passgraph.errors import InputError
 from passgraph.graph.run_values import sources_of
 from passgraph.pictures import scaled
 from passgraph.plan.dependencies import inputs_behind, passes_behind
@@ -140,3 +141,17 @@ class Difference:
             "largest": float(self.apart[y, x]), "at": [int(x), int(y)],
             "pixels": int(((self.apart > 0) | self.one_is_nan).sum()),
         }  # fmt: skip
+
+
+def flip_map(results: Mapping[str, pg.Result]) -> tuple[NDArray[np.uint8], float]:
+    """Return the FLIP map of two results as they are shown, from black to yellow, and its mean.
+
+    FLIP says how much of a difference a person sees who alternates between both pictures: 0 none, 1 the most.
+    """
+    try:
+        from flip_evaluator import evaluate
+    except ImportError:
+        raise InputError("the FLIP map needs flip-evaluator: pip install 'passgraph[view]'") from None
+    first, second = (results[slot]["shown"][:, :, :3].astype(np.float32) / 255.0 for slot in "ab")
+    colored, mean, _ = evaluate(second, first, "LDR")
+    return np.round(255.0 * np.clip(colored, 0.0, 1.0)).astype(np.uint8), float(mean)

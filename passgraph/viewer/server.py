@@ -12,11 +12,13 @@ import threading
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import asynccontextmanager, suppress
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
 import uvicorn
 from starlette.applications import Starlette
+from starlette.background import BackgroundTask
 from starlette.datastructures import Headers
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, PlainTextResponse, Response
@@ -59,6 +61,53 @@ class Guard:
         await self.app(scope, receive, send)
 
 
+class Client:
+    """One page that is open.
+
+    Questions that take long are answered beside its other messages: of each kind one at a time, and then the last one
+    that was asked meanwhile.
+    """
+
+    def __init__(self, socket: WebSocket) -> None:
+        self.socket = socket
+        #: Whether it has shown the last pictures.
+        self.is_ready = True
+        self._asked: dict[str, Callable[[], dict[str, Any]]] = {}
+        self._answering: dict[str, asyncio.Task[None]] = {}
+
+    async def send(self, message: Mapping[str, Any]) -> None:
+        await self.socket.send_text(json.dumps(message))
+
+    async def refuse(self, text: str) -> None:
+        await self.send({"kind": "refused", "text": text})
+
+    def ask(self, kind: str, question: Callable[[], dict[str, Any]]) -> None:
+        """Answer a question in a thread, after the one of its kind that is being answered."""
+        self._asked[kind] = question
+        task = self._answering.get(kind)
+        if task is None or task.done():
+            self._answering[kind] = asyncio.create_task(self._answer(kind))
+
+    async def _answer(self, kind: str) -> None:
+        with suppress(WebSocketDisconnect, RuntimeError):
+            while kind in self._asked:
+                try:
+                    found = await asyncio.to_thread(self._asked.pop(kind))
+                except Exception as error:  # whatever a user's effect does, the page goes on
+                    await self.refuse(told(error))
+                else:
+                    await self.send({"kind": kind, **found})
+
+    def close(self) -> None:
+        for task in self._answering.values():
+            task.cancel()
+
+
+def told(error: Exception) -> str:
+    """The text of an error for the page."""
+    return str(error) if isinstance(error, PassgraphError) else f"{type(error).__name__}: {error}"
+
+
 class View:
     """A session with its page."""
 
@@ -68,10 +117,14 @@ class View:
         self.port = int(self.socket.getsockname()[1])
         self.session = Session(subject, backend, self._published)
         self._loop: asyncio.AbstractEventLoop | None = None
+        #: The newest state, and the newest one with pictures: states of errors have none.
         self._latest: Published | None = None
+        self._drawn: Published | None = None
         self._news = asyncio.Event()
         self._running: uvicorn.Server | None = None
         self._thread: threading.Thread | None = None
+        #: Files of the page that are read: another input, a picture to compare with.
+        self._put_files: dict[str, Path] = {}
         self._folder = tempfile.TemporaryDirectory(prefix="passgraph-view-")
         base = f"/{self.token}"
         routes = [
@@ -99,10 +152,12 @@ class View:
         self._thread.start()
 
     def close(self) -> None:
-        """End what `start` began."""
+        """End what `start` began, and let go of the port."""
         if self._running is not None and self._thread is not None:
             self._running.should_exit = True
             self._thread.join(10.0)
+        self.socket.close()
+        self._folder.cleanup()
 
     def _repr_html_(self) -> str:
         """The page in a notebook's cell."""
@@ -134,6 +189,12 @@ class View:
 
     def _take(self, state: Published) -> None:
         self._latest = state
+        if state.pictures:
+            self._drawn = state
+        self._wake()
+
+    def _wake(self) -> None:
+        """Let senders look for what is new."""
         news, self._news = self._news, asyncio.Event()
         news.set()
 
@@ -141,57 +202,57 @@ class View:
 
     async def _socket(self, socket: WebSocket) -> None:
         await socket.accept()
-        sender = asyncio.create_task(self._send_states(socket))
+        client = Client(socket)
+        sender = asyncio.create_task(self._send_states(client))
         try:
             while True:
-                text = await socket.receive_text()
-                answer = await self._answer(text)
-                if answer is not None:
-                    await socket.send_text(json.dumps(answer))
+                await self._receive(client, await socket.receive_text())
         except (WebSocketDisconnect, RuntimeError):
             pass
         finally:
             sender.cancel()
+            client.close()
 
-    async def _send_states(self, socket: WebSocket) -> None:
-        """The newest state, and not the next one before the page has shown it: frames never queue."""
-        shown = 0
+    async def _send_states(self, client: Client) -> None:
+        """The newest state, with pictures if the client has shown the last ones: they never queue."""
+        seen = drawn = 0
         with suppress(WebSocketDisconnect, RuntimeError):
             while True:
                 news, state = self._news, self._latest
-                if state is None or state.number == shown:
+                newest = self._drawn if client.is_ready else None
+                is_due = newest is not None and newest.number != drawn
+                if state is None or (state.number == seen and not is_due):
                     await news.wait()
                     continue
-                shown = state.number
-                slots = [
-                    {"slot": slot, "type": kind, "bytes": len(data)} for slot, (data, kind) in state.pictures.items()
-                ]
-                head = {"kind": "state", "number": shown, "pictures": slots, **state.facts}
-                await socket.send_text(json.dumps(head))
-                for data, _ in state.pictures.values():
-                    await socket.send_bytes(data)
+                seen = state.number
+                pictures: Mapping[str, tuple[bytes, str]] = {}
+                if newest is not None and is_due:
+                    drawn, pictures, client.is_ready = newest.number, newest.pictures, False
+                slots = [{"slot": slot, "type": kind, "bytes": len(data)} for slot, (data, kind) in pictures.items()]
+                await client.send({"kind": "state", "number": seen, "pictures": slots, **state.facts})
+                for data, _ in pictures.values():
+                    await client.socket.send_bytes(data)
 
-    async def _answer(self, text: str) -> dict[str, Any] | None:
+    async def _receive(self, client: Client, text: str) -> None:
+        """Do what a message says; one that does not fit is answered, and changes nothing."""
         try:
             message = json.loads(text)
             kind = message["kind"]
             if kind == "ask":
                 self.session.ask(**checked_changes(message["changes"]))
             elif kind == "ready":
+                client.is_ready = True
                 self.session.ready()
+                self._wake()
             elif kind == "values":
                 x, y = int(message["x"]), int(message["y"])
-                return {"kind": "values", "x": x, "y": y, "values": self.session.values_at(x, y)}
+                await client.send({"kind": "values", "x": x, "y": y, "values": self.session.values_at(x, y)})
             elif kind in _QUESTIONS:
-                found = await asyncio.to_thread(_QUESTIONS[kind], self.session, message)
-                return {"kind": kind, **found}
+                client.ask(kind, partial(_QUESTIONS[kind], self.session, message))
             else:
-                return {"kind": "refused", "text": f"no message is called {str(kind)[:40]!r}"}
-        except PassgraphError as error:
-            return {"kind": "refused", "text": str(error)}
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            return {"kind": "refused", "text": f"a message that does not fit: {type(error).__name__}"}
-        return None
+                await client.refuse(f"no message is called {str(kind)[:40]!r}")
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+            await client.refuse(f"a message that does not fit: {type(error).__name__}")
 
     async def _save(self, request: Request) -> Response:
         """The target that is shown as a file: as it looks, or its values."""
@@ -201,12 +262,7 @@ class View:
         if chosen not in SAVED:
             return PlainTextResponse(f"expected as={', '.join(SAVED)}", 400)
         suffix, output, bits = SAVED[chosen]
-        path = Path(self._folder.name) / f"picture.{suffix}"
-        try:
-            await asyncio.to_thread(save, path, self.session.picture(output), bits=bits)
-        except PassgraphError as error:
-            return PlainTextResponse(str(error), 400)
-        return FileResponse(path, filename=f"{self.session.subject.name}.{suffix}")
+        return await self._made_file(f".{suffix}", lambda path: save(path, self.session.picture(output), bits=bits))
 
     async def _record(self, request: Request) -> Response:
         """The target that is shown as a video of some frames."""
@@ -216,35 +272,50 @@ class View:
             rate, suffix = Fraction(asked.get("rate", "30")), f".{asked.get('as', 'mp4')}"
             if suffix not in SUFFIXES:
                 raise ValueError
-            handle, name = tempfile.mkstemp(suffix, "record-", self._folder.name)
-            os.close(handle)
-            path = Path(name)
-            await asyncio.to_thread(self.session.record, first, last, rate, path)
-        except PassgraphError as error:
-            return PlainTextResponse(str(error), 400)
         except (KeyError, ValueError, ZeroDivisionError):
             return PlainTextResponse("expected first=, last= (frames from 0), rate= (frames a second) and as=mp4", 400)
-        return FileResponse(path, filename=f"{self.session.subject.name}{path.suffix}")
+        return await self._made_file(suffix, lambda path: self.session.record(first, last, rate, path))
+
+    async def _made_file(self, suffix: str, write: Callable[[Path], None]) -> Response:
+        """A file of its own that is removed once it is sent."""
+        path = self._new_path(suffix)
+        try:
+            await asyncio.to_thread(write, path)
+        except Exception as error:  # of a user's effect, or of a backend
+            path.unlink(missing_ok=True)
+            return PlainTextResponse(told(error), 400)
+        name = f"{self.session.subject.name}{suffix}"
+        return FileResponse(path, filename=name, background=BackgroundTask(path.unlink, missing_ok=True))
+
+    def _new_path(self, suffix: str) -> Path:
+        handle, name = tempfile.mkstemp(suffix, dir=self._folder.name)
+        os.close(handle)
+        return Path(name)
 
     def _put(self, use: str) -> Callable[[Request], Awaitable[Response]]:
         """Takes a file of the page: another input, or a picture to compare with."""
+        place = {"input": self.session.replace_input, "reference": self.session.compare_with}[use]
 
         async def take(request: Request) -> Response:
             suffix = Path(request.path_params["name"]).suffix.lower()
             if not suffix.isascii() or not suffix[1:].isalnum() or len(suffix) > 8:
                 return PlainTextResponse("the file's name needs a suffix such as .png", 400)
-            path, size = Path(self._folder.name) / f"{use}{suffix}", 0
-            with path.open("wb") as file:
-                async for chunk in request.stream():
-                    size += len(chunk)
-                    if size > MAX_UPLOAD:
-                        return PlainTextResponse(f"the file is larger than {MAX_UPLOAD >> 20} MiB", 413)
-                    file.write(chunk)
-            place = self.session.replace_input if use == "input" else self.session.compare_with
+            path, size = self._new_path(suffix), 0
+            unused: Path | None = path
             try:
+                with path.open("wb") as file:
+                    async for chunk in request.stream():
+                        size += len(chunk)
+                        if size > MAX_UPLOAD:
+                            return PlainTextResponse(f"the file is larger than {MAX_UPLOAD >> 20} MiB", 413)
+                        file.write(chunk)
                 await asyncio.to_thread(place, path)
-            except PassgraphError as error:
-                return PlainTextResponse(str(error), 400)
+                unused, self._put_files[use] = self._put_files.get(use), path
+            except Exception as error:  # of a library that reads the file
+                return PlainTextResponse(told(error), 400)
+            finally:
+                if unused is not None:
+                    unused.unlink(missing_ok=True)
             return JSONResponse({})
 
         return take

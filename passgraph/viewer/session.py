@@ -23,7 +23,7 @@ from passgraph.pictures import load_stored, scaled
 from passgraph.plan.dependencies import inputs_behind
 from passgraph.run.caller_arrays import format_of
 from passgraph.scene.camera import aim_of
-from passgraph.viewer.compiled import Compiled, Difference, values_of
+from passgraph.viewer.compiled import Compiled, Difference, flip_map, values_of
 from passgraph.viewer.debugger import Debugger, View
 from passgraph.viewer.display import Look, encode, histogram_of, range_of
 from passgraph.viewer.recording import record
@@ -45,7 +45,7 @@ class Asked:
     target : the name of the target that is shown; empty for the first output
     look : how
     backend, other : the backends; ``other`` is compared with the first, `REFERENCE_FILE` for a picture, or empty
-    compare : "", "other", "both" or "difference"
+    compare : "", "other", "both", "difference" or "flip"
     gain : of differences
     playing : whether frame follows frame
     frame : counted from 0: of an input of several, else the time of what moves
@@ -69,11 +69,44 @@ class Asked:
 
 @dataclass(frozen=True)
 class Published:
-    """One state as clients get it: what it says as JSON, and pictures by slot ("a", "b", "difference")."""
+    """One state as clients get it: what it says as JSON, and pictures by slot ("a", "b", "difference", "flip")."""
 
     number: int
     facts: Mapping[str, Any]
     pictures: Mapping[str, tuple[bytes, str]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Read:
+    """What the subject's files held when they were last read without an error.
+
+    Attributes
+    ----------
+    loaded : the content
+    handles : run values of its numeric parameters by name
+    """
+
+    loaded: Loaded
+    handles: Mapping[str, pg.Value] = field(default_factory=dict)
+
+    def values(self, asked: Asked) -> dict[str, Any]:
+        """Return the value of each parameter: as it was moved, else its default."""
+        known = {control.name for control in self.loaded.controls}
+        moved = {name: value for name, value in asked.values.items() if name in known and value is not None}
+        return _defaults(self.loaded) | moved
+
+
+@dataclass(frozen=True)
+class Made:
+    """Programs by slot, what they were made from, and a key of all that they depend on besides run values."""
+
+    read: Read
+    key: object
+    programs: Mapping[str, Compiled]
+
+    def close(self) -> None:
+        for compiled in self.programs.values():
+            compiled.close()
 
 
 class Session:
@@ -86,18 +119,17 @@ class Session:
         self.subject, self.publish = subject, publish
         self._asked = Asked(backend=backend)
         self._changed = threading.Condition()
-        self._dirty, self._closed, self._reads_input = True, False, True
+        self._dirty, self._closed = True, False
         self._wanted = 0  # pictures that clients wait for
         self._thread = threading.Thread(target=self._run, name="passgraph_view", daemon=True)
         self._stamp: tuple[int, ...] = ()
-        self._loaded: Loaded | None = None
-        self._programs: dict[str, Compiled] = {}
+        #: None until the files are read, and once they have changed; `_made` stays until something new is made.
+        self._read: Read | None = None
+        self._made: Made | None = None
         #: Open backends by name: programs that follow one another share theirs, and history.
         self._backends: dict[str, Backend] = {}
         self._debugger = Debugger()
         self._reference: NDArray[Any] | None = None
-        self._key: object = None
-        self._handles: dict[str, pg.Value] = {}
         self._error = ""
         self._number, self._clock, self._frame = 0, (0, 0), 0
         #: By slot ("a", "b") what ran last, when it had, how long that took, and the difference of both.
@@ -105,8 +137,11 @@ class Session:
         self._ran_at, self._is_rough = 0.0, False
         self._times: dict[str, float] = {}
         self._difference: Difference | None = None
+        self._flip: tuple[NDArray[np.uint8], float] | None = None
+        #: Held while programs are made and run, and while what they are made from is replaced.
         self._using = threading.Lock()
         self._inputs: dict[str, Any] = {}
+        self._has_other_input, self._reads_input = False, True
 
     def start(self) -> None:
         self._thread.start()
@@ -119,9 +154,9 @@ class Session:
         if self._thread.ident is not None:
             self._thread.join(10.0)
         with self._using:
-            for compiled in self._programs.values():
-                compiled.close()
-            self._programs = {}
+            if self._made is not None:
+                self._made.close()
+            self._made = None
             for backend in self._backends.values():
                 backend.close()
         self._debugger.close()
@@ -143,10 +178,11 @@ class Session:
 
     def replace_input(self, path: Path) -> None:
         """Another picture in the place of the first input."""
-        self.subject.replace_input(path)
-        with self._changed:
-            self._dirty, self._reads_input, self._key = True, True, None
-            self._changed.notify()
+        # Between runs: one that is under way has read the earlier input, and would count the new one as read.
+        with self._using:
+            self.subject.replace_input(path)
+            self._has_other_input = True
+        self.ask()
 
     def values_at(self, x: int, y: int) -> dict[str, list[float]]:
         """The texel of the target that is shown, on each backend."""
@@ -178,10 +214,10 @@ class Session:
         return {}
 
     def _compare(self, picture: NDArray[Any]) -> None:
-        self._reference = picture
-        with self._changed:
-            self._dirty, self._key = True, None
-            self._changed.notify()
+        with self._using:
+            self._reference = picture
+            self._has_other_input = True
+        self.ask()
 
     def inspect(self, x: int, y: int) -> dict[str, Any]:
         """See `Debugger.pixel`."""
@@ -217,15 +253,16 @@ class Session:
             Where nothing is yet.
         """
         with self._using:
-            compiled = self._programs.get("a")
-            if compiled is None:
+            made = self._made
+            if made is None:
                 raise InputError("there is no picture yet")
-            drawing, asked = compiled.drawing, self._asked
+            compiled, asked = made.programs["a"], self._asked
+            drawing = compiled.drawing
             backends = [asked.backend]
-            if "b" in self._programs and asked.other != REFERENCE_FILE:
+            if "b" in made.programs and asked.other != REFERENCE_FILE:
                 backends.append(asked.other)
             inputs = inputs_behind([*drawing.outputs.values()])
-            given = self._given(drawing, inputs, values_of(drawing.outputs.values()), asked)
+            given = self._given(made.read, drawing, inputs, values_of(drawing.outputs.values()), asked)
             return View(drawing, compiled.target, backends, given)
 
     def picture(self, output: Literal["values", "shown"]) -> NDArray[Any]:
@@ -248,7 +285,7 @@ class Session:
                 playing = asked.playing and self._wanted > 0
                 self._dirty = False
             if self._files_changed():
-                self._loaded, dirty = None, True
+                self._read, dirty = None, True
             if dirty or playing:
                 self._show(asked, advance=playing and not dirty)
             elif self._is_rough and perf_counter() - self._ran_at > SETTLED_S:
@@ -259,6 +296,8 @@ class Session:
         for path in self.subject.files:
             with suppress(OSError):
                 found = path.stat()
+                if not found.st_size:
+                    return False  # an editor has emptied it and is about to write
                 stamp += [found.st_mtime_ns, found.st_size]
         changed, self._stamp = tuple(stamp) != self._stamp, tuple(stamp)
         return changed
@@ -267,50 +306,50 @@ class Session:
         try:
             with self._using:
                 start = perf_counter()
-                self._compile(asked)
+                made = self._compile(asked)
                 compiled = perf_counter()
-                results = self._run_programs(asked, advance)
+                results = self._run_programs(made, asked, advance)
                 ran = perf_counter()
             self._results, self._ran_at, self._error = results, ran, ""
             self._difference = _difference(results)
+            self._flip = flip_map(results) if asked.compare == "flip" and "b" in results else None
             self._times = {"compile_ms": 1e3 * (compiled - start), "run_ms": 1e3 * (ran - compiled)}
             self._send(exact=False)
         except Exception as error:  # whatever a user's file does is shown on the page, and the last picture stays
             self._error = str(error) if isinstance(error, PassgraphError) else f"{type(error).__name__}: {error}"
+            with self._changed:
+                self._wanted = 0  # else what plays would fail again at once
             self._number += 1
             self.publish(Published(self._number, self._facts()))
 
-    def _compile(self, asked: Asked) -> None:
+    def _compile(self, asked: Asked) -> Made:
         """Programs for what is asked, made anew where more changed than what a run brings."""
-        if self._loaded is None:
+        if self._read is None:
             loaded = self.subject.load()
-            names = {control.name for control in loaded.controls}
-            kept = {name: value for name, value in asked.values.items() if name in names}
-            self._handles = run_values_of(loaded, _defaults(loaded) | kept)
-            self._loaded, self._key = loaded, None
-        values = _defaults(self._loaded) | {n: v for n, v in asked.values.items() if v is not None}
-        known = {control.name for control in self._loaded.controls}
-        fixed = {n: v for n, v in values.items() if n in known and n not in self._handles}
+            self._read = Read(loaded, run_values_of(loaded, Read(loaded).values(asked)))
+        read = self._read
+        fixed = {name: value for name, value in read.values(asked).items() if name not in read.handles}
         others = [asked.other] if asked.other and asked.compare else []
         key = (repr(sorted(fixed.items())), asked.target, asked.backend, *others)
-        if key == self._key:
-            return
-        drawing = self._loaded.draw({**fixed, **self._handles})
-        made: dict[str, Compiled] = {}
+        made = self._made
+        if made is not None and made.read is read and made.key == key and not self._has_other_input:
+            return made
+        drawing = read.loaded.draw({**fixed, **read.handles})
+        programs: dict[str, Compiled] = {}
         try:
-            made["a"] = Compiled(drawing, asked.target, self._backend(asked.backend))
+            programs["a"] = Compiled(drawing, asked.target, self._backend(asked.backend))
             for other in others:
-                made["b"] = self._compared(drawing, made["a"].target, asked, other)
+                programs["b"] = self._compared(drawing, programs["a"].target, asked, other)
         except BaseException:
-            for compiled in made.values():
-                compiled.close()
+            Made(read, key, programs).close()
             raise
-        for slot, earlier in self._programs.items():
-            if slot in made:
-                made[slot].follow(earlier)
+        for slot, earlier in ({} if made is None else made.programs).items():
+            if slot in programs:
+                programs[slot].follow(earlier)
             else:
                 earlier.close()
-        self._programs, self._key, self._reads_input = made, key, True
+        self._made, self._has_other_input, self._reads_input = Made(read, key, programs), False, True
+        return self._made
 
     def _backend(self, name: str) -> Backend:
         if name not in self._backends:
@@ -328,7 +367,7 @@ class Session:
         alone = Drawing({target.name: picture}, (width, height), {REFERENCE_INPUT: self._reference})
         return Compiled(alone, "", self._backend(asked.backend))
 
-    def _run_programs(self, asked: Asked, advance: bool) -> dict[str, pg.Result]:
+    def _run_programs(self, made: Made, asked: Asked, advance: bool) -> dict[str, pg.Result]:
         count = self.subject.frame_count()
         clock = (asked.steps, asked.restarts)
         is_restart = clock[1] != self._clock[1]
@@ -339,24 +378,23 @@ class Session:
             with self._changed:
                 self._asked = replace(self._asked, frame=frame)
         if is_restart:
-            for compiled in self._programs.values():
+            for compiled in made.programs.values():
                 compiled.restart()
         if self._reads_input or frame != self._frame:
             self._inputs = dict(self.subject.frame(0 if count is None else frame))
         self._clock, self._frame, self._reads_input = clock, frame, False
         return {
-            slot: one.run(self._given(one.drawing, one.program.inputs, one.values, asked))
-            for slot, one in self._programs.items()
+            slot: one.run(self._given(made.read, one.drawing, one.program.inputs, one.values, asked))
+            for slot, one in made.programs.items()
         }
 
     def _given(
-        self, drawing: Drawing, inputs: Collection[str], taken: Mapping[str, pg.Value], asked: Asked
+        self, read: Read, drawing: Drawing, inputs: Collection[str], taken: Mapping[str, pg.Value], asked: Asked
     ) -> dict[str, Any]:
         """What a run is given that takes these: pictures, values of controls, time, the camera as it was turned."""
         given = {**drawing.given, **self._inputs, pg.FRAME_INDEX.name: self._frame}
-        assert self._loaded is not None
-        known = _defaults(self._loaded) | {n: v for n, v in asked.values.items() if v is not None}
-        moved = {name: known[name] for name in self._handles if name in known}
+        known = read.values(asked)
+        moved = {name: known[name] for name in read.handles if name in known}
         given = {n: v for n, v in given.items() if n in inputs or n in taken}
         given |= {name: value for name, value in moved.items() if name in taken}
         given |= {name: value for name, value in asked.look.values().items() if name in taken}
@@ -372,6 +410,8 @@ class Session:
         asked, pictures = self._asked, {}
         if asked.compare == "difference" and self._difference is not None:
             pictures["difference"] = encode(self._difference.picture(asked.gain), exact)
+        elif asked.compare == "flip" and self._flip is not None:
+            pictures["flip"] = encode(self._flip[0], exact)
         else:
             slots = {"other": "b", "both": "ab"}.get(asked.compare, "a") if "b" in self._results else "a"
             pictures = {slot: encode(self._results[slot]["shown"], exact) for slot in slots}
@@ -382,15 +422,17 @@ class Session:
 
     def _facts(self) -> dict[str, Any]:
         """The state as the page shows it."""
-        loaded, compiled = self._loaded, self._programs.get("a")
+        made = self._made
+        read = self._read or (None if made is None else made.read)
+        compiled = None if made is None else made.programs["a"]
         facts: dict[str, Any] = {
             "name": self.subject.name, "error": self._error, "times": self._times,
             "frames": self.subject.frame_count(), "frame": self._frame,
-            "command": "" if loaded is None else self.subject.command(dict(self._asked.values)),
+            "command": "" if read is None else self.subject.command(dict(self._asked.values)),
         }  # fmt: skip
-        if loaded is not None:
-            facts["controls"] = [_control_facts(control) for control in loaded.controls]
-            facts["light"] = loaded.is_light
+        if read is not None:
+            facts["controls"] = [_control_facts(control) for control in read.loaded.controls]
+            facts["light"] = read.loaded.is_light
         if compiled is not None:
             facts["targets"] = [
                 {"name": name, "format": "" if target.spec.format is None else target.spec.format.name}
@@ -405,6 +447,8 @@ class Session:
                 facts["size"] = [width, height]
             if self._difference is not None:
                 facts["differs"] = self._difference.facts()
+            if self._flip is not None:
+                facts["flip"] = self._flip[1]
         return facts
 
 

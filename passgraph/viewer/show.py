@@ -72,7 +72,7 @@ class GivenSubject:
 
     def _outputs(self) -> dict[str, Target]:
         if isinstance(self.shown, Program):
-            return self.shown._outputs
+            return self.shown.outputs
         return named_outputs(self.shown)
 
     def _effect(self, values: Mapping[str, Any]) -> Drawing:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import queue
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,9 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.commands.view import EffectSubject
+from passgraph.viewer.compiled import Compiled
 from passgraph.viewer.session import Published, Session
+from passgraph.viewer.subject import Subject
 from tests.test_lines import Wrong
 
 KERNEL = '''import passgraph as pg
@@ -51,9 +53,12 @@ def files(folder: Path, text: str = KERNEL) -> tuple[Path, Path]:
 class Watched:
     """A session on files of a folder, and what it publishes."""
 
-    def __init__(self, *words: str, size: tuple[int, int] = (8, 4), backend: str = "numpy") -> None:
+    def __init__(
+        self, *words: str, size: tuple[int, int] = (8, 4), backend: str = "numpy", subject: Subject | None = None
+    ) -> None:
         self.states: queue.Queue[Published] = queue.Queue()
-        self.session = Session(EffectSubject(words[0], words[1:], size, None), backend, self.states.put)
+        shown = subject or EffectSubject(words[0], words[1:], size, None)
+        self.session = Session(shown, backend, self.states.put)
         self.session.start()
 
     def until(self, fits: Callable[[Published], Any]) -> Published:
@@ -65,6 +70,12 @@ class Watched:
     def shows(self, x: int, y: int, color: tuple[int, ...]) -> Published:
         """The first state in which a pixel has a color."""
         return self.until(lambda state: state.pictures and tuple(self.session.picture("shown")[y, x, :3]) == color)
+
+    def programs(self) -> Mapping[str, Compiled]:
+        """The programs that are shown, by slot."""
+        made = self.session._made
+        assert made is not None
+        return made.programs
 
     def __enter__(self) -> Watched:
         return self

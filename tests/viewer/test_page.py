@@ -9,8 +9,9 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,7 @@ def opened(*words: str) -> Iterator[Any]:
             with api.sync_playwright() as playwright:
                 browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
                 page = browser.new_page(viewport={"width": 1000, "height": 700})
+                page.server_pid = process.pid
                 page.on("console", lambda message: errors.append(message.text) if is_fault(message) else None)
                 page.on("pageerror", lambda error: errors.append(str(error)))
                 page.goto(found[0])
@@ -214,33 +216,65 @@ def _luminance(text: str) -> float:
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
+def drop(page: Any, path: Path) -> None:
+    """Drop a file on the picture."""
+    code = """([bytes, name]) => {
+        const data = new DataTransfer();
+        data.items.add(new File([new Uint8Array(bytes)], name));
+        document.getElementById("stage").dispatchEvent(new DragEvent("drop", { dataTransfer: data, cancelable: true }));
+    }"""
+    page.evaluate(code, [list(path.read_bytes()), path.name])
+
+
+def test_a_picture_is_dropped_on_the_page(page: Any, tmp_path: Path) -> None:
+    Image.new("RGB", (5, 6), (7, 8, 9)).save(tmp_path / "other.png")
+    drop(page, tmp_path / "other.png")
+    until(page, 4, 5, [7, 8, 9])
+    assert page.locator("#status").inner_text().startswith("tint 5×6")
+    drop(page, tmp_path / "mine.py")
+    page.wait_for_function("() => document.getElementById('status').textContent.includes('.py')")
+    drop(page, tmp_path / "picture.png")
+    until(page, 2, 1, [0, 102, 204])
+
+
 def test_random_use_leaves_the_page_working(page: Any, tmp_path: Path) -> None:
-    """Clicks, drags, choices and saves in random order; PASSGRAPH_VIEW_MINUTES makes it longer than half a minute."""
-    dice, effect = random.Random(29), tmp_path / "mine.py"
+    """Clicks, drags, choices, drops and saves in random order.
+
+    PASSGRAPH_VIEW_MINUTES makes it longer than half a minute, PASSGRAPH_VIEW_SEED gives another order.
+    """
+    dice, effect = random.Random(int(os.environ.get("PASSGRAPH_VIEW_SEED", "29"))), tmp_path / "mine.py"
     texts = [KERNEL, KERNEL.replace("* gain", "* gain * 0.5"), KERNEL.replace("* gain", "* gian")]
-    end = time.monotonic() + 60.0 * float(os.environ.get("PASSGRAPH_VIEW_MINUTES", "0.5"))
+    Image.new("RGB", (5, 6), (7, 8, 9)).save(tmp_path / "other.png")
+    began = time.monotonic()
+    end = began + 60.0 * float(os.environ.get("PASSGRAPH_VIEW_MINUTES", "0.5"))
     page.on("dialog", lambda dialog: dialog.dismiss())
     page.evaluate("() => document.querySelectorAll('details').forEach((panel) => { panel.open = true; })")
+    used = []
     while time.monotonic() < end:
-        what = dice.randrange(6)
+        what = dice.randrange(7)
         if what == 0:
             effect.write_text(dice.choice(texts))
         elif what == 1:
-            chosen = page.locator("select:visible")
-            select = chosen.nth(dice.randrange(chosen.count()))
+            select = dice.choice(page.query_selector_all("select:visible"))
             values = select.evaluate("(e) => [...e.options].map((option) => option.value).filter((v) => v !== 'file')")
-            select.select_option(dice.choice(values))
+            if values:
+                while_there(select, partial(select.select_option, dice.choice(values), timeout=5000))
         elif what == 2:
-            buttons = page.locator("main button:visible:enabled, header button:visible:enabled")
-            buttons.nth(dice.randrange(buttons.count())).click(timeout=2000, force=True)
+            button = dice.choice(page.query_selector_all("main button:visible:enabled, header button:visible:enabled"))
+            while_there(button, partial(button.click, timeout=5000, force=True))
         elif what == 3:
             page.locator("#value-gain").fill(str(round(dice.uniform(0, 4), 2)))
+        elif what == 4:
+            drop(page, tmp_path / dice.choice(["other.png", "picture.png", "mine.py"]))
         else:
             box = page.locator("#stage").bounding_box()
             x, y = (box[at] + box[size] * dice.random() for at, size in (("x", "width"), ("y", "height")))
             page.mouse.move(x, y)
-            page.mouse.wheel(0, dice.randint(-200, 200)) if what == 4 else page.mouse.click(x, y)
+            page.mouse.wheel(0, dice.randint(-200, 200)) if what == 5 else page.mouse.click(x, y)
         page.wait_for_timeout(20)
+        if len(used) < 8 * (time.monotonic() - began) / (end - began):
+            used.append(resources(page.server_pid))
+            print(used[-1])
     effect.write_text(KERNEL)
     for name, value in {"compare": "", "target": "tint", "backend": "numpy", "channel": "color"}.items():
         page.locator(f"#{name}").select_option(value)
@@ -248,7 +282,24 @@ def test_random_use_leaves_the_page_working(page: Any, tmp_path: Path) -> None:
         page.locator("#play").click()
     page.locator("#look-reset").click()
     page.locator("#reset").click()
+    drop(page, tmp_path / "picture.png")
     until(page, 2, 1, [0, 102, 204])
+
+
+def while_there(element: Any, act: Callable[[], object]) -> None:
+    """Act on an element that an answer of the session may remove meanwhile."""
+    try:
+        act()
+    except api.Error:
+        if element.is_visible():
+            raise
+
+
+def resources(pid: int) -> dict[str, int]:
+    """What the server holds: memory in MiB, threads, open files."""
+    status = dict(line.split(":", 1) for line in Path(f"/proc/{pid}/status").read_text().splitlines())
+    held = {"memory": int(status["VmRSS"].split()[0]) >> 10, "threads": int(status["Threads"])}
+    return {**held, "files": len(list(Path(f"/proc/{pid}/fd").iterdir()))}
 
 
 def test_backends_are_compared(page: Any) -> None:
@@ -269,6 +320,63 @@ def test_the_look_fits_the_range_and_is_reset(page: Any) -> None:
     until(page, 2, 1, [0, 102, 204])
 
 
+def test_the_picture_is_used_by_keys(page: Any) -> None:
+    page.locator("#stage").focus()
+    page.keyboard.press("ArrowRight")
+    page.wait_for_function("() => document.getElementById('texel').textContent.startsWith('(3, 1)')")
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press("Enter")
+    page.locator("#pixel tbody tr").wait_for()
+    assert "(2, 1)" in page.locator("#pixel").inner_text()
+    page.keyboard.press("Escape")
+    assert page.locator("#pixel-panel").is_hidden()
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")  # it fits
+    look = "() => document.getElementById('picture').style.transform"
+    seen = [page.evaluate(look)]
+    for key in ("+", "Alt+ArrowRight", "-", "f"):
+        page.keyboard.press(key)
+        seen.append(page.evaluate(look))
+    assert [seen.count(one) for one in seen] == [2, 1, 1, 1, 2]
+    page.keyboard.press("Shift+ArrowDown")
+    page.wait_for_function("() => document.getElementById('texel').textContent.startsWith('(2, 3)')")
+
+
+def test_an_input_is_replaced_by_keys(page: Any, tmp_path: Path) -> None:
+    Image.new("RGB", (5, 6), (7, 8, 9)).save(tmp_path / "other.png")
+    page.locator("#input-open").focus()
+    with page.expect_file_chooser() as chooser:
+        page.keyboard.press("Enter")
+    chooser.value.set_files(tmp_path / "other.png")
+    until(page, 4, 5, [7, 8, 9])
+
+
+def test_a_map_of_seen_differences_is_shown(page: Any) -> None:
+    pytest.importorskip("flip_evaluator")
+    page.locator("#compare").select_option("flip")
+    page.wait_for_function("() => document.getElementById('status').textContent.includes('mean FLIP 0.00')")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing(page: Any, scheme: str) -> None:
+    """axe-core's rules, contrast among them, with every panel open."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    page.emulate_media(color_scheme=scheme)
+    page.evaluate("() => document.querySelectorAll('details').forEach((panel) => { panel.open = true; })")
+    page.locator("#profile").click()
+    page.locator("#plan [data-pass=tint]").focus()
+    page.keyboard.press("Enter")
+    page.locator("#pass pre").wait_for()
+    page.locator("#stage").focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    page.locator("#pixel tbody tr").wait_for()
+    page.locator("#compare").select_option("difference")
+    page.wait_for_function("() => document.getElementById('status').textContent.includes('largest difference')")
+    found = axe.run(page)
+    assert "color-contrast" in {rule["id"] for rule in found.response["passes"]}
+    assert found.violations_count == 0, found.generate_report()
+
+
 def test_everything_is_reached_by_keys_and_has_a_name(page: Any) -> None:
     page.keyboard.press("Tab")
     reached = set()
@@ -276,7 +384,7 @@ def test_everything_is_reached_by_keys_and_has_a_name(page: Any) -> None:
         reached.add(page.evaluate("() => document.activeElement.id"))
         page.keyboard.press("Tab")
     assert {"play", "target", "compare", "value-gain", "channel", "stage"} <= reached
-    code = """() => [...document.querySelectorAll("button, input, select, a")].filter((e) => !(e.labels?.length
-        || e.ariaLabel || e.textContent.trim() || e.title)).map((e) => e.id)"""
+    code = """() => [...document.querySelectorAll("button, input, select, a")].filter((e) => !e.hidden && !(
+        e.labels?.length || e.ariaLabel || e.textContent.trim() || e.title)).map((e) => e.id)"""
     nameless = page.evaluate(code)
     assert nameless == []

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import http.client
 import json
+import threading
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -16,7 +18,7 @@ import passgraph as pg
 from passgraph.commands.view import EffectSubject
 from passgraph.pictures import load_stored
 from passgraph.viewer.server import MAX_MESSAGE, checked_changes
-from tests.viewer.subjects import files
+from tests.viewer.subjects import KERNEL, files
 
 pytest.importorskip("uvicorn")
 client = pytest.importorskip("websockets.sync.client")
@@ -31,6 +33,14 @@ class Served:
         effect, picture = files(folder)
         self.view = View(EffectSubject(str(effect), [str(picture)], (8, 4), None), "numpy")
         self.view.start()
+
+    def __enter__(self) -> Served:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.view.close()
+        assert self.view._thread is not None
+        assert not self.view._thread.is_alive()
 
     def get(self, path: str, *, method: str = "GET", body: bytes | None = None, **headers: str) -> tuple[int, bytes]:
         with closing(http.client.HTTPConnection("127.0.0.1", self.view.port, timeout=60)) as connection:
@@ -53,18 +63,19 @@ class Served:
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    made = Served(tmp_path_factory.mktemp("view"))
-    yield made
-    made.view.close()
-    assert made.view._thread is not None
-    assert not made.view._thread.is_alive()
+    with Served(tmp_path_factory.mktemp("view")) as made:
+        yield made
 
 
-def answer_of(socket: Any, kind: str) -> dict[str, Any]:
-    while True:
+def answer_of(socket: Any, kind: str, *, pictures: int | None = None) -> dict[str, Any]:
+    """The next message of a kind; a state may not have another number of pictures than expected."""
+    end = monotonic() + 60
+    while monotonic() < end:
         data = socket.recv(timeout=60)
         if isinstance(data, str) and (message := json.loads(data))["kind"] == kind:
+            assert pictures in (None, len(message.get("pictures", ())))
             return dict(message)
+    raise TimeoutError(kind)
 
 
 def test_the_page_and_its_files_are_served_to_who_has_the_token(served: Served) -> None:
@@ -105,6 +116,56 @@ def test_a_socket_gets_the_picture_and_answers(served: Served) -> None:
         assert answer_of(socket, "values")["values"]["a"] == pytest.approx([0.0, 0.4, 0.8, 1.0])
 
 
+def test_pictures_wait_until_the_last_ones_are_shown(served: Served) -> None:
+    with served.socket() as socket:
+        assert answer_of(socket, "state")["pictures"]
+        for gain in (0.5, 0.25):
+            socket.send(json.dumps({"kind": "ask", "changes": {"values": {"gain": gain}}}))
+            while answer_of(socket, "state", pictures=0)["number"] <= 1:
+                pass
+        socket.send(json.dumps({"kind": "ready"}))
+        while not answer_of(socket, "state")["pictures"]:
+            pass
+        socket.send(json.dumps({"kind": "values", "x": 2, "y": 1}))
+        assert answer_of(socket, "values")["values"]["a"] == pytest.approx([0.0, 0.1, 0.2, 1.0])
+        socket.send(json.dumps({"kind": "ask", "changes": {"values": {}}}))
+
+
+def test_a_page_that_is_opened_during_an_error_has_the_last_good_picture(tmp_path: Path) -> None:
+    with Served(tmp_path) as served, served.socket() as first:
+        assert answer_of(first, "state")["pictures"]
+        (tmp_path / "mine.py").write_text(KERNEL.replace("* gain", "* gian"))
+        while not answer_of(first, "state")["error"]:
+            pass
+        with served.socket() as second:
+            state = answer_of(second, "state")
+            assert "gian" in state["error"]
+            assert state["pictures"][0]["slot"] == "a"
+
+
+def test_a_question_that_takes_long_holds_nothing_up(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    goes_on = threading.Event()
+    monkeypatch.setattr(served.view.session, "verdict", lambda: {"text": str(goes_on.wait(60))})
+    with served.socket() as socket:
+        socket.send(json.dumps({"kind": "verdict"}))
+        socket.send(json.dumps({"kind": "values", "x": 0, "y": 0}))
+        assert answer_of(socket, "values")
+        goes_on.set()
+        assert answer_of(socket, "verdict")["text"] == "True"
+
+
+def test_a_question_that_fails_ends_no_connection(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> dict[str, Any]:
+        raise RuntimeError("out of luck")
+
+    monkeypatch.setattr(served.view.session, "profile", fail)
+    with served.socket() as socket:
+        socket.send(json.dumps({"kind": "profile"}))
+        assert answer_of(socket, "refused")["text"] == "RuntimeError: out of luck"
+        socket.send(json.dumps({"kind": "values", "x": 0, "y": 0}))
+        assert answer_of(socket, "values")
+
+
 LOOK = '{"kind": "ask", "changes": {"look": {"channel": "purple"}}}'
 VALUES = '{"kind": "ask", "changes": {"values": {"a": {}}}}'
 SUBJECT = '{"kind": "ask", "changes": {"subject": 1}}'
@@ -127,7 +188,7 @@ def test_a_message_that_is_too_large_ends_its_connection_only(served: Served) ->
     with served.socket() as socket:
         socket.send("x" * (MAX_MESSAGE + 1))
         with pytest.raises(ConnectionClosed, match="1009"):
-            list(socket)
+            answer_of(socket, "none")
     assert served.get(served.base)[0] == 200
 
 
@@ -178,6 +239,26 @@ def test_a_dropped_file_becomes_the_input(served: Served, tmp_path: Path) -> Non
             socket.send(json.dumps({"kind": "ready"}))
     assert served.get(f"{served.base}input/in.png", method="PUT", body=b"no picture")[0] == 400
     assert served.get(f"{served.base}input/no-suffix", method="PUT", body=data)[0] == 400
+
+
+def test_files_of_the_page_are_kept_as_long_as_they_are_read(tmp_path: Path) -> None:
+    with Served(tmp_path) as served:
+        folder = Path(served.view._folder.name)
+        with served.socket() as socket:
+            answer_of(socket, "state")
+        for place in ("input", "reference"):
+            for _ in range(2):
+                body = (tmp_path / "picture.png").read_bytes()
+                assert served.get(f"{served.base}{place}/in.png", method="PUT", body=body)[0] == 200
+            kept = served.view._put_files[place]
+            assert served.get(f"{served.base}{place}/in.png", method="PUT", body=b"no picture")[0] == 400
+            assert kept.read_bytes() == body
+        assert served.get(f"{served.base}save?as=npy")[0] == 200
+        assert served.get(f"{served.base}record?first=0&last=1&rate=25&as=gif")[0] == 200
+        end = monotonic() + 60  # a file that was sent is removed just after
+        while {*folder.iterdir()} != {*served.view._put_files.values()}:
+            assert monotonic() < end
+    assert not folder.exists()
 
 
 def test_changes_are_checked() -> None:

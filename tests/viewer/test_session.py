@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import queue
+import threading
 from base64 import b64decode
 from fractions import Fraction
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
+from time import sleep
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,7 +21,7 @@ from passgraph.backends.registry import BUILT_IN
 from passgraph.viewer.compiled import Difference, targets_of
 from passgraph.viewer.debugger import OUTSIDE
 from passgraph.viewer.display import CHANNELS, Look, shown
-from passgraph.viewer.session import Published, Session, orbited
+from passgraph.viewer.session import POLL_S, Published, Session, orbited
 from passgraph.viewer.show import GivenSubject
 from tests.viewer.subjects import KERNEL, Watched, files
 
@@ -28,10 +31,10 @@ def test_a_number_is_moved_without_compiling(tmp_path: Path) -> None:
     with Watched(str(effect), str(picture)) as watched:
         first = watched.shows(2, 1, (0, 102, 204))
         assert [control["name"] for control in first.facts["controls"]] == ["gain"]
-        program = watched.session._programs["a"].program
+        program = watched.programs()["a"].program
         watched.session.ask(values={"gain": 0.5})
         watched.shows(2, 1, (0, 51, 102))
-        assert watched.session._programs["a"].program is program
+        assert watched.programs()["a"].program is program
         assert "--gain 0.5" in watched.session.subject.command({"gain": 0.5})
 
 
@@ -204,6 +207,22 @@ def test_a_picture_is_compared_with(tmp_path: Path) -> None:
         assert "is 2x2, and the target is 8x4" in watched.until(lambda one: one.facts["error"]).facts["error"]
 
 
+def test_differences_that_are_seen_are_mapped(tmp_path: Path) -> None:
+    pytest.importorskip("flip_evaluator")
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.session.compare_with(picture)
+        watched.session.ask(compare="flip", other="file")
+        state = watched.until(lambda one: "flip" in one.pictures)
+        assert state.facts["flip"] == pytest.approx(0.0, abs=1e-6)
+        watched.session.ask(values={"gain": 3.0})
+        state = watched.until(lambda one: one.facts.get("flip", 0.0) > 0.0 and one.pictures["flip"][1] == "image/png")
+        assert 0.1 < state.facts["flip"] < 1.0
+        held = np.asarray(Image.open(BytesIO(state.pictures["flip"][0])))
+        assert held.shape == (4, 8, 3)
+        assert held.max() > 128
+
+
 def test_a_color_is_moved_without_compiling(tmp_path: Path) -> None:
     text = """import passgraph as pg
 from passgraph.effects.checked import effect
@@ -220,10 +239,10 @@ def tinted(frame: pg.Target, by: tuple[float, float, float] | pg.Value = (1.0, 1
     effect, picture = files(tmp_path, text)
     with Watched(str(effect), str(picture)) as watched:
         watched.shows(0, 0, (51, 51, 51))
-        program = watched.session._programs["a"].program
+        program = watched.programs()["a"].program
         watched.session.ask(values={"by": [2.0, 1.0, 0.0]})
         watched.shows(0, 0, (102, 51, 0))
-        assert watched.session._programs["a"].program is program
+        assert watched.programs()["a"].program is program
 
 
 def test_two_backends_are_compared(tmp_path: Path) -> None:
@@ -292,6 +311,63 @@ def test_another_input_takes_the_place_of_the_first(tmp_path: Path) -> None:
         assert watched.shows(0, 0, (7, 7, 7)).facts["size"] == [5, 6]
         with pytest.raises(pg.InputError):
             watched.session.replace_input(tmp_path / "none.png")
+
+
+def test_an_input_that_is_dropped_while_a_program_is_made_is_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tint = pg.kernel(source="def tint(color: Image) -> vec4: return color[0, 0]")
+    subject = GivenSubject(tint, {"color": np.full((4, 8, 4), 51, np.uint8)}, None)
+    other = tmp_path / "other.png"
+    pg.save(other, np.full((6, 5, 4), 7, np.uint8))
+    draw, waits = GivenSubject._kernel, threading.Event()
+    drawn, goes_on = threading.Event(), threading.Event()
+
+    def draw_and_wait(*arguments: Any) -> Any:
+        made = draw(*arguments)
+        if waits.is_set():
+            drawn.set()
+            assert goes_on.wait(60)
+        return made
+
+    monkeypatch.setattr(GivenSubject, "_kernel", draw_and_wait)
+    with Watched(subject=subject) as watched:
+        watched.shows(0, 0, (51, 51, 51))
+        waits.set()
+        watched.session.ask(backend="reference")
+        assert drawn.wait(60)
+        drop = threading.Thread(target=watched.session.replace_input, args=[other])
+        drop.start()
+        drop.join(0.5)  # it may wait until the program is made
+        goes_on.set()
+        assert watched.shows(0, 0, (7, 7, 7)).facts["size"] == [5, 6]
+        drop.join()
+
+
+def test_a_file_that_is_being_written_is_no_error(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.shows(0, 0, (51, 51, 51))
+        effect.write_text("")
+        sleep(4 * POLL_S)
+        watched.session.ask(values={"gain": 2.0})
+        assert watched.until(lambda one: one.pictures or one.facts["error"]).facts["error"] == ""
+        watched.shows(0, 0, (102, 102, 102))
+        effect.write_text(KERNEL.replace("* gain", "* gain * 0.5"))
+        watched.shows(0, 0, (51, 51, 51))
+
+
+def test_questions_are_answered_of_the_last_good_picture_while_the_file_has_an_error(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    with Watched(str(effect), str(picture)) as watched:
+        watched.shows(0, 0, (51, 51, 51))
+        effect.write_text(KERNEL.replace("* gain", "* gian"))
+        watched.until(lambda one: one.facts["error"])
+        assert watched.session.inspect(2, 1)["parameters"] == ["gain = 1"]
+        watched.session.record(0, 1, Fraction(25), tmp_path / "made.gif")
+        watched.session.ask(values={"gain": 2.0})
+        state = watched.until(lambda one: one.facts["error"])
+        assert [control["name"] for control in state.facts["controls"]] == ["gain"]
 
 
 def test_a_still_is_exact_in_the_end(tmp_path: Path) -> None:

@@ -101,6 +101,12 @@ class SuiteReport:
         names = dict.fromkeys(verdict.group for verdict in self.verdicts)
         return tuple(_summary(name, [v for v in self.verdicts if v.group == name]) for name in names)
 
+    def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
+        """Show it in a notebook."""
+        from passgraph import notebook
+
+        return notebook.of_suite(self)
+
 
 def _summary(group: str, verdicts: Sequence[Verdict]) -> Summary:
     shares = [verdict.ambiguous for verdict in verdicts]

@@ -4,11 +4,10 @@ import { make, passParts, pixelParts, planParts } from "./debug.js";
 const $ = (id) => document.getElementById(id);
 const CHANNELS = ["color", "red", "green", "blue", "alpha", "luminance", "false color"];
 const stage = $("stage"), canvas = $("picture"), context = canvas.getContext("2d");
-let socket, head = null, pictures = {}, waiting = [], state = {}, controls = [];
+let socket, head = null, pictures = {}, arriving = {}, waiting = [], state = {}, controls = [];
 let values = {}, history = [], zoom = 0, offset = [0, 0], steps = 0, restarts = 0, playing = false;
-let orbit = [0, 0, 1], split = 0.5, flickers = 0, drag = null, times = [], picked = null, texels = null, backendChosen = false, isFitted = true;
+let orbit = [0, 0, 1], split = 0.5, flickers = 0, drag = null, times = [], pointed = null, picked = null, texels = null, backendChosen = false, isFitted = true;
 
-const key = () => `passgraph view ${state.name ?? ""}`;
 const send = (message) => socket.readyState === 1 && socket.send(JSON.stringify(message));
 const ask = (changes) => { if (changes.look === undefined) unmask(); send({ kind: "ask", changes }); };
 
@@ -33,9 +32,8 @@ function askAll() {
 
 function take(message) {
   if (message.kind === "state") {
-    head = message; waiting = [...message.pictures]; pictures = {};
+    if (message.pictures.length) { head = message; waiting = [...message.pictures]; arriving = {}; }
     showState(message);
-    if (!waiting.length) send({ kind: "ready" });
   } else if (message.kind === "values") showTexel(message);
   else if (message.kind === "statistics") showStatistics(message);
   else if (message.kind === "inspect") $("pixel").replaceChildren(...pixelParts(message, markTexels));
@@ -46,25 +44,29 @@ function take(message) {
   else if (message.kind === "refused") $("status").textContent = message.text;
 }
 
+// A picture of the last state that has some. The session sends the next ones when these are shown.
 async function picture(data) {
-  const one = waiting.shift(), now = head;
-  const bitmap = await createImageBitmap(new Blob([data], { type: one.type }), { colorSpaceConversion: "none" });
-  if (now !== head) return;
-  pictures[one.slot] = bitmap;
-  if (!waiting.length && Object.keys(pictures).length === head.pictures.length) {
+  const one = waiting.shift(), now = head, isLast = !waiting.length;
+  try {
+    const bitmap = await createImageBitmap(new Blob([data], { type: one.type }), { colorSpaceConversion: "none" });
+    if (now !== head) return;
+    arriving[one.slot] = bitmap;
+    if (Object.keys(arriving).length < head.pictures.length) return;
+    pictures = arriving;
     draw();
     times.push(performance.now());
     times = times.filter((time) => time > performance.now() - 2000);
     document.body.dataset.shown = head.number;
     if (one.type === "image/png") send({ kind: "statistics" }); // the picture stands still
-    requestAnimationFrame(() => send({ kind: "ready" }));
+  } finally {
+    if (isLast) requestAnimationFrame(() => send({ kind: "ready" }));
   }
 }
 
 // What is shown
 
 function draw() {
-  const first = pictures.a ?? pictures.b ?? pictures.difference;
+  const first = pictures.a ?? pictures.b ?? pictures.difference ?? pictures.flip;
   if (!first) return;
   if (canvas.width !== first.width || canvas.height !== first.height) {
     canvas.width = first.width; canvas.height = first.height;
@@ -133,8 +135,9 @@ function showState(message) {
   $("error").textContent = message.error;
   const { compile_ms = 0, run_ms = 0 } = message.times ?? {};
   const rate = times.length > 1 ? `, ${((times.length - 1) * 1000 / (times.at(-1) - times[0])).toFixed(0)} pictures/s` : "";
+  const flip = message.flip === undefined ? "" : `  ·  mean FLIP ${message.flip.toPrecision(3)}`;
   const differs = message.differs ? `  ·  largest difference ${message.differs.largest.toPrecision(3)} at ${message.differs.at}, ${message.differs.pixels} pixels differ` : "";
-  $("status").textContent = message.error ? "error" : `${message.target ?? ""} ${(message.size ?? []).join("×")} on ${message.backend ?? ""}: run ${run_ms.toFixed(1)} ms${compile_ms > 1 ? `, compile ${compile_ms.toFixed(0)} ms` : ""}${rate}${differs}`;
+  $("status").textContent = message.error ? "error" : `${message.target ?? ""} ${(message.size ?? []).join("×")} on ${message.backend ?? ""}: run ${run_ms.toFixed(1)} ms${compile_ms > 1 ? `, compile ${compile_ms.toFixed(0)} ms` : ""}${rate}${differs}${flip}`;
   if (message.backend && !backendChosen) $("backend").value = message.backend;
   if (message.controls) showControls(message.controls);
   if (message.targets) options($("target"), message.targets.map((one) => [one.name, `${one.name}  ${one.format}`]), message.target);
@@ -231,7 +234,7 @@ let before = null;
 function change(name, value, done) {
   before ??= { ...values };
   values = { ...values, [name]: value };
-  if (done) { history.push(before); before = null; $("undo").disabled = false; localStorage.setItem(key(), JSON.stringify(values)); }
+  if (done) { history.push(before); before = null; $("undo").disabled = false; }
   shown(controls.find((one) => one.name === name));
   ask({ values });
 }
@@ -257,6 +260,7 @@ $("preset-save").onclick = () => {
   link.href = `data:application/json,${encodeURIComponent(JSON.stringify(values, null, 2))}`;
   link.download = `${state.name}.json`; link.click();
 };
+$("preset-open").onclick = () => $("preset-load").click();
 $("preset-load").onchange = async (event) => {
   try { setValues(JSON.parse(await event.target.files[0].text())); } catch { $("status").textContent = "that file is no preset: expected a JSON object of values by name"; }
   event.target.value = "";
@@ -342,21 +346,24 @@ $("record").onclick = async () => {
 stage.addEventListener("wheel", (event) => {
   event.preventDefault();
   const box = stage.getBoundingClientRect(), at = [event.clientX - box.left, event.clientY - box.top];
-  const next = Math.min(64, Math.max(0.05, zoom * 2 ** (-event.deltaY / 300)));
+  zoomBy(2 ** (-event.deltaY / 300), at);
+}, { passive: false });
+function zoomBy(factor, at) {
+  const next = Math.min(64, Math.max(0.05, zoom * factor));
   offset = offset.map((value, k) => at[k] - (at[k] - value) * next / zoom);
   zoom = next; isFitted = false; place();
-}, { passive: false });
+}
 stage.addEventListener("pointerdown", (event) => { drag = { x: event.clientX, y: event.clientY, offset: [...offset], orbit: [...orbit], moved: false, mouse: !event.altKey && controls.some((one) => one.name === "iMouse") ? texelAt(event) : null, split: $("compare").value === "both" && event.shiftKey }; stage.setPointerCapture(event.pointerId); });
 stage.addEventListener("pointermove", (event) => {
   const at = texelAt(event);
-  if (isInside(at)) { send({ kind: "values", x: at[0], y: at[1] }); hover(at); }
+  if (isInside(at)) point(at);
   if (!drag) return;
   const [dx, dy] = [event.clientX - drag.x, event.clientY - drag.y];
   if (Math.abs(dx) + Math.abs(dy) > 3) drag.moved = true;
   if (!drag.moved) return;
   if (drag.split) { split = Math.min(1, Math.max(0, at[0] / canvas.width)); draw(); }
   else if (drag.mouse) moveMouse(at, drag.mouse, 1);
-  else if (state.camera && !event.altKey) { orbit = [drag.orbit[0] - dx / 200, drag.orbit[1] + dy / 200, orbit[2]]; ask({ orbit }); }
+  else if (state.camera && !event.altKey) turn(drag.orbit[0] - dx / 200, drag.orbit[1] + dy / 200);
   else { offset = [drag.offset[0] + dx, drag.offset[1] + dy]; isFitted = false; place(); }
 });
 stage.addEventListener("pointerup", (event) => {
@@ -364,6 +371,24 @@ stage.addEventListener("pointerup", (event) => {
   if (drag && !drag.moved && isInside(at)) lookInto(at);
   else if (drag?.moved && drag.mouse) moveMouse(at, drag.mouse, -1);
   drag = null;
+});
+function turn(right, up) { orbit = [right, up, orbit[2]]; ask({ orbit }); }
+function point(at) { pointed = at; send({ kind: "values", x: at[0], y: at[1] }); hover(at); }
+// What the pointer does, by keys: on the picture alone, since arrows move sliders and texts elsewhere.
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+stage.addEventListener("keydown", (event) => {
+  const arrow = ARROWS[event.key], middle = [stage.clientWidth / 2, stage.clientHeight / 2];
+  if (arrow && event.altKey) { offset = offset.map((value, k) => value - 40 * arrow[k]); isFitted = false; place(); }
+  else if (arrow && event.ctrlKey && state.camera) turn(orbit[0] + 0.1 * arrow[0], orbit[1] - 0.1 * arrow[1]);
+  else if (arrow) {
+    const far = event.shiftKey ? 10 : 1, ends = [canvas.width - 1, canvas.height - 1];
+    point(pointed ? pointed.map((value, k) => Math.min(ends[k], Math.max(0, value + far * arrow[k]))) : ends.map((end) => end >> 1));
+  } else if (event.key === "Enter" && pointed && isInside(pointed)) lookInto(pointed);
+  else if (event.key === "+" || event.key === "=") zoomBy(Math.SQRT2, middle);
+  else if (event.key === "-") zoomBy(Math.SQRT1_2, middle);
+  else if (event.key === "[" || event.key === "]") { split = Math.min(1, Math.max(0, split + (event.key === "[" ? -0.05 : 0.05))); draw(); }
+  else return;
+  event.preventDefault();
 });
 function lookInto(at) {
   picked = { at, target: state.target }; texels = null;
@@ -406,6 +431,8 @@ stage.addEventListener("drop", async (event) => {
   event.preventDefault(); $("drop").hidden = true;
   await put("input", event.dataTransfer.files[0]);
 });
+$("input-open").onclick = () => $("input-file").click();
+$("input-file").onchange = async (event) => { await put("input", event.target.files[0]); event.target.value = ""; };
 async function put(use, file) {
   if (!file) return false;
   const answer = await fetch(`${use}/${encodeURIComponent(file.name)}`, { method: "PUT", body: file });
