@@ -23,16 +23,8 @@ from numpy.typing import NDArray
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.image_files import (
-    WRITABLE,
-    Metadata,
-    WritableFormat,
-    associated,
-    opened_image,
-    straight,
-    upright,
-    write_image,
-)
+from passgraph.image_files import MAX_BYTES, associated, opened_image, straight, upright, write_image
+from passgraph.image_formats import WRITABLE, Metadata, WritableFormat
 from passgraph.quantise import check_no_nan, quantised
 from passgraph.reading import check_regular, read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
@@ -41,8 +33,6 @@ from passgraph.writing import NewFile
 Picture = NDArray[np.float32]
 Stored = NDArray[Any]  # (h, w, 4) uint8, uint16 or float32
 
-#: Most memory that loading a picture may take by default: some 200 million pixels.
-MAX_BYTES = 1 << 32
 #: No machine has more memory; a larger limit is none.
 MOST_BYTES = 1 << 52
 #: Of the result, four float32.
@@ -73,8 +63,9 @@ def load(
     Returns
     -------
     (h, w, 4) float32, row 0 on top: red, green, blue and straight alpha (1 where the file has none).
-    Gray is repeated in red, green and blue; two channels without alpha, also of npy, are red and green. In [0, 1] for 8- and 16-bit files, unlimited for float ones. Colors of
-    files that store them multiplied by alpha (OpenEXR, some TIFF) are divided by it; where alpha is 0 they stay.
+    Gray is repeated in red, green and blue; two channels without alpha, also of npy, are red and green. In [0, 1] for
+    8- and 16-bit files, unlimited for float ones. Colors of files that store them multiplied by alpha (OpenEXR, some
+    TIFF) are divided by it; where alpha is 0 they stay.
 
     Raises
     ------
@@ -201,7 +192,7 @@ def _load(
             content = read_bytes(file, "a picture file", max_bytes) if data is None else data
             picture, is_float = _decode_npy(file, content, max_bytes, as_stored)
             return picture, None if is_float else ""
-        with opened_image(file, data, layer) as image:
+        with opened_image(file, data, layer, max_bytes) as image:
             check_size(file, image.width, image.height, image.held + size, max_bytes)
             check_size(file, *image.data_size, image.held + size, max_bytes)
             pixels = image.read()
