@@ -446,7 +446,8 @@ def main() -> None:
     sections = sections_of(page)
     backends = open_backends(BACKENDS if timed else BACKENDS[-1:])
     chosen = [entry for entry in ENTRIES if not words or any(word in entry.title.lower() for word in words)]
-    opening = HEAD.format(machine=machine()) if timed else page.partition("\n## ")[0]
+    # figures of other entries were taken before
+    opening = HEAD.format(machine=machine()) if timed and not words else page.partition("\n## ")[0]
     begin = time.perf_counter()
     for number, entry in enumerate(chosen, 1):
         print(f"[{time.perf_counter() - begin:5.0f} s] {number} of {len(chosen)}: {entry.title}", flush=True)

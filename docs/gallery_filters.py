@@ -128,12 +128,13 @@ def sizes() -> list[Panel]:
 
 
 def prints() -> list[Panel]:
-    near = {"frame": detail(street())}
-    light = {"frame": np.asarray(srgb_to_linear(detail(street())), np.float32)}
+    shown = np.ascontiguousarray(detail(street())[20:180, 30:230])
+    near = {"frame": shown}
+    light = {"frame": np.asarray(srgb_to_linear(shown), np.float32)}
     return [
         Panel("pixelate", pixelate(FRAME, 6), near),
         Panel("dither, 2 levels", dither(FRAME, 2), near),
-        Panel("dither, gradient noise", dither(FRAME, 2, "gradient-noise"), near),
+        Panel("dither, blue noise", dither(FRAME, 2, "blue-noise"), near),
         Panel("dither, 4 levels", dither(FRAME, 4), near),
         Panel("halftone", tone_map(halftone(FRAME, 5.0), curve="linear"), light),
         Panel("halftone, black", tone_map(halftone(FRAME, 5.0, colored=False), curve="linear"), light),

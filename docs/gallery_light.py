@@ -8,7 +8,16 @@ import passgraph as pg
 from docs.gallery_inputs import engine_pictures, monastery, photograph
 from docs.gallery_looks import MOTORCYCLE, TABLE, street_light
 from docs.gallery_page import Entry, Panel
-from passgraph.effects import god_rays, lens_flare, radial_blur, soft_shadow_passes, ssr, tilt_shift, tone_map
+from passgraph.effects import (
+    god_rays,
+    lens_flare,
+    light_streaks,
+    radial_blur,
+    soft_shadow_passes,
+    ssr,
+    tilt_shift,
+    tone_map,
+)
 from passgraph.effects.surfaces.engine_depth import distances
 from passgraph.truth import first_surfaces
 
@@ -77,9 +86,16 @@ def mirrors() -> list[Panel]:
 def flares() -> list[Panel]:
     frame, _ = backlit((0.42, 0.13))
     flare = lens_flare(frame, 2.0, 0.06, 6, 1.35, 2.0, 0.3)
+    streaks = light_streaks(frame, 2.0, 0.25, 0.9, tint=(0.3, 0.5, 1.0))
+    star = light_streaks(frame, 2.0, 0.25, 0.4, 6, 0.3)
     return [
         Panel(label, tone_map(made, curve="aces"), size=LARGE)
-        for label, made in (("without", frame), ("lens flare", flare))
+        for label, made in (
+            ("without", frame),
+            ("lens flare", flare),
+            ("light streaks", streaks),
+            ("a star filter", star),
+        )
     ]
 
 
@@ -90,8 +106,10 @@ LIGHT: tuple[Entry, ...] = (
         rays, 2,
     ),
     Entry(
-        "Lens flare", "`samurai_monastry.obj` of pybullet's data",
-        "Ghosts of the sun on the line through the middle, and its halo.", flares, 2,
+        "Lens flare and light streaks", "`samurai_monastry.obj` of pybullet's data",
+        "Ghosts of the sun on the line through the middle, and its halo; streaks of an anamorphic lens and of a star "
+        "filter.",
+        flares, 2,
     ),
     Entry(
         "Screen-space reflections", TABLE,

@@ -1,6 +1,6 @@
 """Read and write image files with OpenImageIO: pixels as stored, layers, alpha association and metadata.
 
-`passgraph.pictures` is the public interface. This module knows OpenImageIO; nothing else does.
+`passgraph.pictures` is the public interface. Only this module uses OpenImageIO.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MAX_BYTES = 1 << 32
 #: GIF, JPEG 2000 and JPEG XL, by what files begin with: OpenImageIO decodes them when it opens them. That takes up to
 #: four times the size of the pixels.
 _DECODED_WHEN_OPENED = (b"GIF8", b"\0\0\0\x0c", b"\xff\x4f\xff\x51", b"\xff\x0a")
-#: What files of the common formats begin with.
+#: First bytes of files of the common formats.
 _SIGNATURES = (
     b"\x89PNG",
     b"\xff\xd8\xff",
@@ -43,17 +43,17 @@ _SIGNATURES = (
 )
 #: Formats whose files hold color multiplied by alpha, unless a file says otherwise.
 _ASSOCIATED = ("openexr", "tiff", "iff", "rla")
-#: Bytes per pixel that readers hold beside the pixels that they return: whole decoded pictures, strips, coefficients of
+#: Bytes per pixel that a reader allocates in addition to its result: whole decoded pictures, strips, coefficients of
 #: progressive JPEG (three int16 and their copies).
 _HELD_BY_READER = {"jpeg": 12, "webp": 16, "gif": 12, "tiff": 12, "jpegxl": 48, "jpeg2000": 36, "psd": 16}
 _TYPES = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32, "double": np.float32}
-#: Metadata that describes the file it came from, not the picture.
+#: Metadata about the source file, not the picture.
 _OF_THE_FILE = (
     "oiio:", "jpeg:", "png:", "tiff:", "openexr:", "dpx:", "webp:", "bmp:", "gif:", "targa:", "pnm:", "psd:", "dds:",
     "compression", "planarconfig", "thumbnail", "ICCProfile:", "screenWindow", "chromaticities",
     "Exif:ColorSpace", "Exif:YCbCrPositioning", "textureformat", "wrapmodes", "worldto", "name", "view", "chunkCount",
 )  # fmt: skip
-#: Size and orientation (EXIF 2.32) change: pixels are stored upright, at a size of their own.
+#: Size and orientation (EXIF 2.32) are not copied: pixels are stored upright, at a size of their own.
 _SIZE_AND_ORIENTATION = (
     "Orientation", "Exif:PixelXDimension", "Exif:PixelYDimension", "Exif:ImageWidth", "Exif:ImageLength"
 )  # fmt: skip
@@ -61,7 +61,7 @@ _SIZE_AND_ORIENTATION = (
 
 @contextmanager
 def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
-    """A file name for OpenImageIO, which reads names in UTF-8 only and no memory: of this file, or of these bytes."""
+    """Yield a name under which OpenImageIO, which reads UTF-8 names and no memory, can open a file or bytes."""
     text = os.fspath(file)
     if data is None and text.isascii():
         yield text
@@ -75,7 +75,7 @@ def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
         yield text
         return
     with tempfile.TemporaryDirectory(prefix="passgraph-") as folder:
-        # No suffix: the reader is found by the content.
+        # No suffix: OpenImageIO detects the format from the content.
         other = os.path.join(folder, "picture")
         if data is None:
             os.symlink(os.path.abspath(text), other)
@@ -85,21 +85,21 @@ def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
 
 
 class ImageFile:
-    """An open picture file, or one layer of it; its header is read, its pixels are not.
+    """An open picture file, or one layer of it. The header is read; the pixels are not.
 
     Attributes
     ----------
-    width, height : pixels as stored, before orientation is applied; of OpenEXR the display window
+    width, height : pixels as stored, before orientation is applied; for OpenEXR the display window
     dtype : uint8, uint16, float16 or float32
-    channels : how many are read: 1 (gray), 2, 3 or 4
+    channels : number of channels that are read: 1 (gray), 2, 3 or 4
     has_alpha : the last of them is alpha; two channels without it are data, such as motion
-    held : bytes that reading holds beside the result
-    orientation : EXIF's, 1 for upright
+    held : bytes that reading needs in addition to the result
+    orientation : EXIF orientation, 1 for upright
     count : pictures in the file
 
     Raises
     ------
-    InputError : no such format, a broken header, types or channels that are no picture, no such layer.
+    InputError : unknown format, broken header, unsupported types or channels, or no such layer.
     """
 
     def __init__(self, file: Path, name: str, layer: str | None = None, max_bytes: int = MAX_BYTES) -> None:
@@ -144,12 +144,12 @@ class ImageFile:
 
     @property
     def data_size(self) -> tuple[int, int]:
-        """Width and height of the stored pixels, which an OpenEXR file may have outside of its display window."""
+        """Return the width and height of the stored pixels; an OpenEXR data window may exceed the display window."""
         return self._spec.width, self._spec.height
 
     @property
     def count(self) -> int:
-        """1, or 2 for two and more."""
+        """Return 1 for one picture, 2 for two or more."""
         found = 1
         while found < 2 and self._input.seek_subimage(found, 0):
             found += 1
@@ -159,13 +159,13 @@ class ImageFile:
 
     @property
     def is_associated(self) -> bool:
-        """Color is stored multiplied by alpha."""
+        """Return True if color is stored multiplied by alpha."""
         said = _attribute(self._spec, "oiio:UnassociatedAlpha", 0)
         return self.format in _ASSOCIATED and not said and self.has_alpha
 
     @property
     def encoding(self) -> str:
-        """The color space that the file or its format names: "" where it says nothing."""
+        """Return the color space named by the file or its format; "" if none is named."""
         return str(_attribute(self._spec, "oiio:ColorSpace", ""))
 
     def metadata(self) -> Metadata:
@@ -175,18 +175,18 @@ class ImageFile:
             if not entry.name.startswith(_OF_THE_FILE) and entry.name not in _SIZE_AND_ORIENTATION
         )
         found = Metadata(entries, not self.has_alpha, self.dtype == np.uint16)
-        # ICC.1:2022, section 7.2.6: the color space of the data. Results are RGB.
+        # ICC.1:2022, section 7.2.6: the color space of the data; the result is RGB.
         if found.profile and found.profile[16:20] != b"RGB ":
             return replace(found, entries=tuple(entry for entry in entries if entry[0] != "ICCProfile"))
         return found
 
     def read(self) -> Pixels:
-        """(height, width, channels) as stored, in the display window; pixels outside the data window are 0."""
+        """Return (height, width, channels) as stored, in the display window; pixels outside the data window are 0."""
         spec, first, last = self._spec, min(self._order), max(self._order)
         kind = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}[self.dtype.name]
         pixels: Any = self._input.read_image(self._subimage, 0, first, last + 1, kind)
         problem = self._input.geterror() or self._oiio.geterror()
-        # Cameras write bytes between markers; the picture is whole.
+        # Cameras write extra bytes between markers; the picture is complete nevertheless.
         if pixels is None or (problem and "extraneous bytes" not in problem):
             raise self._corrupt(problem)
         pixels = pixels.reshape(spec.height, spec.width, last - first + 1)
@@ -194,7 +194,7 @@ class ImageFile:
         if order != list(range(pixels.shape[2])):
             pixels = pixels[..., order]
         if self.format == "tiff" and _attribute(spec, "tiff:PhotometricInterpretation", 1) == 0 and _is_wide(spec):
-            pixels = np.iinfo(pixels.dtype).max - pixels  # white is zero, which the reader inverts for 8 bits only
+            pixels = np.iinfo(pixels.dtype).max - pixels  # white is zero; the reader inverts 8-bit files only
         return _in_window(spec, pixels) if self._windowed else pixels
 
     def close(self) -> None:
@@ -273,7 +273,7 @@ def _megabytes(name: str, max_bytes: int) -> int | None:
 
 
 class _SizeLimit:
-    """OpenImageIO's limit for the size of pictures, which is one for the process: threads with equal limits share it."""
+    """OpenImageIO's limit for the size of pictures, one for the process; threads with equal limits share it."""
 
     _NAME = "limits:imagesize_MB"
 
@@ -312,7 +312,7 @@ if hasattr(os, "register_at_fork"):
 def opened_image(
     file: Path, data: bytes | None = None, layer: str | None = None, max_bytes: int = MAX_BYTES
 ) -> Iterator[ImageFile]:
-    """An `ImageFile`, closed at the end; ``data`` is the file's content where it is not on disk."""
+    """Open an `ImageFile`, closed at the end; ``data`` is the file's content if it is not on disk."""
     with name_of(file, data) as name:
         image = ImageFile(file, name, layer, max_bytes)
         try:
@@ -322,12 +322,12 @@ def opened_image(
 
 
 def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, metadata: Metadata) -> None:
-    """Write pixels of a dtype and number of channels that the format holds; ``file`` is the name for messages.
+    """Write pixels with a dtype and channel count that the format supports; ``file`` is the name in messages.
 
     Raises
     ------
-    InputError : what the format cannot hold.
-    OSError : the place cannot be written.
+    InputError : the format cannot store them.
+    OSError : the path cannot be written.
     """
     import OpenImageIO as oiio
 
@@ -344,7 +344,7 @@ def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, meta
         spec.attribute(name, type_, value)
     if max(width, height) > kind.largest:
         raise InputError(f"{file}: {kind.name} cannot hold {width}×{height} pixels; save as .png or .exr")
-    to.touch(exist_ok=False)  # an OSError says what is wrong with the place
+    to.touch(exist_ok=False)  # raises OSError if the path cannot be written
     with name_of(to) as name:
         output = oiio.ImageOutput.create(kind.writer)
         done = output is not None and output.open(name, spec) and output.write_image(np.ascontiguousarray(pixels))
@@ -360,7 +360,7 @@ def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, meta
 
 
 def straight(pixels: Pixels) -> Pixels:
-    """Divide the color of (h, w, 2 or 4) by alpha; where alpha is 0 color stays, in the dtype of ``pixels``.
+    """Divide the color of (h, w, 2 or 4) by alpha, in the dtype of ``pixels``; color stays where alpha is 0.
 
     >>> straight(np.array([[[0.25, 0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]]], np.float32)).tolist()
     [[[0.5, 0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]]]
@@ -369,7 +369,7 @@ def straight(pixels: Pixels) -> Pixels:
     if pixels.dtype.kind == "u":
         alpha /= np.float32(np.iinfo(pixels.dtype).max)
     result = pixels.astype(np.float32)
-    with np.errstate(all="ignore"):  # infinite colors and alpha, and float16's overflow, are as IEEE 754 has them
+    with np.errstate(all="ignore"):  # infinite colors and alpha, and float16 overflow, follow IEEE 754
         result[..., :-1] /= np.where(alpha == 0, np.float32(1), alpha)
         if pixels.dtype.kind == "u":
             result = np.rint(np.clip(result, 0, np.iinfo(pixels.dtype).max))
@@ -390,7 +390,7 @@ def associated(pixels: Pixels) -> Pixels:
 
 
 Turn = Callable[[Pixels], Pixels]
-#: EXIF 2.32, tag 0x0112: undo what was done to the camera.
+#: EXIF 2.32, tag 0x0112: the operations that undo the camera's orientation.
 _TURNS: dict[int, Turn] = {
     2: lambda a: a[:, ::-1],
     3: lambda a: a[::-1, ::-1],
@@ -403,12 +403,12 @@ _TURNS: dict[int, Turn] = {
 
 
 def upright(pixels: Pixels, orientation: int) -> Pixels:
-    """A view of pixels as EXIF's orientation says that they are shown."""
+    """Return a view of the pixels in display orientation, given their EXIF orientation."""
     return _TURNS[orientation](pixels) if orientation in _TURNS else pixels
 
 
 def _in_window(spec: oiio.ImageSpec, pixels: Pixels) -> Pixels:
-    """The display window, from pixels of the data window."""
+    """Crop or pad the data window's pixels to the display window."""
     if (spec.x, spec.y, spec.width, spec.height) == (spec.full_x, spec.full_y, spec.full_width, spec.full_height):
         return pixels
     window = np.zeros((spec.full_height, spec.full_width, pixels.shape[2]), pixels.dtype)
@@ -454,7 +454,7 @@ def _color_of(channels: dict[str, int]) -> tuple[list[int], bool] | None:
 
 
 def _layer_names(names: Sequence[str]) -> list[str]:
-    """Names of layers, and of channels that are in none.
+    """Return the names of layers, and of channels outside any layer.
 
     >>> _layer_names(["R", "G", "B", "Z", "diffuse.R", "diffuse.G"])
     ['Z', 'diffuse']

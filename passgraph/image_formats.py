@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 Pixels = NDArray[Any]  # (h, w, channels) uint8, uint16, float16 or float32
 
-#: Formats that are read, by OpenImageIO's names. Its "null" reader invents pixels from a file's name.
+#: Formats that are read, by OpenImageIO's names. Its "null" reader is left out: it invents pixels from a file's
+#: name.
 READABLE = (
     "png", "jpeg", "tiff", "openexr", "webp", "bmp", "gif", "targa", "hdr", "pnm", "dpx", "cineon", "jpegxl",
     "jpeg2000", "psd", "dds", "fits", "ico", "iff", "rla", "sgi", "softimage",
 )  # fmt: skip
-#: Suffixes of files that a folder of pictures is searched for.
+#: Suffixes by which picture files in a folder are found.
 READ_SUFFIXES = (
     ".png", ".apng", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".tga", ".exr", ".npy", ".hdr", ".pfm",
     ".ppm", ".pgm", ".pbm", ".pnm", ".dpx", ".cin", ".jxl", ".jp2", ".j2k", ".psd", ".dds", ".sgi",
@@ -25,17 +26,17 @@ EXPECTED = "PNG, JPEG, TIFF, OpenEXR, WebP, BMP, GIF, TGA, HDR, PNM, PFM, DPX, C
 
 @dataclass(frozen=True)
 class WritableFormat:
-    """What a file format holds.
+    """A file format's capabilities for writing.
 
     Attributes
     ----------
     name : for messages
-    writer : OpenImageIO's name
-    dtypes : the types of its numbers
-    channels : the numbers of channels that it holds
+    writer : OpenImageIO's name of the format
+    dtypes : supported channel types
+    channels : supported numbers of channels
     associated : color is stored multiplied by alpha
-    attributes : how OpenImageIO writes it
-    largest : most pixels across or down
+    attributes : OpenImageIO's settings for writing
+    largest : largest width or height in pixels
     """
 
     name: str
@@ -51,8 +52,8 @@ class WritableFormat:
         return self.dtypes[0].startswith("float")
 
 
-# Files keep what was rendered: no chroma subsampling, lossless WebP. PNG's zlib level 4 gives files a tenth larger
-# than level 6 in a third of the time.
+# Settings keep the rendered values: no chroma subsampling, lossless WebP. PNG's zlib level 4 makes files a tenth
+# larger than level 6 in a third of the time.
 _FAITHFUL_JPEG = (("compression", "jpeg:95"), ("jpeg:subsampling", "4:4:4"))
 _INTEGERS = ("uint8", "uint16")
 _JPEG = WritableFormat("JPEG", "jpeg", ("uint8",), (1, 3), attributes=_FAITHFUL_JPEG, largest=65500)
@@ -84,13 +85,13 @@ WRITABLE = {
 
 @dataclass(frozen=True)
 class Metadata:
-    """What a picture file says beside its pixels, for the picture that is made from it.
+    """Metadata of a picture file, to be written to a picture made from it.
 
     Attributes
     ----------
     entries : (name, OpenImageIO's type, value): ICC profile, resolution, EXIF, time code ...
-    opaque : the file has no alpha
-    deep : it holds integers of 16 bits
+    opaque : True if the file has no alpha
+    deep : True if it holds 16-bit integers
     """
 
     entries: tuple[tuple[str, str, Any], ...] = ()
@@ -98,24 +99,24 @@ class Metadata:
     deep: bool = False
 
     def get(self, name: str) -> Any:
-        """The value of an entry, or None."""
+        """Return the value of an entry, or None."""
         return next((value for key, _, value in self.entries if key == name), None)
 
     @property
     def profile(self) -> bytes:
-        """ICC profile; empty where there is none."""
+        """Return the ICC profile; empty if there is none."""
         value = self.get("ICCProfile")
         return b"" if value is None else bytes(np.asarray(value, np.uint8))
 
     @property
     def resolution(self) -> tuple[float, float] | None:
-        """Dots per inch, across and down."""
+        """Return the dots per inch, across and down; None if not given."""
         per_inch = {"in": 1.0, "inch": 1.0, "cm": 2.54, "m": 0.0254}.get(str(self.get("ResolutionUnit")))
         across, down = self.get("XResolution"), self.get("YResolution")
         return None if per_inch is None or not across or not down else (across * per_inch, down * per_inch)
 
     def stored_channels(self, pixels: Pixels) -> Pixels:
-        """(h, w, 4) integers without alpha, where neither the source nor the picture uses it.
+        """Drop the alpha of (h, w, 4) integers if neither the source nor the picture uses it.
 
         >>> Metadata(opaque=True).stored_channels(np.full((2, 3, 4), 255, np.uint8)).shape
         (2, 3, 3)
@@ -127,5 +128,5 @@ class Metadata:
 
 
 def _opaque(dtype: np.dtype[Any]) -> Any:
-    """Alpha 1 in a dtype."""
+    """Return alpha 1 in a dtype."""
     return dtype.type(np.iinfo(dtype).max if dtype.kind == "u" else 1)

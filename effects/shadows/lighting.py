@@ -1,4 +1,4 @@
-"""All lights of a scene: their shadow maps, and the light that they bring with and without shadows."""
+"""All lights of a scene: their shadow maps, and their light with and without shadows."""
 
 from __future__ import annotations
 
@@ -25,33 +25,31 @@ from passgraph.effects.shadows.shadow_light import KINDS, add_light, add_shadowe
 from passgraph.effects.shadows.shadow_map import CasterMesh, caster_meshes, shadow_map
 from passgraph.effects.surfaces.g_buffer import GBuffer
 from passgraph.effects.surfaces.map_fit import MARGIN_TEXELS, Fit, pieces_of
-from passgraph.effects.surfaces.material_textures import TextureInputs
 from passgraph.effects.surfaces.views import Casters, MapView, View
 
 
 @dataclass
 class Lighting:
-    """Adds one light after another to the two sums."""
+    """Adds one light after another to both sums."""
 
     scene: pg.Scene
     view: View
     seen: GBuffer
     lights: Sequence[pg.Value]
-    textures: TextureInputs
     casters: Casters
     map_size: int
     map_blur_px: int
     notes: list[str]
     filter: DecidedFilter
-    to_view: bool  # whether maps are fitted to what the camera sees
-    width: object  # half that of edges in scene units: a number, a value, or None for 0
+    to_view: bool  # True if maps are fitted to the camera's view
+    width: object  # half the width of edges in scene units: a number, a value, or None for 0
 
     def __post_init__(self) -> None:
         self.maps: list[pg.Target] = []
         self._fit = self._fitted() if self.to_view else None
 
     def sums(self, ambient: tuple[float, float, float]) -> tuple[pg.Target, pg.Target]:
-        """Light on white surfaces without and with shadows."""
+        """Return the light on white surfaces without and with shadows."""
         free, shadowed = ambient_light(
             self.seen.normals, ambient, self.view.up(), into=_pair("ambient"), name="ambient light"
         )
@@ -74,14 +72,13 @@ class Lighting:
                 frame, seen_by = look.frame(self.view, self.map_size), self.view.frame()
                 if needed:
                     map_, by = self._map(look, meshes, name)
-                    # what does not search leaves out the code that reads it
+                    # filters without a search drop the code that reads it
                     nearest = (
                         nearest_casters(map_, self.map_size, name) if isinstance(self.filter, SearchingFilter) else map_
                     )
                     if isinstance(self.filter, Penumbra):
-                        taps = self.filter.taps
                         free, shadowed = self._with_penumbrae(
-                            free, shadowed, map_, nearest, frame, taps, kind, face, name
+                            self.filter, (free, shadowed), map_, nearest, frame, (kind, face), name
                         )
                         continue
                     free, shadowed = add_shadowed_light(self.filter)(
@@ -105,20 +102,23 @@ class Lighting:
         return free, shadowed
 
     def _with_penumbrae(
-        self, free: pg.Target, shadowed: pg.Target, map_: pg.Target, nearest: pg.Target, frame: pg.Derived,
-        taps: int, kind: int, face: int, name: str,
+        self, filter: Penumbra, sums: tuple[pg.Target, pg.Target], map_: pg.Target, nearest: pg.Target,
+        frame: pg.Derived, which: tuple[int, int], name: str,
     ) -> tuple[pg.Target, pg.Target]:  # fmt: skip
-        """Both sums with one light, looked up in half the size where its shadow is soft."""
+        """Add one light to the free and the shadowed sum; look up soft shadows at half the size.
+
+        ``which``: the kind of the light, and the face of its map.
+        """
         common, seen_by, rises = (self.seen.normals, self.seen.depth), self.view.frame(), self.seen.rises
-        penumbrae = find_penumbrae(taps)(
-            *common, map_, nearest, frame, seen_by, kind, face,
+        penumbrae = find_penumbrae(filter.taps)(
+            *common, map_, nearest, frame, seen_by, *which,
             into=pg.target(f"penumbrae of {name}", "rg16f", like=self.seen.depth, scale=0.5),
         )  # fmt: skip
-        sums: tuple[pg.Target, pg.Target] = add_light_with_penumbrae(
-            free, shadowed, *common, self.seen.depth if rises is None else rises, map_, penumbrae, frame, seen_by,
-            kind, face, rises is not None, into=_pair(name), name=name,
+        with_light: tuple[pg.Target, pg.Target] = add_light_with_penumbrae(
+            *sums, *common, self.seen.depth if rises is None else rises, map_, penumbrae, frame, seen_by,
+            *which, rises is not None, into=_pair(name), name=name,
         )  # fmt: skip
-        return sums
+        return with_light
 
     def _view(self, light: pg.Value, face: int) -> MapView:
         if isinstance(self.filter, MomentFilter):
@@ -128,9 +128,9 @@ class Lighting:
 
     def _map(self, look: MapView, meshes: list[CasterMesh], name: str) -> tuple[pg.Target, object]:
         """Return the inputs of a lookup: the map of one light, and the run values of the filter."""
-        map_ = shadow_map(look, meshes, self.textures, self.map_size, f"shadow map of {name}")
+        map_ = shadow_map(look, meshes, self.map_size, f"shadow map of {name}")
         self.maps.append(map_)
-        # does not soften shadows (see soft_shadow); without a radius it is the map itself
+        # it does not soften shadows (see soft_shadow); without a radius it is the map itself
         map_ = gaussian_blur(map_, self.map_blur_px / 2.0, self.map_blur_px, name=f"blurred map of {name}")
         if isinstance(look, MomentView) and isinstance(self.filter, MomentFilter):
             by = look.filter_frame(self.filter)
@@ -152,7 +152,7 @@ class Lighting:
         )  # fmt: skip
 
     def _faces(self, light: pg.Light) -> Sequence[int]:
-        """One map where the light sees all casters in one view, else the six faces of a cube."""
+        """Return one map if the light sees all casters in one view, else the six faces of a cube."""
         if light.kind == "point" and light.fitted_frustum(self.casters.bounds_for(light)) is None:
             return range(6)
         return (-1,)

@@ -1,4 +1,4 @@
-"""Shadow maps: the casters' linear depth as a light sees them."""
+"""Shadow maps: the casters' linear depth from a light's view."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import passgraph as pg
 from passgraph import Image, discard, dot, mat4, vec2, vec4
 from passgraph.effects.surfaces.batches import merged
-from passgraph.effects.surfaces.material_textures import TextureInputs
+from passgraph.effects.surfaces.material_textures import texture_input
 from passgraph.effects.surfaces.views import Casters, MapView
 
 #: Depth where a map shows no caster: farther than any receiver.
@@ -26,20 +26,20 @@ class Caster:
 
 @pg.vertex
 def toward_light(vertex: pg.Vertex, clip_from_local: mat4, depth_row: vec4) -> Caster:
-    """Linear depth beside the clip position: it keeps its precision whatever near and far are."""
+    """Pass linear depth in addition to the clip position: it keeps its precision for any near and far."""
     local = vec4(vertex.position, 1.0)
     return Caster(clip_from_local * local, dot(depth_row, local), vertex.uv, vertex.color.a)
 
 
 @pg.fragment
 def distance_of(caster: Caster) -> float:
-    """Distance along the light's axis, scene units."""
+    """Return the distance along the light's axis, scene units."""
     return caster.depth
 
 
 @pg.fragment
 def distance_of_cut_out(caster: Caster, base_map: Image, cutoff: float) -> float:
-    """The same for a caster whose texture has holes."""
+    """Return the same for a caster whose texture has holes."""
     if caster.alpha * base_map.sample(caster.uv).a < cutoff:
         discard()
     return caster.depth
@@ -47,14 +47,14 @@ def distance_of_cut_out(caster: Caster, base_map: Image, cutoff: float) -> float
 
 @dataclass(frozen=True, eq=False)
 class CasterMesh:
-    """Casters that one draw takes, relative to the origin of `Casters`; ``cut_out`` has holes."""
+    """Casters of one draw, relative to the origin of `Casters`; ``cut_out`` has holes."""
 
     mesh: pg.Mesh
     cut_out: pg.Material | None = None
 
 
 def caster_meshes(casters: Casters) -> list[CasterMesh]:
-    """Solid casters as one mesh, and one more for each cut-out material; all lights share them."""
+    """Return solid casters as one mesh, and one more for each cut-out material; all lights share them."""
     groups: dict[int | None, list[pg.Node]] = {}
     for node in casters.nodes:
         cut_out = node.material.alpha_mode == "mask" and node.material.base_color_texture is not None
@@ -65,12 +65,12 @@ def caster_meshes(casters: Casters) -> list[CasterMesh]:
     ]
 
 
-def shadow_map(view: MapView, meshes: list[CasterMesh], textures: TextureInputs, map_size: int, name: str) -> pg.Target:
-    """Draw every caster as one light sees it.
+def shadow_map(view: MapView, meshes: list[CasterMesh], map_size: int, name: str) -> pg.Target:
+    """Draw every caster from one light's view.
 
     Returns
     -------
-    r32f, ``map_size`` squared: distance along the light's axis in scene units, 1e30 where nothing is.
+    r32f, ``map_size`` squared: distance along the light's axis in scene units, 1e30 where there is no caster.
     """
     into: pg.Target | pg.TargetSpec = pg.target(name, "r32f", (map_size, map_size), clear=NOTHING)
     depth: pg.Target | pg.TargetSpec = pg.target(f"{name}_test", "depth32f", (map_size, map_size))
@@ -82,7 +82,7 @@ def shadow_map(view: MapView, meshes: list[CasterMesh], textures: TextureInputs,
         }
         texture = part.cut_out.base_color_texture if part.cut_out is not None else None
         if part.cut_out is not None and texture is not None:
-            values |= {"base_map": textures.of(texture, "base color"), "cutoff": part.cut_out.alpha_cutoff}
+            values |= {"base_map": texture_input(texture, "base color"), "cutoff": part.cut_out.alpha_cutoff}
         into = pg.draw(
             part.mesh, vertex=toward_light, fragment=distance_of if texture is None else distance_of_cut_out,
             into=into, depth=depth, name=name, values=values,

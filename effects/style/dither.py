@@ -1,4 +1,4 @@
-"""Dither: few levels that look like many, as neighbors are rounded up and down in turn."""
+"""Dither: simulate many levels with few, by rounding neighbors up and down in turn."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -9,12 +9,15 @@ from typing import Annotated, Literal
 import numpy as np
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, dot, floor, fract, pixel, vec2, vec3, vec4
+from passgraph import Const, Image, clamp, dot, floor, fract, ivec2, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import effect
+from passgraph.effects.style import blue_noise
 
 
 def bayer(side: int) -> list[list[int]]:
-    """The order in which the pixels of a square become bright, each far from those before; ``side`` is a power of 2.
+    """Return the order in which pixels of a square become bright, each far from earlier ones.
+
+    ``side`` is a power of 2.
 
     >>> bayer(2)
     [[0, 2], [3, 1]]
@@ -26,24 +29,36 @@ def bayer(side: int) -> list[list[int]]:
     return found
 
 
-Pattern = Literal["bayer", "gradient-noise"]
+Pattern = Literal["bayer", "gradient-noise", "blue-noise"]
 SIDE = 8
-#: Thresholds from 0 to 1, none at the ends.
+#: Thresholds strictly between 0 and 1.
 THRESHOLDS = tuple(tuple((rank + 0.5) / SIDE**2 for rank in row) for row in bayer(SIDE))
+
+
+@pg.function
+def at_threshold(color: vec4, levels: int, threshold: float) -> vec4:
+    """Round to the level below or above; alpha stays."""
+    steps = float(levels - 1)
+    return vec4(min(floor(clamp(color.rgb, 0.0, 1.0) * steps + threshold) / steps, vec3(1.0)), color.a)
 
 
 @pg.kernel
 def rounded(color: Image, levels: int, noise: Const[bool]) -> vec4:
-    """Round to the level below or above, by this pixel's threshold."""
-    p, c = pixel(), color[0, 0]
-    threshold = 0.0
+    """Round by thresholds computed from the pixel's position."""
+    p = pixel()
     if noise:
         # J. Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", 2014
         threshold = fract(52.9829189 * fract(dot(vec2(p % 1024), vec2(0.06711056, 0.00583715))))
     else:
         threshold = THRESHOLDS[p.y % SIDE][p.x % SIDE]
-    steps = float(levels - 1)
-    return vec4(min(floor(clamp(c.rgb, 0.0, 1.0) * steps + threshold) / steps, vec3(1.0)), c.a)
+    return at_threshold(color[0, 0], levels, threshold)
+
+
+@pg.kernel
+def rounded_by(color: Image, thresholds: Image, levels: int) -> vec4:
+    """Round by the thresholds in a repeating picture."""
+    p, size = pixel(), thresholds.size
+    return at_threshold(color[0, 0], levels, thresholds.texel(ivec2(p.x % size.x, p.y % size.y)).r)
 
 
 @effect("dither")
@@ -59,13 +74,14 @@ def dither(
     Parameters
     ----------
     color : encoded for display, 0 to 1, and clamped to that; alpha stays
-    levels : of each channel, black and white among them; 256 takes the bands out of gradients that 8 bits store
+    levels : levels of each channel, including black and white; 256 removes the banding of gradients stored in 8 bits
     pattern : "bayer" is an ordered grid of 8 x 8 thresholds, whose mean is exact to 1/128 of a level; "gradient-noise"
-        has no grid
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+        has no grid; "blue-noise" has neither grid nor clumps: 64 x 64 thresholds without low frequencies
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
-    Source: B. E. Bayer, "An Optimum Method for Two-Level Rendition of Continuous-Tone Pictures", 1973.
+    Source: B. E. Bayer, "An Optimum Method for Two-Level Rendition of Continuous-Tone Pictures", 1973;
+    R. Ulichney, "The void-and-cluster method for dither array generation", 1993.
 
     Examples
     --------
@@ -74,4 +90,9 @@ def dither(
     >>> np.unique(shown).tolist(), float(shown.mean())
     ([0.0, 1.0], 0.25)
     """
-    return rounded(color, levels, pattern != "bayer", into=into or pg.target(name, "rgba32f"), name=name)
+    into = into or pg.target(name, "rgba32f")
+    if pattern == "blue-noise":
+        size = (blue_noise.SIDE, blue_noise.SIDE)
+        noise = pg.Input(f"{name}_thresholds", "r32f", size, static=True, default=blue_noise.thresholds())
+        return rounded_by(color, noise, levels, into=into, name=name)
+    return rounded(color, levels, pattern != "bayer", into=into, name=name)

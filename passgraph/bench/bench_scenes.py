@@ -244,9 +244,9 @@ def _ball() -> Node:
 
 
 def _models_folder() -> Path:
-    found = find_spec(MODELS)
-    assert found is not None and found.origin is not None
-    return Path(found.origin).parent
+    spec = find_spec(MODELS)
+    assert spec is not None and spec.origin is not None
+    return Path(spec.origin).parent
 
 
 def samurai_scene() -> Scene:

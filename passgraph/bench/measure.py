@@ -140,8 +140,16 @@ def measure(name: str, settings: Settings, say: Callable[[str], object] = lambda
         truth = truth_of(scene, settings.size, samples)
         errors = {key: compared(share, truth, drawn.counts[key[0]]) for key, share in drawn.shares.items()}
     rows = [
-        Row(name, backend, method, METHODS[method].series, map_size, *drawn.times[backend, method, map_size], found)
-        for (backend, method, map_size), found in errors.items()
+        Row(
+            name,
+            backend,
+            method,
+            METHODS[method].series,
+            map_size,
+            *drawn.times[backend, method, map_size],
+            frame_errors,
+        )
+        for (backend, method, map_size), frame_errors in errors.items()
     ]
     return SceneResult(name, scene, truth, tuple(rows), drawn.shares, drawn.counts, tuple(drawn.failed))
 

@@ -135,8 +135,8 @@ def front(points: Sequence[tuple[float, float]]) -> list[int]:
     [0, 2, 4]
     """
     order = sorted(range(len(points)), key=lambda i: points[i])
-    kept: list[int] = []
+    on_front: list[int] = []
     for i in order:
-        if not kept or points[i][1] < points[kept[-1]][1]:
-            kept.append(i)
-    return kept
+        if not on_front or points[i][1] < points[on_front[-1]][1]:
+            on_front.append(i)
+    return on_front

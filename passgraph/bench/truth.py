@@ -14,7 +14,7 @@ Float32 = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 #: Between these shares a pixel lies in a penumbra.
 PENUMBRA = (0.01, 0.99)
-#: Relative difference of depths beyond which rays and the rasteriser see different surfaces.
+#: Relative difference of depths beyond which rays and the rasterizer see different surfaces.
 SAME_SURFACE = 0.01
 
 
@@ -50,16 +50,16 @@ class Truth:
 def truth_of(scene: Scene, size: tuple[int, int], samples: int) -> Truth:
     """Trace the scene's first light with so many rays a pixel."""
     traced = visible_share(scene, size, samples=samples)
-    seen = first_surfaces(scene, size)
-    counts = traced.valid & whole_light_above(scene.lights[0], seen)
-    return Truth(traced.share, counts, seen.depth, traced.noise, traced.samples)
+    surfaces = first_surfaces(scene, size)
+    counts = traced.valid & whole_light_above(scene.lights[0], surfaces)
+    return Truth(traced.share, counts, surfaces.depth, traced.noise, traced.samples)
 
 
-def whole_light_above(light: Light, seen: Surfaces) -> Mask:
+def whole_light_above(light: Light, surfaces: Surfaces) -> Mask:
     """Return where the whole light is above the plane of the surface's triangle."""
     if light.kind == "directional":
         sine = light.radius / np.hypot(1.0, light.radius)
-        return np.asarray(-(seen.normals @ np.array(light.direction)) > sine)
+        return np.asarray(-(surfaces.normals @ np.array(light.direction)) > sine)
     with np.errstate(invalid="ignore"):
-        offset = np.subtract(light.position, seen.origin) - seen.positions
-        return np.asarray(np.einsum("ijk,ijk->ij", seen.normals, offset) > light.radius)
+        offset = np.subtract(light.position, surfaces.origin) - surfaces.positions
+        return np.asarray(np.einsum("ijk,ijk->ij", surfaces.normals, offset) > light.radius)

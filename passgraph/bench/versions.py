@@ -64,7 +64,7 @@ def measure_versions(
     exact: str,
     backends: Sequence[Backend],
     size: tuple[int, int],
-    given: Mapping[str, Any],
+    inputs: Mapping[str, Any],
     frames: int,
     say: Callable[[str], object] = lambda _: None,
 ) -> list[Version]:
@@ -89,7 +89,7 @@ def measure_versions(
     """
     if exact not in graphs:
         raise InputError(f"there is no version {exact!r} to hold the others against; there are {', '.join(graphs)}")
-    return [version for backend in backends for version in _on(backend, graphs, exact, size, given, frames, say)]
+    return [version for backend in backends for version in _on(backend, graphs, exact, size, inputs, frames, say)]
 
 
 def _on(
@@ -97,7 +97,7 @@ def _on(
     graphs: Mapping[str, Target],
     exact: str,
     size: tuple[int, int],
-    given: Mapping[str, Any],
+    inputs: Mapping[str, Any],
     frames: int,
     say: Callable[[str], object],
 ) -> list[Version]:
@@ -108,7 +108,7 @@ def _on(
             # What rests between frames would be timed as nothing: nothing here changes from call to call.
             options = Options(static=False)
             program = stack.enter_context(compile(graphs[name], backend=backend, size=size, options=options))
-            calls[name] = _call(program, {key: picture for key, picture in given.items() if key in program.inputs})
+            calls[name] = _call(program, {key: picture for key, picture in inputs.items() if key in program.inputs})
         say(f"{backend.name}: {frames} frames each")
         pictures = {name: call(0) for name, call in calls.items()}
         for name, picture in pictures.items():
@@ -124,9 +124,9 @@ def _on(
     ]
 
 
-def _call(program: Program, given: Mapping[str, Any]) -> Callable[[int], Picture]:
+def _call(program: Program, inputs: Mapping[str, Any]) -> Callable[[int], Picture]:
     def call(frame: int) -> Picture:
-        result = program(**given)
+        result = program(**inputs)
         return result[next(iter(result))]
 
     return call
@@ -158,7 +158,7 @@ def _alike(got: Picture, true: Picture) -> NDArray[np.bool_]:
 
 
 def _shown(picture: Picture) -> Picture:
-    """The colour as three channels from 0 to 1; one is grey, and of two the third is 0."""
+    """The color as three channels from 0 to 1; one is gray, and of two the third is 0."""
     color = np.clip(np.nan_to_num(picture[:, :, :3]), 0.0, 1.0)
     if color.shape[2] == 1:
         color = np.repeat(color, 3, axis=2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +37,7 @@ from passgraph.commands.options import (
     size_option,
 )
 from passgraph.commands.parameter_options import Changing, FramesOption, check_no_ramps
-from passgraph.commands.running import check_one_picture, check_outputs, run_and_save
+from passgraph.commands.running import RunOptions, check_one_picture, check_outputs, run_and_save
 from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job, picture_parameters, pictures_beside
 from passgraph.commands.written_files import (
     STREAM,
@@ -198,18 +199,18 @@ def command_of(effect: Effect) -> click.Command:
 
 
 def apply_effect(
-    effect: Effect, given: dict[str, Any], /, inputs: tuple[str, ...], output: str, capture: Path | None,
-    depth: Path | None = None, depth_buffer: HardwareDepth | None = None, **options: Any,
+    effect: Effect, parameters: dict[str, Any], /, inputs: tuple[str, ...], output: str, depth: Path | None = None,
+    depth_buffer: HardwareDepth | None = None, **options: Any,
 ) -> int:  # fmt: skip
-    """One picture or many through an effect that reads them; ``given`` are its parameters."""
+    """Apply an effect to one picture or many."""
     inputs = inputs_in_layer(inputs, options.pop("layer"))
     effect = take_color_spaces(effect, inputs, output, options)
-    if is_one_picture(inputs, output) and options["frames"] is None and not pictures_beside(effect, given):
-        check_no_ramps(effect, given)
+    if is_one_picture(inputs, output) and options["frames"] is None and not pictures_beside(effect, parameters):
+        check_no_ramps(effect, parameters)
         if options["scheduler"] is not None:
             raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
-        return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, given, options)
-    check_one_picture(capture, options["profile"], "there are several frames here")
+        return apply_to_one(effect, Path(inputs[0]), Path(output), depth, depth_buffer, parameters, options)
+    check_one_picture(options["capture"], options["profile"], "there are several frames here")
     from passgraph.commands.frames import Settings
 
     writing = writing_of(
@@ -219,9 +220,8 @@ def apply_effect(
         options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
         options["check_finite"], options["scheduler"],
     )  # fmt: skip
-    return apply_to_many(
-        effect, inputs, output, given, writing, settings, frames=options["frames"], depth=depth, holds=depth_buffer
-    )
+    sources = FrameSources(inputs, options["frames"], depth=depth, depth_buffer=depth_buffer)
+    return apply_to_many(effect, sources, output, parameters, writing, settings)
 
 
 def generator_command(effect: Effect) -> click.Command:
@@ -247,86 +247,98 @@ def generator_command(effect: Effect) -> click.Command:
 
 
 def generate(
-    effect: Effect, given: dict[str, Any], /, inputs: tuple[str, ...], output: Path, backend: str | None,
-    size: tuple[int, int], capture: Path | None, check_finite: bool, profile: bool, **options: Any,
+    effect: Effect, parameters: dict[str, Any], /, inputs: tuple[str, ...], output: Path, size: tuple[int, int],
+    **options: Any,
 ) -> int:  # fmt: skip
-    """One picture or many of an effect that reads none; ``given`` are its parameters."""
+    """Make one picture or many with an effect that reads none."""
+    capture = options["capture"]
     if inputs:
         raise InputError(
             f"{inputs[0]}: {effect.name} reads no picture, it makes its own; leave that out, and say how large: "
             f"--size {size[0]}x{size[1]}"
         )
     if options["frames"] is not None:
-        check_one_picture(capture, profile, "--frames makes several pictures")
+        check_one_picture(capture, options["profile"], "--frames makes several pictures")
         from passgraph.commands.frames import Settings
 
         writing = writing_of(options["rate"], options["codec"], options["codec_option"], options["bits"])
-        settings = Settings(backend, check_finite=check_finite)
-        return apply_to_many(effect, (), str(output), given, writing, settings, frames=options["frames"], size=size)
-    check_no_ramps(effect, given)
+        settings = Settings(options["backend"], check_finite=options["check_finite"])
+        sources = FrameSources((), options["frames"], size)
+        return apply_to_many(effect, sources, str(output), parameters, writing, settings)
+    check_no_ramps(effect, parameters)
     if is_film(output) or Pattern.is_in(str(output)):
         raise InputError(f"{output}: holds frames; say how many: --frames 100")
     check_no_video(options["rate"], options["codec"], options["codec_option"])
     bits = int(options["bits"] or 8)
     check_outputs(output, capture, bits)
-    job = generator_job(effect, None, size, given)
-    run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile, bits=bits)
+    job = generator_job(effect, None, size, parameters)
+    run_and_save(job, output, RunOptions.of(options), bits)
     return 0
 
 
 def apply_to_one(
-    effect: Effect, picture: Path, output: Path, capture: Path | None, depth: Path | None,
-    holds: HardwareDepth | None, given: dict[str, Any], options: dict[str, Any],
+    effect: Effect, picture: Path, output: Path, depth: Path | None, holds: HardwareDepth | None,
+    parameters: dict[str, Any], options: dict[str, Any],
 ) -> int:  # fmt: skip
-    """One picture file to one."""
+    """Apply an effect to one picture file."""
     from passgraph.files.sequences import Pictures, ToPictures, bits_of, is_made
 
     check_apart([picture, *([depth] if depth else [])], [(output, str(picture))])
     check_no_video(options["rate"], options["codec"], options["codec_option"])
     sink = ToPictures({1: output}, None if options["bits"] is None else int(options["bits"]))
     bits = sink.bits or bits_of(output, picture)
-    check_outputs(output, capture, bits)
+    check_outputs(output, options["capture"], bits)
     tell_of_lost_bits(sink, Pictures([picture]))
     if options["resume"] and is_made(output, [picture]):
         click.echo(f"{output}: is there already")
         return 0
     tell_of_several([picture])
-    job = picture_job(effect, picture, depth, options["linear"], given, holds)
-    run_and_save(
-        job, options["backend"], output, capture, options["non_finite"], options["check_finite"], options["profile"],
-        bits, picture,
-    )  # fmt: skip
+    job = picture_job(effect, picture, depth, options["linear"], parameters, holds)
+    run_and_save(job, output, RunOptions.of(options), bits, picture)
     return 0
 
 
+@dataclass(frozen=True)
+class FrameSources:
+    """Where the frames of a run come from."""
+
+    inputs: tuple[str, ...]
+    #: Frames to make of one picture, or of none.
+    frames: int | None = None
+    #: (width, height) in pixels of pictures that are made of parameters alone.
+    size: tuple[int, int] | None = None
+    depth: Path | None = None
+    depth_buffer: HardwareDepth | None = None
+
+
 def apply_to_many(
-    effect: Effect, inputs: tuple[str, ...], output: str, given: dict[str, Any], writing: Writing, settings: Settings,
-    *, frames: int | None, size: tuple[int, int] | None = None, depth: Path | None = None,
-    holds: HardwareDepth | None = None,
-) -> int:  # fmt: skip
-    """Whatever is not one picture file to one; ``size`` of pictures that are made of parameters alone."""
+    effect: Effect, read: FrameSources, output: str, arguments: dict[str, Any], writing: Writing, settings: Settings
+) -> int:
+    """Apply an effect to anything but one picture file to one."""
     broken: list[str] = []
-    sources = _repeated(effect, inputs, frames) or list(sources_of(inputs, writing.raw, broken))
+    sources = _repeated(effect, read) or list(sources_of(read.inputs, writing.raw, broken))
     if not sources:
         raise InputError(broken[0])
-    _check_further_pictures(effect, inputs, output)
+    _check_further_pictures(effect, read.inputs, output)
     clips = clips_of(sources, output, writing)
     check_writing(writing, clips)
-    depths = None if depth is None else depth_of(depth, clips)
-    companions = pictures_beside(effect, given)
-    stills = [path for path in given.values() if isinstance(path, Path) and path not in companions.values()]
+    depths = None if read.depth is None else depth_of(read.depth, clips)
+    companions = pictures_beside(effect, arguments)
+    stills = [path for path in arguments.values() if isinstance(path, Path) and path not in companions.values()]
     opened = {name: frames_beside(path, clips, writing.raw) for name, path in companions.items()}
     further = [*opened.values(), *([depths] if depths else [])]
     if not any(getattr(source, "has_alpha", True) for source in [*sources, *opened.values(), Pictures(stills)]):
         effect = effect.for_opaque()
     check_clips(clips, output, [*stills, *(path for source in further for path in inputs_of(source))])
     tell_of_several(path for clip in clips if isinstance(clip.source, Pictures) for path in inputs_of(clip.source))
-    changing = Changing.of(effect, given)
-    parameters, constants = picture_parameters(effect, {n: value for n, value in given.items() if n not in companions})
+    changing = Changing.of(effect, arguments)
+    parameters, constants = picture_parameters(
+        effect, {n: value for n, value in arguments.items() if n not in companions}
+    )
     parameters |= {name: Input(name, "rgba32f") for name in opened}
     depth_source = None if depths is None else Converted(depths, red_of)
     pictures = {name: Converted(Held(source, _warn), colors_of) for name, source in opened.items()}
-    job = FramesJob(effect, parameters, depth_source, constants, holds, changing, size, dict(pictures))
+    job = FramesJob(effect, parameters, depth_source, constants, read.depth_buffer, changing, read.size, dict(pictures))
     return run_clips(job, clips, settings, broken)
 
 
@@ -334,8 +346,9 @@ def _warn(line: str) -> None:
     click.echo(f"passgraph: warning: {line}", err=True)
 
 
-def _repeated(effect: Effect, inputs: tuple[str, ...], frames: int | None) -> list[Source]:
-    """One picture as so many frames, or as many without a picture; empty where frames are read."""
+def _repeated(effect: Effect, read: FrameSources) -> list[Source]:
+    """Return one picture as so many frames, or as many without a picture; empty where frames are read."""
+    inputs, frames = read.inputs, read.frames
     if frames is None:
         return []
     if effect.takes == "nothing":

@@ -35,10 +35,9 @@ def bench_versions(
     backends: Sequence[str],
     size: tuple[int, int] | None,
     frames: int,
-    folder: Path,
     say: Callable[[str], object],
 ) -> list[Version]:
-    """Measure the outputs of a user's file, write tables, plots and pictures, and return what was measured.
+    """Measure the outputs of a user's file.
 
     ``names`` leaves out all other versions; ``exact`` is among the outputs, by itself where it is the last of two.
     """
@@ -63,9 +62,7 @@ def bench_versions(
         devices = opened(backends)
         for device in devices:
             stack.callback(device.close)
-        versions = measure_versions(chosen, exact, devices, picture_size, given, frames, say)
-    _write(versions, file, folder)
-    return versions
+        return measure_versions(chosen, exact, devices, picture_size, given, frames, say)
 
 
 #: Size of pictures where none is given, here or by an input.
@@ -207,7 +204,8 @@ def bench(
     check_folder(output)
     with progress("reading") as say:
         file, frames = Path(sources[0]), frames or DEFAULT_FRAMES
-        versions = bench_versions(file, exact, inputs, methods, backends, size, frames, output, say)
+        versions = bench_versions(file, exact, inputs, methods, backends, size, frames, say)
+        _write(versions, file, output)
     show_versions(versions)
     click.echo(f"{output}: written")
 

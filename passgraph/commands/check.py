@@ -343,7 +343,7 @@ class _Run:
         if golden is not None and not golden.record:
             size, self.inputs, self.settings = recorded_run(golden.folder, name)
         else:
-            size, self.inputs = made_inputs(graph, pictures, size, made=make)
+            size, self.inputs = made_inputs(graph, pictures, size, make_picture=make)
             self.made = [name for name in self.inputs if name not in pictures]
         values = run_values(name, graph, self.settings)
         self.settings = {name: text for name, text in self.settings.items() if name in values}

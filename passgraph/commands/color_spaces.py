@@ -113,12 +113,12 @@ class ConvertedEffect(Effect):
             return self  # what it makes of opaque pictures may be transparent
         return replace(self, effect_alpha="straight") if self.source is not None or self.encoded else self.effect
 
-    def build(self, *taken: Any, **given: Any) -> Any:
+    def build(self, *pictures: Any, **parameters: Any) -> Any:
         from passgraph.effects.pictures.alpha import on_straight_alpha
 
         @wraps(self.effect.function)
-        def one_target(*taken: Any, **given: Any) -> Target:
-            result = self.effect.build(*taken, **given)
+        def one_target(*pictures: Any, **parameters: Any) -> Target:
+            result = self.effect.build(*pictures, **parameters)
             if not isinstance(result, Target):
                 raise InputError(f"{self.name}: makes several pictures; leave out --alpha, --from-space and --to-space")
             return result
@@ -128,15 +128,17 @@ class ConvertedEffect(Effect):
             from passgraph.effects.pictures.decoded import encoded
 
             result = (
-                self.effect.build(*taken, **given) if self.effect_alpha == "straight" else on_straight(*taken, **given)
+                self.effect.build(*pictures, **parameters)
+                if self.effect_alpha == "straight"
+                else on_straight(*pictures, **parameters)
             )
             return encoded(result) if isinstance(result, Target) else result
         if self.source is None:
-            return on_straight(*taken, **given)
+            return on_straight(*pictures, **parameters)
         from passgraph.effects import color_transform
 
-        frame, *rest = taken
+        frame, *rest = pictures
         light = color_transform(frame, src=self.source, dst="scene_linear", config=self.config, name="to_scene_linear")
-        result = on_straight(light, *rest, **given)
+        result = on_straight(light, *rest, **parameters)
         name = f"{result.name}_in_space"
         return color_transform(result, src="scene_linear", dst=self.result, config=self.config, name=name)

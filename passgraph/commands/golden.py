@@ -107,7 +107,7 @@ def recorded_run(folder: Path, graph: str) -> tuple[tuple[int, int], dict[str, N
 
 def changed(folder: Path, graph: str, passes: Passes, permitted: int) -> list[Change]:
     """Outputs that are not what was recorded, to the bit; whether by no more steps than are permitted, each says."""
-    found = []
+    differences = []
     entry = _entry(folder, graph)
     expected, _ = passes.allowed(True)
     for name, was in _load(folder, entry["outputs"]).items():
@@ -122,8 +122,8 @@ def changed(folder: Path, graph: str, passes: Passes, permitted: int) -> list[Ch
             )
         apart = steps_between(was, now, format_)
         if apart.any():
-            found.append(_change(graph, name, format_, was, now, apart, permitted))
-    return found
+            differences.append(_change(graph, name, format_, was, now, apart, permitted))
+    return differences
 
 
 def _said(picture: NDArray[Any], format_: str) -> str:
@@ -165,7 +165,7 @@ def steps_between(one: NDArray[Any], other: NDArray[Any], format_: Format) -> ND
 
 
 def _ordered(values: NDArray[Any], format_: Format) -> NDArray[np.int64]:
-    """Floats as whole numbers in the same order, neighbours one apart; both zeros are 0."""
+    """Floats as whole numbers in the same order, neighbors one apart; both zeros are 0."""
     stored = np.ascontiguousarray(values, format_.number)
     bits = stored.view(f"i{stored.itemsize}").astype(np.int64)
     return np.where(bits < 0, -(bits & ((1 << (8 * stored.itemsize - 1)) - 1)), bits)

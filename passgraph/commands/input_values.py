@@ -51,15 +51,17 @@ def declared(graph: Graph) -> dict[str, tuple[Value, Type | None]]:
     """The run values behind a graph with the types that kernels take them as; None where they are no plain numbers."""
     from passgraph.plan.dependencies import passes_behind
 
-    found: dict[str, tuple[Value, Type | None]] = {}
+    values: dict[str, tuple[Value, Type | None]] = {}
     for node in passes_behind(list(graph.values())):
-        for parameter, given in node.values.items():
-            for source in sources_of({parameter: given}):
+        for parameter, parameter_value in node.values.items():
+            for source in sources_of({parameter: parameter_value}):
                 if FILLED_IN.get(source.name) is not source:
                     # What is derived on the host is of the kernel's type; its source is of its own.
-                    type_ = _own_type(source) if isinstance(given, Derived) else _parameter_type(node, parameter)
-                    found.setdefault(source.name, (source, type_))
-    return found
+                    type_ = (
+                        _own_type(source) if isinstance(parameter_value, Derived) else _parameter_type(node, parameter)
+                    )
+                    values.setdefault(source.name, (source, type_))
+    return values
 
 
 def _own_type(value: Value) -> Type | None:
@@ -300,7 +302,7 @@ def made_inputs(
     pictures: Mapping[str, Picture],
     size: tuple[int, int] | None,
     made_size: tuple[int, int] = MADE_SIZE,
-    made: Callable[[tuple[int, int], int, str], Picture] = plain_input,
+    make_picture: Callable[[tuple[int, int], int, str], Picture] = plain_input,
 ) -> tuple[tuple[int, int], dict[str, Picture]]:
     """The output's size and a picture for each input: given, its default, or made.
 
@@ -317,5 +319,5 @@ def made_inputs(
             brought[name] = pictures[name][:, :, :channels]
         elif spec.default is None:
             kind = "f4" if spec.format is None else spec.format.number
-            brought[name] = made(spec.size or chosen, number, kind)[:, :, :channels]
+            brought[name] = make_picture(spec.size or chosen, number, kind)[:, :, :channels]
     return chosen, brought

@@ -56,16 +56,16 @@ def named_effect(text: str) -> Effect:
     return _chosen(reader_of(path).effects(path), path, name)
 
 
-def _chosen(found: Mapping[str, Effect], path: Path, name: str | None) -> Effect:
+def _chosen(effects: Mapping[str, Effect], path: Path, name: str | None) -> Effect:
     """The one of this name; without a name, the only one."""
     if name is not None:
-        if name not in found:
-            raise InputError(f"{path}: has no {shown(name)}{near(name, list(found))}; it has {_list(found)}")
-        return found[name]
+        if name not in effects:
+            raise InputError(f"{path}: has no {shown(name)}{near(name, list(effects))}; it has {_list(effects)}")
+        return effects[name]
     # What is marked as an effect is meant before the kernels that it is made of.
-    chosen = [effect for effect in found.values() if not isinstance(effect, KernelEffect)] or list(found.values())
+    chosen = [effect for effect in effects.values() if not isinstance(effect, KernelEffect)] or list(effects.values())
     if len(chosen) != 1:
-        which = f"say which, such as {path}:{chosen[0].name}; it has {_list(found)}" if chosen else _MEND
+        which = f"say which, such as {path}:{chosen[0].name}; it has {_list(effects)}" if chosen else _MEND
         raise InputError(f"{path}: has {'several effects' if chosen else 'no effect and no kernel'}; {which}")
     return chosen[0]
 
@@ -92,8 +92,8 @@ def file_and_name(text: str) -> tuple[Path | None, str | None]:
 _MEND = "mark a function from a target to a target with @effect (docs/effects.md), or write a kernel with @pg.kernel"
 
 
-def _list(found: Mapping[str, object]) -> str:
-    return ", ".join(found) or "none"
+def _list(items: Mapping[str, object]) -> str:
+    return ", ".join(items) or "none"
 
 
 # Files
@@ -106,16 +106,16 @@ def effects_of_module(path: Path) -> dict[str, Effect]:
     from passgraph.graph.calls import PixelKernel
 
     names = names_of(path)
-    found: dict[str, Effect] = {}
+    effects: dict[str, Effect] = {}
     for function in names.values():
         mark = getattr(function, "effect", None)
         if isinstance(mark, Mark) and function.__module__ == path.stem:
             place = f"{path}:{function.__name__}"
-            found[mark.name] = Effect(mark.name, place, mark.takes, summary_of(function.__doc__), function)
+            effects[mark.name] = Effect(mark.name, place, mark.takes, summary_of(function.__doc__), function)
     for name, kernel in names.items():
-        if isinstance(kernel, PixelKernel) and name not in found:
-            found[name] = _of_kernel(kernel, path)
-    return found
+        if isinstance(kernel, PixelKernel) and name not in effects:
+            effects[name] = _of_kernel(kernel, path)
+    return effects
 
 
 def effects_of_text(path: Path) -> dict[str, Effect]:
@@ -187,8 +187,8 @@ class KernelEffect(Effect):
     def linear(self) -> bool:
         return False
 
-    def build(self, *taken: Any, **given: Any) -> Any:
-        return self.kernel(**dict(zip(self._picture, taken, strict=True)), **given)
+    def build(self, *pictures: Any, **parameters: Any) -> Any:
+        return self.kernel(**dict(zip(self._picture, pictures, strict=True)), **parameters)
 
     @property
     def _picture(self) -> tuple[str, ...]:

@@ -64,9 +64,9 @@ class FramesOption(EffectOption):
         return self.parameter.type in ("int", "float") or (value_type is not None and element_of(value_type) != BOOL)
 
 
-def check_no_ramps(effect: Effect, given: Mapping[str, Any]) -> None:
+def check_no_ramps(effect: Effect, parameters: Mapping[str, Any]) -> None:
     """Refuse what changes over frames where one picture is made."""
-    for name, value in given.items():
+    for name, value in parameters.items():
         if isinstance(value, Ramp):
             raise InputError(
                 f"{flag_of(effect.parameter(name))} {value}: changes over frames, and one picture is made; give "
@@ -83,10 +83,12 @@ class Changing:
     frame_time: str | None
 
     @staticmethod
-    def of(effect: Effect, given: dict[str, Any]) -> Changing:
+    def of(effect: Effect, parameters: dict[str, Any]) -> Changing:
         """Take the changing parameters out of the given ones; a given frame time stays."""
-        time = None if effect.frame_time in given else effect.frame_time
-        return Changing(effect, {n: given.pop(n) for n, value in list(given.items()) if isinstance(value, Ramp)}, time)
+        time = None if effect.frame_time in parameters else effect.frame_time
+        return Changing(
+            effect, {n: parameters.pop(n) for n, value in list(parameters.items()) if isinstance(value, Ramp)}, time
+        )
 
     def handles(self) -> dict[str, Value]:
         """Return the run values that stand for them in a graph.

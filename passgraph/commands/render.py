@@ -23,7 +23,14 @@ from passgraph.commands.options import (
     profile_option,
     size_option,
 )
-from passgraph.commands.running import check_one_picture, check_outputs, frame_progress, progress, run_and_save
+from passgraph.commands.running import (
+    RunOptions,
+    check_one_picture,
+    check_outputs,
+    frame_progress,
+    progress,
+    run_and_save,
+)
 from passgraph.commands.scene_view import VIEW_FIELDS, Seen, View, refuse_view, seen_by, view_options
 from passgraph.commands.sources import RENDER_SIZE, Job, accepts, job_of_scene, run_values, world_job
 from passgraph.commands.written_files import FLOAT_SUFFIXES, check_path, check_picture_path, rate_of
@@ -37,23 +44,24 @@ if TYPE_CHECKING:
 
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
-Antialias = Literal["fxaa", "ssaa4", "none"]
+Antialias = Literal["fxaa", "smaa", "ssaa4", "none"]
 
 
 def antialias_option(command: Decorated) -> Decorated:
     return click.option(
         "--antialias",
         type=click.Choice(get_args(Antialias)),
-        help="Antialiasing: fxaa in the finished picture, or ssaa4 by four samples per pixel, at four times the "
-        "work.  [default: fxaa for display, none for HDR]",
+        help="Antialiasing: fxaa or smaa (sharper) in the finished picture, or ssaa4 by four samples per pixel, at "
+        "four times the work.  [default: fxaa for display, none for HDR]",
     )(command)
 
 
 def chosen(antialias: Antialias | None, display: bool) -> Antialias:
-    """Return the antialiasing mode, or the default; FXAA of light beyond 1 is an error."""
-    if antialias == "fxaa" and not display:
+    """Return the antialiasing mode, or the default; FXAA and SMAA of light beyond 1 are errors."""
+    if antialias in ("fxaa", "smaa") and not display:
         raise InputError(
-            "--antialias fxaa smooths pictures for display, and the result is HDR; use --antialias ssaa4, or --display"
+            f"--antialias {antialias} smooths pictures for display, and the result is HDR; use --antialias ssaa4, or "
+            "--display"
         )
     return antialias or ("fxaa" if display else "none")
 
@@ -84,13 +92,16 @@ def _smooth(output: Target, antialias: Antialias, display: bool, is_transparent:
         from passgraph.effects.antialias.supersampled import supersampled
 
         return supersampled(output, display, straight=is_transparent)
-    from passgraph.effects.antialias.fxaa import fxaa
-
+    smooth: Callable[..., Target]
+    if antialias == "smaa":
+        from passgraph.effects.antialias.smaa import smaa as smooth
+    else:
+        from passgraph.effects.antialias.fxaa import fxaa as smooth
     if not is_transparent:
-        return fxaa(output)
+        return smooth(output)
     from passgraph.effects.pictures.alpha import on_straight_alpha
 
-    return on_straight_alpha(fxaa)(output)
+    return on_straight_alpha(smooth)(output)
 
 
 def holds_alpha(output: Path) -> bool:
@@ -217,7 +228,7 @@ def render(
         cameras = () if seen is None else seen.cameras
         status = run_turntable(job, cameras, backend, output, rate=a_second, check_finite=check_finite)
     else:
-        run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
+        run_and_save(job, output, RunOptions(backend, capture, check_finite, profile))
     for line in () if seen is None else seen.lines:
         click.echo(line)
     return status

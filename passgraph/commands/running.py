@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, fields
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -142,37 +143,47 @@ def check_outputs(output: Path, capture: Path | None, bits: int = 8) -> None:
         check_folder(capture)
 
 
-def run_and_save(
-    job: Job,
-    backend: str | None,
-    output: Path,
-    capture: Path | None,
-    non_finite: NonFinite = "error",
-    check_finite: bool = False,
-    profile: bool = False,
-    bits: int = 8,
-    like: Path | None = None,
-) -> None:
-    """Run a job once and write its first output; ``non_finite`` and ``check_finite`` as for :func:`passgraph.compile`.
+@dataclass(frozen=True)
+class RunOptions:
+    """The options of a command that runs a graph once."""
 
-    ``bits``: 8 or 16 a channel, of formats that have either.
-    ``profile``: run it some more times, and say how long each pass takes.  ``like``: the picture file that the output
-    is made of, whose colour profile it keeps.
+    #: A backend's name; None takes the environment's or the first that is here.
+    backend: str | None = None
+    #: A folder for the picture of every target.
+    capture: Path | None = None
+    #: As for :func:`passgraph.compile`.
+    check_finite: bool = False
+    #: Run some more times, and say how long each pass takes.
+    profile: bool = False
+    #: As for :func:`passgraph.compile`.
+    non_finite: NonFinite = "error"
+
+    @classmethod
+    def of(cls, options: Mapping[str, Any]) -> RunOptions:
+        """Take the options of a command line."""
+        return cls(**{field.name: options[field.name] for field in fields(cls) if field.name in options})
+
+
+def run_and_save(job: Job, output: Path, run: RunOptions, bits: int = 8, like: Path | None = None) -> None:
+    """Run a job once and write its first output.
+
+    ``bits``: 8 or 16 a channel, of formats that have either.  ``like``: the picture file that the output is made of,
+    whose color profile it keeps.
     """
     from passgraph.pictures import save
     from passgraph.plan.data import Options
     from passgraph.run.compile import compile
 
-    observer = None if capture is None else Capture(capture)
+    observer = None if run.capture is None else Capture(run.capture)
     options = Options() if observer is None else Options(fuse=False, alias=False)
     # Values that are not finite are named where a file cannot hold them; finite pictures of bytes stay bytes.
     keeps_more = output.suffix.lower() in FLOAT_SUFFIXES or bits == 16
-    in_whole = not (observer or check_finite or keeps_more) and job.holds_bytes
+    in_whole = not (observer or run.check_finite or keeps_more) and job.holds_bytes
     outputs = in_bytes(job.outputs) if in_whole else job.outputs
     with progress("compiling") as say:
         start = perf_counter()
         opened = compile(
-            outputs, backend, job.size, options, non_finite=non_finite, check_finite=check_finite,
+            outputs, run.backend, job.size, options, non_finite=run.non_finite, check_finite=run.check_finite,
             results="stored" if in_whole else "float32",
         )  # fmt: skip
         with opened as program:
@@ -181,7 +192,7 @@ def run_and_save(
             array = _output_of(program, next(iter(outputs)), job, observer, say)
             ran = perf_counter()
             name = program.backend.name
-            if profile:
+            if run.profile:
                 say(f"timing each pass on {name}")
                 times = program.profile(**job.given)
         say(f"writing {output}")
@@ -196,7 +207,7 @@ def run_and_save(
     )
     if observer is not None:
         observer.report()
-    if profile:
+    if run.profile:
         click.echo(str(times))
 
 

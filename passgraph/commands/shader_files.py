@@ -58,19 +58,20 @@ class ShaderFileEffect(Effect):
     @cached_property
     def own_names(self) -> dict[str, str]:
         """Names of options, with underscores → the shader's own."""
-        found: dict[str, str] = {}
+        names: dict[str, str] = {}
         for name in (*self.shader.images[1:], *self.shader.parameters):
             option = name
-            while option in RESERVED or option in found or option.removeprefix("no_") in found:
+            while option in RESERVED or option in names or option.removeprefix("no_") in names:
                 option = PREFIX + option
-            found[option] = name
-        return found
+            names[option] = name
+        return names
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        said = self.shader.parameters
+        declared = self.shader.parameters
         return tuple(
-            _said(option, said[name]) if name in said else _picture(option) for option, name in self.own_names.items()
+            _said(option, declared[name]) if name in declared else _picture(option)
+            for option, name in self.own_names.items()
         )
 
     @property
@@ -79,13 +80,13 @@ class ShaderFileEffect(Effect):
 
     @property
     def frame_time(self) -> str | None:
-        said = self.shader.parameters
-        times = (o for o, name in self.own_names.items() if name in said and said[name].is_frame_time)
+        declared = self.shader.parameters
+        times = (o for o, name in self.own_names.items() if name in declared and declared[name].is_frame_time)
         return next(times, None)
 
-    def build(self, *taken: Any, **given: Any) -> Any:
+    def build(self, *pictures: Any, **parameters_: Any) -> Any:
         return self._of_pictures(
-            self.shader(*taken, **{self.own_names.get(name, name): value for name, value in given.items()})
+            self.shader(*pictures, **{self.own_names.get(name, name): value for name, value in parameters_.items()})
         )
 
     def on_inputs(self) -> Graph:

@@ -57,8 +57,8 @@ def say_non_finite(on: Console, report: Report, name: str, allowed: bool) -> boo
 
     What only overflows where it is stored is told and passes: made pictures have highlights that few effects expect.
     """
-    found = [target for backend in report.ran for target in backend.targets if target.non_finite is not None]
-    for target in found[:1]:
+    targets = [target for backend in report.ran for target in backend.targets if target.non_finite is not None]
+    for target in targets[:1]:
         assert target.non_finite is not None
         passes = allowed or not target.non_finite.causes
         where = f"{name}: pass {target.step}, target {target.target}"
@@ -68,7 +68,7 @@ def say_non_finite(on: Console, report: Report, name: str, allowed: bool) -> boo
     return True
 
 
-def say_faults(on: Console, report: Report, name: str = "", made: Sequence[str] = ()) -> None:
+def say_faults(on: Console, report: Report, name: str = "", files: Sequence[str] = ()) -> None:
     """Why backends did not pass, once where it is the same of several; errors keep their lines.
 
     ``made``: inputs that nobody gave.
@@ -81,9 +81,9 @@ def say_faults(on: Console, report: Report, name: str = "", made: Sequence[str] 
     for fault, names in who.items():
         on.print(f"{name}{' on ' if name else ''}{', '.join(names)}: {fault}", markup=False, soft_wrap=True)
     targets = [target for backend in report.backends for target in backend.targets]
-    if made and any(target.other_kind for target in targets):
+    if files and any(target.other_kind for target in targets):
         on.print(
-            f"What was made for {', '.join(made)} holds 0 to 1, highlights up to 10,000, and a row of zeros; where "
+            f"What was made for {', '.join(files)} holds 0 to 1, highlights up to 10,000, and a row of zeros; where "
             "yours does not, give a picture: --input NAME=FILE",
             markup=False,
             soft_wrap=True,

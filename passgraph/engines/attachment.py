@@ -72,7 +72,7 @@ class View:
     holds: pg.HardwareDepth
 
     @classmethod
-    def of(cls, given: object, zero_to_one: bool | None = None) -> View:
+    def of(cls, source: object, zero_to_one: bool | None = None) -> View:
         """Return the view of what callers have: a view, a camera, or an engine's matrices.
 
         These are (view, projection) or (view, projection, zero_to_one), (4, 4) each with ``M @ v``; ``zero_to_one`` is
@@ -82,16 +82,16 @@ class View:
         >>> View.of((camera.view_matrix(), camera.projection_matrix(1.5))).holds.near
         1.0
         """
-        if isinstance(given, View):
-            return given
-        if isinstance(given, pg.Camera):
-            return cls(given, given.hardware_depth())
-        if isinstance(given, tuple) and len(given) in (2, 3):
-            view, projection, *said = given
-            return cls.of_matrices(view, projection, said[0] if said else zero_to_one)
+        if isinstance(source, View):
+            return source
+        if isinstance(source, pg.Camera):
+            return cls(source, source.hardware_depth())
+        if isinstance(source, tuple) and len(source) in (2, 3):
+            view, projection, *depth_range = source
+            return cls.of_matrices(view, projection, depth_range[0] if depth_range else zero_to_one)
         raise pg.InputError(
             "camera= takes a pg.Camera, (view, projection) or (view, projection, zero_to_one) with two (4, 4) "
-            f"matrices, or a function that returns one of them, got {arguments.shown(given)}"
+            f"matrices, or a function that returns one of them, got {arguments.shown(source)}"
         )
 
     @classmethod
@@ -139,7 +139,7 @@ class Attachment:
     they take linear light (`passgraph.effects.checked.effect`) get frames of 8 bits decoded from sRGB.
 
     ``set``, ``enabled`` and ``close`` may be used in any thread, also while a frame is drawn.  Frames without pixels,
-    of windows that are minimised, and frames smaller than the engine says, are left out, the latter with a warning.
+    of windows that are minimized, and frames smaller than the engine says, are left out, the latter with a warning.
 
     Programs of the last frame sizes are kept, so that views of different sizes may alternate; each keeps the history of
     its own size.
@@ -268,16 +268,16 @@ class Attachment:
         shader = _shader(self._effect)
         if shader is not None:
             values = {n: checked(shader, n, v) if n in shader.parameters else v for n, v in values.items()}
-        given = {**self._given, **values}
-        target = self._graph(_Facts((0, 0), FORMATS["rgba8"], None), given, bound=False)
+        parameters = {**self._given, **values}
+        target = self._graph(_Facts((0, 0), FORMATS["rgba8"], None), parameters, bound=False)
         known = {source.name for node in passes_behind([target]) for source in sources_of(node.values)}
         for name in values:
             if name not in known | self._names:
                 have = ", ".join(sorted((known | self._names) - {*_PER_FRAME, _HOLDS, "into", "name"})) or "none"
                 raise pg.InputError(f"{self.engine}: the effect has no value {name!r}; it has {have}")
         planned = self._names - self._handles.keys()
-        is_other = any(name in planned and given[name] is not self._given.get(name) for name in values)
-        self._given = given
+        is_other = any(name in planned and parameters[name] is not self._given.get(name) for name in values)
+        self._given = parameters
         if is_other:
             self._structure = object()  # behind the values: who sees it plans with them
 
@@ -348,11 +348,11 @@ class Attachment:
         """The frame, its depth where the effect reads that, and what they are planned as; None for no frame."""
         if self._host is None:
             self._host = Host.current(self._isolation)
-        seen = self._frame(self._host)
-        if seen is None or seen.color is None:
+        current = self._frame(self._host)
+        if current is None or current.color is None:
             return None
-        frame = self._as_decoded(seen.color)
-        depth = seen.depth if "depth" in self._takes else None
+        frame = self._as_decoded(current.color)
+        depth = current.depth if "depth" in self._takes else None
         if "depth" in self._takes and depth is None:
             raise pg.InputError(f"{self.engine}: the effect takes depth, and the frame has none")
         return frame, depth, _Facts(frame.size, frame.format, None if depth is None else depth.format, self._structure)
@@ -371,41 +371,41 @@ class Attachment:
         """
         with self._running:
             try:
-                seen = self._current_frame()
+                frame = self._current_frame()
             except EmptyPictureError:
-                seen = None
-            if seen is None:
+                frame = None
+            if frame is None:
                 return False
-            program = self._program_for(seen[2])
-            program.run(**self._inputs_of(program, *seen[:2]))
+            program = self._program_for(frame[2])
+            program.run(**self._inputs_of(program, *frame[:2]))
             program.reset()
             return True
 
     def _draw(self) -> None:
-        seen = self._current_frame()
-        if seen is not None:
-            frame, depth, facts = seen
+        current = self._current_frame()
+        if current is not None:
+            frame, depth, facts = current
             program = self._program_for(facts)
             program.run(into={"picture": frame}, **self._inputs_of(program, frame, depth))
 
     def _inputs_of(self, program: pg.Program, frame: HostPicture, depth: HostPicture | None) -> dict[str, Any]:
         """Return the inputs of a run for this frame."""
-        wanted = program.plan.values
-        given: dict[str, Any] = {name: value for name, value in self._given.items() if name in wanted}
-        if not wanted.keys().isdisjoint(("camera", "previous_camera", _HOLDS)):
+        run_values = program.plan.values
+        inputs: dict[str, Any] = {name: value for name, value in self._given.items() if name in run_values}
+        if not run_values.keys().isdisjoint(("camera", "previous_camera", _HOLDS)):
             view = self._view()
             before = self._cameras.get(frame.size, view.camera)
             self._cameras[frame.size] = view.camera
-            seen = {"camera": view.camera, "previous_camera": before, _HOLDS: view.holds}
-            given |= {name: value for name, value in seen.items() if name in wanted}
+            view_values = {"camera": view.camera, "previous_camera": before, _HOLDS: view.holds}
+            inputs |= {name: value for name, value in view_values.items() if name in run_values}
         if "depth" in program.inputs:
-            given["depth"] = depth
-        return {**given, "frame": frame}
+            inputs["depth"] = depth
+        return {**inputs, "frame": frame}
 
     def _view(self) -> View:
-        given = self._camera() if callable(self._camera) else self._camera
+        camera = self._camera() if callable(self._camera) else self._camera
         assert self._host is not None
-        view = self._engine_camera() if given is None else View.of(given, self._host.zero_to_one)
+        view = self._engine_camera() if camera is None else View.of(camera, self._host.zero_to_one)
         if view is None:
             raise pg.InputError(
                 f"{self.engine}: the effect takes {' and '.join(sorted(self._takes))}, and the engine has no camera "
@@ -414,7 +414,7 @@ class Attachment:
         return view
 
     def _as_decoded(self, frame: HostPicture) -> HostPicture:
-        """Colours as the effect takes them; engines keep encoded ones in formats that do not say so."""
+        """Colors as the effect takes them; engines keep encoded ones in formats that do not say so."""
         mark = getattr(self.effect, "effect", None)
         encoded = curved(frame.format, True) if mark is not None and mark.linear else None
         return frame if encoded is None else replace(frame, format=encoded)
@@ -438,7 +438,7 @@ class Attachment:
         self._programs[facts] = program
         return program
 
-    def _graph(self, facts: _Facts, given: Mapping[str, object], bound: bool) -> pg.Target:
+    def _graph(self, facts: _Facts, parameters: Mapping[str, object], bound: bool) -> pg.Target:
         """The effect for a frame; not ``bound``, for one of any size."""
         frame = pg.Input("frame", facts.frame, facts.size) if bound else pg.Input("frame")
         handles: dict[str, object] = {}
@@ -447,10 +447,10 @@ class Attachment:
             handles["depth"] = distances(depth_input, pg.Value(_HOLDS, pg.HardwareDepth))
         for name in {"camera", "previous_camera"} & self._takes:
             handles[name] = pg.Value(name, pg.Camera)
-        for name in self._names & given.keys():
+        for name in self._names & parameters.keys():
             handle = self._handles.get(name)
-            is_plain = not isinstance(given[name], (pg.Value, pg.Derived, str))
-            handles[name] = handle if handle is not None and is_plain else given[name]
+            is_plain = not isinstance(parameters[name], (pg.Value, pg.Derived, str))
+            handles[name] = handle if handle is not None and is_plain else parameters[name]
         if _shader(self.effect) is not None:
             handles = {**self._handles, **handles}
         target: object = self.effect(frame, **handles)

@@ -48,9 +48,9 @@ def attach(
     seen, viewport = Seen(zero_to_one=True), [0, 0, 1, 1]
     plain = [int(core.mjtRndFlag.mjRND_SEGMENT), int(core.mjtRndFlag.mjRND_IDCOLOR)]
 
-    def is_ours(rect: Any, given: Any, *_: object, **__: object) -> bool:
+    def is_ours(rect: Any, context: Any, *_: object, **__: object) -> bool:
         viewport[:] = rect.left, rect.bottom, rect.width, rect.height
-        return given is drawn and not any(drawn.flags[flag] for flag in plain)
+        return context is drawn and not any(drawn.flags[flag] for flag in plain)
 
     def frame(host: Host) -> HostFramebuffer:
         x, y, width, height = viewport

@@ -52,10 +52,10 @@ def attach(
     seen = Seen()
 
     def view() -> View | None:
-        found = next(_views(regions()), None)
-        if found is None:
+        display_region = next(_views(regions()), None)
+        if display_region is None:
             return None
-        region, node, lens = found
+        region, node, lens = display_region
         if part is None and _pixels(output, region) != _pixels(output, None):
             raise InputError(
                 "panda3d: the view that the effect takes its camera from fills only a part of the output, as in a "

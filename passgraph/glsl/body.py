@@ -53,17 +53,17 @@ class Body:
         return self.unit.names.get(name)
 
     def lookup(self, name: str, span: Span) -> Binding:
-        found = self.find(name)
-        if found is None and name in STAGE:
-            found = Known(STAGE[name](self.unit, span), "a value of the stage")
-        if found is None and name in self.unit.missing:
+        value = self.find(name)
+        if value is None and name in STAGE:
+            value = Known(STAGE[name](self.unit, span), "a value of the stage")
+        if value is None and name in self.unit.missing:
             fail(span, self.unit.missing[name])
-        if found is None:
+        if value is None:
             if name in self.unit.functions:
                 fail(span, f"{name!r} is not defined here; it is a function; call it")
-            known = mending(name, (*chain(*self.scopes), *self.unit.names, *STAGE))
-            fail(span, elsewhere(name) or f"{name!r} is not defined here{known or '; declare it before'}")
-        return found
+            suggestion = mending(name, (*chain(*self.scopes), *self.unit.names, *STAGE))
+            fail(span, elsewhere(name) or f"{name!r} is not defined here{suggestion or '; declare it before'}")
+        return value
 
     def bind(self, name: str, binding: Binding) -> None:
         (self.scopes[-1] if self.scopes else self.unit.names)[name] = binding
@@ -84,9 +84,9 @@ class Body:
         if not 0 <= at < _MAX_OUTPUTS:
             fail(node.span, f"gl_FragData has {_MAX_OUTPUTS} elements")
         self.unit.used.add(f"gl_FragData[{at}]")
-        found = self.unit.names[f"gl_FragData[{at}]"]
-        assert isinstance(found, Slot)
-        return found
+        slot = self.unit.names[f"gl_FragData[{at}]"]
+        assert isinstance(slot, Slot)
+        return slot
 
     def _check_new(self, name: str, span: Span) -> None:
         """Refuse a name that its scope has: that of a block, with the parameters or the counter in the head of it."""
@@ -136,8 +136,8 @@ class Body:
             if part is not None:
                 part = fitted(part, type_, span, variable.name)
             fixed = written is not None and variable.name not in written
-            known = fixed and isinstance(part, ir.Expr) and folded(part) is not None
-            if "const" in node.qualifiers or known:
+            is_constant = fixed and isinstance(part, ir.Expr) and folded(part) is not None
+            if "const" in node.qualifiers or is_constant:
                 if part is None:
                     fail(span, f"const {variable.name} needs a value")
                 part = part if not isinstance(part, ir.Expr) else constant(part)
@@ -178,9 +178,9 @@ class Body:
         calls.pop()
         for parameter, argument in zip(function.parameters, arguments, strict=True):
             if isinstance(argument, Place):
-                given = inner.scopes[0][parameter.name]
-                assert isinstance(given, Slot)
-                write_place(self, argument, read_variable(given.variable, span), parameter.name)
+                slot = inner.scopes[0][parameter.name]
+                assert isinstance(slot, Slot)
+                write_place(self, argument, read_variable(slot.variable, span), parameter.name)
         return part
 
     def take(self, parameter: g.Parameter, argument: Part | Place, span: Span, *, fixed: bool) -> None:
@@ -200,8 +200,8 @@ class Body:
         part = read_place(self, argument) if isinstance(argument, Place) else argument
         part = fitted(part, type_, span, what)
         if fixed and parameter.passed == "in":
-            known = constant(part) if not isinstance(part, ImageValue) and isinstance(part, ir.Expr) else part
-            self.bind(parameter.name, Known(self.builder.name_part(known, span, keep_locals=False), "a parameter"))
+            value = constant(part) if not isinstance(part, ImageValue) and isinstance(part, ir.Expr) else part
+            self.bind(parameter.name, Known(self.builder.name_part(value, span, keep_locals=False), "a parameter"))
             return
         slot = self.new_slot(parameter.name, type_, written=True)
         self.builder.store(slot.variable, part, span, what)
@@ -226,10 +226,10 @@ class Body:
         self.exit.open(span)
         if self.result is not None:
             self.builder.clear(self.result)
-        done = self.statements.block(block.statements)
+        returned = self.statements.block(block.statements)
         if self.result is None:
             return None
-        if not done:
+        if not returned:
             self.unit.note(
                 block.span, f"{self.name} may end without a value; it is 0 then, and drivers may give anything"
             )

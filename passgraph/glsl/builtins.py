@@ -74,11 +74,11 @@ def _prelude() -> dict[str, tuple[g.Function, ...]]:
         }
         text += _WORD.sub(lambda match, own=own: own.get(match[0], match[0]), _GENERIC)  # type: ignore[misc]
     tokens, _ = preprocessed([(text, "<GLSL functions>")], {}, None)
-    found: dict[str, tuple[g.Function, ...]] = {}
+    functions: dict[str, tuple[g.Function, ...]] = {}
     for node in Parser(tokens, "<GLSL functions>").shader():
         if isinstance(node, g.Function):
-            found[node.name] = (*found.get(node.name, ()), node)
-    return found
+            functions[node.name] = (*functions.get(node.name, ()), node)
+    return functions
 
 
 def _integer_type(size: str, letter: str, scalar: str) -> str:
@@ -122,8 +122,8 @@ def _written(name: str, member: int, unit: Unit, parts: list[Part], span: Span) 
     arguments = [plain(part, span, "an argument") for part in parts]
     function = written_function(name, [a.type for a in arguments])
     assert function is not None
-    found = inlined(unit.builder, function, (list(arguments), {}), span)
-    return found.members[member] if isinstance(found, TupleValue) else found
+    result = inlined(unit.builder, function, (list(arguments), {}), span)
+    return result.members[member] if isinstance(result, TupleValue) else result
 
 
 def _called(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
@@ -177,10 +177,10 @@ def _multiplied(unit: Unit, parts: list[Part], span: Span) -> Part:
 
 def _bits(name: str, kind: Scalar, unit: Unit, parts: list[Part], span: Span) -> Part:
     """Bits of floats as whole numbers of a kind, and floats of bits, component by component."""
-    given = plain(parts[0], span, "an argument") if len(parts) == 1 else None
-    if given is None or not isinstance(given.type, (Scalar, Vector)):
+    argument = plain(parts[0], span, "an argument") if len(parts) == 1 else None
+    if argument is None or not isinstance(argument.type, (Scalar, Vector)):
         fail(span, "one number or vector is taken here")
-    value = unit.builder.name_it(as_int(given, span), span)
+    value = unit.builder.name_it(as_int(argument, span), span)
     if isinstance(value.type, Scalar):
         return convert(apply(name, [value], span), kind, span)
     assert isinstance(value.type, Vector)

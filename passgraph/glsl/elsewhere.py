@@ -47,7 +47,7 @@ _KINDS = {"int": "i", "uint": "u", "bool": "b"}
 _LONGEST = 64
 
 
-def mending(word: str, known: Iterable[str]) -> str:
+def mending(word: str, names: Iterable[str]) -> str:
     """Return a suggestion for an unknown word, to append to a message; empty if nothing is similar.
 
     >>> mending("lerp", ()), mending("float3x3", ()), mending("colr", ["color", "k"]), mending("zzz", ["color"])
@@ -57,8 +57,8 @@ def mending(word: str, known: Iterable[str]) -> str:
         return f"; write {_FUNCTIONS[word]}"
     if (type_name := type_of(word)) is not None:
         return f"; write {type_name}"
-    found = get_close_matches(word, dict.fromkeys(known), n=1, cutoff=0.75) if len(word) <= _LONGEST else ()
-    return f"; did you mean {found[0]!r}?" if found else ""
+    matches = get_close_matches(word, dict.fromkeys(names), n=1, cutoff=0.75) if len(word) <= _LONGEST else ()
+    return f"; did you mean {matches[0]!r}?" if matches else ""
 
 
 def type_of(word: str) -> str | None:
@@ -67,10 +67,10 @@ def type_of(word: str) -> str | None:
     >>> type_of("half4"), type_of("uint2"), type_of("float2x3"), type_of("vec4")
     ('vec4', 'uvec2', 'mat3x2', None)
     """
-    found = _VECTOR.fullmatch(word)
-    if found is None:
+    match = _VECTOR.fullmatch(word)
+    if match is None:
         return None
-    kind, rows, columns = found.groups()
+    kind, rows, columns = match.groups()
     if columns is None:
         return f"{_KINDS.get(kind, '')}vec{rows}"
     return f"mat{rows}" if rows == columns else f"mat{columns}x{rows}"  # GLSL counts columns first

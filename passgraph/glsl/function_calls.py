@@ -52,13 +52,13 @@ class Calls:
             types = [part_type(self._read(a)) for a in arguments]
             chosen = self._chosen(candidates, arguments)
             if chosen is not None:
-                given = [
+                values = [
                     self._read(a) if p.passed == "in" else a for a, p in zip(arguments, chosen.parameters, strict=True)
                 ]
-                for argument, parameter in zip(given, chosen.parameters, strict=True):
+                for argument, parameter in zip(values, chosen.parameters, strict=True):
                     if parameter.passed != "in" and not isinstance(argument, Place):
                         fail(span, f"{node.name} writes to its parameter {parameter.name!r}, which takes a variable")
-                return self.body.inline(chosen, given, span)
+                return self.body.inline(chosen, values, span)
             if node.name not in BUILTINS:
                 fail(span, f"{node.name} takes no ({', '.join(types)})")
         if node.name == "fract" and _is_hash(node.arguments):
@@ -80,19 +80,19 @@ class Calls:
 
     def _arguments(self, node: g.Call, candidates: list[g.Function]) -> list[Part | Place]:
         """Values, and places where a function may write to."""
-        found: dict[int, Place] = {}
+        places: dict[int, Place] = {}
         computations: list[Callable[[], Part]] = []
         for i, argument in enumerate(node.arguments):
             written = any(f.parameters[i].passed != "in" for f in candidates)
             if written and isinstance(argument, (g.Name, g.Member, g.Subscript)) and self._is_variable(argument):
-                found[i] = place_of(self.body, argument)
+                places[i] = place_of(self.body, argument)
                 only_out = all(f.parameters[i].passed == "out" for f in candidates)
-                found[i].slot.written = found[i].slot.written or only_out
-                computations.append(partial(read_place, self.body, found[i]))
+                places[i].slot.written = places[i].slot.written or only_out
+                computations.append(partial(read_place, self.body, places[i]))
             else:
                 computations.append(partial(self.body.expressions.part, argument))
         parts = self.body.unit.ordered(computations, node.span)
-        return [found.get(i, part) for i, part in enumerate(parts)]
+        return [places.get(i, part) for i, part in enumerate(parts)]
 
     def _is_variable(self, node: g.Expr) -> bool:
         while isinstance(node, (g.Member, g.Subscript)):

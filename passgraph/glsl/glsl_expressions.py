@@ -48,10 +48,10 @@ class Expressions:
 
     def part(self, node: g.Expr) -> Part:
         """The value of an expression, which is not void."""
-        found = self.evaluate(node)
-        if found is None:
+        value = self.evaluate(node)
+        if value is None:
             fail(node.span, "a void function gives no value")
-        return found
+        return value
 
     def evaluate(self, node: g.Expr) -> Part | None:
         """The value of an expression; None of a void call."""
@@ -87,16 +87,16 @@ class Expressions:
         if not isinstance(node, g.Braces):
             return self.part(node)
         if isinstance(type_, Struct):
-            wanted = [t for _, t in type_.fields]
+            types = [t for _, t in type_.fields]
         elif isinstance(type_, Array):
-            wanted = [type_.element] * type_.length
+            types = [type_.element] * type_.length
         elif isinstance(type_, Vector):
-            wanted = [type_.element] * type_.size
+            types = [type_.element] * type_.size
         else:
             fail(node.span, f"{type_} has no list in braces")
-        if len(wanted) != len(node.parts):
-            fail(node.span, f"{type_} takes {len(wanted)} values, got {len(node.parts)}")
-        pairs = zip(node.parts, wanted, strict=True)
+        if len(types) != len(node.parts):
+            fail(node.span, f"{type_} takes {len(types)} values, got {len(node.parts)}")
+        pairs = zip(node.parts, types, strict=True)
         parts = self.body.unit.ordered([partial(self.initial, part, type_) for part, type_ in pairs], node.span)
         return self.calls.composed(type_, parts, node.span)
 
@@ -179,19 +179,19 @@ class Expressions:
     def _chosen(self, node: g.Expr, other: g.Expr) -> Part:
         """The side of ``? :`` that a constant chooses.  The other is not read, but for the type that both have: shaders
         switch between large variants so."""
-        taken = self.part(node)
-        if isinstance(taken, COMPOSITE) or not isinstance(taken.type, (Scalar, Vector)):
-            return taken
-        if element_of(taken.type) not in (INT, UINT):
-            return taken  # nothing that the other may be would change it
+        switched = self.part(node)
+        if isinstance(switched, COMPOSITE) or not isinstance(switched.type, (Scalar, Vector)):
+            return switched
+        if element_of(switched.type) not in (INT, UINT):
+            return switched  # nothing that the other may be would change it
         _, unused = self.body.unit.captured(lambda: self.value(other), node.span)
-        return unify(*whole_numbers_alike(taken, unused, node.span), node.span, "both sides of ? :")[0]
+        return unify(*whole_numbers_alike(switched, unused, node.span), node.span, "both sides of ? :")[0]
 
     def _sequence(self, node: g.Sequence) -> Part | None:
-        found: Part | None = None
+        last: Part | None = None
         for part in node.parts:
-            found = self.evaluate(part)
-        return found
+            last = self.evaluate(part)
+        return last
 
     # Assignments
 

@@ -83,9 +83,9 @@ class ExpressionParser:
     def no_type(self, word: Token) -> NoReturn:
         fail(word.span, f"there is no type {word.text!r}{mending(word.text, self.types) or '; declare it before'}")
 
-    def unexpected(self, wanted: str) -> NoReturn:
+    def unexpected(self, expected: str) -> NoReturn:
         got = self.here.text if self.here.kind == "end" else repr(self.here.text)
-        fail(self.here.span, f"{wanted} is expected here, got {got}")
+        fail(self.here.span, f"{expected} is expected here, got {got}")
 
     def name(self, what: str) -> Token:
         if self.here.kind != "name":
@@ -211,22 +211,22 @@ class ExpressionParser:
     def arguments(self, name: Token) -> tuple[tuple[g.Expr, ...], Span]:
         """Parse the arguments of a call; return them and the span of the call."""
         self.expect("(")
-        found: list[g.Expr] = []
+        expressions: list[g.Expr] = []
         if self.at("void") and self.ahead().text == ")":
             self.take()
         if not self.at(")"):
-            found.append(self.assignment())
+            expressions.append(self.assignment())
             while self.skip(","):
-                found.append(self.assignment())
-        return tuple(found), _between(name.span, self.expect(")").span)
+                expressions.append(self.assignment())
+        return tuple(expressions), _between(name.span, self.expect(")").span)
 
     def lengths(self) -> tuple[g.Expr | None, ...]:
         """``[3][]`` behind a type or a name."""
-        found: list[g.Expr | None] = []
+        sizes: list[g.Expr | None] = []
         while self.skip("["):
-            found.append(None if self.at("]") else self.expression())
+            sizes.append(None if self.at("]") else self.expression())
             self.expect("]")
-        return tuple(found)
+        return tuple(sizes)
 
     def _number(self, token: Token) -> g.Number:
         text = token.text.lower()
@@ -275,15 +275,15 @@ class Parser(ExpressionParser):
 
     def shader(self) -> list[g.Outer]:
         """Everything outside of functions, in order."""
-        found: list[g.Outer] = []
+        declarations: list[g.Outer] = []
         while self.here.kind != "end":
             if self.skip(";"):
                 continue
             if self.at("precision"):
                 self._precision()
             else:
-                found += self._outer()
-        return found
+                declarations += self._outer()
+        return declarations
 
     def _precision(self) -> None:
         """``precision mediump float;`` says nothing here: floats have 32 bits."""
@@ -311,15 +311,15 @@ class Parser(ExpressionParser):
         return [*structs, self._declaration(start, qualifiers, layout, type_)]
 
     def _qualifiers(self) -> tuple[frozenset[str], dict[str, int]]:
-        found: set[str] = set()
+        qualifiers: set[str] = set()
         layout: dict[str, int] = {}
         while self._at_qualifier():
             if self.at("layout"):
                 layout |= self._layout()
             else:
                 self._check_stage()
-                found.add(self.take().text)
-        return frozenset(found), layout
+                qualifiers.add(self.take().text)
+        return frozenset(qualifiers), layout
 
     def _at_qualifier(self) -> bool:
         text, following = self.here.text, self.ahead()
@@ -330,19 +330,19 @@ class Parser(ExpressionParser):
     def _layout(self) -> dict[str, int]:
         self.take()
         self.expect("(")
-        found: dict[str, int] = {}
+        numbers: dict[str, int] = {}
         while not self.skip(")"):
             self._check_stage()
             name = self.name("the name of a layout").text
-            found[name] = 0
+            numbers[name] = 0
             if self.skip("="):
                 value = self.take()
                 if not value.text.isdigit() or len(value.text) > 6:
                     fail(value.span, "a layout takes a whole number here")
-                found[name] = int(value.text)
+                numbers[name] = int(value.text)
             if not self.at(")"):
                 self.expect(",")
-        return found
+        return numbers
 
     def _check_stage(self) -> None:
         """Refuse a word of another stage."""
@@ -376,7 +376,7 @@ class Parser(ExpressionParser):
 
     def _fields(self) -> tuple[g.Variable, ...]:
         self.expect("{")
-        found: list[g.Variable] = []
+        fields: list[g.Variable] = []
         while not self.skip("}"):
             start = self.here.span
             qualifiers, layout = self._qualifiers()
@@ -384,8 +384,8 @@ class Parser(ExpressionParser):
             type_ = self._type(inner)
             if inner:
                 fail(inner[0].span, "a struct within a struct is declared before it")
-            found += self._declaration(start, qualifiers, layout, type_).variables
-        return tuple(found)
+            fields += self._declaration(start, qualifiers, layout, type_).variables
+        return tuple(fields)
 
     def _interface(self, start: Span, qualifiers: frozenset[str]) -> g.Interface:
         name = self.take().text
@@ -430,13 +430,13 @@ class Parser(ExpressionParser):
     def block(self) -> g.Block:
         span = self.expect("{", "a block in braces").span
         self.enter()
-        found: list[g.Statement] = []
+        statements: list[g.Statement] = []
         while not self.skip("}"):
             if self.here.kind == "end":
                 fail(span, "this brace is not closed")
-            found += self._statements()
+            statements += self._statements()
         self.leave()
-        return g.Block(span, tuple(found))
+        return g.Block(span, tuple(statements))
 
     def _statements(self) -> list[g.Statement]:
         """One statement; none for an empty one, two where a struct is declared on the way."""
@@ -493,9 +493,13 @@ class Parser(ExpressionParser):
         """The statement behind an if or a loop."""
         self.enter()
         span = self.here.span
-        found = self._statements()
+        statements = self._statements()
         self.leave()
-        return found[0] if len(found) == 1 and isinstance(found[0], g.Block) else g.Block(span, tuple(found))
+        return (
+            statements[0]
+            if len(statements) == 1 and isinstance(statements[0], g.Block)
+            else g.Block(span, tuple(statements))
+        )
 
     def _statement(self) -> g.Statement:
         span = self.here.span
@@ -554,17 +558,17 @@ class Parser(ExpressionParser):
         cases: list[g.Case] = []
         while not self.skip("}"):
             label = self.here.span
-            wanted = None
+            case_label = None
             if self.skip("case"):
-                wanted = self.expression()
+                case_label = self.expression()
             else:
                 self.expect("default", "case or default")
             self.expect(":")
-            found: list[g.Statement] = []
+            statements: list[g.Statement] = []
             while not self.at("case", "default", "}"):
                 if self.here.kind == "end":
                     fail(span, "the brace of this switch is not closed")
-                found += self._statements()
-            cases.append(g.Case(label, wanted, tuple(found)))
+                statements += self._statements()
+            cases.append(g.Case(label, case_label, tuple(statements)))
         self.leave()
         return g.Switch(span, value, tuple(cases))

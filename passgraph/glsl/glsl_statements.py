@@ -33,17 +33,17 @@ class Statements:
     def block(self, nodes: Sequence[g.Statement]) -> bool:
         """Statements with names of their own; true when every path through them leaves the function."""
         self.body.scopes.append({})
-        done = self.run(nodes)
+        returned = self.run(nodes)
         self.body.scopes.pop()
-        return done
+        return returned
 
     def run(self, nodes: Sequence[g.Statement]) -> bool:
         """Statements among the names that are there; true when every path through them leaves the function."""
         for position, node in enumerate(nodes, 1):
             if isinstance(node, g.If):
-                done, went_on = self._if(node, nodes[position:])
-                if done or went_on:
-                    return done
+                returned, went_on = self._if(node, nodes[position:])
+                if returned or went_on:
+                    return returned
             elif isinstance(node, g.Return):
                 self._return(node)
                 return True
@@ -83,9 +83,9 @@ class Statements:
         condition = self.body.expressions.condition(node.condition)
         if isinstance(condition, ir.Literal):
             # What never runs is not read: shaders switch between large variants by constants.
-            taken = node.then if condition.value else node.orelse
-            done = taken is not None and self.block([taken])
-            return done, done
+            branch = node.then if condition.value else node.orelse
+            returned = branch is not None and self.block([branch])
+            return returned, returned
         then, then_done = unit.captured(lambda: self.block([node.then]), span)
         takes_rest = then_done and node.orelse is None
         otherwise = [] if node.orelse is None else [node.orelse]
@@ -102,9 +102,9 @@ class Statements:
         """Emit the rest under the condition that the function has not returned."""
         if not rest:
             return False
-        done: list[bool] = []
-        self.body.exit.unless_left(lambda: done.append(self.run(rest)), span)
-        return done[0]
+        returned: list[bool] = []
+        self.body.exit.unless_left(lambda: returned.append(self.run(rest)), span)
+        return returned[0]
 
     # Exits
 

@@ -44,13 +44,15 @@ def _sampled(
 ) -> Part:
     """A filtered read; ``by`` says what chooses the level, ``has_offset`` that an offset in texels follows."""
     image = _image(parts, span)
-    count, said = _CHOSEN[by]
+    count, count_of_level = _CHOSEN[by]
     behind, most = list(parts[2:]), count + has_offset + (by == "itself")
     if not count + has_offset <= len(behind) <= most:
-        takes = f"a sampler, a position{said}{', an offset' * has_offset}{', perhaps a bias' * (by == 'itself')}"
+        takes = (
+            f"a sampler, a position{count_of_level}{', an offset' * has_offset}{', perhaps a bias' * (by == 'itself')}"
+        )
         fail(span, f"this read takes {takes}; got {len(parts)} arguments")
     if not projected and len(parts) > 1 and getattr(parts[1], "type", None) == VEC3:
-        # Rows of a volume are counted as they are stored, as those of a colour table are.
+        # Rows of a volume are counted as they are stored, as those of a color table are.
         return _inlined(unit, "sample3", [image, _position(parts, VEC3, span)], span)
     position = _divided(unit, parts, span) if projected else _position(parts, VEC2, span)
     position = unit.builder.name_it(position, span)
@@ -60,26 +62,28 @@ def _sampled(
     offset: ir.Expr = ir.Construct(IVEC2, (ir.Literal(INT, 0, span),) * 2, span)
     if has_offset:
         offset = widen(plain(behind[count], span, "an offset"), IVEC2, span, "an offset")
-    given = [position, lod or ir.Literal(FLOAT, 0.0, span), offset, ir.Literal(BOOL, unit.rows_up, span)]
-    return _inlined(unit, "sample_beside", [image, ImageValue(image.name + ir.MIPS), *given], span)
+    arguments = [position, lod or ir.Literal(FLOAT, 0.0, span), offset, ir.Literal(BOOL, unit.rows_up, span)]
+    return _inlined(unit, "sample_beside", [image, ImageValue(image.name + ir.MIPS), *arguments], span)
 
 
-def _lod(unit: Unit, image: ImageValue, position: ir.Expr, by: str, said: list[Part], span: Span) -> ir.Expr | None:
+def _lod(
+    unit: Unit, image: ImageValue, position: ir.Expr, by: str, level_arguments: list[Part], span: Span
+) -> ir.Expr | None:
     """The level that a read asks for; None for the first."""
-    wanted = VEC2 if by == "derivatives" else FLOAT
+    level_type = VEC2 if by == "derivatives" else FLOAT
     what = {"itself": "a bias", "level": "a level", "derivatives": "a derivative"}[by]
-    given = [widen(plain(part, span, what), wanted, span, what) for part in said]
-    if (by == "level" and is_first(given[0])) or (by == "itself" and not given and image.name not in unit.leveled):
+    levels = [widen(plain(part, span, what), level_type, span, what) for part in level_arguments]
+    if (by == "level" and is_first(levels[0])) or (by == "itself" and not levels and image.name not in unit.leveled):
         return None
     unit.note(span, _LEVELS)
     if by == "level":
-        return given[0]
+        return levels[0]
     if by == "derivatives":
-        return plain(_inlined(unit, "lod_along", [image, *given], span), span, "a level")
+        return plain(_inlined(unit, "lod_along", [image, *levels], span), span, "a level")
     if image.name not in unit.leveled:
         return None
     level = plain(_inlined(unit, "lod", [image, position], span), span, "a level")
-    return apply("add", [level, *given], span) if given else level
+    return apply("add", [level, *levels], span) if levels else level
 
 
 #: What a user has to do for a shader that wants smaller levels.
@@ -118,8 +122,8 @@ def _fetched(unit: Unit, parts: list[Part], span: Span) -> Part:
     level = _level_of(unit, parts[2], span) if len(parts) > 2 else None
     if level is None:
         return _inlined(unit, unit.turned("texel"), [image, position], span)
-    given = [image, ImageValue(image.name + ir.MIPS), position, level]
-    return _inlined(unit, unit.turned("texel_of"), given, span)
+    arguments = [image, ImageValue(image.name + ir.MIPS), position, level]
+    return _inlined(unit, unit.turned("texel_of"), arguments, span)
 
 
 def _fetched_beside(unit: Unit, parts: list[Part], span: Span) -> Part:
@@ -185,7 +189,7 @@ READS: dict[str, Native] = {
 
 
 def _fragment(unit: Unit, span: Span) -> Part:
-    """``gl_FragCoord``: the centre of this pixel, rows counted from the bottom."""
+    """``gl_FragCoord``: the center of this pixel, rows counted from the bottom."""
     half, one = ir.Literal(FLOAT, 0.5, span), ir.Literal(FLOAT, 1.0, span)
     parts = [apply("add", [apply("to_float", [place], span), half], span) for place in pixel_place(unit, span)]
     return ir.Construct(VEC4, (*parts, half, one), span)

@@ -154,8 +154,8 @@ _UNKNOWN = _Amount(ANY_FLOAT)
 class _Amounts:
     """Components of expressions, from what those of some variables lie between; ``counter`` is what others follow."""
 
-    def __init__(self, known: Mapping[Component, Range], counter: Component | None = None) -> None:
-        self.known, self.counter = known, counter
+    def __init__(self, ranges: Mapping[Component, Range], counter: Component | None = None) -> None:
+        self.known, self.counter = ranges, counter
         self.held: dict[str, list[_Amount]] = {}
 
     def run(self, statements: Sequence[ir.Stmt]) -> bool:
@@ -213,8 +213,8 @@ class _Amounts:
 def _combined(operation: str, of_floats: bool, parts: Sequence[_Amount]) -> _Amount:
     ranges = [part.range for part in parts]
     if not any(part.follows for part in parts):
-        found = of_operation(operation, of_floats, ranges)
-        return _UNKNOWN if found is None else _Amount(found)
+        range_ = of_operation(operation, of_floats, ranges)
+        return _UNKNOWN if range_ is None else _Amount(range_)
     # What follows the counter still does where a number is added.
     a, b = ranges if len(ranges) == 2 else (ANY_FLOAT, ANY_FLOAT)
     if operation == "add" and not (parts[0].follows and parts[1].follows):
@@ -232,21 +232,21 @@ def _following(low: float, high: float, nan: bool, of_floats: bool) -> _Amount:
 
 
 def _bounded(
-    known: Mapping[Component, Range],
+    ranges: Mapping[Component, Range],
     before: Sequence[ir.Stmt],
     tests: Sequence[ir.Stmt],
     updates: Sequence[ir.Stmt],
     fixed: frozenset[str],
 ) -> Count | None:
     """The most trips by a counter that steps grow, or shrink, and that the condition holds below, or above, a bound."""
-    start = _Amounts(known)
+    start = _Amounts(ranges)
     start.come_to(before[-_LOOKED_BACK:])
     for update in updates:
         if not isinstance(update, ir.Assign) or update.name not in start.held:
             continue
         for i, first in enumerate(start.held[update.name]):
             counter = (update.name, i)
-            after, tested = _Amounts(known, counter), _Amounts(known, counter)
+            after, tested = _Amounts(ranges, counter), _Amounts(ranges, counter)
             tested.held |= {name: known_amounts for name, known_amounts in start.held.items() if name in fixed}
             if not after.run(updates) or not tested.run(tests[:-1]) or len(after.held[update.name]) <= i:
                 continue
@@ -383,8 +383,8 @@ def _counted(body: Body, node: g.Loop) -> Count | None:
 def _open_trips(unit: Unit, block: tuple[ir.Stmt, ...]) -> int:
     """Return the most trips that the kernel's limits leave; open outer loops have as many."""
     work = _work(block)
-    room = (_MAX_WORK - unit.work) // _SHARE
-    together = min(_MAX_TOGETHER // (unit.told * _trips(block)), room // (unit.told * work))
+    work_left = (_MAX_WORK - unit.work) // _SHARE
+    together = min(_MAX_TOGETHER // (unit.told * _trips(block)), work_left // (unit.told * work))
     trips = max(1, min(MAX_OPEN, math.floor(math.pow(together, 1 / (1 + unit.undecided)))))
     if unit.trips == 1:  # loops within others are part of what these do
         unit.work += trips * work

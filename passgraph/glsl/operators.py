@@ -44,20 +44,28 @@ def type_of_part(part: Part) -> Type | None:
 
 def cost_of(part: Part, type_: Type, passed: str) -> int | None:
     """0 for the type itself, more where numbers are converted, None where a parameter does not take a value."""
-    given = type_of_part(part)
-    if given == type_:
+    type_of_argument = type_of_part(part)
+    if type_of_argument == type_:
         return 0
-    if passed == "in" and isinstance(given, (Scalar, Vector)) and isinstance(type_, (Scalar, Vector)):
+    if passed == "in" and isinstance(type_of_argument, (Scalar, Vector)) and isinstance(type_, (Scalar, Vector)):
         element = element_of(type_)
-        return _COSTS.get((element_of(given), element)) if with_element(given, element) == type_ else None
+        return (
+            _COSTS.get((element_of(type_of_argument), element))
+            if with_element(type_of_argument, element) == type_
+            else None
+        )
     return None
 
 
 def fitted(part: Part, type_: Type, span: Span, what: str) -> Part:
     """A value where a declared type is wanted."""
     if isinstance(type_, (Scalar, Vector)) and element_of(type_) is UINT:
-        given = type_of_part(part)
-        if isinstance(given, (Scalar, Vector)) and with_element(given, UINT) == type_ and element_of(given) is INT:
+        part_type = type_of_part(part)
+        if (
+            isinstance(part_type, (Scalar, Vector))
+            and with_element(part_type, UINT) == type_
+            and element_of(part_type) is INT
+        ):
             part = convert(part, UINT, span)  # type: ignore[arg-type]
     return coerce(part, type_, span, what)
 
@@ -85,8 +93,8 @@ _ORDERED = {"<": "less", ">": "greater", "<=": "less_equal", ">=": "greater_equa
 def arithmetic(sign: str, left: Part, right: Part, span: Span, named: Namer) -> ir.Expr:
     """Any operator but those that compute one side only where they need it."""
     if sign in ("==", "!="):
-        same = equal(left, right, span, named)
-        return same if sign == "==" else apply("logical_not", [same], span)
+        is_equal = equal(left, right, span, named)
+        return is_equal if sign == "==" else apply("logical_not", [is_equal], span)
     one, other = (plain(side, span, f"an operand of {sign}") for side in (left, right))
     if sign not in ("<<", ">>"):
         one, other = whole_numbers_alike(one, other, span)
@@ -169,8 +177,8 @@ def equal(left: Part, right: Part, span: Span, named: Namer) -> ir.Expr:
         return _all(links, span)
     if element_of(type_) is BOOL:
         one, other = apply("to_int", [one], span), apply("to_int", [other], span)
-    same = apply("equal", [one, other], span)
-    return same if isinstance(type_, Scalar) else apply("all", [same], span)
+    is_equal = apply("equal", [one, other], span)
+    return is_equal if isinstance(type_, Scalar) else apply("all", [is_equal], span)
 
 
 def _all(links: list[ir.Expr], span: Span) -> ir.Expr:

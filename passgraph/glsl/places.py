@@ -121,8 +121,8 @@ def part_at(part: Part, step: str | ir.Expr, span: Span, named: Namer) -> Part:
         if isinstance(base.type, Vector):
             return swizzle(base, step, span)
         if isinstance(base.type, Scalar) and re.fullmatch("x{1,4}|r{1,4}|s{1,4}", step):
-            same = (named(base, span),) * len(step)
-            return same[0] if len(step) == 1 else ir.Construct(Vector(base.type, len(step)), same, span)
+            components = (named(base, span),) * len(step)
+            return components[0] if len(step) == 1 else ir.Construct(Vector(base.type, len(step)), components, span)
         fail(span, f"{part_type(part)} has no field {step!r}")
     if isinstance(part, ArrayValue):
         return entry(part, step, span, named)

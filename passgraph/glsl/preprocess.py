@@ -156,7 +156,7 @@ class Expander:
     ) -> tuple[dict[str, list[Token]], frozenset[str]]:
         """Return the macro's arguments by parameter, and the macros that the closing parenthesis came from."""
         assert macro.parameters is not None
-        given: list[list[Token]] = [[]]
+        arguments: list[list[Token]] = [[]]
         depth = 1
         while True:
             token = pending.pop() if pending else next(source, None)
@@ -166,14 +166,14 @@ class Expander:
             if not depth:
                 break
             if token.text == "," and depth == 1:
-                given.append([])
+                arguments.append([])
             else:
-                given[-1].append(token)
-        if given == [[]] and not macro.parameters:
-            given = []
-        if len(given) != len(macro.parameters):
-            fail(name.span, f"macro {name.text} takes {len(macro.parameters)} arguments, got {len(given)}")
-        return dict(zip(macro.parameters, given, strict=True)), token.hidden
+                arguments[-1].append(token)
+        if arguments == [[]] and not macro.parameters:
+            arguments = []
+        if len(arguments) != len(macro.parameters):
+            fail(name.span, f"macro {name.text} takes {len(macro.parameters)} arguments, got {len(arguments)}")
+        return dict(zip(macro.parameters, arguments, strict=True)), token.hidden
 
     def _body(
         self, macro: Macro, arguments: Mapping[str, list[Token]], use: Token, hidden: frozenset[str]
@@ -219,9 +219,9 @@ class Expander:
         if self._depth >= MAX_MACRO_DEPTH:
             fail(span, f"macros nest deeper than {MAX_MACRO_DEPTH}")
         self._depth += 1
-        found = list(self.expand(argument))
+        expanded = list(self.expand(argument))
         self._depth -= 1
-        return found
+        return expanded
 
     def _count(self, tokens: int, span: Span) -> None:
         self.expanded += tokens
@@ -303,13 +303,13 @@ class Preprocessor:
         KernelError
             For directives that cannot be read, ``#error``, and text that grows beyond the limits.
         """
-        found = []
+        expanded = []
         for token in self._expander.expand(self._read(text, file)):
             self._count += 1
             if self._count > MAX_TOKENS:
                 fail(token.span, f"the shader has more than {MAX_TOKENS} tokens")
-            found.append(token)
-        return found
+            expanded.append(token)
+        return expanded
 
     def _read(self, text: str, file: str) -> Iterator[Token]:
         """Tokens of the lines that conditions leave in; directives are obeyed on the way."""
@@ -409,7 +409,7 @@ class Preprocessor:
     def _decided(self, name: str, rest: list[Token], span: Span) -> bool:
         if name != "if":
             return (self._name(rest, span) in self._expander.macros) == (name == "ifdef")
-        known: list[Token] = []
+        decided: list[Token] = []
         i = 0
         while i < len(rest):
             token = rest[i]
@@ -422,9 +422,9 @@ class Preprocessor:
                     if i >= len(rest) or rest[i].text != ")":
                         fail(token.span, "this parenthesis is not closed")
                 token = Token("number", str(int(is_there)), token.span)
-            known.append(token)
+            decided.append(token)
             i += 1
-        return holds(list(self._expander.expand(known)), span)
+        return holds(list(self._expander.expand(decided)), span)
 
     # Files
 

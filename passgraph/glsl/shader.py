@@ -59,11 +59,11 @@ def check_declared_once(tree: Iterable[g.Outer], around: Collection[str]) -> Non
         elif not isinstance(node, g.Declaration):
             _check_apart(node.fields)
         for name, span, what in _named(node):
-            found = what, span  # what a macro brings may have one place
-            first = names.setdefault(name, found)
-            known, before = first
-            if first is not found and not (known == what == "a function"):
-                fail(span, f"{name} is {known} already{_place(before, span)}; give one of the two another name")
+            declaration = what, span  # what a macro brings may have one place
+            first = names.setdefault(name, declaration)
+            first_kind, before = first
+            if first is not declaration and not (first_kind == what == "a function"):
+                fail(span, f"{name} is {first_kind} already{_place(before, span)}; give one of the two another name")
 
 
 def _named(node: g.Outer) -> Iterator[tuple[str, Span, str]]:
@@ -82,12 +82,12 @@ def _named(node: g.Outer) -> Iterator[tuple[str, Span, str]]:
                 yield variable.name, variable.span, "a uniform" if is_uniform else "a variable"
 
 
-def _check_function(function: g.Function, known: dict[tuple[str, _Signature], g.Function]) -> None:
+def _check_function(function: g.Function, functions: dict[tuple[str, _Signature], g.Function]) -> None:
     """Refuse a second body, another type of result, and a parameter of a name that another one has."""
     if function.body is not None:
         _check_apart(one for one in function.parameters if one.name)
     key = function.name, tuple(_compared(one.type) for one in function.parameters)
-    before = known.setdefault(key, function)
+    before = functions.setdefault(key, function)
     if _compared(before.result) != _compared(function.result):
         place = _place(before.span, function.span)
         fail(function.span, f"{function.name} gives {before.result.name} for these parameters already{place}")
@@ -96,7 +96,7 @@ def _check_function(function: g.Function, known: dict[tuple[str, _Signature], g.
     if before.body is not None:
         place = _place(before.span, function.span)
         fail(function.span, f"{function.name} is defined for these parameters already{place}; leave out one of the two")
-    known[key] = function
+    functions[key] = function
 
 
 def _compared(type_: g.TypeName) -> tuple[str, tuple[object, ...]]:
@@ -154,10 +154,10 @@ def declare_interface(body: Body, node: g.Interface) -> None:
 
 
 def _declare(body: Body, uniform: Uniform) -> None:
-    known = body.unit.uniforms.setdefault(uniform.name, uniform)
-    if known is not uniform:
-        if known.type != uniform.type:
-            fail(uniform.span, f"uniform {uniform.name} is {known.type} already")
+    declared = body.unit.uniforms.setdefault(uniform.name, uniform)
+    if declared is not uniform:
+        if declared.type != uniform.type:
+            fail(uniform.span, f"uniform {uniform.name} is {declared.type} already")
         return  # declared again, as by a container
     part = parameter_value(uniform.type, uniform.name, False, uniform.span)
     body.bind(uniform.name, Known(part, "a uniform"))
@@ -318,9 +318,9 @@ def _program(tree: list[g.Outer], unit: Unit, source: ShaderText) -> tuple[ir.Ty
     if main is None:
         raise KernelError(f"{source.file}: there is no function {entry}() without parameters, where a shader begins")
     value = body.inline(main, [], main.span)
-    found = _outputs(body, value, outputs, main.span)
-    unit.builder.keep_or_clear(Variable(FLOAT, "", dict(found)), main.span)
-    results = _results(found, main.span)
+    declared_outputs = _outputs(body, value, outputs, main.span)
+    unit.builder.keep_or_clear(Variable(FLOAT, "", dict(declared_outputs)), main.span)
+    results = _results(declared_outputs, main.span)
     uniforms = _parameters(unit)
     parameters = tuple(ir.Parameter(u.name, u.type, False, u.default, u.has_default, u.span) for u in uniforms)
     check_images(name, parameters, main.span)
@@ -373,14 +373,14 @@ def _outputs(
         slot = body.new_slot("value", type_, written=True)
         unit.store_at(slot, Place(slot.variable, type_), value, span, "the value")
         return [("", slot.variable)]
-    given = declared or [
+    slots = declared or [
         (name, slot)
         for name, slot in unit.names.items()
         if name.startswith(("gl_FragColor", "gl_FragData")) and name in unit.used and isinstance(slot, Slot)
     ]
-    if not given:
+    if not slots:
         fail(span, "the shader writes nothing: gl_FragColor, or a variable declared out vec4 name")
-    return [(name if len(given) > 1 else "", slot.variable) for name, slot in given]
+    return [(name if len(slots) > 1 else "", slot.variable) for name, slot in slots]
 
 
 def _results(outputs: list[tuple[str, Variable]], span: Span) -> tuple[ir.Result, ...]:
@@ -396,5 +396,5 @@ def _results(outputs: list[tuple[str, Variable]], span: Span) -> tuple[ir.Result
 
 def _parameters(unit: Unit) -> tuple[Uniform, ...]:
     """Samplers first, then the others as they stand in the text; those of a prelude where they are used."""
-    found = [u for u in unit.uniforms.values() if u.span.file not in unit.around or u.name in unit.used]
-    return tuple(sorted(found, key=lambda u: not holds_pictures(u.type)))
+    used_uniforms = [u for u in unit.uniforms.values() if u.span.file not in unit.around or u.name in unit.used]
+    return tuple(sorted(used_uniforms, key=lambda u: not holds_pictures(u.type)))

@@ -57,7 +57,7 @@ def token_lines(text: str, file: str) -> Iterator[list[Token]]:
     text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     lines = text.split("\n")
     row, begin, spaced = 0, 0, False  # the physical line, where it begins, white space seen
-    found: list[Token] = []
+    tokens: list[Token] = []
     for match in _TOKEN.finditer(text):
         kind, word, start = match.lastgroup, match[0], match.start()
         if kind in ("name", "number", "sign", "stray"):
@@ -65,7 +65,7 @@ def token_lines(text: str, file: str) -> Iterator[list[Token]]:
             span = Span(file, row + 1, column, column + len(word), lines[row])
             if len(word) > MAX_WORD:
                 fail(span, f"this word has {len(word)} characters; at most {MAX_WORD} are read")
-            found.append(Token(kind, word, span, spaced))  # type: ignore[arg-type]
+            tokens.append(Token(kind, word, span, spaced))  # type: ignore[arg-type]
             spaced = False
             continue
         if word == "/*":
@@ -75,8 +75,8 @@ def token_lines(text: str, file: str) -> Iterator[list[Token]]:
         ends = word.count("\n")
         if ends:
             row, begin = row + ends, start + word.rindex("\n") + 1
-        if kind == "newline" and found:
-            yield found
-            found = []
-    if found:
-        yield found
+        if kind == "newline" and tokens:
+            yield tokens
+            tokens = []
+    if tokens:
+        yield tokens

@@ -108,8 +108,8 @@ class Unit:
 
     def captured(self, compute: Callable[[], T], span: Span) -> tuple[tuple[ir.Stmt, ...], T]:
         """Run a computation and return the statements that it emits, as a block, and its value."""
-        found: list[T] = []
-        return self.builder.captured(lambda: found.append(compute()), span), found[0]
+        results: list[T] = []
+        return self.builder.captured(lambda: results.append(compute()), span), results[0]
 
     def ordered(self, computations: Sequence[Callable[[], Part]], span: Span) -> list[Part]:
         """Values computed one after another; where a later one changes variables, the earlier ones keep what they
@@ -146,10 +146,10 @@ class Unit:
             return self.structs[name]
         if name in _PICTURES:
             return IMAGE
-        found = NAMED.get(SQUARE.get(name, name))
-        if found is None or isinstance(found, ImageType):
+        type_ = NAMED.get(SQUARE.get(name, name))
+        if type_ is None or isinstance(type_, ImageType):
             fail(span, f"{name} is not a type that shaders have here")
-        return found
+        return type_
 
     def array_type(self, element: Type, length: ir.Number | None, span: Span) -> Type:
         """An array of so many elements."""

@@ -20,12 +20,12 @@ def walked(node: object) -> Iterator[object]:
             pending += [getattr(one, name) for name in one.__dataclass_fields__ if name != "span"]
 
 
-def leaves_function(node: g.Statement, known: dict[g.Statement, bool]) -> bool:
+def leaves_function(node: g.Statement, answers: dict[g.Statement, bool]) -> bool:
     """Whether a return or discard is inside; ``known`` keeps answers, as statements ask again for those around them."""
-    if node not in known:
+    if node not in answers:
         leaves = isinstance(node, g.Return) or (isinstance(node, g.Jump) and node.kind == "discard")
-        known[node] = leaves or any(leaves_function(inner, known) for inner in _inner(node))
-    return known[node]
+        answers[node] = leaves or any(leaves_function(inner, answers) for inner in _inner(node))
+    return answers[node]
 
 
 def _inner(node: g.Statement) -> tuple[g.Statement, ...]:
@@ -50,7 +50,7 @@ def assigned_names(node: object, overloads: Callable[[str], Sequence[g.Function]
 
 def assigned_parts(node: object, overloads: Callable[[str], Sequence[g.Function]]) -> frozenset[NamePart]:
     """Names that a part of the tree may assign to, with the component where one of a vector is written."""
-    found: set[NamePart] = set()
+    parts: set[NamePart] = set()
     for one in walked(node):
         targets: list[g.Expr] = []
         if isinstance(one, (g.Assignment, g.Step)):
@@ -66,8 +66,8 @@ def assigned_parts(node: object, overloads: Callable[[str], Sequence[g.Function]
                 components = {_LETTERS.get(c) for c in target.name} if isinstance(target, g.Member) else {None}
                 target = target.base
             if isinstance(target, g.Name):
-                found |= {(target.name, one) for one in components}
-    return frozenset(found)
+                parts |= {(target.name, one) for one in components}
+    return frozenset(parts)
 
 
 def overlap(these: frozenset[NamePart], those: frozenset[NamePart]) -> bool:

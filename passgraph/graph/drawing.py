@@ -1,4 +1,4 @@
-"""``pg.draw``: triangles into targets."""
+"""``pg.draw``: draw triangles into targets."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from passgraph.graph.targets import DrawPass, Target, TargetSpec
 from passgraph.language.kernel import Kernel
 from passgraph.language.types import Struct
 
-#: What a mesh may bring beside positions, and the components of each.
+#: Optional attributes of a mesh, and the number of components of each.
 ATTRIBUTES = {"normals": 3, "uvs": 2, "colors": 4, "tangents": 4, "instances": 1}
 
 
@@ -39,47 +39,47 @@ def draw(
     values: Mapping[str, Any] | None = None,
     **named: Any,
 ) -> Any:
-    """Draw triangles: a pass with OpenGL 3.3 semantics on every backend.
+    """Draw triangles: add a pass with OpenGL 3.3 semantics on every backend.
 
     Parameters
     ----------
     geometry
-        A mesh: ``positions`` (n, 3) float32, ``triangles`` (m, 3) int32 and any of ``normals``, ``uvs``,
-        ``colors``, ``tangents``, ``instances`` ((n, 1): see :func:`passgraph.effects.surfaces.marks.instances`).  It
-        is drawn as it is now: a :class:`passgraph.Mesh` cannot change, and of anything else a copy is kept, on every
-        backend.  For another mesh draw again and compile again.
+        A mesh: ``positions`` (n, 3) float32, ``triangles`` (m, 3) int32 and any of ``normals``, ``uvs``, ``colors``,
+        ``tangents``, ``instances`` ((n, 1): see :func:`passgraph.effects.surfaces.marks.instances`).  It is drawn in
+        its present state: a :class:`passgraph.Mesh` is immutable, and any other mesh is copied.  To draw another mesh,
+        build and compile the graph again.
     vertex, fragment
         Kernels made with :func:`passgraph.vertex` and :func:`passgraph.fragment`.  Without a fragment kernel
         only depth and stencil are written.
     into
-        ``pg.target(...)``, cleared first, or a handle of an earlier draw, drawn over; several as a tuple.
+        ``pg.target(...)``, cleared first, or the handle of an earlier draw, drawn over; a tuple for several.
     depth
-        Likewise for a depth format.  Read it later as ``color.depth``.
+        Likewise for a depth target.  Read it later as ``color.depth``.
     stencil, blend, cull, depth_compare, depth_write, color_mask, polygon_offset
         See :mod:`passgraph.graph.draw_state`; ``blend`` also takes the names in ``BLENDS``.
     name
-        Of the pass; left out, that of its targets, or of the fragment kernel where it draws over what is there.
+        Name of the pass; default: that of its targets, or of the fragment kernel if it draws over existing content.
     values, **named
         Parameters of both kernels by name: numbers, targets for images, ``pg.Value`` handles.
 
     Returns
     -------
     Target or tuple of Target
-        One handle for each of ``into``; the depth handle where there is no colour target.
+        One handle for each of ``into``; the depth handle if there is no color target.
 
     Raises
     ------
     GraphError
-        For what does not fit together, naming the pass and the target.
+        For inconsistent arguments, with the pass and the target.
     """
     own = fragment if isinstance(fragment, Kernel) else vertex
     called = pass_name(name, depth if into is None else into, getattr(own, "name", ""), "the name of a draw")
     where = f"draw {called!r}"
     _check_kernels(vertex, fragment, where)
     check_geometry(geometry, where)
-    kept = frozen(geometry)
-    if kept is not geometry:
-        check_geometry(kept, where)
+    frozen_geometry = frozen(geometry)
+    if frozen_geometry is not geometry:
+        check_geometry(frozen_geometry, where)
     specs, loads = _outputs(into, where)
     depth_spec, depth_load = _output(depth, where) if depth is not None else (None, None)
     _check_outputs(specs, depth_spec, fragment, stencil, where)
@@ -96,7 +96,7 @@ def draw(
         if image.spec in written and not image.is_previous:
             raise GraphError(f"{where} reads and writes target {image.name!r}; write into another one")
     node = DrawPass(
-        called, kept, vertex, fragment, images, bound, constants, specs, loads, depth_spec, depth_load, state
+        called, frozen_geometry, vertex, fragment, images, bound, constants, specs, loads, depth_spec, depth_load, state
     )
     handles = tuple(Target(spec, node, slot) for slot, spec in enumerate(specs))
     if not handles:
@@ -128,7 +128,7 @@ def _check_kernels(vertex: Kernel, fragment: Kernel | None, where: str) -> None:
 
 
 def check_geometry(geometry: Geometry, where: str) -> None:
-    """Shapes, finite numbers and index ranges; an error names the first bad one."""
+    """Check shapes, finite numbers and index ranges; the error names the first bad element."""
     for needed in ("positions", "triangles"):
         if isinstance(geometry, type) or not hasattr(geometry, needed):
             got = arguments.shown(geometry)
@@ -149,10 +149,10 @@ def check_geometry(geometry: Geometry, where: str) -> None:
         bad = high if high >= len(positions) else low
         raise GraphError(f"{where}: a triangle names vertex {bad}; the mesh has {len(positions)}")
     for name, columns in ATTRIBUTES.items():
-        given = getattr(geometry, name, None)
-        if given is None:
+        array = getattr(geometry, name, None)
+        if array is None:
             continue
-        rows = arguments.numbers(given, f"{where}: {name}", error=GraphError)
+        rows = arguments.numbers(array, f"{where}: {name}", error=GraphError)
         if rows.shape != (len(positions), columns):
             raise GraphError(f"{where}: {name} must be {(len(positions), columns)}, got {rows.shape}")
         _check_finite(rows, f"{name} of ", where)
@@ -169,21 +169,21 @@ def _check_finite(rows: NDArray[Any], what: str, where: str) -> None:
 
 
 def _outputs(into: Any, where: str) -> tuple[tuple[TargetSpec, ...], tuple[Target | None, ...]]:
-    given = () if into is None else tuple(into) if isinstance(into, (tuple, list)) else (into,)
-    pairs = [_output(one, where) for one in given]
+    outputs = () if into is None else tuple(into) if isinstance(into, (tuple, list)) else (into,)
+    pairs = [_output(one, where) for one in outputs]
     return tuple(spec for spec, _ in pairs), tuple(load for _, load in pairs)
 
 
-def _output(given: Any, where: str) -> tuple[TargetSpec, Target | None]:
-    if isinstance(given, TargetSpec):
-        return given, None
-    if isinstance(given, Target) and isinstance(given.spec, TargetSpec) and not given.is_previous:
-        return given.spec, given.content
-    if isinstance(given, Target):
+def _output(output: Any, where: str) -> tuple[TargetSpec, Target | None]:
+    if isinstance(output, TargetSpec):
+        return output, None
+    if isinstance(output, Target) and isinstance(output.spec, TargetSpec) and not output.is_previous:
+        return output.spec, output.content
+    if isinstance(output, Target):
         raise GraphError(
-            f"{where} cannot draw into {given.name!r}, an input or last frame's content; copy it with a kernel first"
+            f"{where} cannot draw into {output.name!r}, an input or last frame's content; copy it with a kernel first"
         )
-    raise GraphError(f"{where} draws into pg.target(...) or a handle, got {type(given).__name__}")
+    raise GraphError(f"{where} draws into pg.target(...) or a handle, got {type(output).__name__}")
 
 
 def _check_outputs(
@@ -212,10 +212,10 @@ def _check_outputs(
         raise GraphError(f"{where} writes one target twice")
 
 
-def _blends(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[Blend | None, ...]:
-    if given is None:
+def _blends(argument: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[Blend | None, ...]:
+    if argument is None:
         return ()
-    parts = tuple(given) if isinstance(given, (list, tuple)) else (given,) * len(specs)
+    parts = tuple(argument) if isinstance(argument, (list, tuple)) else (argument,) * len(specs)
     if len(parts) != len(specs):
         raise GraphError(f"{where} has {len(parts)} blends for {len(specs)} targets")
     blends: list[Blend | None] = []
@@ -236,10 +236,10 @@ def _blends(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[Blen
     return tuple(blends)
 
 
-def _masks(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[tuple[bool, bool, bool, bool], ...]:
-    if given is None:
+def _masks(masks: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[tuple[bool, bool, bool, bool], ...]:
+    if masks is None:
         return ()
-    parts = tuple(given) if isinstance(given, (list, tuple)) else ()
+    parts = tuple(masks) if isinstance(masks, (list, tuple)) else ()
     if parts and not isinstance(parts[0], (list, tuple)):
         parts = (parts,) * len(specs)
     if (
@@ -247,7 +247,7 @@ def _masks(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[tuple
         or not all(isinstance(part, (list, tuple)) and len(part) == 4 for part in parts)
         or not all(isinstance(channel, (bool, np.bool_)) for part in parts for channel in part)
     ):
-        got = arguments.shown(given)
+        got = arguments.shown(masks)
         raise GraphError(
             f"{where}: color_mask is four bools (red, green, blue, alpha), once or for each target, got {got}"
         )
@@ -255,35 +255,37 @@ def _masks(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[tuple
 
 
 def _arguments(
-    vertex: Kernel, fragment: Kernel | None, given: Mapping[str, Any], where: str
+    vertex: Kernel, fragment: Kernel | None, arguments: Mapping[str, Any], where: str
 ) -> tuple[dict[str, Target], dict[str, object], dict[str, object]]:
     images: dict[str, Target] = {}
     values: dict[str, object] = {}
     constants: dict[str, object] = {}
-    known: set[str] = set()
+    declared: set[str] = set()
     for kernel in (vertex, fragment):
         if kernel is None:
             continue
         # The stage's own struct (the mesh's vertex, the varyings) is not a parameter of the draw.
         names = [p.name for p in kernel.parameters if not isinstance(p.type, Struct) or _is_plain(kernel, p.name)]
-        known.update(names)
-        missing = [p.name for p in kernel.parameters if p.name in names and p.name not in given and not p.has_default]
+        declared.update(names)
+        missing = [
+            p.name for p in kernel.parameters if p.name in names and p.name not in arguments and not p.has_default
+        ]
         if missing:
             raise GraphError(f"{where}: {kernel.stage} kernel {kernel.name} needs {', '.join(missing)}")
-        picked = _Picked(kernel, names)
-        more = split_arguments(picked, {n: given[n] for n in names if n in given})  # type: ignore[arg-type]
+        picked = _ParameterSubset(kernel, names)
+        more = split_arguments(picked, {n: arguments[n] for n in names if n in arguments})  # type: ignore[arg-type]
         for into, part in zip((images, values, constants), more, strict=True):
             into.update(part)  # type: ignore[attr-defined]
-    surplus = [key for key in given if key not in known]
+    surplus = [key for key in arguments if key not in declared]
     if surplus:
         raise GraphError(
-            f"{where} has no parameter {surplus[0]!r}; its kernels have {', '.join(sorted(known)) or 'none'}"
+            f"{where} has no parameter {surplus[0]!r}; its kernels have {', '.join(sorted(declared)) or 'none'}"
         )
     return images, values, constants
 
 
-class _Picked:
-    """A kernel seen with some of its parameters only."""
+class _ParameterSubset:
+    """A view of a kernel with some of its parameters."""
 
     def __init__(self, kernel: Kernel, names: list[str]) -> None:
         self.name = kernel.name
@@ -291,6 +293,6 @@ class _Picked:
 
 
 def _is_plain(kernel: Kernel, name: str) -> bool:
-    """Whether a struct parameter is an ordinary one: neither the vertex nor the varyings."""
+    """Return True if a struct parameter is neither the vertex nor the varyings."""
     parameter = next(p for p in kernel.parameters if p.name == name)
     return kernel.stage == "vertex" and str(parameter.type) != "Vertex"

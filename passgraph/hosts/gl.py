@@ -90,7 +90,7 @@ class HostFramebuffer:
 
     Attributes
     ----------
-    color : what its first draw buffer draws into; None where it draws no colour
+    color : what its first draw buffer draws into; None where it draws no color
     depth : its depth, from 0 to 1 as the engine keeps it (`passgraph.HardwareDepth`), one channel; or None
     """
 
@@ -107,9 +107,9 @@ class HostFramebuffer:
         return self._any().samples
 
     def _any(self) -> HostPicture:
-        found = self.color or self.depth
-        assert found is not None
-        return found
+        surface = self.color or self.depth
+        assert surface is not None
+        return surface
 
 
 class Host(GLBackend):
@@ -189,8 +189,8 @@ class Host(GLBackend):
         origin
             ``"bottom"`` where the picture's lowest row is the first in memory, as nearly everywhere.
         srgb
-            Whether colours are encoded by the sRGB curve; None takes OpenGL's word.  Many engines keep encoded
-            colours in formats that do not say so.
+            Whether colors are encoded by the sRGB curve; None takes OpenGL's word.  Many engines keep encoded
+            colors in formats that do not say so.
         sample_gamma
             Of several samples a pixel, the mean of colors to this power is taken; give the engine's own, so that the
             effect sees edges as the engine shows them.
@@ -280,16 +280,16 @@ class Host(GLBackend):
 
     # The contract
 
-    def picture_of(self, given: object) -> DevicePicture | None:
-        if isinstance(given, HostFramebuffer):
-            if given.color is None:
+    def picture_of(self, candidate: object) -> DevicePicture | None:
+        if isinstance(candidate, HostFramebuffer):
+            if candidate.color is None:
                 raise InputError("the framebuffer draws no colour; give its .depth, or another one")
-            given = given.color
-        if not isinstance(given, HostPicture):
+            candidate = candidate.color
+        if not isinstance(candidate, HostPicture):
             return None
-        if given.host is not self:
-            raise InputError(f"{given} is of another host; ask this program's backend for it")
-        return given
+        if candidate.host is not self:
+            raise InputError(f"{candidate} is of another host; ask this program's backend for it")
+        return candidate
 
     def adopt(self, external: Any, format: Format, use: Use = READ) -> Texture | None:
         if not isinstance(external, HostPicture):

@@ -123,8 +123,8 @@ class Guard:
     def __init__(self, gl: Functions, units: int) -> None:
         self.gl, self.units = gl, units
         self.buffers = gl.integer(g.MAX_DRAW_BUFFERS)
-        wanted = (*gl.has.off, *_PASS_SWITCHES, *gl.has.never_ours)
-        self.switches = [switch for switch in wanted if switch != fixed.SCISSOR_TEST]
+        all_switches = (*gl.has.off, *_PASS_SWITCHES, *gl.has.never_ours)
+        self.switches = [switch for switch in all_switches if switch != fixed.SCISSOR_TEST]
         self.pixel_store = _PIXEL_STORE if gl.has.is_es else (*_PIXEL_STORE, *fixed.SWAPPED_BYTES)
         self.bindings = {target: _TEXTURE_TARGETS[target] for target in texture_targets(gl.has)}
         clamps = _CLAMPS if gl.has.is_compatible else _CLAMPS[2:]

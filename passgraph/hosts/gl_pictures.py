@@ -157,8 +157,8 @@ def attached(gl: Functions, depth: bool) -> Surface | None:
     buffer = gl.integer(_DRAW_BUFFER)
     if gl.integer(_DRAW_BINDING) == 0:
         if depth:
-            found = gl.attachment(DEPTH_OF_WINDOW, _TYPE)
-            return Surface("window", buffer=DEPTH_OF_WINDOW) if found else None
+            has_depth = gl.attachment(DEPTH_OF_WINDOW, _TYPE)
+            return Surface("window", buffer=DEPTH_OF_WINDOW) if has_depth else None
         return Surface("window", buffer=buffer) if buffer in WINDOW_BUFFERS else None
     point = g.DEPTH_ATTACHMENT if depth else buffer
     if not point:
@@ -203,20 +203,20 @@ def facts_of(gl: Functions, surface: Surface, scratch: int, size: tuple[int, int
         is_face = surface.target in range(0x8515, 0x851B)
         surface = replace(surface, target=surface.target if is_face else texture.target)
         level_target = surface.target
-        found = _of_level(gl, surface, texture.target, level_target) or _facts_by_host(surface, size)
+        level_facts = _of_level(gl, surface, texture.target, level_target) or _facts_by_host(surface, size)
         is_changed = _is_changed(gl, surface, texture.target)
     elif surface.kind == "renderbuffer":
         if not gl.IsRenderbuffer(surface.name):
             raise BackendError(f"gl: there is no renderbuffer {surface.name} in the host's context")
-        found = _of_renderbuffer(gl, surface)
+        level_facts = _of_renderbuffer(gl, surface)
     else:
-        found = _facts_by_host(surface, size)
-    if not all(_size(found)):
+        level_facts = _facts_by_host(surface, size)
+    if not all(_size(level_facts)):
         raise EmptyPictureError(
             f"gl: {in_words(surface)} has no pixels, as of a window that is minimised, or of a texture that was not "
             "filled; leave such a frame out"
         )
-    facts = _with_components(gl, surface, scratch, found)
+    facts = _with_components(gl, surface, scratch, level_facts)
     return replace(facts, bound_as=texture.target, level_target=level_target, base=texture.level, is_changed=is_changed)
 
 
@@ -229,8 +229,8 @@ def told_now(gl: Functions, facts: Facts) -> tuple[int, int, int, int] | None:
     if not is_texture:
         return _all_told(_of_renderbuffer(gl, surface))
     gl.ActiveTexture(g.TEXTURE0)
-    found = _of_level(gl, surface, facts.bound_as, facts.level_target)
-    return _all_told(found) if found else facts.told
+    level_facts = _of_level(gl, surface, facts.bound_as, facts.level_target)
+    return _all_told(level_facts) if level_facts else facts.told
 
 
 def _of_level(gl: Functions, surface: Surface, bound_as: int, level_target: int) -> dict[str, int]:
@@ -238,25 +238,28 @@ def _of_level(gl: Functions, surface: Surface, bound_as: int, level_target: int)
     if gl.GetTexLevelParameteriv is None:
         return {}
     gl.BindTexture(bound_as, surface.name)
-    found = {k: gl.level(level_target, surface.level, what) for k, what in _TEXTURE_FACTS.items()}
+    level_facts = {k: gl.level(level_target, surface.level, what) for k, what in _TEXTURE_FACTS.items()}
     gl.BindTexture(bound_as, 0)
-    return found
+    return level_facts
 
 
 def _is_changed(gl: Functions, surface: Surface, bound_as: int) -> bool:
     gl.ActiveTexture(g.TEXTURE0)
     gl.BindTexture(bound_as, surface.name)
     expected = {k: v for k, v in _UNCHANGED.items() if k != _STENCIL_MODE or gl.has.has_stencil_textures}
-    changed = any(gl.texture_parameter(bound_as, what, same) != same for what, same in expected.items())
+    changed = any(
+        gl.texture_parameter(bound_as, what, expected_value) != expected_value
+        for what, expected_value in expected.items()
+    )
     gl.BindTexture(bound_as, 0)
     return changed
 
 
 def _of_renderbuffer(gl: Functions, surface: Surface) -> dict[str, int]:
     gl.BindRenderbuffer(g.RENDERBUFFER, surface.name)
-    found = {k: gl.renderbuffer(what) for k, what in _RENDERBUFFER_FACTS.items()}
+    level_facts = {k: gl.renderbuffer(what) for k, what in _RENDERBUFFER_FACTS.items()}
     gl.BindRenderbuffer(g.RENDERBUFFER, 0)
-    return found
+    return level_facts
 
 
 def _facts_by_host(surface: Surface, size: tuple[int, int] | None) -> dict[str, int]:
@@ -266,20 +269,20 @@ def _facts_by_host(surface: Surface, size: tuple[int, int] | None) -> dict[str, 
     return {"width": size[0], "height": size[1], "internal": 0, "samples": 0}
 
 
-def _with_components(gl: Functions, surface: Surface, scratch: int, found: dict[str, int]) -> Facts:
+def _with_components(gl: Functions, surface: Surface, scratch: int, level_facts: dict[str, int]) -> Facts:
     depth_point, colour_point = points = attachment_points(gl, surface)
     bind_surface(gl, g.FRAMEBUFFER, scratch, surface, points)
     gl.drain()  # at one of both it does not fit
     components: tuple[int, ...] = tuple([gl.attachment(colour_point, what) for what in _COMPONENTS])
     depth = 0 if any(components) else gl.attachment(depth_point, _DEPTH_SIZE)
     if surface.kind == "window":
-        found["samples"] = gl.integer(0x80A9)
+        level_facts["samples"] = gl.integer(0x80A9)
     if depth:
-        internal = found["internal"]
+        internal = level_facts["internal"]
         if internal in _UNSIZED:
             stencil = gl.attachment(0x1802, 0x8217) if surface.kind == "window" else 8 * (internal == 0x84F9)
             internal = _SIZED_DEPTHS.get((depth, stencil), 0x81A6)
-        facts = Facts(surface, _all_told(found), float_format(1), internal, f"depth of {depth} bits", True)
+        facts = Facts(surface, _all_told(level_facts), float_format(1), internal, f"depth of {depth} bits", True)
         unbind_surface(gl, g.FRAMEBUFFER, surface, points)
         return facts
     kind = gl.attachment(colour_point, _COMPONENT_TYPE)
@@ -291,10 +294,10 @@ def _with_components(gl: Functions, surface: Surface, scratch: int, found: dict[
     if kind in _INTEGERS:
         raise BackendError(f"gl: {in_words(surface)} holds whole numbers ({stored}), which no kernel reads")
     format_ = _format(components, kind, srgb)
-    internal = found["internal"]
+    internal = level_facts["internal"]
     if internal in _UNSIZED:
         internal = _sized(components, format_, gl.has.is_es and srgb)
-    return Facts(surface, _all_told(found), format_, internal, stored, False, srgb)
+    return Facts(surface, _all_told(level_facts), format_, internal, stored, False, srgb)
 
 
 def _sized(components: tuple[int, ...], format_: Format, encoded: bool) -> int:
@@ -307,12 +310,12 @@ def _sized(components: tuple[int, ...], format_: Format, encoded: bool) -> int:
     return _SIZED.get(components, _RGBA8)
 
 
-def _size(found: dict[str, int]) -> tuple[int, int]:
-    return found["width"], found["height"]
+def _size(level_facts: dict[str, int]) -> tuple[int, int]:
+    return level_facts["width"], level_facts["height"]
 
 
-def _all_told(found: dict[str, int]) -> tuple[int, int, int, int]:
-    return *_size(found), found["internal"], found["samples"]
+def _all_told(level_facts: dict[str, int]) -> tuple[int, int, int, int]:
+    return *_size(level_facts), level_facts["internal"], level_facts["samples"]
 
 
 def _format(components: tuple[int, ...], kind: int, srgb: bool) -> Format:
@@ -326,7 +329,7 @@ def _format(components: tuple[int, ...], kind: int, srgb: bool) -> Format:
 
 #: Sampler parameters: nearest, clamped to the edge, no comparison of depth.
 _NEAREST = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
-#: Internal format → format and type that an empty texture of it is made with, where those of colour do not do.
+#: Internal format → format and type that an empty texture of it is made with, where those of color do not do.
 _DEPTHS = {
     **dict.fromkeys((0x81A5, 0x81A6, 0x81A7, 0x8CAC, 0x1902), (0x1902, 0x1406)),
     0x88F0: (0x84F9, 0x84FA),
@@ -468,19 +471,19 @@ class Copies:
     def _resolved(self, picture: HostPicture, format_: Format) -> Texture:
         """Resolve all samples by a pass."""
         gl, facts = self.host.context.gl, picture.facts
-        copied, room = self._samples_of(picture), self._room_for(picture, format_, False, not facts.is_depth)
+        copied, copy_texture = self._samples_of(picture), self._room_for(picture, format_, False, not facts.is_depth)
         places = None
         if facts.is_depth:
             bind_surface(gl, g.DRAW_FRAMEBUFFER, self._framebuffers[0], facts.surface, points := (_point(facts),))
             places = self.samples.places(facts.samples)
             unbind_surface(gl, g.DRAW_FRAMEBUFFER, facts.surface, points)
-        surface, points = Surface("texture", room.name), (g.COLOR_ATTACHMENT0,)
+        surface, points = Surface("texture", copy_texture.name), (g.COLOR_ATTACHMENT0,)
         bind_surface(gl, g.FRAMEBUFFER, self._framebuffers[0], surface, points)
         self.host.context.bound.forget()
         self.samples.resolve(picture, copied, self._framebuffers[0], places)
         gl.BindFramebuffer(g.FRAMEBUFFER, self._framebuffers[0])
         unbind_surface(gl, g.FRAMEBUFFER, surface, points)
-        return room
+        return copy_texture
 
     def _samples_of(self, picture: HostPicture) -> int:
         """A texture with the samples of all that the picture is a part of: the host's, or a copy."""
@@ -578,20 +581,20 @@ class Copies:
     def _taken(self, kind: object, size: tuple[int, int], make: Callable[[], int]) -> int:
         """A texture of a kind that nobody needs in this run; those that were not needed for long go."""
         self._takes += 1
-        room = next((r for r in self._rooms if r.free and (r.kind, r.size) == (kind, size)), None)
-        if room is None:
-            room = _Room(make(), kind, size)
-            self._rooms.append(room)
-        room.free, room.taken = False, self._takes
+        texture = next((r for r in self._rooms if r.free and (r.kind, r.size) == (kind, size)), None)
+        if texture is None:
+            texture = _Room(make(), kind, size)
+            self._rooms.append(texture)
+        texture.free, texture.taken = False, self._takes
         for old in [r for r in self._rooms if r.free and self._takes - r.taken > KEPT_FOR]:
             self._rooms.remove(old)
             self.objects.delete("Texture", old.name)
-        return room.name
+        return texture.name
 
     def end_run(self) -> None:
         """Release the copies of this run."""
-        for room in self._rooms:
-            room.free = True
+        for texture in self._rooms:
+            texture.free = True
         self._of_run.clear()
 
     def move(self, source: Texture, destination: Texture) -> None:

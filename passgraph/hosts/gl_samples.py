@@ -134,11 +134,11 @@ class Samples:
 
     def places(self, count: int) -> NDArray[np.float32]:
         """Return the sample positions of the bound draw framebuffer, from the pixel's center, (count, 2)."""
-        gl, pair, found = self.host.context.gl, (ctypes.c_float * 2)(), []
+        gl, pair, positions = self.host.context.gl, (ctypes.c_float * 2)(), []
         for k in range(count):
             gl.GetMultisamplefv(_SAMPLE_POSITION, k, pair)
-            found.append((pair[0] - 0.5, pair[1] - 0.5))
-        return np.array(found, np.float32)
+            positions.append((pair[0] - 0.5, pair[1] - 0.5))
+        return np.array(positions, np.float32)
 
     def _use(
         self, name: str, framebuffer: int, picture: HostPicture, origin: tuple[int, int] = (0, 0)

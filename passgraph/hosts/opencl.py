@@ -138,25 +138,25 @@ class Host(OpenCLBackend):
             pixel_pitch=pixel_pitch, order=order, origin=origin,
         )  # fmt: skip
 
-    def picture(self, given: Any, format: str | Format | None = None) -> OpenCLPicture:
+    def picture(self, source: Any, format: str | Format | None = None) -> OpenCLPicture:
         """A picture of a ``pyopencl.array.Array`` or a two-dimensional ``pyopencl.Image``.
 
         Runs take these as they are too.  With a format, such as ``"rgba8_srgb"``, their numbers mean what that says.
         """
         with self.turn:
-            described = self._described(given, None if format is None else format_named(format))
+            described = self._described(source, None if format is None else format_named(format))
         if described is None:
-            raise InputError(f"a picture is made of a pyopencl array or image, got {arguments.shown(given)}")
+            raise InputError(f"a picture is made of a pyopencl array or image, got {arguments.shown(source)}")
         return described
 
     def wait_for(self, events: Iterable[Any]) -> None:
         """Let the next run begin when these events of other queues have happened."""
         self.check_open()
-        found = list(arguments.iterable(events, "wait_for: events", "a list of pyopencl.Event", InputError))
-        for event in found:
+        checked_events = list(arguments.iterable(events, "wait_for: events", "a list of pyopencl.Event", InputError))
+        for event in checked_events:
             arguments.instance(event, self.cl.Event, "wait_for: each event", "a pyopencl.Event", InputError)
         with self.turn, self.reported("waiting for the caller's events"):
-            self.borrowed.wait_for(found)
+            self.borrowed.wait_for(checked_events)
 
     def event(self) -> Any:
         """A ``pyopencl.Event`` that happens when all runs so far are done: for other queues, or to wait for."""
@@ -168,25 +168,29 @@ class Host(OpenCLBackend):
 
     # The contract
 
-    def picture_of(self, given: object) -> DevicePicture | None:
-        return self._described(given, None)
+    def picture_of(self, candidate: object) -> DevicePicture | None:
+        return self._described(candidate, None)
 
-    def _described(self, given: Any, format_: Format | None) -> OpenCLPicture | None:
-        if isinstance(given, OpenCLPicture):
+    def _described(self, candidate: Any, format_: Format | None) -> OpenCLPicture | None:
+        if isinstance(candidate, OpenCLPicture):
             self.check_open()
-            if given.context != self.context:
-                raise InputError(f"{given} is of another OpenCL context; make it with this program's host")
-            return given
-        if isinstance(given, np.ndarray) or not type(given).__module__.startswith("pyopencl"):
+            if candidate.context != self.context:
+                raise InputError(f"{candidate} is of another OpenCL context; make it with this program's host")
+            return candidate
+        if isinstance(candidate, np.ndarray) or not type(candidate).__module__.startswith("pyopencl"):
             return None
         self.check_open()
-        if isinstance(given, self.cl.Image):
-            return image_picture(self.context, given, format_)
-        if hasattr(given, "base_data"):
-            return array_picture(self.context, given, format_) if format_ is not None else self.borrowed.array(given)
+        if isinstance(candidate, self.cl.Image):
+            return image_picture(self.context, candidate, format_)
+        if hasattr(candidate, "base_data"):
+            return (
+                array_picture(self.context, candidate, format_)
+                if format_ is not None
+                else self.borrowed.array(candidate)
+            )
         raise InputError(
-            f"{arguments.shown(given)} does not say of what size and format it is; give host.buffer(buffer, (width, "
-            "height), 'rgba8')"
+            f"{arguments.shown(candidate)} does not say its size and format; give host.buffer(buffer, (width, height), "
+            "'rgba8')"
         )
 
     def adopt(self, external: Any, format: Format, use: Use = READ) -> Storage | None:

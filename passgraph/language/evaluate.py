@@ -14,8 +14,8 @@ from passgraph.language.operations import OPERATIONS
 _DTYPES = {"float": np.float64, "int": np.int64, "bool": np.bool_}
 
 
-def computed(body: Sequence[s.Instruction], given: Mapping[str, NDArray[Any]], result: s.Operand) -> NDArray[Any]:
-    """The value of ``result`` where the builtins are ``given``: operations by their reference, rounded to float32."""
+def computed(body: Sequence[s.Instruction], inputs: Mapping[str, NDArray[Any]], result: s.Operand) -> NDArray[Any]:
+    """Return ``result`` for given builtins: operations by their reference, rounded to float32."""
     values: dict[int, NDArray[Any]] = {}
 
     def value(operand: s.Operand) -> NDArray[Any]:
@@ -26,12 +26,12 @@ def computed(body: Sequence[s.Instruction], given: Mapping[str, NDArray[Any]], r
     with np.errstate(all="ignore"):
         for i in body:
             if isinstance(i, s.LoadBuiltin):
-                found: NDArray[Any] = given[i.name].astype(_DTYPES[i.to.type])
+                array: NDArray[Any] = inputs[i.name].astype(_DTYPES[i.to.type])
             elif isinstance(i, s.Choose):
-                found = np.where(value(i.condition), value(i.then), value(i.orelse))
+                array = np.where(value(i.condition), value(i.then), value(i.orelse))
             else:
                 assert isinstance(i, s.Op)
-                found = np.asarray(OPERATIONS[i.operation].reference(*map(value, i.arguments)))
+                array = np.asarray(OPERATIONS[i.operation].reference(*map(value, i.arguments)))
             is_float = s.results_of(i)[0].type == "float"
-            values[s.results_of(i)[0].id] = found.astype(np.float32).astype(np.float64) if is_float else found
+            values[s.results_of(i)[0].id] = array.astype(np.float32).astype(np.float64) if is_float else array
         return value(result)

@@ -1,4 +1,4 @@
-"""Types of operations and the conversions that happen by themselves (whole numbers to float, never back)."""
+"""Types of operations, and implicit conversions (integers to float, never back)."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _LETTERS = {"G": FLOAT, "S": INT, "U": UINT, "B": BOOL, "f": FLOAT, "i": INT, "b
 
 
 def widen(value: ir.Expr, type_: Type, span: Span, what: str) -> ir.Expr:
-    """``value`` as ``type_``: unchanged, a whole number as float, a written int as uint.
+    """Convert ``value`` to ``type_``: unchanged, an integer to float, or a literal int to uint.
 
-    Anything else is an error that names the mend.
+    Anything else is an error that names the remedy.
     """
     if value.type == type_:
         return value
@@ -38,25 +38,25 @@ def widen(value: ir.Expr, type_: Type, span: Span, what: str) -> ir.Expr:
         if wider is not None:
             return wider
     if isinstance(value.type, (Scalar, Vector)) and isinstance(type_, (Scalar, Vector)):
-        given, wanted = _element(value.type), _element(type_)
-        if with_element(value.type, wanted) == type_:
-            if wanted is FLOAT and given in (INT, UINT):
+        from_element, to_element = _element(value.type), _element(type_)
+        if with_element(value.type, to_element) == type_:
+            if to_element is FLOAT and from_element in (INT, UINT):
                 if isinstance(value, ir.Literal):
                     return ir.Literal(FLOAT, float(value.value), value.span)
-                return ir.Apply(type_, "to_float" if given is INT else "float_from_uint", (value,), span)
-            if wanted is UINT and isinstance(value, ir.Literal) and given is INT:
+                return ir.Apply(type_, "to_float" if from_element is INT else "float_from_uint", (value,), span)
+            if to_element is UINT and isinstance(value, ir.Literal) and from_element is INT:
                 return _as_uint(value, what)
-            if wanted in (INT, UINT) and given is FLOAT:
+            if to_element in (INT, UINT) and from_element is FLOAT:
                 mend = f"narrowing is never silent: write {type_}(...)"
                 fail(span, f"{what} must be {type_}, got {value.type}; {mend}")
-            if {given, wanted} == {INT, UINT}:
+            if {from_element, to_element} == {INT, UINT}:
                 mend = f"int and uint do not mix by themselves: write {type_}(...), which keeps the bits"
                 fail(span, f"{what} must be {type_}, got {value.type}; {mend}")
     fail(span, f"{what} must be {type_}, got {value.type}")
 
 
 def _as_uint(value: ir.Literal, what: str) -> ir.Literal:
-    """A written int where a uint is wanted."""
+    """Convert a literal int where a uint is expected."""
     number = int(value.value)
     if number < 0 and not value.bits:
         fail(value.span, f"{what} must be uint, from 0 to {UINT_MAX}, got {number}; write uint({number}) for its bits")
@@ -64,13 +64,13 @@ def _as_uint(value: ir.Literal, what: str) -> ir.Literal:
 
 
 def _widen_array(value: ir.Expr, type_: Array, span: Span, what: str) -> ir.Expr | None:
-    """A written-out or captured array of ints where floats or uints are wanted."""
-    given, wanted = value.type, element_of(type_)
-    if not isinstance(given, Array) or given.length != type_.length or element_of(given) is not INT:
+    """Convert a literal or captured array of ints where floats or uints are expected."""
+    array, element_type = value.type, element_of(type_)
+    if not isinstance(array, Array) or array.length != type_.length or element_of(array) is not INT:
         return None
-    if wanted not in (FLOAT, UINT) or component_count(given) != component_count(type_):
+    if element_type not in (FLOAT, UINT) or component_count(array) != component_count(type_):
         return None
-    if isinstance(value, ir.Table) and wanted is UINT:
+    if isinstance(value, ir.Table) and element_type is UINT:
         return ir.Table(type_, value.values, span) if min(value.values) >= 0 else None
     if isinstance(value, ir.Table):
         return ir.Table(type_, tuple(float(v) for v in value.values), span)
@@ -84,23 +84,23 @@ def _element(type_: Value) -> Scalar:
 
 
 def apply(name: str, arguments: list[ir.Expr], span: Span) -> ir.Expr:
-    """An operation on typed arguments, with its result type, or an error that shows the signature."""
+    """Return an operation on typed arguments, with its result type; the error shows the signature."""
     row = OPERATIONS[name]
     if row.unsigned and _shared_element(row, arguments) is UINT:
         return apply(row.unsigned, arguments, span)
     if name == "matmul":
         return _matmul(arguments, span)
-    wanted, shown = row.operands, row.spoken
-    if len(arguments) != len(wanted):
-        plural = "" if len(wanted) == 1 else "s"
-        fail(span, f"{shown} takes {len(wanted)} argument{plural}, got {len(arguments)} ({row.doc})")
+    patterns, shown = row.operands, row.spoken
+    if len(arguments) != len(patterns):
+        plural = "" if len(patterns) == 1 else "s"
+        fail(span, f"{shown} takes {len(patterns)} argument{plural}, got {len(arguments)} ({row.doc})")
     for argument in arguments:
         if not isinstance(argument.type, (Scalar, Vector, Matrix)):
             fail(span, f"{shown} does not take {argument.type}")
     size = _common_size(row, arguments, span)
     element = _number_element(row, arguments, span)
     typed: list[ir.Expr] = []
-    for letter, argument in zip(wanted, arguments, strict=True):
+    for letter, argument in zip(patterns, arguments, strict=True):
         target = element if letter in "NI" else _LETTERS.get(letter, FLOAT)
         typed.append(_fit(argument, letter, target, size, shown, span))
     return ir.Apply(_result_type(row.result, size, element, typed), name, tuple(typed), span)
@@ -121,20 +121,20 @@ def _common_size(row: Operation, arguments: list[ir.Expr], span: Span) -> int:
 
 
 def _number_element(row: Operation, arguments: list[ir.Expr], span: Span) -> Scalar:
-    """The element type shared by all ``N`` and ``I`` arguments."""
+    """Return the element type shared by all ``N`` and ``I`` arguments."""
     if "N" in row.operands and not row.converts and BOOL in _elements(row, arguments):
         fail(span, f"{row.spoken} takes numbers, got bool; write int(...) or float(...)")
     return _shared_element(row, arguments)
 
 
 def _elements(row: Operation, arguments: list[ir.Expr]) -> list[Scalar]:
-    """The element types of arguments that may be of several."""
+    """Return the element types of arguments that may be of several."""
     pairs = zip(row.operands, arguments, strict=False)
     return [_element(a.type) for letter, a in pairs if letter in "NI" and isinstance(a.type, (Scalar, Vector))]
 
 
 def _shared_element(row: Operation, arguments: list[ir.Expr]) -> Scalar:
-    """Uint when one argument is and none is float; int when all are, and where only whole numbers go; else float."""
+    """Return uint if one argument is uint and none float; int if all are, or only integers are allowed; else float."""
     elements = _elements(row, arguments)
     if elements and all(e is BOOL for e in elements) and row.converts:
         return BOOL
@@ -165,7 +165,7 @@ def _result_type(letter: str, size: int, element: Scalar, arguments: list[ir.Exp
     if letter in ("M", "Q"):
         first = arguments[0].type
         if isinstance(first, Matrix):
-            return Matrix(first.rows, first.columns)  # transposed; what is square stays so
+            return Matrix(first.rows, first.columns)  # transposed; square matrices stay square
         assert isinstance(first, Vector)
         last = arguments[-1].type
         assert isinstance(last, Vector)
@@ -201,7 +201,7 @@ def _factors(a: Type, b: Type) -> str:
 
 
 def binary(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
-    """An operator between typed operands: the row for floats where one of them is, else the one for ints."""
+    """Return an operator applied to typed operands: the row for floats if one is a float, else the one for ints."""
     matrices = isinstance(left.type, Matrix) or isinstance(right.type, Matrix)
     if sign == "@":
         if matrices:
@@ -216,7 +216,7 @@ def binary(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
 
 
 def _matrix_arithmetic(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
-    """``*`` between matrices and vectors is the product; with scalars, and for + and -, it goes by column."""
+    """Return ``*`` of matrices and vectors as the product; with scalars, and for + and -, it goes by column."""
     if sign == "*" and not isinstance(left.type, Scalar) and not isinstance(right.type, Scalar):
         return _matmul([left, right], span)
     if sign not in ("+", "-", "*", "/"):
@@ -237,7 +237,7 @@ def _matrix_arithmetic(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> 
 
 
 def _widens(value: ir.Expr, type_: Type) -> bool:
-    """Whether a value becomes another type by itself."""
+    """Return True if a value converts implicitly to another type."""
     if not isinstance(value.type, (Scalar, Vector)) or _element(value.type) not in (INT, UINT):
         return False
     written = isinstance(value, ir.Literal) and value.type is INT and type_ is UINT
@@ -245,7 +245,7 @@ def _widens(value: ir.Expr, type_: Type) -> bool:
 
 
 def unify(left: ir.Expr, right: ir.Expr, span: Span, what: str) -> tuple[ir.Expr, ir.Expr]:
-    """Both sides of a choice as one type."""
+    """Convert both sides of a choice to one type."""
     if left.type == right.type:
         return left, right
     for a, b, flip in ((left, right, False), (right, left, True)):

@@ -1,4 +1,4 @@
-"""First phase: collect everything behind the outputs, check it, and resolve formats and sizes."""
+"""First phase: collect all passes and inputs behind the outputs, check them, and resolve formats and sizes."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ def _check_output(name: str, target: object) -> None:
 
 
 def _bind_inputs(
-    passes: list[Pass], given: Mapping[str, tuple[Format, tuple[int, int]]]
+    passes: list[Pass], known_inputs: Mapping[str, tuple[Format, tuple[int, int]]]
 ) -> dict[InputSpec, tuple[Format, tuple[int, int]]]:
     specs = inputs_of(passes)
     bound = {}
     for name, spec in specs.items():
-        given_format, given_size = given.get(name, (None, None))
+        given_format, given_size = known_inputs.get(name, (None, None))
         format_ = spec.format or given_format
         size = spec.size or given_size
         if format_ is None or size is None:
@@ -69,7 +69,7 @@ def _bind_inputs(
 
 
 def _check_names(passes: list[Pass]) -> None:
-    """One name means one target, so that results and messages are clear."""
+    """Check that each name means one target, so that results and messages are unambiguous."""
     names: dict[str, TargetSpec] = {}
     for node in passes:
         for spec in node.writes:
@@ -80,12 +80,12 @@ def _check_names(passes: list[Pass]) -> None:
 
 
 def _check_values(passes: list[Pass], inputs: Mapping[InputSpec, object]) -> None:
-    """One name means one run value, and no input too: runs bring both by name."""
-    known: dict[str, Value] = {}
+    """Check that each name means one run value and no input, as runs set both by name."""
+    values_by_name: dict[str, Value] = {}
     names = {spec.name for spec in inputs}
     for node in passes:
         for value in sources_of(node.values):
-            first = known.setdefault(value.name, value)
+            first = values_by_name.setdefault(value.name, value)
             if first.type is not value.type or first.static != value.static:
                 raise GraphError(
                     f"two different values are called {value.name!r} (one in pass {node.name!r}); "
@@ -96,7 +96,7 @@ def _check_values(passes: list[Pass], inputs: Mapping[InputSpec, object]) -> Non
 
 
 def _final_contents(passes: list[Pass]) -> dict[TargetSpec, Target]:
-    writers = {spec: node for node in passes for spec in node.writes}  # the last one of each
+    writers = {spec: node for node in passes for spec in node.writes}  # the last writer of each
     final: dict[TargetSpec, Target] = {}
     for spec in dict.fromkeys(t.spec for node in passes for t in node.reads if t.is_previous):
         assert isinstance(spec, TargetSpec)
@@ -112,12 +112,12 @@ def _final_contents(passes: list[Pass]) -> dict[TargetSpec, Target]:
 
 
 def _check_starts(work: Work) -> None:
-    """Pictures that history starts from are as large as their targets."""
+    """Check that initial pictures of history are as large as their targets."""
     for spec in work.final:
         width, height = work.sizes[spec]
         if isinstance(spec.initial, np.ndarray) and spec.initial.shape[:2] != (height, width):
-            given = "x".join(map(str, reversed(spec.initial.shape[:2])))
+            initial_size = "x".join(map(str, reversed(spec.initial.shape[:2])))
             raise GraphError(
-                f"target {spec.name!r} starts from a picture of {given} pixels and is {width}x{height}; give one of "
-                "its size, or a colour"
+                f"target {spec.name!r} starts from a picture of {initial_size} pixels and is {width}x{height}; give "
+                "one of its size, or a color"
             )

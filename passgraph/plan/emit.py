@@ -1,4 +1,4 @@
-"""Last phase: resources, lifetimes, shared memory, what runs once, and the steps themselves."""
+"""Last phase: resources, lifetimes, shared memory, static steps, and the steps themselves."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from passgraph.plan.data import BufferSpec, CopyStep, DrawStep, Memory, PixelSte
 from passgraph.plan.order import Copies
 from passgraph.plan.work import Lowered, Work
 
-#: Notes name so many targets that share one memory.
+#: Most sharers of an allocation named in a note.
 MAX_NAMED = 16
 
 
 class Resources:
-    """Pictures by content; draws over a content share its picture."""
+    """Resources by content; a draw over a content shares its resource."""
 
     def __init__(self, work: Work) -> None:
         self.work = work
@@ -53,11 +53,11 @@ class Resources:
             for image in lowered.images.values():
                 if image.is_previous and isinstance(image.spec, TargetSpec):
                     deepest[image.spec] = max(deepest[image.spec], image.frames_ago)
-        found: dict[int, int] = {}
+        histories: dict[int, int] = {}
         for spec, target in self.work.final.items():
             earlier = (Target(spec, frames_ago=number) for number in range(1, deepest[spec] + 1))
-            found |= {self.of(now): self.of(before) for now, before in pairwise((target, *earlier))}
-        return found
+            histories |= {self.of(now): self.of(before) for now, before in pairwise((target, *earlier))}
+        return histories
 
 
 def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
@@ -106,13 +106,13 @@ def _share_pictures(lowered: Lowered, resources: Resources, copies: Copies, step
 
 
 def _loads(lowered: Lowered) -> list[tuple[Target, Target | None]]:
-    """Return what a draw makes, and what it draws over."""
-    done = lowered.done
-    if not isinstance(done, DrawPass):
+    """Return pairs of what a draw makes and what it draws over."""
+    pass_ = lowered.done
+    if not isinstance(pass_, DrawPass):
         return []
-    rows = list(zip(lowered.colours, done.loads, strict=True))
-    if done.depth is not None:
-        rows.append((Target(done.depth, lowered.node, -1), done.depth_load))
+    rows = list(zip(lowered.colours, pass_.loads, strict=True))
+    if pass_.depth is not None:
+        rows.append((Target(pass_.depth, lowered.node, -1), pass_.depth_load))
     return rows
 
 
@@ -122,22 +122,22 @@ def _step(node: Pass, work: Work, resources: Resources) -> Step:
     names = [use.name for program in programs if program is not None for use in program.images]
     images = tuple((name, resources.of(low.images[name])) for name in names)
     outputs = tuple(map(resources.of, low.colours))
-    done = low.done
-    if not isinstance(done, DrawPass):
+    pass_ = low.done
+    if not isinstance(pass_, DrawPass):
         assert low.program is not None
         return PixelStep(
             low.name, low.program, images, resources.formats(r for _, r in images), outputs,
-            resources.formats(outputs), low.size, low.values, done, low.facts, low.fused,
+            resources.formats(outputs), low.size, low.values, pass_, low.facts, low.fused,
         )  # fmt: skip
     assert low.vertex is not None
-    depth = None if done.depth is None else resources.of(Target(done.depth, node, -1))
+    depth = None if pass_.depth is None else resources.of(Target(pass_.depth, node, -1))
     return DrawStep(
         low.name, low.vertex, low.fragment, low.varyings,
         images, resources.formats(r for _, r in images), outputs, resources.formats(outputs),
-        tuple(_clear(spec) if load is None else None for spec, load in zip(done.into, done.loads, strict=True)),
+        tuple(_clear(spec) if load is None else None for spec, load in zip(pass_.into, pass_.loads, strict=True)),
         depth,
-        None if done.depth is None or done.depth_load is not None else _depth_clear(done.depth),
-        done.state, low.size, low.values, done, low.vertex_facts, low.facts,
+        None if pass_.depth is None or pass_.depth_load is not None else _depth_clear(pass_.depth),
+        pass_.state, low.size, low.values, pass_, low.vertex_facts, low.facts,
     )  # fmt: skip
 
 
@@ -153,14 +153,14 @@ def _depth_clear(spec: TargetSpec) -> float:
 def _mark_static(
     steps: list[Step], resources: list[Resource], with_history: set[int], work: Work
 ) -> tuple[list[Step], set[int]]:
-    """Mark the steps whose every source is static: they run once.
+    """Mark the steps that run once: every source is static.
 
     A resource is not static if another step also writes it, or if a step of every run reads it before its last write:
-    from the second run on that step would read the final content.
+    from the second run on, that step would read the final content.
     """
     if not work.options.static:
         return steps, set()
-    # A picture with history changes its memory at each run, so what it holds must be written at each run.
+    # History changes its allocation at each run, so it must be written at each run.
     changing = with_history | {r.id for r in resources if r.kind == "history"}
     still = {spec.name for spec in work.inputs if spec.static}
     changing |= {r.id for r in resources if r.kind == "input" and r.name not in still}
@@ -182,7 +182,7 @@ def _mark_static(
 
 
 def _read_before_last_write(changing: set[int], steps: list[Step]) -> set[int]:
-    """Resources outside ``changing`` that a step of every run reads before the last step that writes them."""
+    """Return resources outside ``changing`` that a step of every run reads before their last write."""
     last_write = {r: index for index, step in enumerate(steps) for r in step.writes}
     return {
         r
@@ -194,46 +194,46 @@ def _read_before_last_write(changing: set[int], steps: list[Step]) -> set[int]:
 
 
 def _spread(changing: set[int], steps: list[Step]) -> set[int]:
-    """Pictures that change, and all that is written by steps that read them or write them too."""
+    """Return the pictures that change: those given, and all that steps write that read or write one of them."""
     touching: dict[int, list[Step]] = {}
     for step in steps:
         for resource in (*step.reads, *step.writes):
             touching.setdefault(resource, []).append(step)
-    found, pending = set(changing), list(changing)
+    reached, pending = set(changing), list(changing)
     while pending:
         for step in touching.pop(pending.pop(), ()):
-            fresh = [r for r in step.writes if r not in found]
-            found.update(fresh)
+            fresh = [r for r in step.writes if r not in reached]
+            reached.update(fresh)
             pending += fresh
-    return found
+    return reached
 
 
 def _handed_on(steps: list[Step], static: set[int]) -> set[int]:
-    """Static pictures that must outlive the run: those that a step of every run reads."""
+    """Return the static pictures that must outlive the run: a step of every run reads them."""
     return {r for step in steps if not step.static for r in step.reads if r in static}
 
 
 @dataclass
 class _Shared:
-    """Memories of one format and size, for steps that run once or for those of every run."""
+    """Allocations of one format and size, for static steps or for those of every run."""
 
     busy: list[tuple[int, int]] = field(default_factory=list)  # heap: last step that needs it, index
     free: list[int] = field(default_factory=list)  # heap of indices
 
     def taken(self, first: int) -> int | None:
-        """The first memory whose pictures are not needed from step ``first`` on; steps only grow."""
+        """Return the first allocation that is free from step ``first`` on; steps must come in order."""
         while self.busy and self.busy[0][0] < first:
             heappush(self.free, heappop(self.busy)[1])
         return heappop(self.free) if self.free else None
 
 
 def _memories(resources: list[Resource], steps: list[Step], work: Work) -> tuple[list[Resource], list[Memory]]:
-    """Targets of one format and size share memory where their lifetimes are disjoint from *all* that share it."""
+    """Assign allocations: targets of one format and size share one if their lifetimes are disjoint."""
     spans = lifetimes(resources, steps)
     static_only = {r for step in steps if step.static for r in step.writes}
     memories: list[Memory] = []
     occupants: list[list[str]] = []
-    # A step that runs once must not scribble over a picture of every run, nor the other way round.
+    # A static step must not overwrite a picture of every run, nor the other way round.
     groups: dict[tuple[Memory, bool], _Shared] = {}
     placed: list[Resource] = []
     for resource in sorted(resources, key=lambda r: (spans[r.id][0], r.id)):

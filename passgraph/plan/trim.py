@@ -27,7 +27,7 @@ def cull(work: Work) -> None:
             continue
         needed.add(node)
         lowered = work.passes[node]
-        # What is read of the last run must be written in this one.
+        # History that is read must be written in this run.
         history = [t.spec for t in lowered.images.values() if t.is_previous]
         still_read.update(history)
         needs = [*lowered.reads, *(work.final[s] for s in history)]  # type: ignore[index]
@@ -43,26 +43,26 @@ T = TypeVar("T")
 
 
 def trim(work: Work) -> bool:
-    """True where a pass was left with fewer targets, and so may read less."""
+    """Drop unused targets of passes; return True if a pass lost one, and so may read less."""
     if not work.options.cull:
         return False
     live = _live(work)
-    # A pass of which nothing is live is drawn over where nobody looks, and goes once the draws over it are trimmed.
+    # A pass without live targets is drawn over unread, and is dropped once the draws over it are trimmed.
     makers = {target.made_by for target in live}
-    found = False
+    changed = False
     for lowered in (lowered for node, lowered in work.passes.items() if node in makers):
         dead = [target for target in lowered.colours if target not in live]
-        kept = _kept(lowered, dead)
-        if len(kept) < len(lowered.slots):
+        live_slots = _kept(lowered, dead)
+        if len(live_slots) < len(lowered.slots):
             names = ", ".join(target.name for target in dead)
             work.notes.append(f"left out {names} of pass {lowered.name}: nothing that reaches an output reads it")
-            _leave(lowered, kept, work)
-            found = True
-    return found
+            _keep_targets(lowered, live_slots, work)
+            changed = True
+    return changed
 
 
 def _live(work: Work) -> set[Target]:
-    """Contents that an output or the next run needs, each target of a pass by itself."""
+    """Return the contents that an output or the next run needs, each target of a pass separately."""
     live: set[Target] = set()
     seen: set[Pass] = set()
     pending = [target.content for target in work.roots()]
@@ -72,65 +72,65 @@ def _live(work: Work) -> set[Target]:
         if lowered is None or target in live:
             continue
         live.add(target)
-        done = lowered.done
+        pass_ = lowered.done
         if lowered.node not in seen:
             seen.add(lowered.node)
             pending += [image.content for image in lowered.images.values() if not image.is_previous]
-            if isinstance(done, DrawPass) and done.depth_load is not None:
-                pending.append(done.depth_load.content)  # its tests read it
-        if isinstance(done, DrawPass) and target.slot in lowered.slots:
-            over = done.loads[lowered.slots.index(target.slot)]
+            if isinstance(pass_, DrawPass) and pass_.depth_load is not None:
+                pending.append(pass_.depth_load.content)  # its tests read it
+        if isinstance(pass_, DrawPass) and target.slot in lowered.slots:
+            over = pass_.loads[lowered.slots.index(target.slot)]
             pending += [] if over is None else [over.content]
     return live
 
 
 def _kept(lowered: Lowered, dead: Sequence[Target]) -> list[int]:
     """Return the color targets that stay, by number."""
-    kept = [number for number, target in enumerate(lowered.colours) if target not in dead]
-    # Without any there is no fragment program, which may be what says where depth is not written.
+    live_slots = [number for number, target in enumerate(lowered.colours) if target not in dead]
+    # Without color targets there is no fragment program, which may be what discards depth.
     discards = lowered.fragment is not None and lowered.fragment.keep is not None
-    return kept or ([0] if discards else [])
+    return live_slots or ([0] if discards else [])
 
 
-def _leave(lowered: Lowered, kept: Sequence[int], work: Work) -> None:
-    """Lower a pass anew with these of its colour targets."""
-    lowered.facts = replace(lowered.facts, stores=_chosen(lowered.facts.stores, kept))
+def _keep_targets(lowered: Lowered, slots: Sequence[int], work: Work) -> None:
+    """Lower a pass again with some of its color targets."""
+    lowered.facts = replace(lowered.facts, stores=_chosen(lowered.facts.stores, slots))
     if isinstance(lowered.done, DrawPass):
-        lowered.trimmed = _draw_with(lowered, lowered.done, kept, work)
+        lowered.trimmed = _draw_with(lowered, lowered.done, slots, work)
     else:
-        lowered.trimmed = _pixels_with(lowered, lowered.done, kept, work)
-    lowered.slots = _chosen(lowered.slots, kept)
+        lowered.trimmed = _pixels_with(lowered, lowered.done, slots, work)
+    lowered.slots = _chosen(lowered.slots, slots)
     programs = (lowered.program, lowered.vertex, lowered.fragment)
     read = {use.name for program in programs if program is not None for use in program.images}
     lowered.images = {name: target for name, target in lowered.images.items() if name in read}
 
 
-def _pixels_with(lowered: Lowered, node: PixelPass, kept: Sequence[int], work: Work) -> PixelPass:
-    kernel = Kernel.of_program(_with_results(node.kernel.program, kept))
+def _pixels_with(lowered: Lowered, node: PixelPass, slots: Sequence[int], work: Work) -> PixelPass:
+    kernel = Kernel.of_program(_with_results(node.kernel.program, slots))
     lowered.program = lower_once(kernel.program, lowered.facts, work.programs)
-    return replace(node, kernel=kernel, into=_chosen(node.into, kept))
+    return replace(node, kernel=kernel, into=_chosen(node.into, slots))
 
 
-def _draw_with(lowered: Lowered, drawn: DrawPass, kept: Sequence[int], work: Work) -> DrawPass:
+def _draw_with(lowered: Lowered, drawn: DrawPass, slots: Sequence[int], work: Work) -> DrawPass:
     state = replace(
-        drawn.state, blend=_chosen(drawn.state.blend, kept), color_mask=_chosen(drawn.state.color_mask, kept)
+        drawn.state, blend=_chosen(drawn.state.blend, slots), color_mask=_chosen(drawn.state.color_mask, slots)
     )
     fragment = None
-    if drawn.fragment is not None and kept:
-        fragment = Kernel.of_program(_with_results(drawn.fragment.program, kept))
+    if drawn.fragment is not None and slots:
+        fragment = Kernel.of_program(_with_results(drawn.fragment.program, slots))
     lowered.fragment = None if fragment is None else lower_once(fragment.program, lowered.facts, work.programs)
     lowered.varyings = varyings_of(lowered.fragment)
     vertex = lower_once(drawn.vertex.program, lowered.vertex_facts, work.programs)
     lowered.vertex = link(vertex, lowered.varyings)
-    into, loads = _chosen(drawn.into, kept), _chosen(drawn.loads, kept)
+    into, loads = _chosen(drawn.into, slots), _chosen(drawn.loads, slots)
     return replace(drawn, fragment=fragment, into=into, loads=loads, state=state)
 
 
-def _with_results(program: TypedKernel, kept: Sequence[int]) -> TypedKernel:
-    """The same kernel with some of its results."""
-    return replace(program, results=_chosen(program.results, kept))
+def _with_results(program: TypedKernel, slots: Sequence[int]) -> TypedKernel:
+    """Return the same kernel with some of its results."""
+    return replace(program, results=_chosen(program.results, slots))
 
 
-def _chosen(parts: Sequence[T], kept: Sequence[int]) -> tuple[T, ...]:
+def _chosen(parts: Sequence[T], slots: Sequence[int]) -> tuple[T, ...]:
     """Return the parts of the targets that stay."""
-    return tuple(parts[number] for number in kept) if parts else ()
+    return tuple(parts[number] for number in slots) if parts else ()

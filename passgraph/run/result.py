@@ -15,7 +15,7 @@ from passgraph.errors import InputError, UnknownNameError
 from passgraph.plan.data import Step
 
 Picture: TypeAlias = NDArray[np.float32]
-#: Arrays to write results into, by output name.
+#: Destination arrays by output name.
 Into: TypeAlias = Mapping[str, Any]
 Results: TypeAlias = Literal["float32", "stored"]
 Observer: TypeAlias = Callable[[Step, dict[str, Picture]], None]
@@ -41,7 +41,7 @@ class Result(Mapping[str, Picture]):
         return len(self._pictures)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
-        """The picture of a result with one target, so that ``np.asarray(result)`` is its array."""
+        """Return the picture of a result with one target, so that ``np.asarray(result)`` works."""
         if len(self) != 1:
             names = ", ".join(self)
             raise InputError(f"a result of {len(self)} targets is no array; name one of them: result[name] of {names}")
@@ -50,7 +50,7 @@ class Result(Mapping[str, Picture]):
         return array.copy() if copy and array is picture else array
 
     def save(self, path: str | PathLike[str], name: str | None = None) -> None:
-        """Write a result (the first where no name is given) as PNG, EXR …; the file is written whole or not at all.
+        """Write a result (by default the first) as PNG, EXR …; the file is written atomically.
 
         Values above 1 are clipped in 8-bit formats; use a tone-mapping effect, or EXR.
         """
@@ -59,7 +59,7 @@ class Result(Mapping[str, Picture]):
         save(path, self[next(iter(self)) if name is None else name])
 
     def _repr_html_(self) -> str:
-        """Each picture at its size in a notebook, with what is shown; alpha is left out, NaN is magenta."""
+        """Show each picture at its size in a notebook, with a description; alpha is ignored, NaN is magenta."""
         from base64 import b64encode
         from html import escape
 
@@ -67,8 +67,8 @@ class Result(Mapping[str, Picture]):
 
         parts = []
         for name, picture in self.items():
-            seen, words = viewable(scaled(picture))
-            bytes_ = np.round(seen * 255.0).astype(np.uint8)
+            shown_picture, words = viewable(scaled(picture))
+            bytes_ = np.round(shown_picture * 255.0).astype(np.uint8)
             data = b64encode(encode_png(Path(name), bytes_)).decode()
             height, width, channels = picture.shape
             caption = f"{escape(name)}: {width}x{height}, {channels} channels, {picture.dtype}; {escape(words)}"

@@ -138,22 +138,22 @@ def walk_nodes(header: dict[str, Any], file: Path) -> list[tuple[dict[str, Any],
     """
     nodes = header.get("nodes", [])
     scenes = header.get("scenes", [])
-    found: list[tuple[dict[str, Any], Float64]] = []
-    seen: set[int] = set()
+    placed: list[tuple[dict[str, Any], Float64]] = []
+    visited: set[int] = set()
     try:
         roots = scenes[header.get("scene", 0)].get("nodes", []) if scenes else _orphans(nodes)
         stack = [(index, np.eye(4)) for index in reversed(roots)]
         while stack:
             index, parent = stack.pop()
-            if index in seen:
+            if index in visited:
                 raise InputError(f"{file}: node {index} is reached twice; glTF nodes form a tree")
-            seen.add(index)
+            visited.add(index)
             world = parent @ local_matrix(nodes[index])
-            found.append((nodes[index], world))
+            placed.append((nodes[index], world))
             stack += [(child, world) for child in reversed(nodes[index].get("children", []))]
     except (IndexError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputError(f"{file}: its tree of nodes is broken ({error})") from None
-    return found
+    return placed
 
 
 def cameras_of(header: dict[str, Any], file: Path, bounds: Float64, turn: Float64) -> list[NamedCamera]:
@@ -266,7 +266,7 @@ class GltfData:
         return entry
 
     def array(self, index: Any) -> NDArray[Any]:
-        """(count, components) of an accessor; normalised integers as float64 in [-1, 1] or [0, 1]."""
+        """(count, components) of an accessor; normalized integers as float64 in [-1, 1] or [0, 1]."""
         accessor = self.entry("accessors", index)
         dtype, width, count = _layout(accessor, f"{self.file}: accessor {index}")
         if "bufferView" in accessor:  # its length is checked before anything is allocated
@@ -281,7 +281,7 @@ class GltfData:
 
     def _sparse(self, values: NDArray[Any], sparse: dict[str, Any], index: Any) -> NDArray[Any]:
         """Section 3.6.2.3: some rows of an accessor replaced."""
-        count, where, given = sparse["count"], sparse["indices"], sparse["values"]
+        count, where, stored_values = sparse["count"], sparse["indices"], sparse["values"]
         places = self._rows(
             where["bufferView"], where.get("byteOffset", 0), np.dtype(TYPES[where["componentType"]]), count, 1, index
         )[:, 0]
@@ -290,7 +290,9 @@ class GltfData:
                 f"{self.file}: accessor {index}: a sparse row is {places.max()}, and there are {len(values)}"
             )
         width = values.shape[1]
-        rows = self._rows(given["bufferView"], given.get("byteOffset", 0), values.dtype, count, width, index)
+        rows = self._rows(
+            stored_values["bufferView"], stored_values.get("byteOffset", 0), values.dtype, count, width, index
+        )
         values[places.astype(np.int64)] = rows
         return values
 

@@ -78,7 +78,7 @@ class GltfMaterials:
         return material, own
 
     def _base(self, source: dict[str, Any]) -> tuple[Any, dict[str, Any] | None]:
-        """Colour and picture of the light that a surface throws back in all directions."""
+        """Color and picture of the light that a surface throws back in all directions."""
         glossy = source.get("extensions", {}).get(GLOSSY)
         if glossy is not None:
             return glossy.get("diffuseFactor", (1, 1, 1, 1)), glossy.get("diffuseTexture")
@@ -288,18 +288,20 @@ def nodes_of(data: GltfData, turn: Float64) -> tuple[list[Node], list[str]]:
 def _copies(data: GltfData, node: dict[str, Any], placed: PlacedMeshes) -> list[Float64]:
     """Return the placements of a node's mesh, relative to the node: one, or one for each row of an instancing table."""
     attributes = node.get("extensions", {}).get(_COPIES, {}).get("attributes", {})
-    rows = {said.lower(): data.array(attributes[said]) for said in _PLACES if said in attributes}
+    rows = {
+        counts_text.lower(): data.array(attributes[counts_text]) for counts_text in _PLACES if counts_text in attributes
+    }
     if not rows:
         return [np.eye(4)]
     counts = {len(table) for table in rows.values()}
     if len(counts) > 1:
-        said = ", ".join(map(str, sorted(counts)))
+        counts_text = ", ".join(map(str, sorted(counts)))
         raise InputError(
-            f"{data.file}: node {node.get('name', '')!r}: {_COPIES} has tables of {said} rows; expected one row in "
-            "each for every copy"
+            f"{data.file}: node {node.get('name', '')!r}: {_COPIES} has tables of {counts_text} rows; expected one row "
+            "in each for every copy"
         )
     placed.check_count(max(counts))
-    return [local_matrix({said: table[i] for said, table in rows.items()}) for i in range(max(counts))]
+    return [local_matrix({attribute: table[i] for attribute, table in rows.items()}) for i in range(max(counts))]
 
 
 def _place(

@@ -124,8 +124,8 @@ def _fans(places: Int, face: NDArray[np.float64]) -> Int:
     key = ends[:, 0].astype(np.int64) * (int(places.max()) + 1) + ends[:, 1]
     order = np.argsort(key, kind="stable")
     order = order[np.flatnonzero(ends[order, 0] != ends[order, 1])]
-    same = np.flatnonzero(key[order[1:]] == key[order[:-1]])
-    one, other = order[same], order[same + 1]
+    equal_next = np.flatnonzero(key[order[1:]] == key[order[:-1]])
+    one, other = order[equal_next], order[equal_next + 1]
     smooth = (face[one // 3] * face[other // 3]).sum(axis=1) >= np.cos(CREASE_RAD)
     joins = np.concatenate([np.stack([corners[one[smooth], k], corners[other[smooth], k]]) for k in (0, 1)], axis=1)
     return least_joined(places.size, joins).reshape(-1, 3)
@@ -265,7 +265,7 @@ class Mesh(Fixed):
         points = _numbers(positions, 3, f"mesh {name!r}: positions")
         count = len(points)
         faces = _indices(triangles, count, name)
-        given = None if normals is None else _rows(normals, count, (3,), f"mesh {name!r}: normals")
+        normal_rows = None if normals is None else _rows(normals, count, (3,), f"mesh {name!r}: normals")
         coordinates = np.zeros((count, 2), np.float32)
         if uvs is not None:
             coordinates = _rows(uvs, count, (2,), f"mesh {name!r}: uvs")
@@ -273,7 +273,7 @@ class Mesh(Fixed):
         if colors is not None:
             table = _rows(colors, count, (3, 4), f"mesh {name!r}: colors")
             tint[:, : table.shape[1]] = table
-        directions = smooth_normals(points, faces) if given is None else _unit_normals(given, points, faces)
+        directions = smooth_normals(points, faces) if normal_rows is None else _unit_normals(normal_rows, points, faces)
         flat = np.tile(np.array([1, 0, 0, 1], np.float32), (count, 1))
         return cls(
             fixed(points),
@@ -283,7 +283,7 @@ class Mesh(Fixed):
             fixed(tint),
             fixed(flat),
             name,
-            has_normals=given is not None,
+            has_normals=normal_rows is not None,
             has_uvs=uvs is not None,
             has_colors=colors is not None,
         )
@@ -396,9 +396,9 @@ def _indices(value: ArrayLike, count: int, name: str) -> Int32:
     return array.astype(np.int32)
 
 
-def _unit_normals(given: Float32, points: Float32, faces: Int32) -> Float32:
+def _unit_normals(normals: Float32, points: Float32, faces: Int32) -> Float32:
     """Normals of length 1; those of length zero are computed from the triangles instead."""
-    wide = given.astype(np.float64)
+    wide = normals.astype(np.float64)
     lengths = np.linalg.norm(wide, axis=1, keepdims=True)
     result = (wide / np.maximum(lengths, 1e-30)).astype(np.float32)
     zero = lengths[:, 0] < 1e-20

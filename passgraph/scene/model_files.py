@@ -153,15 +153,15 @@ def materials_of(text: str) -> dict[str, dict[str, str]]:
     >>> materials_of("newmtl a b\\n map_Kd  my wood.png \\n")
     {'a b': {'map_kd': 'my wood.png'}}
     """
-    found: dict[str, dict[str, str]] = {}
+    materials: dict[str, dict[str, str]] = {}
     lines: dict[str, str] = {}
     for line in text.splitlines():
         key, _, rest = line.strip().replace("\t", " ").partition(" ")
         if key.lower() == "newmtl":
-            lines = found.setdefault(" ".join(rest.split()), {})
+            lines = materials.setdefault(" ".join(rest.split()), {})
         elif key and not key.startswith("#"):
             lines[key.lower()] = rest.strip()
-    return found
+    return materials
 
 
 def as_utf8(data: bytes) -> bytes:

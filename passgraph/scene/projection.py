@@ -86,9 +86,9 @@ class Projection:
         conventions = [False, True] if zero_to_one is None else [flag(zero_to_one, "zero_to_one", InputError)]
         planes = _parallel_planes if orthographic else _perspective_planes
         for lowest in (0.0 if one else -1.0 for one in conventions):
-            found = planes(a, b, lowest)
-            if found is not None:
-                return cls(half, middle, *found, orthographic, a > 0.0 if orthographic else b > 0.0)
+            planes_ = planes(a, b, lowest)
+            if planes_ is not None:
+                return cls(half, middle, *planes_, orthographic, a > 0.0 if orthographic else b > 0.0)
         raise _error(f"no near and far planes come from its third row{_range_said(zero_to_one)}", m)
 
 

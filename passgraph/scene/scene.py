@@ -64,8 +64,8 @@ class Scene:
             ("warnings", str, "lines of text"),
             ("cameras", NamedCamera, "a NamedCamera"),
         ):
-            given = arguments.several(getattr(self, field), class_, f"{where}: {field}", expected, InputError)
-            object.__setattr__(self, field, given)
+            items = arguments.several(getattr(self, field), class_, f"{where}: {field}", expected, InputError)
+            object.__setattr__(self, field, items)
         arguments.instance(self.camera, Camera, f"{where}: camera", "a pg.Camera", InputError)
         if not self.nodes:
             raise InputError(f"scene {self.name!r}: no nodes; a scene needs at least one mesh")

@@ -37,8 +37,8 @@ def _by_normals(mesh: Mesh) -> Mesh:
     if not mesh.has_normals:
         return mesh
     a, b, c = (mesh.positions[mesh.triangles[:, k]].astype(np.float64) for k in range(3))
-    meant = mesh.normals[mesh.triangles].sum(axis=1, dtype=np.float64)
-    turned = (np.cross(b - a, c - a) * meant).sum(axis=1) < 0.0
+    stored_normals = mesh.normals[mesh.triangles].sum(axis=1, dtype=np.float64)
+    turned = (np.cross(b - a, c - a) * stored_normals).sum(axis=1) < 0.0
     if not turned.any():
         return mesh
     return replace(mesh, triangles=np.where(turned[:, None], mesh.triangles[:, ::-1], mesh.triangles))

@@ -140,20 +140,20 @@ class _Graph:
             decoded: list[Any] = getattr(self, section)
             for i, one in enumerate(document.items(record[section], section)):
                 decoded.append(read(one, f"{section}[{i}]"))
-        found: dict[str, Target] = {}
+        outputs: dict[str, Target] = {}
         for i, one in enumerate(document.items(record["outputs"], "outputs")):
             name, handle = document.items(one, f"outputs[{i}]", exactly=2)
             name = document.text(name, f"outputs[{i}]")
-            if not name or not name.isprintable() or name in found:
+            if not name or not name.isprintable() or name in outputs:
                 document.wrong(f"outputs[{i}]", "a printable name that no output has yet", name)
-            found[name] = self._handle(handle, f"outputs[{i}]")
-        return found
+            outputs[name] = self._handle(handle, f"outputs[{i}]")
+        return outputs
 
     # Inputs, targets and values
 
-    def _input(self, given: object, where: str) -> InputSpec:
+    def _input(self, data: object, where: str) -> InputSpec:
         document = self.document
-        record = document.record(given, where, "name", "format", "size", "static", "default")
+        record = document.record(data, where, "name", "format", "size", "static", "default")
         with document.at(where):
             srgb = among(record["format"], (OPEN_SRGB,))
             is_open = srgb or record["format"] is None
@@ -163,9 +163,9 @@ class _Graph:
             static = document.flag(record["static"], f"{where}.static")
             return InputSpec(document.text(record["name"], f"{where}.name"), format_, size, static, default, srgb)
 
-    def _target(self, given: object, where: str) -> TargetSpec:
+    def _target(self, data: object, where: str) -> TargetSpec:
         document = self.document
-        record = document.record(given, where, "name", "format", "size", "clear", "notes", "initial")
+        record = document.record(data, where, "name", "format", "size", "clear", "notes", "initial")
         clear = record["clear"]
         if clear is not None:
             clear = tuple(document.number(one, f"{where}.clear") for one in document.items(clear, f"{where}.clear", 4))
@@ -179,25 +179,25 @@ class _Graph:
             spec = TargetSpec(document.text(record["name"], f"{where}.name"), format_, size, clear, texts)
             return replace(spec, initial=self._initial(record["initial"], spec, f"{where}.initial"))
 
-    def _initial(self, given: object, spec: TargetSpec, where: str) -> tuple[float, ...] | NDArray[np.float32]:
+    def _initial(self, data: object, spec: TargetSpec, where: str) -> tuple[float, ...] | NDArray[np.float32]:
         document = self.document
-        if isinstance(given, Mapping):
-            return checked_initial(self.arrays.picture(given, where), spec.format, f"target {spec.name!r}")
-        return tuple(document.number(one, where) for one in document.items(given, where, 4))
+        if isinstance(data, Mapping):
+            return checked_initial(self.arrays.picture(data, where), spec.format, f"target {spec.name!r}")
+        return tuple(document.number(one, where) for one in document.items(data, where, 4))
 
-    def _format(self, given: object, where: str) -> Format:
-        return format_named(self.document.text(given, where))
+    def _format(self, data: object, where: str) -> Format:
+        return format_named(self.document.text(data, where))
 
-    def _pixels(self, given: object, where: str) -> tuple[int, int]:
-        return checked_size(tuple(self.document.items(given, where, exactly=2)), where)
+    def _pixels(self, data: object, where: str) -> tuple[int, int]:
+        return checked_size(tuple(self.document.items(data, where, exactly=2)), where)
 
-    def _size(self, given: object, where: str) -> SizeClass | None:
+    def _size(self, data: object, where: str) -> SizeClass | None:
         document = self.document
-        if given is None:
+        if data is None:
             return None
         known = ("pixels", "like", "scale", "blocks", "formulas")
-        names = [name for name in known if isinstance(given, Mapping) and name in given]
-        record = document.record(given, where, *(names or ["pixels"]))
+        names = [name for name in known if isinstance(data, Mapping) and name in data]
+        record = document.record(data, where, *(names or ["pixels"]))
         if names == ["pixels"]:
             return Absolute(*self._pixels(record["pixels"], where))
         if names == ["formulas"]:
@@ -209,20 +209,20 @@ class _Graph:
             return Blocks(self._lender(record["like"], f"{where}.like"), across, down, each)
         if names not in (["scale"], ["like", "scale"]):
             expected = "an object with pixels, with scale, with like and scale or blocks, or with formulas"
-            document.wrong(where, expected, given)
-        scale = checked_scale(document.number(record["scale"], f"{where}.scale"), where)
+            document.wrong(where, expected, data)
+        scale = checked_scale(document.numbers(record["scale"], f"{where}.scale", nested=1), where)
         return Relative(scale) if names == ["scale"] else Like(self._lender(record["like"], f"{where}.like"), scale)
 
-    def _lender(self, given: object, where: str) -> Target:
+    def _lender(self, data: object, where: str) -> Target:
         """Return the target whose size is used; only its size is needed, so no pass is decoded for it."""
-        kind = "input" if isinstance(given, Mapping) and "input" in given else "target"
-        number = self.document.record(given, where, kind)[kind]
+        kind = "input" if isinstance(data, Mapping) and "input" in data else "target"
+        number = self.document.record(data, where, kind)[kind]
         known: list[Any] = self.inputs if kind == "input" else self.targets
         return Target(self.document.index(number, f"{where}.{kind}", known, f"{kind}s"))
 
-    def _value(self, given: object, where: str) -> Value:
+    def _value(self, data: object, where: str) -> Value:
         document = self.document
-        record = document.record(given, where, "name", "type", "static", "default")
+        record = document.record(data, where, "name", "type", "static", "default")
         type_ = record["type"]
         if not isinstance(type_, str) or type_ not in VALUE_TYPES:
             document.wrong(f"{where}.type", f"one of {', '.join(VALUE_TYPES)}", type_)
@@ -233,12 +233,12 @@ class _Graph:
 
     # Passes
 
-    def _pass(self, given: object, where: str) -> dict[int, Target]:
-        if isinstance(given, Mapping) and "mesh" in given:
-            return self._draw(given, where)
+    def _pass(self, data: object, where: str) -> dict[int, Target]:
+        if isinstance(data, Mapping) and "mesh" in data:
+            return self._draw(data, where)
         document = self.document
         names = ("name", "into", "kernel", "images", "values", "constants")
-        record = document.record(given, where, *names)
+        record = document.record(data, where, *names)
         kernel = self._kernel(record["kernel"], f"{where}.kernel", "pixel")
         arguments = self._arguments([kernel], record, where)
         name, specs = document.text(record["name"], f"{where}.name"), self._specs(record["into"], f"{where}.into")
@@ -247,10 +247,10 @@ class _Graph:
             targets = kernel.called(arguments, specs, name)
         return _by_slot(targets)
 
-    def _draw(self, given: object, where: str) -> dict[int, Target]:
+    def _draw(self, data: object, where: str) -> dict[int, Target]:
         document = self.document
         names = ("name", "into", "mesh", "vertex", "fragment", "loads", "depth", "depth_load", "state")
-        record = document.record(given, where, *names, "images", "values", "constants")
+        record = document.record(data, where, *names, "images", "values", "constants")
         kernels = [self._kernel(record["vertex"], f"{where}.vertex", "vertex")]
         if record["fragment"] is not None:
             kernels.append(self._kernel(record["fragment"], f"{where}.fragment", "fragment"))
@@ -281,9 +281,9 @@ class _Graph:
             self.document.wrong(where, f"null, or a handle of target {spec.name!r}", load)
         return content
 
-    def _state(self, given: object, where: str) -> dict[str, Any]:
+    def _state(self, data: object, where: str) -> dict[str, Any]:
         document = self.document
-        record = dict(document.record(given, where, *(field.name for field in fields(DrawState))))
+        record = dict(document.record(data, where, *(field.name for field in fields(DrawState))))
         if record["stencil"] is not None:
             names = [field.name for field in fields(Stencil)]
             record["stencil"] = Stencil(**document.record(record["stencil"], f"{where}.stencil", *names))
@@ -300,14 +300,14 @@ class _Graph:
         record["polygon_offset"] = tuple(document.number(one, f"{where}.polygon_offset") for one in offset)
         return {**record, "blend": tuple(blends) or None, "color_mask": tuple(masks) or None}
 
-    def _kernel(self, given: object, where: str, stage: str) -> Kernel:
-        kernel: Kernel = self.document.index(given, where, self.kernels, "kernels")
+    def _kernel(self, data: object, where: str, stage: str) -> Kernel:
+        kernel: Kernel = self.document.index(data, where, self.kernels, "kernels")
         if kernel.stage != stage:
-            self.document.wrong(where, f"the number of a {stage} kernel", given)
+            self.document.wrong(where, f"the number of a {stage} kernel", data)
         return kernel
 
-    def _specs(self, given: object, where: str) -> tuple[TargetSpec, ...]:
-        numbers = self.document.items(given, where, MOST_SLOTS)
+    def _specs(self, data: object, where: str) -> tuple[TargetSpec, ...]:
+        numbers = self.document.items(data, where, MOST_SLOTS)
         return tuple(self.document.index(number, where, self.targets, "targets") for number in numbers)
 
     def _arguments(self, kernels: list[Kernel], record: Mapping[str, Any], where: str) -> dict[str, Any]:
@@ -318,67 +318,70 @@ class _Graph:
             for parameter in kernel.parameters:
                 if not _is_handed_in(kernel.stage, parameter.type):
                     parameters.setdefault(parameter.name, (parameter.type, parameter.const))
-        wanted: dict[str, list[str]] = {"images": [], "values": [], "constants": []}
+        names_by_kind: dict[str, list[str]] = {"images": [], "values": [], "constants": []}
         for name, (type_, const) in parameters.items():
-            wanted["images"] += image_names(type_, name)
+            names_by_kind["images"] += image_names(type_, name)
             if any(is_plain(part) for _, part in plain_parts(type_)):
-                wanted["constants" if const else "values"].append(name)
-        given = {kind: document.record(record[kind], f"{where}.{kind}", *names) for kind, names in wanted.items()}
+                names_by_kind["constants" if const else "values"].append(name)
+        data_by_kind = {
+            kind: document.record(record[kind], f"{where}.{kind}", *names) for kind, names in names_by_kind.items()
+        }
         arguments: dict[str, Any] = {}
         for name, (type_, const) in parameters.items():
             images = {
-                path: self._handle(given["images"][path], f"{where}.images.{path}") for path in image_names(type_, name)
+                path: self._handle(data_by_kind["images"][path], f"{where}.images.{path}")
+                for path in image_names(type_, name)
             }
             kind = "constants" if const else "values"
-            arguments[name] = self._argument(name, type_, given[kind].get(name), images, f"{where}.{kind}", kind)
+            arguments[name] = self._argument(name, type_, data_by_kind[kind].get(name), images, f"{where}.{kind}", kind)
         return arguments
 
     def _argument(
-        self, name: str, type_: Type, given: object, images: Mapping[str, Target], where: str, kind: str
+        self, name: str, type_: Type, argument: object, images: Mapping[str, Target], where: str, kind: str
     ) -> object:
         """A parameter's value from its handles and its numbers."""
         document, place = self.document, f"{where}.{name}"
-        if kind == "values" and not images and isinstance(given, Mapping) and "value" in given:
-            number = document.record(given, place, "value")["value"]
+        if kind == "values" and not images and isinstance(argument, Mapping) and "value" in argument:
+            number = document.record(argument, place, "value")["value"]
             if isinstance(number, str) and number in FILLED_IN:
                 return FILLED_IN[number]
             return document.index(number, f"{place}.value", self.values, "values")
         parts = [(path, part) for path, part in plain_parts(type_, name) if is_plain(part)]
-        data: Sequence[object] = (given,) if parts else ()
+        data: Sequence[object] = (argument,) if parts else ()
         if parts and isinstance(innermost(type_), Struct):
-            data = document.items(document.record(given, place, "fields")["fields"], place, exactly=len(parts))
+            data = document.items(document.record(argument, place, "fields")["fields"], place, exactly=len(parts))
         numbers = {
             path: self._numbers(one, part, f"{where}.{path}") for (path, part), one in zip(parts, data, strict=True)
         }
         return _built(type_, name, 0, numbers, images)
 
-    def _numbers(self, given: object, type_: Type, where: str) -> Sequence[ir.Number] | NDArray[Any]:
+    def _numbers(self, data: object, type_: Type, where: str) -> Sequence[ir.Number] | NDArray[Any]:
         """Components in their order; a scalar stands alone."""
         if isinstance(type_, Array) and is_buffer(type_):
-            return self.arrays.long(given, type_, where)
-        flat: Sequence[object] = (given,)
+            return self.arrays.long(data, type_, where)
+        flat: Sequence[object] = (data,)
         if not isinstance(type_, Scalar):
-            flat = self.document.items(given, where, exactly=component_count(type_))
+            flat = self.document.items(data, where, exactly=component_count(type_))
         return tuple(self._number(part, element_of(type_), where) for part in flat)
 
-    def _number(self, given: object, type_: Scalar, where: str) -> ir.Number:
+    def _number(self, data: object, type_: Scalar, where: str) -> ir.Number:
         """A number of a type; whole numbers may stand for floats, as JSON writers make no difference."""
-        found = self.document.number(given, where)
-        if type_ is FLOAT and type(found) is int:
-            found = float(found)
+        number = self.document.number(data, where)
+        if type_ is FLOAT and type(number) is int:
+            number = float(number)
         low, high = (0, UINT_MAX) if type_ is UINT else (INT_MIN, INT_MAX) if type_ is INT else (-math.inf, math.inf)
-        large = type_ is FLOAT and math.isfinite(found) and abs(found) >= FLOAT_END
-        if type(found) is not _HELD_AS[type_] or large or found < low or found > high:
-            self.document.wrong(where, f"a number that {type_} holds", given)
-        return found
+        large = type_ is FLOAT and math.isfinite(number) and abs(number) >= FLOAT_END
+        if type(number) is not _HELD_AS[type_] or large or number < low or number > high:
+            self.document.wrong(where, f"a number that {type_} holds", data)
+        return number
 
-    def _handle(self, given: object, where: str) -> Target:
+    def _handle(self, data: object, where: str) -> Target:
         document = self.document
-        kinds = [kind for kind in ("input", "previous", "pass") if isinstance(given, Mapping) and kind in given]
+        kinds = [kind for kind in ("input", "previous", "pass") if isinstance(data, Mapping) and kind in data]
         kind = kinds[0] if kinds else "input"
-        more = [name for name in READING if isinstance(given, Mapping) and name in given and name != "border"]
+        more = [name for name in READING if isinstance(data, Mapping) and name in data and name != "border"]
         names = {"pass": ("pass", "slot"), "previous": ("previous", "frames_ago")}.get(kind, (kind,))
-        record = document.record(given, where, *names, "border", *more)
+        record = document.record(data, where, *names, "border", *more)
         document.text(record["border"], f"{where}.border")
         reading = {field: record[name] for name, field in READING.items() if name in record}
         with document.at(where):
@@ -386,8 +389,8 @@ class _Graph:
                 targets = document.index(record["pass"], f"{where}.pass", self.passes, "passes")
                 if isinstance(record["slot"], bool) or record["slot"] not in list(targets):
                     document.wrong(f"{where}.slot", f"one of {', '.join(map(str, targets))}", record["slot"])
-                found: Target = targets[record["slot"]]
-                return replace(found, **reading)
+                target: Target = targets[record["slot"]]
+                return replace(target, **reading)
             if kind == "previous":
                 spec = document.index(record["previous"], f"{where}.previous", self.targets, "targets")
                 return replace(previous(spec, record["frames_ago"]), **reading)
@@ -400,20 +403,20 @@ def _is_handed_in(stage: ir.Stage, type_: Type) -> bool:
     return isinstance(type_, Struct) and (stage == "fragment" or (stage == "vertex" and type_.name == VERTEX.name))
 
 
-def _formula(given: object, depth: int = 0) -> Any:
+def _formula(data: object, depth: int = 0) -> Any:
     """Rows as tuples; what is wrong in them is found by whoever checks formulas."""
-    if isinstance(given, list) and depth <= MAX_DEPTH:
-        return tuple(_formula(part, depth + 1) for part in given[:4])
-    return given
+    if isinstance(data, list) and depth <= MAX_DEPTH:
+        return tuple(_formula(part, depth + 1) for part in data[:4])
+    return data
 
 
 def _by_slot(returned: Target | tuple[Target, ...]) -> dict[int, Target]:
     """Return the targets of a pass by slot, the depth of a draw included."""
     targets = returned if isinstance(returned, tuple) else (returned,)
-    found = {target.slot: target for target in targets}
+    by_slot = {target.slot: target for target in targets}
     if getattr(targets[0].made_by, "depth", None) is not None:
-        found.setdefault(-1, targets[0].depth)
-    return found
+        by_slot.setdefault(-1, targets[0].depth)
+    return by_slot
 
 
 def _built(
@@ -436,5 +439,5 @@ def _built(
     if isinstance(type_, ImageType):
         return images.get(path) or images[f"{path}.{entry}"]
     count = component_count(type_)
-    found = numbers[path][entry * count : (entry + 1) * count]
-    return found[0] if isinstance(type_, Scalar) else found
+    entries = numbers[path][entry * count : (entry + 1) * count]
+    return entries[0] if isinstance(type_, Scalar) else entries

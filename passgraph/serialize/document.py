@@ -203,35 +203,35 @@ class Arrays:
         self.document = document
         self.bytes = 0
 
-    def picture(self, given: object, where: str) -> NDArray[Any]:
-        array = self._array(given, where, _NUMBERS, MAX_SIDE)
+    def picture(self, data: object, where: str) -> NDArray[Any]:
+        array = self._array(data, where, _NUMBERS, MAX_SIDE)
         if array.ndim < 2:
             self.document.wrong(f"{where}.shape", "height, width and channels", list(array.shape))
         return array
 
-    def long(self, given: object, type_: ArrayType, where: str) -> NDArray[Any]:
+    def long(self, data: object, type_: ArrayType, where: str) -> NDArray[Any]:
         """The components of a long array, flat."""
         kind, count = number_of(type_), component_count(type_)
-        array = self._array(given, where, (np.dtype(kind).str[1:],), count)
+        array = self._array(data, where, (np.dtype(kind).str[1:],), count)
         if array.shape != (count,):
             self.document.wrong(f"{where}.shape", f"the {count} numbers of {type_}", list(array.shape))
         return array
 
-    def mesh(self, given: object, where: str) -> FrozenGeometry:
+    def mesh(self, data: object, where: str) -> FrozenGeometry:
         """Arrays by attribute; whether they are a mesh is for the draw to say."""
-        record = self.document.record(given, where, *ATTRIBUTE_TYPES)
+        record = self.document.record(data, where, *ATTRIBUTE_TYPES)
         arrays: dict[str, Any] = {}
         for name, type_ in ATTRIBUTE_TYPES.items():
             if record[name] is not None:
                 types = (np.dtype(type_).str[1:],)
                 arrays[name] = self._array(record[name], f"{where}.{name}", types, MOST_ARRAY_BYTES)
         if "positions" not in arrays or "triangles" not in arrays:
-            self.document.wrong(where, "a mesh with positions and triangles", given)
+            self.document.wrong(where, "a mesh with positions and triangles", data)
         return FrozenGeometry(**arrays)
 
-    def _array(self, given: object, where: str, types: tuple[str, ...], most: int) -> NDArray[Any]:
+    def _array(self, data: object, where: str, types: tuple[str, ...], most: int) -> NDArray[Any]:
         document = self.document
-        record = document.record(given, where, "type", "shape", "base64")
+        record = document.record(data, where, "type", "shape", "base64")
         if not isinstance(record["type"], str) or record["type"] not in types:
             document.wrong(f"{where}.type", f"one of {', '.join(types)}", record["type"])
         sides = document.items(record["shape"], f"{where}.shape", 3)

@@ -140,12 +140,15 @@ class _Writer:
         if isinstance(size, Absolute):
             return {"pixels": [size.width, size.height]}
         if isinstance(size, Relative):
-            return {"scale": size.scale}
+            return {"scale": _scale_data(size.scale)}
         if size is None:
             return None
         if isinstance(size, Computed):
             return {"formulas": [size.width, size.height]}
-        part = {"scale": size.scale} if isinstance(size, Like) else {"blocks": [size.width, size.height, size.each]}
+        if isinstance(size, Like):
+            part: dict[str, Any] = {"scale": _scale_data(size.scale)}
+        else:
+            part = {"blocks": [size.width, size.height, size.each]}
         lender = size.other.spec
         if isinstance(lender, InputSpec):
             return {"like": {"input": self._input(lender)}, **part}
@@ -175,12 +178,12 @@ class _Writer:
         # A draw's kernels share parameters; the first one's type says how a number is written.
         types = {parameter.name: parameter.type for kernel in reversed(kernels) for parameter in kernel.parameters}
         images = {name: self.handle(target) for name, target in node.images.items()}
-        found: dict[str, Any] = {"values": {}, "constants": {}}
-        for kind, given in (("values", node.values), ("constants", node.constants)):
-            for name, value in given.items():
+        arguments: dict[str, Any] = {"values": {}, "constants": {}}
+        for kind, parameters in (("values", node.values), ("constants", node.constants)):
+            for name, value in parameters.items():
                 where = f"pass {node.name!r}, parameter {name!r}"
-                found[kind][name] = self._parameter(value, types[name], where)
-        self._add("passes", node, {"name": node.name, **of_kind, "images": images, **found})
+                arguments[kind][name] = self._parameter(value, types[name], where)
+        self._add("passes", node, {"name": node.name, **of_kind, "images": images, **arguments})
 
     def _draw(self, node: DrawPass) -> dict[str, Any]:
         loads = [None if load is None else self.handle(load) for load in node.loads]
@@ -200,16 +203,16 @@ class _Writer:
             )
         return self._numbers[id(mesh)]
 
-    def _parameter(self, given: object, type_: Type, where: str) -> Any:
-        if isinstance(given, Derived):
+    def _parameter(self, value: object, type_: Type, where: str) -> Any:
+        if isinstance(value, Derived):
             raise GraphError(
-                f"{where}: its value is computed from {given.name!r} by a Python function, which does not travel; "
+                f"{where}: its value is computed from {value.name!r} by a Python function, which does not travel; "
                 "compute the number where the graph runs and give it as a pg.Value"
             )
-        if isinstance(given, Value):
-            filled_in = FILLED_IN.get(given.name) is given
-            return {"value": given.name if filled_in else self._value(given, where)}
-        plain = [leaf for leaf in leaves(given, type_, where) if is_plain(leaf[1])]
+        if isinstance(value, Value):
+            filled_in = FILLED_IN.get(value.name) is value
+            return {"value": value.name if filled_in else self._value(value, where)}
+        plain = [leaf for leaf in leaves(value, type_, where) if is_plain(leaf[1])]
         parts = [_numbers_data(part, leaf, name) for name, leaf, part in plain]
         return {"fields": parts} if isinstance(innermost(type_), Struct) else parts[0]
 
@@ -236,11 +239,16 @@ class _Writer:
         return self._numbers[id(written_from)]
 
 
+def _scale_data(scale: tuple[float, float]) -> float | list[float]:
+    """Return one number where width and height are scaled alike, else two."""
+    return scale[0] if scale[0] == scale[1] else list(scale)
+
+
 def _reading(target: Target) -> dict[str, Any]:
     """Encode how a handle is read: its border, and what differs from other handles."""
-    found = {name: getattr(target, field) for name, field in READING.items()}
+    reading = {name: getattr(target, field) for name, field in READING.items()}
     unread = {name: getattr(target.content, field) for name, field in READING.items()}
-    return {name: value for name, value in found.items() if name == "border" or value != unread[name]}
+    return {name: value for name, value in reading.items() if name == "border" or value != unread[name]}
 
 
 def _state_data(state: DrawState) -> dict[str, Any]:
@@ -265,12 +273,12 @@ def _numbers_data(value: object, type_: Type, where: str) -> Any:
 
 def _default_data(value: object, where: str) -> Any:
     """Numbers in rows, as they are."""
-    found = numbers(value, where, error=GraphError).tolist() if not isinstance(value, (bool, int, float)) else value
+    default = numbers(value, where, error=GraphError).tolist() if not isinstance(value, (bool, int, float)) else value
 
     def nested(part: Any) -> Any:
         return [nested(one) for one in part] if isinstance(part, list) else number_data(part)
 
-    return nested(found)
+    return nested(default)
 
 
 def _initial_data(initial: tuple[float, ...] | NDArray[np.float32], where: str) -> Any:
@@ -280,8 +288,8 @@ def _initial_data(initial: tuple[float, ...] | NDArray[np.float32], where: str) 
     return [number_data(one) for one in initial]
 
 
-def _picture_data(given: object, where: str) -> dict[str, Any]:
-    array = numbers(given, f"{where}: its default", error=GraphError)
+def _picture_data(picture: object, where: str) -> dict[str, Any]:
+    array = numbers(picture, f"{where}: its default", error=GraphError)
     if array.ndim not in (2, 3):
-        raise GraphError(f"{where}: its default must be a picture (height, width, channels), got {shown(given)}")
+        raise GraphError(f"{where}: its default must be a picture (height, width, channels), got {shown(picture)}")
     return array_data(array, where)

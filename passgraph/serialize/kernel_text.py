@@ -160,7 +160,7 @@ class KernelReader:
         self.document = document
         self.definitions: list[FunctionSource | Struct] = []
 
-    def definition(self, given: object, where: str) -> FunctionSource | Struct:
+    def definition(self, data: object, where: str) -> FunctionSource | Struct:
         """A function or struct, which later ones refer to.
 
         Raises
@@ -169,7 +169,7 @@ class KernelReader:
             For text that is neither, and names that stand for nothing.
         """
         document = self.document
-        record = document.record(given, where, "file", "line", "text", "names")
+        record = document.record(data, where, "file", "line", "text", "names")
         file, line = document.text(record["file"], f"{where}.file"), document.whole(record["line"], where, 1, 1 << 31)
         text = document.text(record["text"], f"{where}.text", MAX_SOURCE_CHARACTERS)
         document.count(_PARTS_OF_DEFINITION + len(text) // 4, where)
@@ -184,13 +184,13 @@ class KernelReader:
                 return read_struct(body[0], source, scope)
         document.wrong(f"{where}.text", "one function, or one class of typed fields", text)
 
-    def _meaning(self, given: object, where: str) -> object:
+    def _meaning(self, data: object, where: str) -> object:
         document = self.document
-        if not isinstance(given, str):
-            return document.index(given, where, self.definitions, "definitions")
-        if given in TEXT_NAMES:
-            return TEXT_NAMES[given]
-        text = document.text(given, where, MAX_SOURCE_CHARACTERS)
+        if not isinstance(data, str):
+            return document.index(data, where, self.definitions, "definitions")
+        if data in TEXT_NAMES:
+            return TEXT_NAMES[data]
+        text = document.text(data, where, MAX_SOURCE_CHARACTERS)
         document.count(_PARTS_OF_NODE * (1 + text.count(",")), where)
         with document.at(where):
             source = Source(where, text)
@@ -200,23 +200,23 @@ class KernelReader:
                 if isinstance(node, ast.Call) and resolve(node.func, _CONSTANTS, source) is Range:
                     return read_range(node, lambda name: resolve(name, _CONSTANTS, source), source)
                 return literal_value(node, source, _CONSTANTS)
-        document.wrong(where, "a number of a definition before it, a constant, or a name of the language", given)
+        document.wrong(where, "a number of a definition before it, a constant, or a name of the language", data)
 
     def _dotted(self, names: Mapping[str, object], where: str) -> dict[str, object]:
         """Names as a scope has them: ``math.pi`` is ``pi`` of a module ``math``."""
-        found: dict[str, object] = {}
+        namespace: dict[str, object] = {}
         for path, value in names.items():
             *modules, last = path.split(".")
-            inner = found
+            inner = namespace
             for name in modules:
                 module = inner.setdefault(name, ModuleType(name))
                 if not isinstance(module, ModuleType):
                     self.document.wrong(where, f"names of which {name!r} is a module or none", path)
                 inner = vars(module)
             inner[last] = value
-        return found
+        return namespace
 
-    def kernel(self, given: object, where: str) -> Kernel:
+    def kernel(self, data: object, where: str) -> Kernel:
         """A kernel, parsed.
 
         Raises
@@ -225,43 +225,45 @@ class KernelReader:
             For text that is no kernel of that stage, with its file and line.
         """
         document = self.document
-        if isinstance(given, Mapping) and "glsl" in given:
-            record = document.record(given, where, "glsl", "known_sizes")
+        if isinstance(data, Mapping) and "glsl" in data:
+            record = document.record(data, where, "glsl", "known_sizes")
             known_sizes = document.flag(record["known_sizes"], f"{where}.known_sizes")
             with document.at(where):
                 shader = self._shader(record["glsl"], f"{where}.glsl")
                 document.count(_PARTS_OF_NODE * shader.token_count, where)
                 return self._counted(PixelKernel.of_shader(shader, known_sizes), where)
-        record = document.record(given, where, "stage", "function", "known_sizes")
+        record = document.record(data, where, "stage", "function", "known_sizes")
         stage, function = record["stage"], record["function"]
         known_sizes = document.flag(record["known_sizes"], f"{where}.known_sizes")
-        found = document.index(function, f"{where}.function", self.definitions, "definitions")
-        if not isinstance(found, FunctionSource):
+        definition = document.index(function, f"{where}.function", self.definitions, "definitions")
+        if not isinstance(definition, FunctionSource):
             document.wrong(f"{where}.function", "the number of a function", function)
         if not isinstance(stage, str) or stage not in _STAGES:
             document.wrong(f"{where}.stage", f"one of {', '.join(_STAGES)}", stage)
         with document.at(where):
-            parsed = PixelKernel(found, known_sizes) if stage == "pixel" else Kernel(found, cast(ir.Stage, stage))
+            parsed = (
+                PixelKernel(definition, known_sizes) if stage == "pixel" else Kernel(definition, cast(ir.Stage, stage))
+            )
             return self._counted(parsed, where)
 
     def _counted(self, kernel: Kernel, where: str) -> Kernel:
         """Count what its text comes to, which may be much of a short one, and a document holds many."""
         pending: list[ir.Stmt | ir.Expr] = [*kernel.program.body]
-        seen: set[int] = set()
+        visited: set[int] = set()
         while pending:
             node = pending.pop()
-            if id(node) not in seen:
-                seen.add(id(node))
+            if id(node) not in visited:
+                visited.add(id(node))
                 pending += ir.parts_of(node)
-        self.document.count(_PARTS_OF_NODE * len(seen), where)
+        self.document.count(_PARTS_OF_NODE * len(visited), where)
         return kernel
 
-    def _shader(self, given: object, where: str) -> Shader:
+    def _shader(self, data: object, where: str) -> Shader:
         from passgraph.glsl import ShaderText, parse_shader  # few documents hold shaders
 
         document = self.document
         flags, tables = ("rows_up",), ("defines", "included")
-        record = document.record(given, where, *ShaderText.__dataclass_fields__)
+        record = document.record(data, where, *ShaderText.__dataclass_fields__)
         fields: dict[str, Any] = {}
         for name, value in record.items():
             place = f"{where}.{name}"

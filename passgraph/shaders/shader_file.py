@@ -98,8 +98,8 @@ def read_plain(text: str, path: Path) -> ShaderEffect:
     }
 
     def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
-        given: dict[str, Any] = {name: handle_or_black(pictures.get(name)) for name in images}
-        return kernel.called({**given, **values}, into)
+        images_: dict[str, Any] = {name: handle_or_black(pictures.get(name)) for name in images}
+        return kernel.called({**images_, **values}, into)
 
     summary = f"{path.stem}: a fragment shader"
     return ShaderEffect(name_of(path), "GLSL", summary, "", images, parameters, shader.notes, str(path), build)

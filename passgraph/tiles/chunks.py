@@ -29,7 +29,7 @@ from passgraph.tiles.tile_run import bound, result_size, whole_plan
 Spans = tuple[tuple[int, int], tuple[int, int]]
 
 
-def map_blocks(program: Program, array: Any = None, /, **given: Any) -> Any:
+def map_blocks(program: Program, array: Any = None, /, **inputs: Any) -> Any:
     """Run a program over a dask array: return a dask array of the same chunks, bit for bit that of the whole picture.
 
     Nothing is computed here.  Each chunk is one task, which reads its own chunks and strips of their neighbors as wide
@@ -72,7 +72,7 @@ def map_blocks(program: Program, array: Any = None, /, **given: Any) -> Any:
     arguments.instance(program, Program, "map_blocks: program", "what passgraph.compile() returns")
     program._check_open()
     dask_array = _dask()
-    pictures, values = _sorted(program, array, given)
+    pictures, values = _sorted(program, array, inputs)
     arrays = {
         name: _Chunked.of(picture, f"input {name!r}", dask_array, program.inputs[name].format is None)
         for name, picture in pictures.items()
@@ -94,8 +94,8 @@ def map_blocks(program: Program, array: Any = None, /, **given: Any) -> Any:
         raise InputError("map_blocks cuts along the chunks of an input, and each of this program's is needed whole")
     leading, halo = arrays[cut[0]], needs.halo
     width, height = result_size(plan)
-    rows = list(_spans(leading.rows, height, halo.up, halo.down, whole=bool(needs.high)))
-    columns = list(_spans(leading.columns, width, halo.left, halo.right, whole=bool(needs.wide)))
+    rows = list(_spans(leading.rows, height, halo.up, halo.down, include_all=bool(needs.high)))
+    columns = list(_spans(leading.columns, width, halo.left, halo.right, include_all=bool(needs.wide)))
     shared = _Shared(
         *digest_and_text(program.to_data(), program.settings()),
         values,
@@ -120,10 +120,10 @@ def _dask() -> Any:
     return made
 
 
-def _sorted(program: Program, array: Any, given: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def _sorted(program: Program, array: Any, inputs: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Pictures by input, and values that may travel."""
     pictures = {name: spec.default for name, spec in program.inputs.items() if spec.default is not None}
-    pictures |= {name: value for name, value in given.items() if name in program.inputs}
+    pictures |= {name: value for name, value in inputs.items() if name in program.inputs}
     missing = [name for name in program.inputs if name not in pictures]
     if array is not None:
         if len(missing) != 1:
@@ -132,17 +132,17 @@ def _sorted(program: Program, array: Any, given: Mapping[str, Any]) -> tuple[dic
         pictures[missing.pop()] = array
     if missing:
         raise InputError(f"input {missing[0]!r} is missing; call map_blocks(program, {missing[0]}=array)")
-    values = {name: value for name, value in given.items() if name not in program.inputs}
+    values = {name: value for name, value in inputs.items() if name not in program.inputs}
     return pictures, travelling_values(values, "map_blocks")
 
 
-def _spans(lengths: Sequence[int], length: int, before: int, behind: int, *, whole: bool) -> Iterator[Spans]:
+def _spans(lengths: Sequence[int], length: int, before: int, behind: int, *, include_all: bool) -> Iterator[Spans]:
     """Each chunk along an axis and its window, which lies inside of the picture.
 
     Windows have few lengths, since each is compiled: a chunk counts as long as the longest one, its
     half, its quarter …
 
-    >>> list(_spans((4, 4, 1), 9, 1, 1, whole=False))
+    >>> list(_spans((4, 4, 1), 9, 1, 1, include_all=False))
     [((0, 4), (0, 6)), ((4, 8), (3, 9)), ((8, 9), (6, 9))]
     """
     start = 0
@@ -150,7 +150,7 @@ def _spans(lengths: Sequence[int], length: int, before: int, behind: int, *, who
         counted = max(lengths)
         while (counted + 1) // 2 >= count and counted > 1:
             counted = (counted + 1) // 2
-        window = length if whole else min(length, counted + before + behind)
+        window = length if include_all else min(length, counted + before + behind)
         begin = min(max(0, start - before), length - window)
         yield (start, start + count), (begin, begin + window)
         start += count
@@ -243,10 +243,12 @@ class _Shared:
         for i, ((top, bottom), (y0, y1)) in enumerate(rows):
             for j, ((left, right), (x0, x1)) in enumerate(columns):
                 tile = Tile((y0, y1, x0, x1), (top, bottom, left, right))
-                found = {each: self._pieces(one, tile.window, layer, token) for each, one in self.cut.items()}
-                chunk = worker.Chunk(tile, {each: pieces for each, (_, pieces) in found.items()}, tuple(self.whole))
+                pieces_by_input = {each: self._pieces(one, tile.window, layer, token) for each, one in self.cut.items()}
+                chunk = worker.Chunk(
+                    tile, {each: pieces for each, (_, pieces) in pieces_by_input.items()}, tuple(self.whole)
+                )
                 layer[name, i, j, 0] = (
-                    worker.chunk, graph_key, chunk, [keys for keys, _ in found.values()], wholes,
+                    worker.chunk, graph_key, chunk, [keys for keys, _ in pieces_by_input.values()], wholes,
                 )  # fmt: skip
         return name, layer
 

@@ -179,7 +179,7 @@ def grid_of(
     ------
     InputError : where not even the smallest tile fits, or the tile asked for does not
     """
-    room = (memory - cost.fixed) // max(1, cost.pixel)
+    pixels_in_memory = (memory - cost.fixed) // max(1, cost.pixel)
     if tile is not None:
         core = min(size[0], tile[0]), min(size[1], tile[1])
         core = (size[0] if footprint.wide else core[0], size[1] if footprint.high else core[1])
@@ -188,14 +188,14 @@ def grid_of(
             raise _too_little(memory, tiles, footprint)
         return tiles
     found: list[Grid] = []
-    pixels = min(room, MOST_PIXELS, max(LEAST_PIXELS, size[0] * size[1] // LEAST_TILES))
+    pixels = min(pixels_in_memory, MOST_PIXELS, max(LEAST_PIXELS, size[0] * size[1] // LEAST_TILES))
     while pixels > 0:
         grids = [_grid(size, core, footprint.halo, cost) for core in _cores(size, footprint, pixels, block)]
         fair = next((grid for grid in grids if _share(grid, block) <= FAIR_SHARE), None)
         if fair is not None:
             return fair
         found += grids
-        pixels = min(room, 4 * pixels) if pixels < room else 0
+        pixels = min(pixels_in_memory, 4 * pixels) if pixels < pixels_in_memory else 0
     if found:
         return min(found, key=lambda grid: _share(grid, block))
     least = (size[0] if footprint.wide else 1, size[1] if footprint.high else 1)

@@ -56,15 +56,15 @@ class Tracer:
 
     def closest(self, origins: Float64, directions: Float64) -> Int32:
         """Number of the first triangle along each ray, (n,), -1 where there is none; directions are unit vectors."""
-        found = self._scene.run(origins.astype(np.float32), directions.astype(np.float32))
-        return np.asarray(found, np.int32)
+        hits = self._scene.run(origins.astype(np.float32), directions.astype(np.float32))
+        return np.asarray(hits, np.int32)
 
     def blocked(self, origins: Float64, directions: Float64, lengths: Float64) -> NDArray[np.bool_]:
         """Whether any triangle lies within each ray's length, (n,)."""
-        found = self._scene.run(
+        hits = self._scene.run(
             origins.astype(np.float32), directions.astype(np.float32), lengths.astype(np.float32), query="OCCLUDED"
         )
-        return np.asarray(found >= 0)
+        return np.asarray(hits >= 0)
 
 
 def strata(rng: np.random.Generator, count: int, side: int) -> Float64:
@@ -74,7 +74,7 @@ def strata(rng: np.random.Generator, count: int, side: int) -> Float64:
 
 
 def disc(square: Float64) -> Float64:
-    """The unit square onto the unit disc, areas and neighbours kept.
+    """The unit square onto the unit disc, areas and neighbors kept.
 
     Source: P. Shirley and K. Chiu, "A Low Distortion Map Between Disk and Square", 1997.
 

@@ -87,8 +87,8 @@ def visible_share(
     >>> truth.samples, 0.0 < truth.noise < 0.05
     (16, True)
     """
-    given = None if light is None else (light,)
-    return visible_shares(scene, size, camera=camera, lights=given, samples=samples, seed=seed, progress=progress)[0]
+    lights = None if light is None else (light,)
+    return visible_shares(scene, size, camera=camera, lights=lights, samples=samples, seed=seed, progress=progress)[0]
 
 
 def visible_shares(

@@ -117,19 +117,19 @@ def first_surfaces(scene: Scene, size: tuple[int, int], camera: Camera | None = 
     if len(triangles.corners):
         rays = Tracer(triangles.corners)
         hits, far = _first_front(rays, triangles, eye, directions, camera)
-    found = hits >= 0
-    a, b, c = triangles.corners[hits[found]].transpose(1, 0, 2)
+    is_hit = hits >= 0
+    a, b, c = triangles.corners[hits[is_hit]].transpose(1, 0, 2)
     normals = np.cross(b - a, c - a)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    d = directions[found]
+    d = directions[is_hit]
     normals *= -np.sign(np.einsum("ij,ij->i", normals, d))[:, None]
     positions = np.full((height * width, 3), np.nan)
     facing, depth = np.zeros((height * width, 3)), np.zeros(height * width)
     node = np.full(height * width, -1, np.int32)
-    if found.any():
-        positions[found] = eye[found] + far[found, None] * d
-        facing[found], node[found] = normals, triangles.node[hits[found]]
-        depth[found] = far[found] * (d @ camera.forward)
+    if is_hit.any():
+        positions[is_hit] = eye[is_hit] + far[is_hit, None] * d
+        facing[is_hit], node[is_hit] = normals, triangles.node[hits[is_hit]]
+        depth[is_hit] = far[is_hit] * (d @ camera.forward)
     shape = (height, width)
     return Surfaces(
         origin, positions.reshape(*shape, 3), facing.reshape(*shape, 3), depth.reshape(shape), node.reshape(shape)
@@ -162,19 +162,19 @@ def _first_front(
     live = np.arange(len(directions))
     for _ in range(MOST_LAYERS):
         d = directions[live]
-        found = rays.closest(eye[live] + start[live, None] * d, d)
-        live, found = live[found >= 0], found[found >= 0]
+        triangles_hit = rays.closest(eye[live] + start[live, None] * d, d)
+        live, triangles_hit = live[triangles_hit >= 0], triangles_hit[triangles_hit >= 0]
         if len(live) == 0:
             break
         d = directions[live]
-        a, b, c = triangles.corners[found].transpose(1, 0, 2)
+        a, b, c = triangles.corners[triangles_hit].transpose(1, 0, 2)
         normal = np.cross(b - a, c - a)
         slope = np.einsum("ij,ij->i", normal, d)
         with np.errstate(divide="ignore", invalid="ignore"):
             at = np.einsum("ij,ij->i", normal, a - eye[live]) / slope
-        front = (slope < 0.0) | ((slope > 0.0) & ~triangles.single_sided[found])
-        seen = front & (at * cosine[live] <= camera.far)
-        hits[live[seen]], far[live[seen]] = found[seen], at[seen]
+        front = (slope < 0.0) | ((slope > 0.0) & ~triangles.single_sided[triangles_hit])
+        visible = front & (at * cosine[live] <= camera.far)
+        hits[live[visible]], far[live[visible]] = triangles_hit[visible], at[visible]
         live, at = live[~front], at[~front]
         # past this layer, by more than the tracer's rounding
         start[live] = np.maximum(start[live], np.where(np.isfinite(at), at, 0.0)) + 4.0 * rays.rounding * (

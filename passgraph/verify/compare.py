@@ -51,7 +51,7 @@ def compare(
     progress: Callable[[str], None] = lambda _: None,
     most_ambiguous: float = MOST_AMBIGUOUS,
     most_seconds: float | None = None,
-    **given: Any,
+    **inputs: Any,
 ) -> Report:
     """Run a graph on backends and hold every target of every pass against what a conforming backend may compute.
 
@@ -91,7 +91,7 @@ def compare(
         most_seconds = real(most_seconds, "most_seconds of compare", 0.0, error=InputError)
     bounded = None if size is None else checked_size(size, "the output")
     limit = TimeLimit(most_seconds, lambda name, done, count: progress(f"bounds of {name}: {done / count:.0%}"))
-    passes = Passes(named_outputs(outputs), bounded, [given], limit)
+    passes = Passes(named_outputs(outputs), bounded, [inputs], limit)
     chosen = backends if backends is not None else [n for n in backend_names() if n not in ("reference", "null")]
     return compared(passes, chosen, progress, most_ambiguous)
 
@@ -171,11 +171,13 @@ class _Comparison:
             )  # fmt: skip
             return
 
-    def _measured(self, judged: dict[Key, Picture], whole: dict[Key, Picture], snaps: bool) -> tuple[TargetReport, ...]:
+    def _measured(
+        self, judged: dict[Key, Picture], full_pictures: dict[Key, Picture], snaps: bool
+    ) -> tuple[TargetReport, ...]:
         """Figures of every target, and why those of another kind and the first undecided one are."""
         plan, (expected, allowed) = self.passes.plan, self.passes.allowed(snaps)
         reports = {
-            key: _measured(plan, key, judged[key], expected[key], allowed[key], whole[key], self.most_ambiguous)
+            key: _measured(plan, key, judged[key], expected[key], allowed[key], full_pictures[key], self.most_ambiguous)
             for key in expected
         }
         other = other_kinds(judged, expected, allowed)
@@ -225,14 +227,20 @@ def distance(picture: Picture, reference: Picture) -> NDArray[np.float64]:
 
 
 def _measured(
-    plan: Plan, key: Key, got: Picture, reference: Picture, allowed: Allowed, whole: Picture, most_ambiguous: float
+    plan: Plan,
+    key: Key,
+    got: Picture,
+    reference: Picture,
+    allowed: Allowed,
+    full_picture: Picture,
+    most_ambiguous: float,
 ) -> TargetReport:
     step, resource = plan.steps[key[1]], plan.resources[key[2]]
     apart = distance(got, reference)
     beyond = allowed.values.without(got)
     score = np.where(beyond, apart, -1.0) if beyond.any() else apart
     row, column, channel = (int(i) for i in np.unravel_index(np.argmax(score), score.shape))
-    accumulated = distance(whole, reference)
+    accumulated = distance(full_picture, reference)
     return TargetReport(
         step.name,
         resource.name,

@@ -133,14 +133,14 @@ def other_kinds(
 ) -> dict[Key, NDArray[np.bool_]]:
     """Return, for targets that have such, the pixels (height, width) of another kind than the reference's without a
     decision to blame."""
-    found = {key: _other_kind(judged[key], picture, allowed[key]) for key, picture in expected.items()}
-    return {key: pixels for key, pixels in found.items() if pixels.any()}
+    pixels_by_key = {key: _other_kind(judged[key], picture, allowed[key]) for key, picture in expected.items()}
+    return {key: pixels for key, pixels in pixels_by_key.items() if pixels.any()}
 
 
 def _other_kind(got: Picture, expected: Picture, allowed: Allowed) -> NDArray[np.bool_]:
-    same = (np.isnan(got) == np.isnan(expected)) & (np.isinf(got) == np.isinf(expected))
+    same_kind = (np.isnan(got) == np.isnan(expected)) & (np.isinf(got) == np.isinf(expected))
     turned = allowed.ambiguous & ~allowed.unpromised
-    return np.asarray(~same.all(axis=2) & ~turned)
+    return np.asarray(~same_kind.all(axis=2) & ~turned)
 
 
 def first_other_kind(
@@ -173,15 +173,15 @@ def reads_at(
     if isinstance(step, CopyStep):
         return ()
     inputs = {resource: name for name, resource in plan.inputs.items()}
-    found = []
+    reads = []
     for name, resource in step.images:
         if plan.resources[resource].size != step.size:
             continue
         written = [expected[k] for k in expected if k[0] == frame and k[1] < number and k[2] == resource]
         if written:
-            found.append((name, _values(written[-1][row, column])))
+            reads.append((name, _values(written[-1][row, column])))
         elif resource in inputs:
-            given = np.asarray(passes.frames[frame][0][inputs[resource]][row, column])
-            steps = plan.resources[resource].format.steps if given.dtype.kind == "u" else 0
-            found.append((name, _values(given / np.float32(steps or 1))))
-    return tuple(found)
+            texel = np.asarray(passes.frames[frame][0][inputs[resource]][row, column])
+            steps = plan.resources[resource].format.steps if texel.dtype.kind == "u" else 0
+            reads.append((name, _values(texel / np.float32(steps or 1))))
+    return tuple(reads)

@@ -146,7 +146,7 @@ def lines_at(
 
 def _pictures_read(passes: Passes, looked: PixelStep, backend: Backend) -> dict[str, Any]:
     """What each image of a pass held on a backend, by the name of the input that takes its place."""
-    (pictures, values), found = passes.frames[0], dict[str, Any]()
+    (pictures, values), pictures_read = passes.frames[0], dict[str, Any]()
     resources = {resource.name: resource.id for resource in passes.plan.resources} | dict(looked.images)
     execution = Execution(passes.plan, backend)
     try:
@@ -154,12 +154,12 @@ def _pictures_read(passes: Passes, looked: PixelStep, backend: Backend) -> dict[
         def observe(step: object, _: Any) -> None:
             if step is looked:
                 for name, target in looked.source.images.items():
-                    found[IMAGE + name] = execution.download(resources.get(name, resources.get(target.name, 0)))
+                    pictures_read[IMAGE + name] = execution.download(resources.get(name, resources.get(target.name, 0)))
 
         execution.run(pictures, values, observe)
     finally:
         execution.release()
-    return found
+    return pictures_read
 
 
 def _on_inputs(looked: PixelStep, inputs: Mapping[str, Any]) -> PixelPass:
@@ -167,46 +167,46 @@ def _on_inputs(looked: PixelStep, inputs: Mapping[str, Any]) -> PixelPass:
     images = {}
     for name, target in looked.source.images.items():
         height, width, channels = inputs[IMAGE + name].shape
-        held = target.spec.format
-        format_ = float_format(channels) if held is None or held.is_depth else held
+        stored_format = target.spec.format
+        format_ = float_format(channels) if stored_format is None or stored_format.is_depth else stored_format
         spec = InputSpec(IMAGE + name, format_, (width, height))
         images[name] = replace(target, spec=spec, made_by=None, slot=0, frames_ago=0)
     into = tuple(replace(spec, size=Absolute(*looked.size)) for spec in looked.source.into)
     return replace(looked.source, images=images, into=into)
 
 
-def _needed(node: PixelPass, given: Mapping[str, Any]) -> dict[str, Any]:
+def _needed(node: PixelPass, inputs: Mapping[str, Any]) -> dict[str, Any]:
     """Of pictures and values those that a pass takes."""
     names = {*(image.name for image in node.images.values()), *(source.name for source in sources_of(node.values))}
-    return {name: value for name, value in given.items() if name in names}
+    return {name: value for name, value in inputs.items() if name in names}
 
 
 _TARGETS = {"value": "rgba32f", "place": "r32f"}
 
 
-def _compared(node: PixelPass, probed: _Probed, backend: Backend, given: Mapping[str, Any]) -> list[LineValue]:
+def _compared(node: PixelPass, probed: _Probed, backend: Backend, inputs: Mapping[str, Any]) -> list[LineValue]:
     """The values that the reference takes in turn, each beside the backend's."""
     into = tuple(TargetSpec(name, FORMATS[format_], Absolute(MOST_VALUES, 1)) for name, format_ in _TARGETS.items())
     kernel, pixel = node.kernel.computing(probed.program), RunValue(PIXEL, tuple)
     node = replace(node, name="lines", kernel=kernel, values={**node.values, PIXEL: pixel}, into=into)
     targets = {spec.name: Target(spec, node, slot) for slot, spec in enumerate(into)}
-    passes = Passes(targets, None, [_needed(node, given)])
+    passes = Passes(targets, None, [_needed(node, inputs)])
     expected, allowed = passes.allowed(backend.snaps)
-    (made,) = passes.written(backend)
+    (step,) = passes.written(backend)
     names = {passes.plan.resources[key[2]].name: key for key in expected}
     value, place = names["value"], names["place"]
-    found = []
+    lines = []
     for n in range(MOST_VALUES):
         number = int(expected[place][0, n, 0])
         if number < 0:
             break
         probe = probed.probes[number]
         bounds = [allowed[key].values for key in (value, place)]
-        beyond = [b.without(made[key])[0, n] for b, key in zip(bounds, (value, place), strict=True)]
+        beyond = [b.without(step[key])[0, n] for b, key in zip(bounds, (value, place), strict=True)]
         low, high = (tuple(end[0, n, : probe.size].tolist()) for end in (bounds[0].lo, bounds[0].hi))
-        took, reference = (tuple(picture[value][0, n, : probe.size].tolist()) for picture in (made, expected))
-        found.append(LineValue(probe, took, reference, low, high, not any(b.any() for b in beyond)))
-    return found
+        took, reference = (tuple(picture[value][0, n, : probe.size].tolist()) for picture in (step, expected))
+        lines.append(LineValue(probe, took, reference, low, high, not any(b.any() for b in beyond)))
+    return lines
 
 
 class _Probed:
@@ -228,7 +228,7 @@ class _Probed:
         self.program = replace(program, parameters=parameters, body=body, results=results, keep=None)
 
     def _block(self, statements: Sequence[ir.Stmt]) -> tuple[ir.Stmt, ...]:
-        return tuple(made for statement in statements for made in self._statement(statement))
+        return tuple(probed for statement in statements for probed in self._statement(statement))
 
     def _statement(self, statement: ir.Stmt) -> Iterator[ir.Stmt]:
         if isinstance(statement, ir.Assign):
@@ -236,8 +236,8 @@ class _Probed:
             yield replace(statement, value=value)
             if (variable := variable_of(statement.name)) is not None:
                 name, returns = variable
-                kept = ir.Local(value.type, statement.name)
-                yield from self._keep(kept, statement.span, name, "returns" if returns else "takes")
+                local = ir.Local(value.type, statement.name)
+                yield from self._keep(local, statement.span, name, "returns" if returns else "takes")
         elif isinstance(statement, ir.If):
             condition = self._here(statement.condition)
             if not is_about_returns(statement.condition):
@@ -259,14 +259,14 @@ class _Probed:
             return self._pixel
         if isinstance(expression, ir.Builtin) and expression.name == "output_size":
             return ir.Construct(IVEC2, tuple(ir.Literal(INT, side) for side in self.size))
-        made = ir.with_parts(expression, self._here)
-        if isinstance(made, ir.Texel) and made.relative:
+        probed = ir.with_parts(expression, self._here)
+        if isinstance(probed, ir.Texel) and probed.relative:
             x, y = (
                 ir.Apply(INT, "add", (offset, ir.Swizzle(INT, self._pixel, (axis,))))
-                for axis, offset in enumerate((made.x, made.y))
+                for axis, offset in enumerate((probed.x, probed.y))
             )
-            return replace(made, x=x, y=y, relative=False)
-        return made
+            return replace(probed, x=x, y=y, relative=False)
+        return probed
 
     def _keep(self, value: ir.Expr, span: Span, name: str, kind: str) -> Iterator[ir.Stmt]:
         """Statements that keep a value if it is the n-th, n being the column of the pixel that computes it."""
@@ -278,9 +278,9 @@ class _Probed:
             place = ir.Literal(FLOAT, float(len(self.probes)))
             self.probes.append(Probe(span, name + suffix, len(numbers), kind))
             count = ir.Local(INT, COUNT)
-            wanted = ir.Apply(BOOL, "equal", (count, ir.Swizzle(INT, ir.Builtin(IVEC2, "pixel"), (0,))))
-            yield ir.Assign(KEPT, ir.Select(VEC4, wanted, padded, ir.Local(VEC4, KEPT)))
-            yield ir.Assign(PLACE, ir.Select(FLOAT, wanted, place, ir.Local(FLOAT, PLACE)))
+            is_this = ir.Apply(BOOL, "equal", (count, ir.Swizzle(INT, ir.Builtin(IVEC2, "pixel"), (0,))))
+            yield ir.Assign(KEPT, ir.Select(VEC4, is_this, padded, ir.Local(VEC4, KEPT)))
+            yield ir.Assign(PLACE, ir.Select(FLOAT, is_this, place, ir.Local(FLOAT, PLACE)))
             yield ir.Assign(COUNT, ir.Apply(INT, "add", (count, ir.Literal(INT, 1))))
 
 

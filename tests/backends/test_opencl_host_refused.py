@@ -41,8 +41,8 @@ def refusals(host: Host, queue: Any) -> dict[str, tuple[Callable[[], Any], str]]
         "no pixels": (described(size=(0, 4)), "each side"),
         "no order": (described(order="rg"), "lacks channels"),
         "a stencil": (described(format="depth32f_stencil8"), "stencil apart"),
-        "no buffer": (lambda: host.buffer(photo(), SIZE, "rgba8"), "must lie in a pyopencl.Buffer"),
-        "no picture": (lambda: host.picture(exact), "does not say of what size"),
+        "no buffer": (lambda: host.buffer(photo(), SIZE, "rgba8"), "must be in a pyopencl.Buffer"),
+        "no picture": (lambda: host.picture(exact), "does not say its size"),
         "numbers": (lambda: host.picture(photo()), "a picture is made of a pyopencl array or image"),
     }
 
@@ -102,7 +102,7 @@ def test_pictures_that_do_not_fit(host: Host, queue: Any) -> None:
         for given, message in (
             (array.zeros(queue, (8, 8), np.int32), "holds numbers of no format"),
             (array.zeros(queue, (2, 8, 8, 4), np.uint8), "is no picture"),
-            (memory, "does not say of what size and format it is"),
+            (memory, "does not say its size and format"),
         ):
             with pytest.raises(pg.InputError, match=message):
                 program.run(frame=given)

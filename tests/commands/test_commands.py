@@ -13,7 +13,7 @@ import pytest
 import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.commands.entry import COMMANDS
-from passgraph.effects import fxaa
+from passgraph.effects import fxaa, smaa
 from passgraph.effects.effect_table import EFFECTS
 from passgraph.errors import DeviceMissingError
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
@@ -80,14 +80,16 @@ def test_render_captures_every_target(capsys: pytest.CaptureFixture[str]) -> Non
 
 def test_render_smooths_edges_where_nothing_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     made = {}
-    for way in ("default", "fxaa", "none"):
+    for way in ("default", "fxaa", "smaa", "none"):
         given = [] if way == "default" else ["--antialias", way]
         well(capsys, "render", *SMALL, "-o", f"{way}.png", "-b", "numpy", *given)
         made[way] = pg.load(f"{way}.png")
     assert np.array_equal(made["default"], made["fxaa"])
-    with pg.compile(fxaa(pg.Input("frame", "rgba8"))) as program:
-        np.testing.assert_array_equal(made["fxaa"], program(frame=made["none"])["fxaa"])
-    assert 0.02 < (made["fxaa"] != made["none"]).any(axis=2).mean() < 0.7
+    for smooth in (fxaa, smaa):
+        name = smooth.__name__
+        with pg.compile(smooth(pg.Input("frame", "rgba8"))) as program:
+            np.testing.assert_array_equal(made[name], program(frame=made["none"])[name])
+        assert 0.02 < (made[name] != made["none"]).any(axis=2).mean() < 0.7
 
 
 @pytest.mark.parametrize("effect", ["soft-shadow", "light2d"])
@@ -232,7 +234,7 @@ def test_compare_lists_what_is_missing(capsys: pytest.CaptureFixture[str], monke
 
 def test_backends_lists_all(capsys: pytest.CaptureFixture[str]) -> None:
     out = well(capsys, "backends")
-    for name in ("reference", "numpy", "gl", "opencl", "null"):
+    for name in ("reference", "numpy", "gl", "opencl", "webgpu", "null"):
         assert name in out
 
 

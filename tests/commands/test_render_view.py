@@ -345,9 +345,10 @@ def test_without_ground_the_picture_may_be_laid_over_any_background(antialias: s
     assert np.abs(over - on_blue[..., :3]).max() < 0.012
 
 
-def test_smoothed_edges_hold_no_color_of_the_background() -> None:
+@pytest.mark.parametrize("antialias", ["fxaa", "smaa"])
+def test_smoothed_edges_hold_no_color_of_the_background(antialias: str) -> None:
     """The tower is red and green; the sky behind it is blue."""
-    clear = shown("clear.png", "--ground", "none", "--antialias", "fxaa")
+    clear = shown("clear.png", "--ground", "none", "--antialias", antialias)
     edge = clear[(clear[..., 3] > 0.0) & (clear[..., 3] < 1.0)]
     assert len(edge) > 5
     assert edge[:, 2].max() < 0.15

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.effects import scene_surfaces
+from passgraph.effects import scene_surfaces, soft_shadow
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.scene.matrices import rotation_y, translation
 from passgraph.truth import first_surfaces
@@ -121,3 +121,41 @@ def test_surfaces_of_a_scene_are_those_of_its_geometry(space: Literal["view", "w
     # half floats, packed
     np.testing.assert_allclose(made["normals"][both], np.broadcast_to([*normal, 1.0], (both.sum(), 4)), atol=2e-3)
     assert not made["normals"][~both & (made["depth"][..., 0] == 0)].any()
+
+
+def test_surfaces_and_soft_shadows_of_one_scene_go_into_one_graph() -> None:
+    """Both read the scene's textures; each picture is that of its graph alone."""
+    scene = pg.Scene.shipped()
+    outputs = {"picture": soft_shadow(scene, map_size=64), "color": scene_surfaces(scene).base_color}
+
+    def pictures(targets: dict[str, pg.Target]) -> dict[str, np.ndarray]:
+        with pg.compile(targets, backend="numpy", size=(48, 27)) as program:
+            return dict(program())
+
+    together = pictures(outputs)
+    for name, target in outputs.items():
+        np.testing.assert_array_equal(together[name], pictures({name: target})[name])
+
+
+def test_textures_of_one_name_stay_apart() -> None:
+    """Each floor has a texture of its own, both called the same, and seen in both effects."""
+
+    def floors(names: tuple[str, str]) -> dict[str, np.ndarray]:
+        nodes = []
+        for name, x, color in zip(names, (-1.6, 1.6), ((255, 0, 0, 255), (0, 0, 255, 255)), strict=True):
+            texture = pg.Texture.make(np.full((4, 4, 4), color, np.uint8), "srgb", name)
+            mesh = pg.Mesh.make(
+                [(x - 1.5, 0, -1.5), (x + 1.5, 0, -1.5), (x + 1.5, 0, 1.5), (x - 1.5, 0, 1.5)], [(0, 2, 1), (0, 3, 2)],
+                uvs=[(0, 0), (1, 0), (1, 1), (0, 1)],
+            )  # fmt: skip
+            nodes.append(pg.Node(mesh, pg.Material(base_color_texture=texture)))
+        scene = pg.Scene(tuple(nodes), CAMERA, pg.Scene.shipped().lights)
+        targets = {"picture": soft_shadow(scene, map_size=64), "color": scene_surfaces(scene).base_color}
+        with pg.compile(targets, backend="numpy", size=(48, 27)) as program:
+            return dict(program())
+
+    same, apart = floors(("paint", "paint")), floors(("red", "blue"))
+    red, _, blue = np.moveaxis(apart["color"][..., :3], 2, 0)
+    assert ((red > 0.5) & (blue == 0)).any() and ((blue > 0.5) & (red == 0)).any()
+    for name, picture in apart.items():
+        np.testing.assert_array_equal(same[name], picture)

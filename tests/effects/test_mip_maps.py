@@ -11,7 +11,7 @@ import pytest
 import passgraph as pg
 from passgraph import Const, Image, pixel, vec2, vec4
 from passgraph.effects.surfaces.g_buffer import g_buffer
-from passgraph.effects.surfaces.material_textures import WRAPS, TextureInputs, mipped, mips_of
+from passgraph.effects.surfaces.material_textures import WRAPS, mipped, mips_of
 from passgraph.effects.surfaces.views import View
 from tests.agreement import assert_within_bounds
 
@@ -41,7 +41,7 @@ def floor_scene(texture: pg.Texture | None = None, **maps: Any) -> pg.Scene:
 
 def buffers(scene: pg.Scene) -> Any:
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
-    return g_buffer(scene, view, TextureInputs(), (0.0, 0.0, 0.0))
+    return g_buffer(scene, view, (0.0, 0.0, 0.0))
 
 
 def rays(camera: pg.Camera, samples: int) -> Any:

@@ -7,7 +7,6 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects.surfaces.g_buffer import g_buffer
-from passgraph.effects.surfaces.material_textures import TextureInputs
 from passgraph.effects.surfaces.views import View
 from passgraph.truth import first_surfaces
 
@@ -28,7 +27,7 @@ def test_a_triangles_plane_is_known_where_its_normals_are_smooth(orthographic: b
         (1.5, 1.8, 2.2), (0, 0, 0), vertical_fov_rad=0.6, orthographic_height=2.5 if orthographic else None
     )
     scene = pg.Scene((pg.Node(rounded()),), camera, ())
-    seen = g_buffer(scene, View(pg.Value("camera", pg.Camera, default=camera)), TextureInputs(), (0.0, 0.0, 0.0))
+    seen = g_buffer(scene, View(pg.Value("camera", pg.Camera, default=camera)), (0.0, 0.0, 0.0))
     assert seen.rises is not None
     with pg.compile([seen.rises, seen.depth], backend=backend_name, size=SIZE) as program:
         made = program()

@@ -13,6 +13,7 @@ from skimage.measure import block_reduce
 
 import passgraph as pg
 from passgraph.effects import dither, halftone, pixelate
+from passgraph.effects.style import blue_noise
 from tests.agreement import assert_within_bounds
 from tests.conftest import DEVICES
 from tests.effects.scenes import Picture, render
@@ -77,7 +78,7 @@ def test_dither_rounds_by_the_thresholds_of_bayer(levels: int, size: tuple[int, 
 
 
 @every_backend
-@pytest.mark.parametrize(("pattern", "off"), [("bayer", 1 / 128), ("gradient-noise", 0.01)])
+@pytest.mark.parametrize(("pattern", "off"), [("bayer", 1 / 128), ("gradient-noise", 0.01), ("blue-noise", 1 / 4096)])
 def test_dither_keeps_means_and_levels(pattern: Any, off: float, backend_name: str) -> None:
     tones = np.linspace(0.0, 1.0, 24).astype(np.float32)
     frame = np.ones((64, 64 * 24, 4), np.float32) * tones.repeat(64)[None, :, None]
@@ -85,6 +86,17 @@ def test_dither_keeps_means_and_levels(pattern: Any, off: float, backend_name: s
     assert set(np.unique(made)) == {0.0, 0.5, 1.0}
     means = made.reshape(64, 24, 64).mean(axis=(0, 2))
     np.testing.assert_allclose(means, tones, atol=off / 2 + 1e-6)
+
+
+def test_blue_noise_has_no_low_frequencies() -> None:
+    """Below a third of the dots' own frequency, power is less than a tenth of white noise's, in every tone."""
+    frequencies = np.hypot(*np.meshgrid(np.fft.fftfreq(64), np.fft.fftfreq(64)))
+    levels = blue_noise.thresholds()[..., 0]
+    for tone in (0.05, 0.1, 0.25, 0.5, 0.75, 0.9):
+        dots = (levels < tone).astype(np.float64)
+        power = np.abs(np.fft.fft2(dots - dots.mean())) ** 2 / dots.size
+        low = (frequencies > 0) & (frequencies < np.sqrt(min(tone, 1 - tone)) / 3)
+        assert power[low].mean() < 0.1 * tone * (1 - tone), tone
 
 
 @every_backend
@@ -118,6 +130,10 @@ def test_dots_stand_a_cell_apart(backend_name: str) -> None:
     assert ndimage.label(made < 0.5)[1] == (96 / 12) ** 2
 
 
-@pytest.mark.parametrize("made", [pixelate(FRAME, 4), dither(FRAME), halftone(FRAME)], ids=lambda made: made.name)
+@pytest.mark.parametrize(
+    "made",
+    [pixelate(FRAME, 4), dither(FRAME), dither(FRAME, 3, "blue-noise"), halftone(FRAME)],
+    ids=lambda made: made.name,
+)
 def test_patterns_within_bounds_of_the_reference(made: pg.Target) -> None:
     assert_within_bounds(made, frame=picture((17, 31)))

@@ -60,8 +60,8 @@ MUTANTS = (
     _g("_PARAMETERS", "0x2802: 0x812F", "0x2802: 0x2901", *PICTURES),
     _g(
         "GLSL._place",
-        "(known < 0, known > 0) if load.relative",
-        "(known < -1, known > 1) if load.relative",
+        "(constant_offset < 0, constant_offset > 0) if load.relative",
+        "(constant_offset < -1, constant_offset > 1) if load.relative",
         *PICTURES,
         "language/",
     ),
@@ -127,8 +127,8 @@ MUTANTS = (
     _g("set_common", "if bound.framebuffer != framebuffer:", "if bound.framebuffer is None:", "sequences/", "effects/"),
     _g(
         "set_draw",
-        "wanted = (state, depth is None,",
-        "wanted = (None, depth is None,",
+        "draw_state = (state, depth is None,",
+        "draw_state = (None, depth is None,",
         "sequences/",
         "effects/soft-shadow",
     ),

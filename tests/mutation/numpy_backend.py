@@ -285,8 +285,8 @@ MUTANTS = (
     ),
     Mutant(
         "_Merge._stencil_test",
-        "seen = b.and_(stored, llvm.Constant(I32, stencil.read_mask))",
-        "seen = stored",
+        "masked = b.and_(stored, llvm.Constant(I32, stencil.read_mask))",
+        "masked = stored",
         "numpy",
         ("draws/stencil", "draw states/stencil"),
     ),

@@ -267,10 +267,10 @@ MUTANTS = (
     _plan("_fusable", "not consumer.program.image(name).pointwise or", "False or"),
     _plan(
         "_fusable",
-        "if any(target in known.wanted for target in producer.colours):",
+        "if any(target in counts.wanted for target in producer.colours):",
         "if False:",
     ),
-    _plan("_fusable", "if known.readers[producer.node] != {consumer.node}:", "if False:"),
+    _plan("_fusable", "if counts.readers[producer.node] != {consumer.node}:", "if False:"),
     _plan("_with_copies", "if any(nx.has_path(graph, draw, r) for r in waits_for):", "if False:"),
     _plan(
         "cull",
@@ -285,7 +285,7 @@ MUTANTS = (
         "if name in static and self._uploaded.get(name) is picture:",
         "if name in static and name in self._uploaded:",
     ),
-    _plan("Execution._changed", "return seen is None or any(", "return seen is None or False and any("),
+    _plan("Execution._changed", "return last_static is None or any(", "return last_static is None or False and any("),
     _plan(
         "Execution.run",
         "self._static_seen, self._moves_due = static, True",
@@ -429,7 +429,7 @@ MUTANTS = (
     Mutant("dependencies", "in_place[draw] |= dict.fromkeys(other_readers)", "pass", "gl", ("plans/", "sequences/")),
     Mutant(
         "dependencies",
-        "if content in kept or any(content in work.passes[r].done.drawn_over for r in other_readers):",
+        "if content in root_contents or any(content in work.passes[r].done.drawn_over for r in other_readers):",
         "if False:",
         "gl",
         ("plans/", "sequences/"),
@@ -477,7 +477,7 @@ MUTANTS = (
     _reduce("bin_of", "min(place, float(bins - 1)) + 1.0", "place + 1.0"),
     _reduce("count_bins", "4 * pixel().x", "3 * pixel().x"),
     _reduce("count_bins", "2.0 * quarter", "quarter"),
-    _reduce("counted", "number == wanted.w", "number == wanted.z"),
+    _reduce("counted", "number == bins.w", "number == bins.z"),
     _reduce("count_of_bin", "pixel().x % quarter", "pixel().x"),
     _reduce("count_of_bin", "place == 1", "place == 3"),
     _reduce("_taken", "-(-size[0] // declared.width)", "(size[0] // declared.width)"),

@@ -184,3 +184,24 @@ def test_what_is_no_sum_is_given_up_not_accused(ways: int) -> None:
     except PassgraphError as error:
         pytest.fail(str(error))
     assert report.within_bounds
+
+
+@pytest.mark.parametrize("comparison", [">", ">="])
+def test_the_best_of_many_ties_may_be_any_of_them(comparison: str) -> None:
+    """Ten equal distances, each rounded by itself: any of the ten values may come out, in whatever order they tie."""
+    given = picture()
+    given[..., 0] = 0.5
+    body = f"""
+        nearest, value = -1.0, 0.0
+        for i in range(10):
+            distance = sqrt(c[i, 0].x * 0.3)
+            if distance {comparison} nearest:
+                nearest, value = distance, c[i, 0].y
+        return vec4(value)"""
+    found = allowed(body, given)
+    columns = np.minimum(
+        np.arange(given.shape[1])[:, None] + np.arange(10), given.shape[1] - 1
+    )  # the border is an edge
+    candidates = given[:, columns, 1]
+    assert (found.values.lo[..., 0] <= candidates.min(axis=2)).all()
+    assert (found.values.hi[..., 0] >= candidates.max(axis=2)).all()

@@ -39,8 +39,8 @@ def clock_parameters(used: Iterable[str], taken: Collection[str] = ()) -> dict[s
 
 def clock_uniforms(values: Mapping[str, Any], taken: Collection[str] = ()) -> dict[str, Any]:
     """Return the clock's uniforms from parameters."""
-    given = {own: _free_name(name, taken) for own, name in _SET_BY.items()}
-    return {"pg_frame": FRAME_INDEX} | {own: values[name] for own, name in given.items() if name in values}
+    names = {own: _free_name(name, taken) for own, name in _SET_BY.items()}
+    return {"pg_frame": FRAME_INDEX} | {own: values[name] for own, name in names.items() if name in values}
 
 
 def _free_name(name: str, taken: Collection[str]) -> str:

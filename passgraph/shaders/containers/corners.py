@@ -29,7 +29,7 @@ class Varying:
 
 #: The shares that a triangle's corners have in a pixel; false where it shows none of it.  What lies behind the eye
 #: needs no cutting so (Olano and Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997).  Of the
-#: pixels on its edges it has those where it begins, on the left and where rows begin: two neighbours share none.
+#: pixels on its edges it has those where it begins, on the left and where rows begin: two neighbors share none.
 WITHIN = """bool pg_within(vec4 a, vec4 b, vec4 c, out vec3 share) {
   vec3 at = vec3(pg_position * 2.0 - 1.0, 1.0);
   vec3 first = cross(b.xyw, c.xyw), second = cross(c.xyw, a.xyw), third = cross(a.xyw, b.xyw);
@@ -46,7 +46,7 @@ WITHIN = """bool pg_within(vec4 a, vec4 b, vec4 c, out vec3 share) {
 _TRIANGLES = ((0, 1, 2), (3, 2, 1))
 
 
-def interpolated(found: Sequence[Varying], moved: bool) -> list[str]:
+def interpolated(varyings: Sequence[Varying], moved: bool) -> list[str]:
     """GLSL that runs ``pg_vertex()``, which reads ``pg_corner`` and writes ``pg_v_name``, and sets each ``name`` to
     what it is at this pixel.
 
@@ -56,7 +56,7 @@ def interpolated(found: Sequence[Varying], moved: bool) -> list[str]:
     for corner, place in enumerate(_CORNERS):
         lines.append(f"  pg_corner = vec2({place}); pg_vertex();")
         lines += [f"  vec4 pg_moved_{corner} = pg_v_gl_Position;"] if moved else []
-        for one in found:
+        for one in varyings:
             for i, element in enumerate(one.places):
                 lines.append(f"  {one.type} pg_{one.name}_{i}_{corner} = pg_v_{one.name}{element};")
     lines += ["  vec3 pg_share;"]
@@ -64,17 +64,21 @@ def interpolated(found: Sequence[Varying], moved: bool) -> list[str]:
         f"pg_within({', '.join(f'pg_moved_{corner}' for corner in triangle)}, pg_share)" for triangle in _TRIANGLES
     )
     if moved:
-        lines += [f"  if ({second}) {{", *_mixed(found, _TRIANGLES[1])]
-        lines += [f"  }} else if ({first}) {{", *_mixed(found, _TRIANGLES[0]), "  } else discard;"]
+        lines += [f"  if ({second}) {{", *_mixed(varyings, _TRIANGLES[1])]
+        lines += [f"  }} else if ({first}) {{", *_mixed(varyings, _TRIANGLES[0]), "  } else discard;"]
         return lines
-    lines += ["  pg_share.yz = pg_position;", "  if (pg_share.y + pg_share.z < 1.0) {", *_mixed(found, _TRIANGLES[0])]
-    return [*lines, "  } else {", "    pg_share.yz = 1.0 - pg_share.yz;", *_mixed(found, _TRIANGLES[1]), "  }"]
+    lines += [
+        "  pg_share.yz = pg_position;",
+        "  if (pg_share.y + pg_share.z < 1.0) {",
+        *_mixed(varyings, _TRIANGLES[0]),
+    ]
+    return [*lines, "  } else {", "    pg_share.yz = 1.0 - pg_share.yz;", *_mixed(varyings, _TRIANGLES[1]), "  }"]
 
 
-def _mixed(found: Sequence[Varying], triangle: tuple[int, int, int]) -> list[str]:
+def _mixed(varyings: Sequence[Varying], triangle: tuple[int, int, int]) -> list[str]:
     """Interpolate the varyings by the shares of a triangle's second and third corner."""
     lines = []
-    for one in found:
+    for one in varyings:
         for i, element in enumerate(one.places):
             a, b, c = (f"pg_{one.name}_{i}_{corner}" for corner in triangle)
             lines.append(f"    {one.name}{element} = {a} + ({b} - {a}) * pg_share.y + ({c} - {a}) * pg_share.z;")

@@ -99,7 +99,7 @@ class ShaderEffect:
                 "give it another name"
             )
 
-    def __call__(self, /, *pictures: Target, into: TargetSpec | None = None, **given: Any) -> Target:
+    def __call__(self, /, *pictures: Target, into: TargetSpec | None = None, **parameters: Any) -> Target:
         """The graph of the shader's passes.
 
         Raises
@@ -112,16 +112,16 @@ class ShaderEffect:
             takes = ", ".join(self.images) or "none"
             raise InputError(f"{self.file}: takes {len(self.images)} picture(s) ({takes}), got {len(pictures)}")
         named = dict(zip(self.images, pictures, strict=False))
-        for name in [name for name in given if name in self.images]:
+        for name in [name for name in parameters if name in self.images]:
             if name in named:
                 raise InputError(f"{self.file}: picture {name!r} is given twice")
-            named[name] = given.pop(name)
+            named[name] = parameters.pop(name)
         if self.images and self.images[0] not in named:
             raise InputError(f"{self.file}: picture {self.images[0]!r} is missing")
         for name, picture in named.items():
             arguments.instance(picture, Target, f"{self.file}: picture {name!r}", "a target or pg.Input", InputError)
         values = {name: parameter.default for name, parameter in self.parameters.items()}
-        for name, value in given.items():
+        for name, value in parameters.items():
             if name not in self.parameters:
                 near = arguments.near(name, list(self.parameters))
                 known = ", ".join(self.parameters) or "none"
@@ -170,8 +170,8 @@ def _spread(limit: Any, flat: list[float]) -> list[Any]:
 
 def notes_of(shaders: Iterable[Shader]) -> tuple[Note, ...]:
     """Return the notes of several shaders, each once: passes share their text."""
-    found = {(note.span.file, note.span.line, note.text): note for shader in shaders for note in shader.notes}
-    return tuple(found.values())
+    notes = {(note.span.file, note.span.line, note.text): note for shader in shaders for note in shader.notes}
+    return tuple(notes.values())
 
 
 def zero_of_type(type_: Type) -> Any:

@@ -121,8 +121,8 @@ class IsfHeader:
 
 def is_isf(text: str) -> bool:
     """Whether a text begins with a comment that holds an object."""
-    found = _HEADER.match(text)
-    return found is not None and found[1].lstrip().startswith("{")
+    match = _HEADER.match(text)
+    return match is not None and match[1].lstrip().startswith("{")
 
 
 def read_header(text: str, file: str) -> IsfHeader:
@@ -133,13 +133,13 @@ def read_header(text: str, file: str) -> IsfHeader:
     InputError
         For what is not JSON, with line and column, and for entries that ISF does not have.
     """
-    found = _HEADER.match(text)
-    if found is None:
+    match = _HEADER.match(text)
+    if match is None:
         raise InputError(f"{file}: an ISF file begins with a comment that holds a JSON object")
     try:
-        said = json.loads(found[1])
+        header = json.loads(match[1])
     except json.JSONDecodeError as error:
-        before = text[: found.start(1) + error.pos]
+        before = text[: match.start(1) + error.pos]
         line, column = before.count("\n") + 1, len(before) - (before.rfind("\n") + 1) + 1
         shown_line = text.splitlines()[line - 1] if line <= len(text.splitlines()) else ""
         raise InputError(
@@ -147,15 +147,15 @@ def read_header(text: str, file: str) -> IsfHeader:
         ) from None
     except RecursionError:
         raise InputError(f"{file}: the header nests too deeply") from None
-    return _header(_object(said, f"{file}: the header"), file)
+    return _header(_object(header, f"{file}: the header"), file)
 
 
-def _header(said: Mapping[str, Any], file: str) -> IsfHeader:
+def _header(header: Mapping[str, Any], file: str) -> IsfHeader:
     parameters: dict[str, ShaderParameter] = {}
     images: list[str] = []
-    for number, given in enumerate(_list(said.get("INPUTS", []), f"{file}: INPUTS", MAX_INPUTS)):
+    for number, entry in enumerate(_list(header.get("INPUTS", []), f"{file}: INPUTS", MAX_INPUTS)):
         where = f"{file}: INPUTS[{number}]"
-        one = _object(given, where)
+        one = _object(entry, where)
         name = _name(one.get("NAME"), where)
         if name in parameters or name in images:
             raise InputError(f"{where}: there are two inputs {name!r}")
@@ -169,13 +169,13 @@ def _header(said: Mapping[str, Any], file: str) -> IsfHeader:
             parameters[name] = _parameter(name, type_, one, where)
     passes = tuple(
         _pass(_object(one, f"{file}: PASSES[{i}]"), f"{file}: PASSES[{i}]")
-        for i, one in enumerate(_list(said.get("PASSES", []), f"{file}: PASSES", MAX_PASSES))
+        for i, one in enumerate(_list(header.get("PASSES", []), f"{file}: PASSES", MAX_PASSES))
     )
     # The frame comes first, whatever stands before it.
     images.sort(key=lambda name: name != "inputImage")
     return IsfHeader(
-        str(said.get("DESCRIPTION", "")), str(said.get("CREDIT", "")), parameters, tuple(images),
-        _imported(said.get("IMPORTED", {}), file), passes or (IsfPass("", ("", ""), False, False),),
+        str(header.get("DESCRIPTION", "")), str(header.get("CREDIT", "")), parameters, tuple(images),
+        _imported(header.get("IMPORTED", {}), file), passes or (IsfPass("", ("", ""), False, False),),
     )  # fmt: skip
 
 
@@ -204,26 +204,26 @@ def _parameter(name: str, type_: Scalar | Vector | Type, one: Mapping[str, Any],
     return ShaderParameter(name, type_, default, low, high, str(one.get("LABEL", "")), choices)
 
 
-def _default(given: Any, type_: Type, where: str) -> Any:
+def _default(value: Any, type_: Type, where: str) -> Any:
     count = component_count(type_)
     if count == 1:
-        number = _number(given, where)
+        number = _number(value, where)
         return bool(number) if type_ is BOOL else int(number) if type_ is INT else float(number)
-    parts = given if isinstance(given, list) else [given] * count
+    parts = value if isinstance(value, list) else [value] * count
     numbers = [float(_number(part, where)) for part in parts[:count]]
-    # Colours may lack their alpha.
+    # Colors may lack their alpha.
     return tuple(numbers + [1.0] * (count - len(numbers)))
 
 
-def _limit(given: Any, type_: Type, where: str) -> Any:
-    if given is None or type_ is BOOL:
+def _limit(value: Any, type_: Type, where: str) -> Any:
+    if value is None or type_ is BOOL:
         return None
     count = component_count(type_)
-    if isinstance(given, list) and count > 1:
-        if len(given) < count:
-            raise InputError(f"{where} must be {count} numbers, got {shown(given)}")
-        return tuple(float(_number(part, where)) for part in given[:count])
-    return float(_number(given, where))
+    if isinstance(value, list) and count > 1:
+        if len(value) < count:
+            raise InputError(f"{where} must be {count} numbers, got {shown(value)}")
+        return tuple(float(_number(part, where)) for part in value[:count])
+    return float(_number(value, where))
 
 
 def _pass(one: Mapping[str, Any], where: str) -> IsfPass:
@@ -235,49 +235,49 @@ def _pass(one: Mapping[str, Any], where: str) -> IsfPass:
     return IsfPass(target, (sizes[0], sizes[1]), _flag(one.get("PERSISTENT")), _flag(one.get("FLOAT")))
 
 
-def _imported(said: Any, file: str) -> dict[str, object]:
+def _imported(imported: Any, file: str) -> dict[str, object]:
     """Return the imports by name: version 2 has an object, version 1 a list."""
     where = f"{file}: IMPORTED"
-    if isinstance(said, list):
-        rows = [_object(one, where) for one in _list(said, where, MAX_IMPORTED)]
+    if isinstance(imported, list):
+        rows = [_object(one, where) for one in _list(imported, where, MAX_IMPORTED)]
         return {_name(one.get("NAME"), where): one.get("PATH") for one in rows}
-    found = _object(said, where)
-    if len(found) > MAX_IMPORTED:
-        raise InputError(f"{where}: {len(found)} pictures; at most {MAX_IMPORTED}")
-    return {_name(name, where): _object(one, where).get("PATH") for name, one in found.items()}
+    imports = _object(imported, where)
+    if len(imports) > MAX_IMPORTED:
+        raise InputError(f"{where}: {len(imports)} pictures; at most {MAX_IMPORTED}")
+    return {_name(name, where): _object(one, where).get("PATH") for name, one in imports.items()}
 
 
-def _flag(given: Any) -> bool:
-    return given is True or str(given).lower() in ("1", "1.0", "true", "yes")
+def _flag(value: Any) -> bool:
+    return value is True or str(value).lower() in ("1", "1.0", "true", "yes")
 
 
-def _object(given: Any, where: str) -> Mapping[str, Any]:
-    if not isinstance(given, dict):
-        raise InputError(f"{where} must be an object, got {shown(given)}")
-    return given
+def _object(value: Any, where: str) -> Mapping[str, Any]:
+    if not isinstance(value, dict):
+        raise InputError(f"{where} must be an object, got {shown(value)}")
+    return value
 
 
-def _list(given: Any, where: str, most: int) -> list[Any]:
-    if not isinstance(given, list):
-        raise InputError(f"{where} must be a list, got {shown(given)}")
-    if len(given) > most:
-        raise InputError(f"{where} has {len(given)} entries; at most {most}")
-    return given
+def _list(value: Any, where: str, most: int) -> list[Any]:
+    if not isinstance(value, list):
+        raise InputError(f"{where} must be a list, got {shown(value)}")
+    if len(value) > most:
+        raise InputError(f"{where} has {len(value)} entries; at most {most}")
+    return value
 
 
-def _name(given: Any, where: str) -> str:
-    if not isinstance(given, str) or not _NAME.fullmatch(given):
-        raise InputError(f"{where}: a name has letters, digits and underscores, got {shown(given)}")
-    return given
+def _name(value: Any, where: str) -> str:
+    if not isinstance(value, str) or not _NAME.fullmatch(value):
+        raise InputError(f"{where}: a name has letters, digits and underscores, got {shown(value)}")
+    return value
 
 
-def _number(given: Any, where: str) -> float:
+def _number(value: Any, where: str) -> float:
     try:
-        number = float(given)
+        number = float(value)
     except (TypeError, ValueError, OverflowError):
         number = float("nan")
     if not abs(number) < 3.4e38:
-        raise InputError(f"{where} must be a number, got {shown(given)}")
+        raise InputError(f"{where} must be a number, got {shown(value)}")
     return number
 
 
@@ -289,23 +289,23 @@ def vertex_prelude(text: str, file: str) -> tuple[str, str]:
     """GLSL before the fragment shader, which defines ``pg_vertex``, and behind it, which calls it from ``pg_main``."""
     # Comments go, and lines keep their numbers.
     plain = _COMMENT.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), text)
-    found = [Varying(m[1], m[2], int(m[3] or 0)) for m in _VARYING.finditer(plain)]
-    if sum(max(1, one.count) for one in found) > MAX_VARYINGS:
+    varyings = [Varying(m[1], m[2], int(m[3] or 0)) for m in _VARYING.finditer(plain)]
+    if sum(max(1, one.count) for one in varyings) > MAX_VARYINGS:
         raise InputError(f"{file}: the vertex shader hands on more than {MAX_VARYINGS} values")
     moved = re.search(r"\bgl_Position\b", plain) is not None
     renamed = {"main": "pg_vertex", "isf_FragNormCoord": "pg_corner", "vv_FragNormCoord": "pg_corner", "varying": ""}
-    renamed |= {"gl_Position": "pg_v_gl_Position"} | {one.name: f"pg_v_{one.name}" for one in found}
+    renamed |= {"gl_Position": "pg_v_gl_Position"} | {one.name: f"pg_v_{one.name}" for one in varyings}
     begun = "pg_v_gl_Position = vec4(pg_corner * 2.0 - 1.0, 0.0, 1.0)"
     before = f"vec2 pg_corner; vec4 pg_v_gl_Position;\n{WITHIN}\n"
     before += "".join(f"#define {name}_vertShaderInit() {begun}\n" for name in ("isf", "vv"))
     before += "".join(f"#define {name} {other}\n" for name, other in renamed.items())
     behind = "".join(f"#undef {name}\n" for name in renamed)
     if moved:  # pixels show the place that has moved to them
-        found.append(Varying("vec2", "pg_here", 0))
+        varyings.append(Varying("vec2", "pg_here", 0))
         behind += "vec2 pg_here;\n#define pg_v_pg_here pg_corner\n#define isf_FragNormCoord pg_here\n"
         behind += "#define vv_FragNormCoord pg_here\n"
     # In the fragment shader they are variables that are set before its main().
-    entry = "\n".join(["void pg_main() {", *interpolated(found, moved), "  main();", "}"])
+    entry = "\n".join(["void pg_main() {", *interpolated(varyings, moved), "  main();", "}"])
     return f"{before}{text}\n{behind}#define varying\n", entry
 
 
@@ -406,18 +406,18 @@ class _Graph:
         buffers: dict[str, Target] = {}
         drawn: list[Target] = []
         for one, spec, kernel in zip(self.header.passes, specs, self.kernels, strict=True):
-            given: dict[str, Any] = {}
+            arguments: dict[str, Any] = {}
             for parameter in kernel.parameters:
                 name = parameter.name
                 if name in uniforms:
-                    given[name] = uniforms[name]
+                    arguments[name] = uniforms[name]
                 elif name in buffers:
-                    given[name] = buffers[name]
+                    arguments[name] = buffers[name]
                 elif name in persistent:
-                    given[name] = previous(last[name])
+                    arguments[name] = previous(last[name])
                 else:
-                    given[name] = handle_or_black(pictures.get(name) or self.imported.get(name))
-            drawn.append(kernel.called(given, spec))
+                    arguments[name] = handle_or_black(pictures.get(name) or self.imported.get(name))
+            drawn.append(kernel.called(arguments, spec))
             if one.target:
                 buffers[one.target] = drawn[-1]
         return drawn
@@ -431,7 +431,7 @@ class _Graph:
                 specs.append(into)
                 break
             formulas = one.formulas(values, f"{self.path}: PASSES[{number}]")
-            size = Relative(1.0) if formulas is None else Computed(*formulas)
+            size = Relative() if formulas is None else Computed(*formulas)
             spec = target(f"{into.name}.{one.target or 'pass'}.{number}", "rgba32f" if one.is_float else "rgba8")
             specs.append(replace(spec, size=size))
         return specs

@@ -154,7 +154,7 @@ class _Values:
         own = path.resolve()
         if own in within or len(within) >= MAX_REFERENCES:
             raise InputError(f"{path}: presets refer to one another in a circle, or deeper than {MAX_REFERENCES}")
-        said: dict[str, tuple[str, Path]] = {}
+        entries: dict[str, tuple[str, Path]] = {}
         for line in text.splitlines():
             if match := _REFERENCE.match(line):
                 at = self.file(match[1] or match[2], path, "#reference")
@@ -162,8 +162,8 @@ class _Values:
                 self.read(included, at, (*within, own))
             elif not line.lstrip().startswith(("#", "//")) and (match := _ENTRY.match(line)):
                 plain = re.split(r"\s+//|\s+#|;\s*$", match[4] or "")[0]
-                said[match[1]] = ((match[2] or match[3] or plain).strip(), path)
-        self.entries |= said
+                entries[match[1]] = ((match[2] or match[3] or plain).strip(), path)
+        self.entries |= entries
 
     def file(self, name: str, preset: Path, what: str) -> Path:
         """A file that a preset names, in the tree around it."""
@@ -187,12 +187,12 @@ class _Values:
     def number(self, key: str, kind: Callable[[str], Read], default: Read | None, low: float, high: float) -> Read:
         text = self.text(key, None if default is None else str(default))
         try:
-            found = kind(text)
+            number = kind(text)
         except ValueError:
-            found = None
-        if found is None or not low <= found <= high:  # type: ignore[operator]
+            number = None
+        if number is None or not low <= number <= high:  # type: ignore[operator]
             raise InputError(f"{self.path}: {key} is a number from {low:g} to {high:g}, got {text!r}")
-        return found
+        return number
 
     def one_of(self, key: str, known: Mapping[str, Read], default: str) -> Read:
         text = self.text(key, default) or default
@@ -202,15 +202,15 @@ class _Values:
 
     def overrides(self) -> dict[str, float]:
         """Whatever is a number: only who has read the shaders knows which of it are parameters."""
-        found = {}
+        overrides = {}
         for key, (text, _) in self.entries.items():
             try:
                 number = float(text)
             except ValueError:
                 continue
             if math.isfinite(number):
-                found[key] = number
-        return found
+                overrides[key] = number
+        return overrides
 
 
 def _pass(values: _Values, i: int) -> PresetPass:
@@ -295,7 +295,7 @@ def is_libretro(text: str) -> bool:
 
 def shader_parameters(text: str, file: str) -> dict[str, ShaderParameter]:
     """Parse ``#pragma parameter NAME "label" default low high step`` lines."""
-    found = {}
+    parameters = {}
     for name, label, *numbers in (match.groups() for match in _PARAMETER.finditer(text)):
         try:
             default, low, high = (None if number is None else float(number) for number in numbers)
@@ -305,8 +305,8 @@ def shader_parameters(text: str, file: str) -> dict[str, ShaderParameter]:
             raise InputError(f"{file}: #pragma parameter {name} has finite numbers, got {numbers}")
         if low is not None and high is not None and low > high:
             low = high = None  # some files turn them round
-        found[name] = ShaderParameter(name, FLOAT, default, low, high, label.strip())
-    return found
+        parameters[name] = ShaderParameter(name, FLOAT, default, low, high, label.strip())
+    return parameters
 
 
 def read_shader(text: str, path: Path, name: str, pictures: Iterable[str]) -> Shader:
@@ -349,7 +349,7 @@ def _without(declared: re.Match[str]) -> str:
     if len(names) == len(re.findall(r"\w+", declared["names"] or "")):
         return re.sub(r"\S", " ", text)
     for name in names:
-        text = re.sub(rf"\b{name}\s*,|,\s*{name}\b", lambda found: re.sub(r"\S", " ", found[0]), text, count=1)
+        text = re.sub(rf"\b{name}\s*,|,\s*{name}\b", lambda match: re.sub(r"\S", " ", match[0]), text, count=1)
     return text
 
 
@@ -358,7 +358,7 @@ def _vertex_half(tokens: list[Token], file: str) -> str:
     tree = Parser(list(tokens), file).shader()
     names: set[str] = {"gl_Position", "gl_PointSize"}
     handed: list[Varying] = []
-    given: list[g.Variable] = []
+    variables: list[g.Variable] = []
     for node in tree:
         if isinstance(node, (g.Function, g.Struct)):
             names.add(node.name)
@@ -367,12 +367,12 @@ def _vertex_half(tokens: list[Token], file: str) -> str:
             if node.qualifiers & _HANDED:
                 handed += [_varying(variable) for variable in node.variables]
             elif node.qualifiers & _GIVEN:
-                given += node.variables
+                variables += node.variables
     if sum(max(1, one.count) for one in handed) > MAX_VARYINGS:
         raise InputError(f"{file}: the vertex half hands on more than {MAX_VARYINGS} values")
     lines = ["vec2 pg_corner; vec4 pg_v_gl_Position; float pg_v_gl_PointSize;", _text(_renamed([*tokens, _END], names))]
     lines += [f"{one.type} {one.name}{f'[{one.count}]' if one.count else ''};" for one in handed]
-    corners = "".join(f"pg_v_{one.name} = {_corner_value(one)}; " for one in given)
+    corners = "".join(f"pg_v_{one.name} = {_corner_value(one)}; " for one in variables)
     lines += [f"void pg_vertex() {{ {corners}pg_v_main(); }}"]
     # A variable whose value is computed before anything of the fragment half, whose globals may ask for it.
     run = interpolated(handed, moved=not _stays(tokens))
@@ -485,8 +485,8 @@ def _effect(preset: Preset, texts: dict[Path, str], path: Path) -> ShaderEffect:
         if not is_libretro(text):
             raise InputError(f"{preset_pass.shader}: has not both halves, #if defined(VERTEX) and FRAGMENT")
         names = _pictures_of(preset, number)
-        for name, found in shader_parameters(text, str(preset_pass.shader)).items():
-            parameters.setdefault(name, replace(found, default=preset.overrides.get(name, found.default)))
+        for name, parameter in shader_parameters(text, str(preset_pass.shader)).items():
+            parameters.setdefault(name, replace(parameter, default=preset.overrides.get(name, parameter.default)))
         shader = read_shader(text, preset_pass.shader, f"{name_of(path)}.{number}", [*names, *_EARLIER, "Feedback"])
         steps.append(_Step(preset_pass, shader, PixelKernel[Target].of_shader(shader), names))
     parameters["output_scale"] = ShaderParameter("output_scale", FLOAT, 4.0, 0.0625, 16.0, "viewport by the frame")
@@ -502,12 +502,12 @@ def _effect(preset: Preset, texts: dict[Path, str], path: Path) -> ShaderEffect:
 
 def _pictures_of(preset: Preset, number: int) -> dict[str, int]:
     """Map the sampler names of pass ``number``, counted from 1, to the picture that each reads; 0 is the frame."""
-    found = {"": number - 1, "Orig": 0, f"PassPrev{number}": 0}
+    numbers = {"": number - 1, "Orig": 0, f"PassPrev{number}": 0}
     for i, preset_pass in enumerate(preset.passes[: number - 1], 1):
-        found |= {f"Pass{i}": i, f"PassPrev{number - i}": i}
+        numbers |= {f"Pass{i}": i, f"PassPrev{number - i}": i}
         if preset_pass.alias:
-            found[preset_pass.alias] = i
-    return found
+            numbers[preset_pass.alias] = i
+    return numbers
 
 
 def _built(
@@ -536,21 +536,21 @@ def _built(
                 samplers[name] = _read_as(previous(specs[at]), steps[at + 1].told if at + 1 < len(steps) else None)
             else:
                 samplers[name] = results[number - 1]  # a sampler that nobody sets reads the first unit
-        given: dict[str, Any] = {}
+        arguments: dict[str, Any] = {}
         for parameter in step.kernel.parameters:
             name = parameter.name
             if isinstance(parameter.type, ImageType):
-                given[name] = samplers[name]
+                arguments[name] = samplers[name]
             elif name == "FrameCount":
                 most = step.told.frame_count_mod
-                given[name] = FRAME_INDEX.map(partial(_begun_again, most)) if most else FRAME_INDEX
+                arguments[name] = FRAME_INDEX.map(partial(_begun_again, most)) if most else FRAME_INDEX
             elif name == "FrameDirection":
-                given[name] = 1
+                arguments[name] = 1
             else:
-                given[name] = values.get(
+                arguments[name] = values.get(
                     name, parameter.default if parameter.has_default else zero_of_type(parameter.type)
                 )
-        result = step.kernel.called(given, spec)
+        result = step.kernel.called(arguments, spec)
         results.append(_read_as(result, steps[number].told) if number < len(steps) else result)
     return results[-1]
 

@@ -2,8 +2,8 @@
 
 Rows count from the top.  The picture is MAIN, and NATIVE, RGB, LINEAR, OUTPUT and their like are the same here, each as
 the passes at earlier stages leave it.  Where a file hooks LUMA or CHROMA, it sees a video's planes first: luma and the
-two differences of colour, Rec. 709, from 0 to 1.  They join again behind their passes, scaled bilinearly to the size of
-the luma.  What passes write holds half floats.  Colours are those of sRGB.
+two differences of color, Rec. 709, from 0 to 1.  They join again behind their passes, scaled bilinearly to the size of
+the luma.  What passes write holds half floats.  Colors are those of sRGB.
 """
 
 from __future__ import annotations
@@ -67,10 +67,10 @@ class MpvBlock:
         if self.is_aligned or "OFFSET" not in self.said:
             return 0.0, 0.0
         text, line = self.said["OFFSET"][0]
-        found = re.fullmatch(r"([-+]?\d*\.?\d+)\s+([-+]?\d*\.?\d+)", text)
-        if found is None:
+        match = re.fullmatch(r"([-+]?\d*\.?\d+)\s+([-+]?\d*\.?\d+)", text)
+        if match is None:
             raise InputError(f"{file}:{line}: //!OFFSET is two numbers of texels or ALIGN, got {text!r}")
-        return float(found[1]), float(found[2])
+        return float(match[1]), float(match[2])
 
     def components(self, file: str, otherwise: int) -> int:
         """Return how many components of its result count."""
@@ -102,15 +102,15 @@ def read_blocks(text: str, file: str) -> list[MpvBlock]:
     in_head = False
     lines = text.splitlines()
     for number, line in enumerate(lines, 1):
-        found = _DIRECTIVE.match(line)
-        if found is not None:
+        match = _DIRECTIVE.match(line)
+        if match is not None:
             if not in_head:
                 _close(blocks, code)
                 blocks.append(MpvBlock(number))
                 if len(blocks) > MAX_BLOCKS:
                     raise InputError(f"{file}:{number}: more than {MAX_BLOCKS} passes")
                 code = [""] * number
-            name, value = found[1], found[2]
+            name, value = match[1], match[2]
             if name in _REFUSED:
                 raise InputError(f"{file}:{number}: {_REFUSED[name]} (//!{name}) is not read here\n    {line}")
             if name not in _KNOWN:
@@ -123,7 +123,7 @@ def read_blocks(text: str, file: str) -> list[MpvBlock]:
             code = [""] * number
         else:
             code.append(line)
-        in_head = found is not None
+        in_head = match is not None
     _close(blocks, code)
     return blocks
 
@@ -168,8 +168,8 @@ def side_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, float
 
 def _is_whole(formula: Formula) -> bool:
     if isinstance(formula, tuple):
-        kept = formula[0] in ("add", "sub", "mul")
-        return formula[0] == "floor" or (kept and all(_is_whole(part) for part in formula[1:]))
+        stays_whole = formula[0] in ("add", "sub", "mul")
+        return formula[0] == "floor" or (stays_whole and all(_is_whole(part) for part in formula[1:]))
     return isinstance(formula, str) or float(formula).is_integer()
 
 
@@ -228,12 +228,12 @@ def read_texture(block: MpvBlock, file: str) -> Target:
         width * height * depth > MAX_TEXELS or height * depth > 4 * MAX_SIDE
     ):
         raise InputError(f"{where}: SIZE has sides from 1 to {MAX_SIDE} and at most {MAX_TEXELS} texels")
-    found = _FORMAT.fullmatch(block.first("FORMAT"))
-    if found is None:
+    match = _FORMAT.fullmatch(block.first("FORMAT"))
+    if match is None:
         raise InputError(
             f"{where}: FORMAT is such as rgba16f, of 8 or 16 bits or floats, got {block.first('FORMAT')!r}"
         )
-    letters, kind = found[1], found[2]
+    letters, kind = match[1], match[2]
     texels = _texels(block.code, (height * depth, width, len(letters)), np.dtype(_KINDS[kind]), where)
     picture = brought(where, f"{letters}{kind.replace('h', '')}", texels)
     picture = picture.filter(_said(block, "FILTER", _FILTERS, where)).border(_said(block, "BORDER", _BORDERS, where))
@@ -455,8 +455,8 @@ def _built(
     if len(of_planes) == len(passes):
         return _joined(chain, replace(into, size=Computed(*chain.shown["LUMA"][1])), of_colors)
     shown, size = chain.shown["MAIN"]
-    said, text = _reader(chain, "MAIN", size)
-    return small_kernel("shown", said + _COPIED.format(text.format("t")))(
+    reader_text, text = _reader(chain, "MAIN", size)
+    return small_kernel("shown", reader_text + _COPIED.format(text.format("t")))(
         t=shown, into=replace(into, size=Computed(*size)), **_moved_by(chain, ["MAIN"])
     )
 
@@ -467,9 +467,9 @@ def _joined(chain: _Chain, into: TargetSpec, of_colors: bool) -> Target:
     named = {"luma": "LUMA", "t": "MAIN", **({"chroma": "CHROMA"} if of_colors else {})}
     readers = {name: _reader(chain, own, size) for name, own in named.items()}
     text = (_JOINED_OF_THREE if of_colors else _JOINED).format(*(text.format(n) for n, (_, text) in readers.items()))
-    given: dict[str, Any] = {name: chain.shown[own][0] for name, own in named.items()}
-    said = "".join(said for said, _ in readers.values())
-    return small_kernel("joined", said + text)(into=into, **given, **_moved_by(chain, named.values()))
+    images: dict[str, Any] = {name: chain.shown[own][0] for name, own in named.items()}
+    readers_text = "".join(readers_text for readers_text, _ in readers.values())
+    return small_kernel("joined", readers_text + text)(into=into, **images, **_moved_by(chain, named.values()))
 
 
 def _reader(chain: _Chain, own: str, size: tuple[Formula, Formula]) -> tuple[str, str]:
@@ -505,13 +505,13 @@ def _add_pass(
     known = {**chain.held, **{f"pg_of_{texture}": picture for texture, picture in chain.held.items()}, **uniforms}
     known |= {"pg_of_HOOKED": hooked, f"pg_of_{one.hook}": hooked, "pg_offset": chain.offsets[own]}
     known |= {"pg_frame_before": frame, "pg_frame_now": chain.held["OUTPUT"]}
-    given: dict[str, Any] = {}
+    arguments: dict[str, Any] = {}
     for parameter in one.kernel.parameters:
         if parameter.name not in known:
             name = parameter.name.removeprefix("pg_of_")
             raise InputError(f"{where}: //!BIND {name}: no pass before has saved it")
-        given[parameter.name] = known[parameter.name]
-    result = one.kernel.called(given, _spec(target_name, (width, height)))
+        arguments[parameter.name] = known[parameter.name]
+    result = one.kernel.called(arguments, _spec(target_name, (width, height)))
     saved = one.block.first("SAVE", one.hook)
     if saved != one.hook:
         chain.keep([saved], result, (width, height))
@@ -521,7 +521,7 @@ def _add_pass(
         evaluated(new, NOMINAL) / evaluated(old, NOMINAL) for new, old in zip((width, height), before, strict=True)
     ]
     moved = zip(one.block.offset(file), grown, chain.offsets[own], strict=True)
-    x, y = (said + factor * t for said, factor, t in moved)
+    x, y = (offset + factor * t for offset, factor, t in moved)
     chain.offsets[own] = (0.0, 0.0) if one.block.is_aligned else (x, y)
 
 

@@ -51,15 +51,15 @@ def shown_with_kept(draw: Callable[[TargetSpec], list[Target]], inner: str, into
 def _unread(shown: Target, drawn: Iterable[Target]) -> list[Target]:
     """Return the buffers whose passes are not behind what is shown, although it or such a buffer reads their earlier
     frames."""
-    drawn, found = list(drawn), list[Target]()
+    drawn, unread = list(drawn), list[Target]()
     while True:
-        behind = passes_behind([shown, *found])
+        behind = passes_behind([shown, *unread])
         needed = {handle.spec for one in behind for handle in one.reads if handle.is_previous}
         needed -= {spec for one in behind for spec in one.writes}
         more = [one for one in drawn if one.spec in needed]
         if not more:
-            return found
-        found += more
+            return unread
+        unread += more
 
 
 def read_behind(shown: Target) -> set[object]:
@@ -68,9 +68,9 @@ def read_behind(shown: Target) -> set[object]:
     return {*inputs_of(passes).values(), *(handle.spec for one in passes for handle in one.reads)}
 
 
-def shown_beside(shown: Target, kept: list[Target], into: TargetSpec) -> Target:
+def shown_beside(shown: Target, side_targets: list[Target], into: TargetSpec) -> Target:
     """Return the shown target, in a graph that also draws some buffers or takes some pictures."""
-    *before, last = kept
+    *before, last = side_targets
     for number, one in enumerate(before):
         shown = _SHOWN(shown=shown, kept=one, into=replace(into, name=f"{into.name}.with.{number}"))
     return _SHOWN(shown=shown, kept=last, into=into)

@@ -88,7 +88,7 @@ def is_shadertoy(text: str) -> bool:
 
 def _without_comments(text: str) -> str:
     """Blank out comments; lines keep their numbers."""
-    return _COMMENT.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), text)
+    return _COMMENT.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
 
 
 def is_shadertoy_export(text: str) -> bool:
@@ -108,8 +108,8 @@ def read_shadertoy(text: str, path: Path) -> ShaderEffect:
     """
     entries = {match[match.lastindex or 0]: match for match in _ENTRY.finditer(_without_comments(text))}
     if "mainImage" not in entries:
-        name, found = next(iter(entries.items()))
-        line = text.count("\n", 0, found.start())
+        name, entry = next(iter(entries.items()))
+        line = text.count("\n", 0, entry.start())
         shown = text.split("\n")[line]
         raise InputError(f"{path}:{line + 1}: {name} makes no picture, and is not read here; mainImage is\n    {shown}")
     channels = {name: _Source(None, name, "repeat") for name in CHANNELS}
@@ -128,13 +128,13 @@ def read_export(text: str, path: Path) -> ShaderEffect:
     """
     file = str(path)
     try:
-        said = json.loads(text)
+        export = json.loads(text)
     except (json.JSONDecodeError, RecursionError) as error:
         raise InputError(f"{file}: is no JSON: {error}") from None
-    while isinstance(said, list) and said:
-        said = said[0]
-    said = said.get("Shader", said) if isinstance(said, dict) else said
-    passes = said.get("renderpass") if isinstance(said, dict) else None
+    while isinstance(export, list) and export:
+        export = export[0]
+    export = export.get("Shader", export) if isinstance(export, dict) else export
+    passes = export.get("renderpass") if isinstance(export, dict) else None
     if not isinstance(passes, list) or not all(isinstance(one, dict) for one in passes) or len(passes) > MAX_PASSES:
         raise InputError(f"{file}: renderpass must be a list of at most {MAX_PASSES} passes, got {shown(passes)}")
     common = "\n".join(_code(one, file) for one in passes if one.get("type") == "common")
@@ -147,7 +147,7 @@ def read_export(text: str, path: Path) -> ShaderEffect:
         raise InputError(f"{file}: has no pass of type image")
     buffers = {_output(one): number for number, one in enumerate(drawn)}
     sources = [(_name(one), _code(one, file), _channels(one, buffers, file)) for one in drawn]
-    info = said.get("info") if isinstance(said.get("info"), dict) else {}
+    info = export.get("info") if isinstance(export.get("info"), dict) else {}
     summary = str(info.get("name") or path.stem)
     return _effect(sources, common, path, summary, str(info.get("username") or ""))
 
@@ -169,28 +169,28 @@ def _output(one: Mapping[str, Any]) -> str:
 
 
 def _channels(one: Mapping[str, Any], buffers: Mapping[str, int], file: str) -> dict[str, _Source]:
-    found: dict[str, _Source] = {}
+    channels: dict[str, _Source] = {}
     inputs = one.get("inputs") or []
-    for given in inputs if isinstance(inputs, list) else []:
+    for entry in inputs if isinstance(inputs, list) else []:
         where = f"{file}: pass {_name(one)!r}"
-        channel = given.get("channel") if isinstance(given, dict) else None
+        channel = entry.get("channel") if isinstance(entry, dict) else None
         if channel not in (0, 1, 2, 3) or isinstance(channel, bool):
             raise InputError(f"{where}: an input's channel is 0 to 3, got {shown(channel)}")
-        kind = str(given.get("ctype") or given.get("type"))
-        name, key = CHANNELS[channel], str(given.get("id", ""))
-        sampler = given.get("sampler") if isinstance(given.get("sampler"), dict) else {}
+        kind = str(entry.get("ctype") or entry.get("type"))
+        name, key = CHANNELS[channel], str(entry.get("id", ""))
+        sampler = entry.get("sampler") if isinstance(entry.get("sampler"), dict) else {}
         border = _BORDERS.get(str(sampler.get("wrap", "clamp")), "clamp")
-        said = str(sampler.get("filter", "linear"))
-        filter = said if said in _FILTERS else "linear"
+        filter_name = str(sampler.get("filter", "linear"))
+        filter = filter_name if filter_name in _FILTERS else "linear"
         if kind == "buffer":
             if key not in buffers:
                 raise InputError(f"{where}: {name} reads a buffer that no pass writes")
-            found[name] = _Source(buffers[key], "", border, filter)
+            channels[name] = _Source(buffers[key], "", border, filter)
         elif kind in _OUTSIDE:
-            found[name] = _Source(None, f"picture_{key or channel}", border, filter)
+            channels[name] = _Source(None, f"picture_{key or channel}", border, filter)
         else:
             raise InputError(f"{where}: {name} is a {kind}, which is not read here")
-    return found
+    return channels
 
 
 def _effect(
@@ -219,8 +219,8 @@ def _effect(
     if "iMouse" in used:
         parameters["iMouse"] = ShaderParameter("iMouse", VEC4, (0.0,) * 4, label="pixels from the bottom left")
 
-    def build(given: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
-        return _built(passes, given, values, into)
+    def build(inputs_: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
+        return _built(passes, inputs_, values, into)
 
     return ShaderEffect(
         name_of(path),
@@ -245,15 +245,15 @@ def _behind(text: str) -> str:
     return f"void pg_main() {{ {sizes}vec4 c = vec4(0.0); mainImage(c, gl_FragCoord.xy); gl_FragColor = c; }}"
 
 
-def _built(passes: list[_Pass], given: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
+def _built(passes: list[_Pass], pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
     specs = [target(f"{into.name}.{one.name}", "rgba32f", scale=1.0) for one in passes[:-1]]
     return shown_with_kept(
-        lambda last: _drawn(passes, given, values, [*specs, last]), f"{into.name}.{passes[-1].name}", into
+        lambda last: _drawn(passes, pictures, values, [*specs, last]), f"{into.name}.{passes[-1].name}", into
     )
 
 
 def _drawn(
-    passes: list[_Pass], given: Mapping[str, Target], values: Mapping[str, Any], specs: list[TargetSpec]
+    passes: list[_Pass], pictures: Mapping[str, Target], values: Mapping[str, Any], specs: list[TargetSpec]
 ) -> list[Target]:
     uniforms = clock_uniforms(values) | dict(values)
     drawn: list[Target] = []
@@ -266,7 +266,7 @@ def _drawn(
                 continue
             source = one.channels.get(name)
             if source is None or source.buffer is None:
-                picture = given.get(source.picture) if source is not None else None
+                picture = pictures.get(source.picture) if source is not None else None
             else:
                 picture = drawn[source.buffer] if source.buffer < number else previous(specs[source.buffer])
             black = handle_or_black(picture)

@@ -69,8 +69,8 @@ def read_transition(text: str, path: Path) -> ShaderEffect:
         named = {own: pictures.get(name) for name, own in _PICTURES.items()} | {
             n: pictures.get(n) for n in more_pictures
         }
-        given: dict[str, Any] = {name: handle_or_black(picture) for name, picture in named.items()} | dict(values)
-        return kernel.called({name: value for name, value in given.items() if name in used}, into)
+        images: dict[str, Any] = {name: handle_or_black(picture) for name, picture in named.items()} | dict(values)
+        return kernel.called({name: value for name, value in images.items() if name in used}, into)
 
     author = re.search(r"^\s*//\s*[Aa]uthors?\s*:\s*(.+)$", text, re.MULTILINE)
     credit = author[1].strip() if author else ""

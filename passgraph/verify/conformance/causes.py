@@ -49,7 +49,7 @@ class Found:
         return self.allowed.without(self.got)
 
 
-def cause(found: Found) -> str:
+def cause(divergence: Found) -> str:
     """The first mistake that explains a divergence, or where it lies, in a sentence; empty where nothing is told.
 
     >>> expected = np.arange(12, dtype=np.float32).reshape(3, 2, 2)
@@ -59,39 +59,39 @@ def cause(found: Found) -> str:
     """
     for guess in (_older, _nothing, _turned, _moved, _exchanged, _depth, _curve, _kinds, _rounded, _place):
         with np.errstate(all="ignore"):  # what diverges may hold anything
-            sentence = next(guess(found), "")
+            sentence = next(guess(divergence), "")
         if sentence:
             return sentence
     return ""
 
 
-def _older(found: Found) -> Iterator[str]:
-    if found.before is not None and not found.before.without(found.got).any():
+def _older(divergence: Found) -> Iterator[str]:
+    if divergence.before is not None and not divergence.before.without(divergence.got).any():
         yield "It is what the run before should have made: what that run was given is still in use"
 
 
-def _nothing(found: Found) -> Iterator[str]:
-    if not found.got.any() and found.expected.any():
+def _nothing(divergence: Found) -> Iterator[str]:
+    if not divergence.got.any() and divergence.expected.any():
         yield "All of it is 0: nothing was written"
 
 
-def _turned(found: Found) -> Iterator[str]:
-    got, rows, columns = found.got, found.got.shape[0], found.got.shape[1]
-    if rows > 1 and not found.allowed.without(got[::-1]).any():
+def _turned(divergence: Found) -> Iterator[str]:
+    got, rows, columns = divergence.got, divergence.got.shape[0], divergence.got.shape[1]
+    if rows > 1 and not divergence.allowed.without(got[::-1]).any():
         yield f"Upside down {_WITHIN}: row 0 is on top"
-    if columns > 1 and not found.allowed.without(got[:, ::-1]).any():
+    if columns > 1 and not divergence.allowed.without(got[:, ::-1]).any():
         yield f"Mirrored {_WITHIN}: column 0 is on the left"
-    if rows == columns > 1 and not found.allowed.without(got.transpose(1, 0, 2)).any():
+    if rows == columns > 1 and not divergence.allowed.without(got.transpose(1, 0, 2)).any():
         yield f"With rows and columns exchanged {_WITHIN}: sizes are (width, height), arrays (height, width)"
 
 
-def _moved(found: Found) -> Iterator[str]:
+def _moved(divergence: Found) -> Iterator[str]:
     """Beside where it belongs, but for the edge, of which nothing is known."""
-    rows, columns = found.got.shape[:2]
+    rows, columns = divergence.got.shape[:2]
     for down, right in ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)):
         to = _shifted(down, rows), _shifted(right, columns)
         came = _shifted(-down, rows), _shifted(-right, columns)
-        if found.beyond[came].any() and not found.allowed.take(came).without(found.got[to]).any():
+        if divergence.beyond[came].any() and not divergence.allowed.take(came).without(divergence.got[to]).any():
             steps = ", ".join(f"{-by:+d} {what}" for by, what in ((right, "column"), (down, "row")) if by)
             yield f"Moved by {steps} {_WITHIN}: a place is off by one"
 
@@ -100,27 +100,27 @@ def _shifted(by: int, count: int) -> slice:
     return slice(max(by, 0), count + min(by, 0))
 
 
-def _exchanged(found: Found) -> Iterator[str]:
-    if found.format.channels < 3:
+def _exchanged(divergence: Found) -> Iterator[str]:
+    if divergence.format.channels < 3:
         return
-    order = [2, 1, 0, 3][: found.format.channels]
-    if not found.allowed.without(found.got[..., order]).any():
+    order = [2, 1, 0, 3][: divergence.format.channels]
+    if not divergence.allowed.without(divergence.got[..., order]).any():
         yield f"With red and blue exchanged {_WITHIN}: channels are red, green, blue, alpha"
 
 
-def _depth(found: Found) -> Iterator[str]:
-    if not found.format.is_depth:
+def _depth(divergence: Found) -> Iterator[str]:
+    if not divergence.format.is_depth:
         return
-    got, one = found.got, np.float32(1.0)
-    if _nearly(one - got, found.expected, DEPTH_ROOM):
+    got, one = divergence.got, np.float32(1.0)
+    if _nearly(one - got, divergence.expected, DEPTH_ROOM):
         yield f"As 1 - depth {_WITHIN}: 0 is near"
     # What was cleared to 1 was not computed.
-    if _nearly(np.where(got == one, one, got / 2 + one / 2), found.expected, DEPTH_ROOM):
+    if _nearly(np.where(got == one, one, got / 2 + one / 2), divergence.expected, DEPTH_ROOM):
         yield f"As depth / 2 + 1/2 {_WITHIN}: clip space reaches from z = -w to z = w"
 
 
-def _curve(found: Found) -> Iterator[str]:
-    expected, format_ = found.expected, found.format
+def _curve(divergence: Found) -> Iterator[str]:
+    expected, format_ = divergence.expected, divergence.format
     if format_.is_depth or format_.channels < 3 or not ((expected >= 0.0) & (expected <= 1.0)).all():
         return
     curves: tuple[tuple[Callable[[Picture], Picture], str], ...] = (
@@ -130,7 +130,7 @@ def _curve(found: Found) -> Iterator[str]:
     for curve, sentence in curves:
         colours = expected.copy()
         colours[..., :3] = curve(colours[..., :3])
-        if _nearly(colours, found.got, CURVE_STEPS * max(format_.unit, DEPTH_ROOM)):
+        if _nearly(colours, divergence.got, CURVE_STEPS * max(format_.unit, DEPTH_ROOM)):
             yield sentence
 
 
@@ -138,8 +138,8 @@ def _nearly(one: Picture, other: Picture, room: float) -> bool:
     return bool((np.abs(one - other) <= room).all())
 
 
-def _kinds(found: Found) -> Iterator[str]:
-    got, beyond = found.got[found.beyond], found.expected[found.beyond]
+def _kinds(divergence: Found) -> Iterator[str]:
+    got, beyond = divergence.got[divergence.beyond], divergence.expected[divergence.beyond]
     if (np.isnan(beyond) & ~np.isnan(got)).all():
         yield "Only NaN is missing: a comparison with NaN is false, and no compiler may assume that there is none"
     if (np.isnan(got) & ~np.isnan(beyond)).all():
@@ -148,11 +148,11 @@ def _kinds(found: Found) -> Iterator[str]:
         yield "Only infinity is missing: what is too large for a float is infinite"
 
 
-def _rounded(found: Found) -> Iterator[str]:
-    got, expected = (picture[found.beyond].astype(np.float64) for picture in (found.got, found.expected))
+def _rounded(divergence: Found) -> Iterator[str]:
+    got, expected = (picture[divergence.beyond].astype(np.float64) for picture in (divergence.got, divergence.expected))
     if not (np.isfinite(got) & np.isfinite(expected)).all():
         return
-    apart, format_ = got - expected, found.format
+    apart, format_ = got - expected, divergence.format
     step: float | NDArray[np.float64]
     if format_.steps:
         step = 1.0 / format_.steps
@@ -168,8 +168,8 @@ def _rounded(found: Found) -> Iterator[str]:
         yield f"It is off by one step of {format_.name}, rounded {way}: the nearest is due, of halves the even one"
 
 
-def _place(found: Found) -> Iterator[str]:
-    beyond = found.beyond
+def _place(divergence: Found) -> Iterator[str]:
+    beyond = divergence.beyond
     for edge in range(1, EDGE_PX + 1):
         inner = beyond[edge:-edge, edge:-edge]
         if inner.size and not inner.any():

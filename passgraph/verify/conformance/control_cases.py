@@ -262,8 +262,13 @@ def _by_python(text: str, picture: Picture, size: tuple[int, int], n: int) -> di
                 exec(code, names)
                 run: Callable[[_Seen, int], Any] = names["run"]
                 try:
-                    found = run(_Seen(picture, x, y), n)
-                    results.append([v.numbers for v in (found if isinstance(found, tuple) else (found,))])
+                    results_of_run = run(_Seen(picture, x, y), n)
+                    results.append(
+                        [
+                            v.numbers
+                            for v in (results_of_run if isinstance(results_of_run, tuple) else (results_of_run,))
+                        ]
+                    )
                 except _Discarded:
                     results.append(None)
     count = max(len(pixel) for pixel in results if pixel is not None)

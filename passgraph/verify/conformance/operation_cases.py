@@ -193,10 +193,10 @@ def call(row: Operation, operands: list[str], vector: bool) -> str:
     return row.as_written(*operands, by_name=vector and row.result == "B")
 
 
-def _result(row: Operation, whole: str = "float") -> str:
+def _result(row: Operation, kind: str = "float") -> str:
     """Return the kind of number that a row gives, for operands of a kind if it takes several: "float", "int", "uint",
     "bool"."""
-    kinds = {"B": "bool", "b": "bool", "S": "int", "i": "int", "U": "uint", "N": whole, "I": whole}
+    kinds = {"B": "bool", "b": "bool", "S": "int", "i": "int", "U": "uint", "N": kind, "I": kind}
     return kinds.get(row.result, "float")
 
 

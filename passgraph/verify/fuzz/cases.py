@@ -94,11 +94,11 @@ def output_of(case: Case, text: str) -> Target:
     # A case that says nothing of a filter is read linearly.
     read = {name: Input(name).border(case["border"]).filter(case.get("filter", "linear")) for name in ("c", "d", "e")}
     inputs = {"c": read["c"], "d": read["d"].mipmaps(), "e": read["e"].slices(SLICES)}
-    given: dict[str, Any] = {}
+    arguments: dict[str, Any] = {}
     for parameter in own_kernel.parameters:
         value = PARAMETERS[parameter.name][1]
-        given[parameter.name] = _handed_in(parameter.name if value is None else value, inputs)
-    out: Target = own_kernel(**given, into=target("out", case["format"], like=given["c"]))
+        arguments[parameter.name] = _handed_in(parameter.name if value is None else value, inputs)
+    out: Target = own_kernel(**arguments, into=target("out", case["format"], like=arguments["c"]))
     return out
 
 
@@ -122,9 +122,9 @@ def kernel_outcome(case: Case, out: Target, backends: list[Backend], tally: Tall
     return judged({"out": out}, backends, tally, **inputs_of(case, out))
 
 
-def judged(outputs: dict[str, Target], backends: list[Backend], tally: Tally, **given: Any) -> str:
+def judged(outputs: dict[str, Target], backends: list[Backend], tally: Tally, **inputs: Any) -> str:
     """The oracle's verdict on a graph: the first divergence, or empty."""
-    report = compare(outputs, backends, **given)
+    report = compare(outputs, backends, **inputs)
     for backend in report.backends:
         tally.verdicts[backend.name] += 1
         for one in backend.targets:
@@ -137,10 +137,12 @@ def judged(outputs: dict[str, Target], backends: list[Backend], tally: Tally, **
     return ""
 
 
-def run(outputs: dict[str, Target], backend: Backend, size: tuple[int, int] | None, **given: Any) -> dict[str, Picture]:
+def run(
+    outputs: dict[str, Target], backend: Backend, size: tuple[int, int] | None, **inputs: Any
+) -> dict[str, Picture]:
     """One run, whatever numbers come in."""
     with compile_graph(outputs, backend, size, non_finite="keep") as program:
-        return dict(program(**given))
+        return dict(program(**inputs))
 
 
 def same_bits(one: Picture, other: Picture) -> bool:

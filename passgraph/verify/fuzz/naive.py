@@ -54,9 +54,9 @@ class Naive:
         self._values: dict[Target, Picture] = {}
         self._given: Mapping[str, Any] = {}
 
-    def run(self, **given: Any) -> dict[str, Picture]:
+    def run(self, **inputs: Any) -> dict[str, Picture]:
         """One frame: the outputs by name."""
-        self._given, self._values = given, {}
+        self._given, self._values = inputs, {}
         result = {name: self._value(target) for name, target in self.outputs.items()}
         for target in self._final.values():
             self._value(target)
@@ -178,12 +178,12 @@ def naive_difference(
     naive = Naive(outputs, backend)
     try:
         with compile_graph(dict(outputs), backend, options=options, results="stored") as program:
-            wanted = {*program.plan.inputs, *program.plan.values, *program.inputs}
+            names = {*program.plan.inputs, *program.plan.values, *program.inputs}
             for number, frame in enumerate(frames):
-                found = program(**{name: value for name, value in frame.items() if name in wanted})
+                results = program(**{name: value for name, value in frame.items() if name in names})
                 expected = naive.run(**frame)
                 for name, picture in expected.items():
-                    if not same_bits(picture, found[name]):
+                    if not same_bits(picture, results[name]):
                         return f"{name} of frame {number} is not what its passes give one by one"
     finally:
         naive.close()

@@ -52,13 +52,13 @@ _MAY_BE = {"N": "GIU", "I": "IU", "S": "I"}
 def _rows(signature: str) -> tuple[str, ...]:
     """Names of the rows that may be of a signature; ``N`` of a row is ints, uints and floats, ``I`` ints and uints."""
     letters = signature.replace("->", " ").split()
-    found = []
+    rows = []
     for row in OPERATIONS.values():
         has = (*row.operands, row.result)
-        same = (letter in _MAY_BE.get(h, h) for h, letter in zip(has, letters, strict=False))
-        if len(has) == len(letters) and all(same) and not row.converts:
-            found.append(row.name)
-    return tuple(found)
+        fits = (letter in _MAY_BE.get(h, h) for h, letter in zip(has, letters, strict=False))
+        if len(has) == len(letters) and all(fits) and not row.converts:
+            rows.append(row.name)
+    return tuple(rows)
 
 
 INTS, PAIRS_OF_INTS = _rows("I -> I"), _rows("I I -> I")
@@ -68,13 +68,13 @@ COMPARISONS, TESTS = _rows("I I -> B"), _rows("G -> B")
 def _mixed(kind: str) -> dict[str, tuple[str, ...]]:
     """Rows that make an int (or a uint) of whole numbers of both kinds, or of more than two, with their operands."""
     types = {"I": kind, "S": "int", "U": "uint"}
-    found = {}
+    mixed = {}
     for row in OPERATIONS.values():
         operands = tuple(types.get(letter, "") for letter in row.operands)
         new = len(operands) > 2 or set(operands) != {kind}
         if types.get(row.result) == kind and "" not in operands and new and row.call not in ("clamp", kind):
-            found[row.name] = operands
-    return found
+            mixed[row.name] = operands
+    return mixed
 
 
 MIXED = {kind: _mixed(kind) for kind in ("int", "uint")}
@@ -115,31 +115,31 @@ class Expressions:
             return self.pick(*WILD_FLOATS)
         return repr(self.draw(st.integers(math.ceil(low * 8), math.floor(high * 8))) / 8)
 
-    def fit(self, text: str, has: Range, wanted: Range) -> str:
+    def fit(self, text: str, has: Range, range_: Range) -> str:
         """The expression, brought into the wanted range where it may lie outside."""
-        if self.features.wild or (wanted[0] <= has[0] and has[1] <= wanted[1]):
+        if self.features.wild or (range_[0] <= has[0] and has[1] <= range_[1]):
             return text
-        return f"clamp({text}, {float(wanted[0])!r}, {float(wanted[1])!r})"
+        return f"clamp({text}, {float(range_[0])!r}, {float(range_[1])!r})"
 
-    def of(self, type_: str, depth: int = 3, wanted: Range = WHOLE) -> str:
+    def of(self, type_: str, depth: int = 3, range_: Range = WHOLE) -> str:
         """An expression of a type; each component lies within ``wanted``."""
         known = self.names.get(type_, [])
         kinds = ["literal", *["name"] * bool(known), *["operation"] * (3 if depth > 0 else 0)]
         kind = self.pick(*kinds)
         if kind == "literal":
-            return self._literal(type_, wanted)
+            return self._literal(type_, range_)
         if kind == "name":
             return (
-                self.fit(self.pick(*known), WHOLE, wanted) if type_ in SIZE or type_ == "float" else self.pick(*known)
+                self.fit(self.pick(*known), WHOLE, range_) if type_ in SIZE or type_ == "float" else self.pick(*known)
             )
         if type_ in SIZE and type_.startswith("vec"):
-            return self._vector(type_, depth - 1, wanted)
-        text: str = getattr(self, f"_{type_}")(depth - 1, *((wanted,) if type_ == "float" else ()))
+            return self._vector(type_, depth - 1, range_)
+        text: str = getattr(self, f"_{type_}")(depth - 1, *((range_,) if type_ == "float" else ()))
         return text
 
-    def _literal(self, type_: str, wanted: Range) -> str:
+    def _literal(self, type_: str, range_: Range) -> str:
         if type_ == "float":
-            return self.number(*wanted)
+            return self.number(*range_)
         if type_ == "bool":
             return self.pick("True", "False")
         if type_ == "int":
@@ -148,98 +148,98 @@ class Expressions:
             small = str(self.draw(st.integers(0, 8)))
             return f"uint({self.pick(*WILD_UINTS) if self.features.wild else small})"
         if type_ == "ivec2":
-            return f"ivec2({self._literal('int', wanted)}, {self._literal('int', wanted)})"
+            return f"ivec2({self._literal('int', range_)}, {self._literal('int', range_)})"
         if type_ == "bvec3":
             return "less(vec3(1.0, 2.0, 3.0), vec3(2.0))"
         if type_.startswith("mat"):
             return f"{type_}({self.number(-1, 1)})"
-        return f"{type_}({', '.join(self.number(*wanted) for _ in range(SIZE[type_]))})"
+        return f"{type_}({', '.join(self.number(*range_) for _ in range(SIZE[type_]))})"
 
     # Floats
 
-    def _float(self, d: int, wanted: Range) -> str:
+    def _float(self, d: int, range_: Range) -> str:
         forms: list[Callable[[int, Range], str]] = [
             self._sum, self._sum, *[self._call] * 5, self._product, self._quotient, self._chosen,
             self._part, self._part, self._of_vector, self._from_int, self._helped, self._power,
             *[self._derivative] * self.features.reads,
         ]  # fmt: skip
-        return forms[self.draw(st.integers(0, len(forms) - 1))](d, wanted)
+        return forms[self.draw(st.integers(0, len(forms) - 1))](d, range_)
 
-    def _sum(self, d: int, wanted: Range, type_: str = "float") -> str:
-        middle, quarter = (wanted[0] + wanted[1]) / 2, (wanted[1] - wanted[0]) / 4
+    def _sum(self, d: int, range_: Range, type_: str = "float") -> str:
+        middle, quarter = (range_[0] + range_[1]) / 2, (range_[1] - range_[0]) / 4
         one = self.of(type_, d, (middle - quarter, middle + quarter) if not self.features.wild else WHOLE)
         other = self.of(type_, d, (-quarter, quarter) if not self.features.wild else WHOLE)
-        return self.fit(f"({one} {self.pick('+', '-')} {other})", (-math.inf, math.inf), wanted)
+        return self.fit(f"({one} {self.pick('+', '-')} {other})", (-math.inf, math.inf), range_)
 
-    def _product(self, d: int, wanted: Range, type_: str = "float") -> str:
+    def _product(self, d: int, range_: Range, type_: str = "float") -> str:
         factor = self.of(self.pick("float", type_), d, (-1, 1))
-        return self.fit(f"({self.of(type_, d)} * {factor})", WHOLE, wanted)
+        return self.fit(f"({self.of(type_, d)} * {factor})", WHOLE, range_)
 
-    def _quotient(self, d: int, wanted: Range) -> str:
+    def _quotient(self, d: int, range_: Range) -> str:
         divisor = (
             self.of("float", d, (1, 8))
             if self.features.wild or self.pick("+", "-") == "+"
             else (self.of("float", d, (-8, -1)))
         )
-        return self.fit(f"({self.of('float', d)} {self.pick('/', '/', '//')} {divisor})", WHOLE, wanted)
+        return self.fit(f"({self.of('float', d)} {self.pick('/', '/', '//')} {divisor})", WHOLE, range_)
 
-    def _power(self, d: int, wanted: Range) -> str:
-        return self.fit(f"({self.of('float', d, (-2, 2))} ** {self.pick('2', '3')})", WHOLE, wanted)
+    def _power(self, d: int, range_: Range) -> str:
+        return self.fit(f"({self.of('float', d, (-2, 2))} ** {self.pick('2', '3')})", WHOLE, range_)
 
-    def _call(self, d: int, wanted: Range) -> str:
+    def _call(self, d: int, range_: Range) -> str:
         name = self.pick(*CALLS)
         if name == "clamp":  # bounds that are known the wrong way round are refused
-            return f"clamp({self.of('float', d)}, {float(wanted[0])!r}, {float(wanted[1])!r})"
-        return self._function(name, "float", d, wanted)
+            return f"clamp({self.of('float', d)}, {float(range_[0])!r}, {float(range_[1])!r})"
+        return self._function(name, "float", d, range_)
 
-    def _function(self, name: str, type_: str, d: int, wanted: Range) -> str:
+    def _function(self, name: str, type_: str, d: int, range_: Range) -> str:
         operands, result = CALLS[name]
         texts = [self.of(type_, d, operand) for operand in operands]
-        return self.fit(OPERATIONS[name].as_written(*texts, by_name=True), result, wanted)
+        return self.fit(OPERATIONS[name].as_written(*texts, by_name=True), result, range_)
 
-    def _chosen(self, d: int, wanted: Range, type_: str = "float") -> str:
-        return f"({self.of(type_, d, wanted)} if {self.of('bool', d)} else {self.of(type_, d, wanted)})"
+    def _chosen(self, d: int, range_: Range, type_: str = "float") -> str:
+        return f"({self.of(type_, d, range_)} if {self.of('bool', d)} else {self.of(type_, d, range_)})"
 
-    def _part(self, d: int, wanted: Range) -> str:
+    def _part(self, d: int, range_: Range) -> str:
         type_ = self.pick("vec3", "vec2", "vec4")
         form = self.pick("swizzle", "index", "array", "matrix")
         if form == "swizzle":
-            return f"{self.of(type_, d, wanted)}.{self.pick(*COMPONENTS[: SIZE[type_]])}"
+            return f"{self.of(type_, d, range_)}.{self.pick(*COMPONENTS[: SIZE[type_]])}"
         # 0 + …: a literal out of range would be an error.
         index = f"[0 + {self.of('int', min(d, 1))}]"
         if form == "index":
-            return f"{self.of(type_, d, wanted)}{index}"
+            return f"{self.of(type_, d, range_)}{index}"
         if form == "array":
-            return self.fit(f"{self.pick(*self.names.get('array', ['[1.0, 2.0, 4.0]']))}{index}", WHOLE, wanted)
-        return self.fit(f"{self.of('mat3', min(d, 1))}{index}.{self.pick('x', 'y', 'z')}", WHOLE, wanted)
+            return self.fit(f"{self.pick(*self.names.get('array', ['[1.0, 2.0, 4.0]']))}{index}", WHOLE, range_)
+        return self.fit(f"{self.of('mat3', min(d, 1))}{index}.{self.pick('x', 'y', 'z')}", WHOLE, range_)
 
-    def _of_vector(self, d: int, wanted: Range) -> str:
+    def _of_vector(self, d: int, range_: Range) -> str:
         type_ = self.pick("vec3", "vec2", "vec4")
         form = self.pick("dot", "length", "distance", "determinant")
         if form == "determinant":
-            return self.fit(f"determinant({self.of(self.pick('mat2', 'mat3'), d)})", (-math.inf, math.inf), wanted)
+            return self.fit(f"determinant({self.of(self.pick('mat2', 'mat3'), d)})", (-math.inf, math.inf), range_)
         if form == "length":
-            return self.fit(f"length({self.of(type_, d, (-4, 4))})", (0, 8), wanted)
+            return self.fit(f"length({self.of(type_, d, (-4, 4))})", (0, 8), range_)
         one, other = self.of(type_, d, (-1, 1)), self.of(type_, d, (-2, 2))
-        return self.fit(f"{form}({one}, {other})", WHOLE, wanted)
+        return self.fit(f"{form}({one}, {other})", WHOLE, range_)
 
-    def _derivative(self, d: int, wanted: Range, type_: str = "float") -> str:
-        return self.fit(f"{self.pick(*DERIVATIVES)}({self.of(type_, d, (-2, 2))})", WHOLE, wanted)
+    def _derivative(self, d: int, range_: Range, type_: str = "float") -> str:
+        return self.fit(f"{self.pick(*DERIVATIVES)}({self.of(type_, d, (-2, 2))})", WHOLE, range_)
 
-    def _from_int(self, d: int, wanted: Range) -> str:
+    def _from_int(self, d: int, range_: Range) -> str:
         form = self.pick("float", "power", *["bits", "half"] * self.features.wild)
         if form == "power":
-            return self.fit(f"ldexp({self.of('float', d)}, {self.of('int', d)})", (-math.inf, math.inf), wanted)
+            return self.fit(f"ldexp({self.of('float', d)}, {self.of('int', d)})", (-math.inf, math.inf), range_)
         if form in ("bits", "half"):
             name, type_ = ("float_from_bits", "int") if form == "bits" else ("float_of_half", "uint")
             return f"{name}({self.of(type_, d)})"
-        return self.fit(f"float({self.of(self.pick('int', 'uint'), d)})", (-math.inf, math.inf), wanted)
+        return self.fit(f"float({self.of(self.pick('int', 'uint'), d)})", (-math.inf, math.inf), range_)
 
-    def _helped(self, d: int, wanted: Range) -> str:
+    def _helped(self, d: int, range_: Range) -> str:
         if self.pick("loop", "blend") == "loop":
-            return self.fit(f"helper({self.of('float', d)}, {self.of('int', d)})", (-math.inf, math.inf), wanted)
+            return self.fit(f"helper({self.of('float', d)}, {self.of('int', d)})", (-math.inf, math.inf), range_)
         call = f"blend({self.of('vec3', d)}, {self.of('vec3', d)}, {self.of('float', d, UNIT)})"
-        return self.fit(f"{call}.{self.pick('x', 'y', 'z')}", WHOLE, wanted)
+        return self.fit(f"{call}.{self.pick('x', 'y', 'z')}", WHOLE, range_)
 
     # Whole numbers and truth
 
@@ -304,65 +304,65 @@ class Expressions:
 
     # Vectors and matrices
 
-    def _vector(self, type_: str, d: int, wanted: Range) -> str:
+    def _vector(self, type_: str, d: int, range_: Range) -> str:
         forms = ["make", "sum", "product", "call", "call", "chosen", "swizzle", "matrix", "own"]
         reads = self.features.reads and type_ == "vec4"
         form = self.pick(*forms, *["derivative"] * self.features.reads, *["read"] * reads)
         if form == "make":
-            return self._construct(type_, d, wanted)
+            return self._construct(type_, d, range_)
         if form == "sum":
-            return self._sum(d, wanted, type_)
+            return self._sum(d, range_, type_)
         if form == "product":
-            return self._product(d, wanted, type_)
+            return self._product(d, range_, type_)
         if form == "chosen":
-            return self._chosen(d, wanted, type_)
+            return self._chosen(d, range_, type_)
         if form == "swizzle":
             source = self.pick("vec3", "vec2", "vec4")
             letters = "".join(self.pick(*COMPONENTS[: SIZE[source]]) for _ in range(SIZE[type_]))
-            return f"{self.of(source, d, wanted)}.{letters}"
+            return f"{self.of(source, d, range_)}.{letters}"
         if form == "call":
-            return self._function(self.pick(*(n for n in CALLS if n != "clamp")), type_, d, wanted)
+            return self._function(self.pick(*(n for n in CALLS if n != "clamp")), type_, d, range_)
         if form == "derivative":
-            return self._derivative(d, wanted, type_)
+            return self._derivative(d, range_, type_)
         if form == "read":
-            return self.fit(self._read(d), (-math.inf, math.inf), wanted)
-        return self._linear(type_, d, wanted) if form == "matrix" else self._own(type_, d, wanted)
+            return self.fit(self._read(d), (-math.inf, math.inf), range_)
+        return self._linear(type_, d, range_) if form == "matrix" else self._own(type_, d, range_)
 
-    def _construct(self, type_: str, d: int, wanted: Range) -> str:
+    def _construct(self, type_: str, d: int, range_: Range) -> str:
         if type_ == "vec4" and self.pick("parts", "numbers") == "parts":
-            return f"vec4({self.of('vec3', d, wanted)}, {self.of('float', d, wanted)})"
-        return f"{type_}({', '.join(self.of('float', d, wanted) for _ in range(SIZE[type_]))})"
+            return f"vec4({self.of('vec3', d, range_)}, {self.of('float', d, range_)})"
+        return f"{type_}({', '.join(self.of('float', d, range_) for _ in range(SIZE[type_]))})"
 
-    def _linear(self, type_: str, d: int, wanted: Range) -> str:
+    def _linear(self, type_: str, d: int, range_: Range) -> str:
         if type_ == "vec4":
-            return self._construct(type_, d, wanted)
+            return self._construct(type_, d, range_)
         matrix, vector = self.of("mat" + type_[3], d), self.of(type_, d, (-1, 1))
         form = self.pick("times", "transposed", "outer", "inverse", "oblong")
         if form == "oblong":
             oblong, other = ("mat3x2", "vec3") if type_ == "vec2" else ("mat2x3", "vec2")
             text = f"({self.of(oblong, d)} * {self.of(other, d, (-1, 1))})"
-            return self.fit(text, (-math.inf, math.inf), wanted)
+            return self.fit(text, (-math.inf, math.inf), range_)
         if form == "inverse":  # of a matrix whose diagonal is the largest
-            return self.fit(f"(inverse({matrix} * 0.125 + {'mat' + type_[3]}(2.0)) * {vector})", WHOLE, wanted)
+            return self.fit(f"(inverse({matrix} * 0.125 + {'mat' + type_[3]}(2.0)) * {vector})", WHOLE, range_)
         texts = {
             "times": f"({matrix} * {vector})",
             "transposed": f"(transpose({matrix}) * {vector})",
             "outer": f"outer({vector}, {vector})[1]",
         }
-        return self.fit(texts[form], (-math.inf, math.inf), wanted)
+        return self.fit(texts[form], (-math.inf, math.inf), range_)
 
-    def _own(self, type_: str, d: int, wanted: Range) -> str:
+    def _own(self, type_: str, d: int, range_: Range) -> str:
         """Return an expression that only vectors have."""
         form = self.pick(*OF_VECTORS, *["cross", "select"] * (type_ == "vec3"), "refract")
         if form == "cross":
-            return self.fit(f"cross({self.of(type_, d, (-2, 2))}, {self.of(type_, d, (-1, 1))})", WHOLE, wanted)
+            return self.fit(f"cross({self.of(type_, d, (-2, 2))}, {self.of(type_, d, (-1, 1))})", WHOLE, range_)
         if form == "select":
-            return f"select({self.of('bvec3', d)}, {self.of(type_, d, wanted)}, {self.of(type_, d, wanted)})"
+            return f"select({self.of('bvec3', d)}, {self.of(type_, d, range_)}, {self.of(type_, d, range_)})"
         if form == "refract":
             unit = f"normalize({self.of(type_, d, (0.125, 1))})"
-            return self.fit(f"refract({unit}, normalize({self.of(type_, d, (-1, 1))}), 0.75)", (-2, 2), wanted)
+            return self.fit(f"refract({unit}, normalize({self.of(type_, d, (-1, 1))}), 0.75)", (-2, 2), range_)
         text = f"{form}({', '.join(self.of(type_, d, operand) for operand in OF_VECTORS[form])})"
-        return self.fit(text, (-math.inf, math.inf), wanted)
+        return self.fit(text, (-math.inf, math.inf), range_)
 
     def _read(self, d: int) -> str:
         form = self.pick(

@@ -194,12 +194,12 @@ def frames() -> tuple[Mapping[str, Any], ...]:
 
 def run_frames(outputs: dict[str, Target], backend: Backend, options: Options) -> list[dict[str, Picture]]:
     """The results of each of `frames`."""
-    seen = []
+    results = []
     with compile_graph(outputs, backend, options=options) as program:
-        wanted = {*program.plan.inputs, *program.plan.values, *program.inputs}
+        names = {*program.plan.inputs, *program.plan.values, *program.inputs}
         for every in frames():
-            seen.append(dict(program(**{name: value for name, value in every.items() if name in wanted})))
-    return seen
+            results.append(dict(program(**{name: value for name, value in every.items() if name in names})))
+    return results
 
 
 def different(
@@ -207,8 +207,8 @@ def different(
 ) -> str:
     """Return where two ways of running a graph differ in a bit; empty if they do not."""
     expected = run_frames(outputs, backend, one) if expected is None else expected
-    found = run_frames(outputs, backend, other)
-    for number, (a, b) in enumerate(zip(expected, found, strict=True)):
+    results = run_frames(outputs, backend, other)
+    for number, (a, b) in enumerate(zip(expected, results, strict=True)):
         for name in a:
             if not same_bits(a[name], b[name]):
                 apart = np.argwhere(~((a[name] == b[name]) | (np.isnan(a[name]) & np.isnan(b[name]))))
@@ -217,14 +217,14 @@ def different(
 
 
 def graph_outcome(case: Case, outputs: dict[str, Target], backends: list[Backend], tally: Tally) -> str:
-    """The oracle's verdict on every pass, then one optimisation off against all on, bit for bit."""
+    """The oracle's verdict on every pass, then one optimization off against all on, bit for bit."""
     if not plannable(outputs):
         tally.refused += 1
         return ""
     needed = {"frame": unit(0, SIZES[0]), "still": unit(10, SIZES[0]), "by": 0.5}
     with compile_graph(outputs, NullBackend(), options=Options(cull=False)) as program:
-        wanted = {*program.plan.inputs, *program.plan.values, *program.inputs}
-    why = judged(outputs, backends, tally, **{n: v for n, v in needed.items() if n in wanted})
+        names = {*program.plan.inputs, *program.plan.values, *program.inputs}
+    why = judged(outputs, backends, tally, **{n: v for n, v in needed.items() if n in names})
     if why:
         return why
     off = replace(Options(), **{case["off"]: False})

@@ -116,7 +116,7 @@ def batch(
     """
     opened = list(backends)
     verdicts: dict[str, str] = {}
-    found: list[Failure] = []
+    failures: list[Failure] = []
     limit = [until]
 
     def verdict(case: Case) -> str:
@@ -135,14 +135,14 @@ def batch(
     def search(case: Case) -> None:
         why = verdict(case)
         if why:
-            if not found:
+            if not failures:
                 limit[0] = monotonic() + SHRINK_SECONDS
-            found.append(Failure(case, why))
+            failures.append(Failure(case, why))
             raise _FoundError(why)
 
     run: Callable[[], None] = search
     try:
         run()
     except _FoundError:
-        return found[-1]  # hypothesis ends with the smallest
+        return failures[-1]  # hypothesis ends with the smallest
     return None

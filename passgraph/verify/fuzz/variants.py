@@ -28,14 +28,14 @@ REWRITINGS = ("one trip", "dead code", "outlined", "inlined", "reordered", "iden
 
 def names_in(node: ast.AST, *, written: bool) -> set[str]:
     """Variables that some code reads, or writes."""
-    found: set[str] = set()
+    names: set[str] = set()
     for part in ast.walk(node):
         if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store) == written:
-            found.add(part.id)
+            names.add(part.id)
         # a[i] = … and v.xy = … write a and v.
         if written and isinstance(part, (ast.Subscript, ast.Attribute)) and isinstance(part.ctx, ast.Store):
-            found.update(n.id for n in ast.walk(part.value) if isinstance(n, ast.Name))
-    return found
+            names.update(n.id for n in ast.walk(part.value) if isinstance(n, ast.Name))
+    return names
 
 
 class Rewriting:
@@ -50,11 +50,11 @@ class Rewriting:
 
     def blocks(self) -> list[list[ast.stmt]]:
         """Every list of statements of the kernel, its own first."""
-        found = [self.kernel.body]
+        blocks = [self.kernel.body]
         for node in ast.walk(self.kernel):
             if isinstance(node, (ast.If, ast.For)):
-                found += [block for block in (node.body, node.orelse) if block]
-        return found
+                blocks += [block for block in (node.body, node.orelse) if block]
+        return blocks
 
     def _places(self, fits: Callable[[ast.stmt], bool]) -> list[tuple[list[ast.stmt], int]]:
         return [(block, i) for block in self.blocks() for i, s in enumerate(block) if fits(s)]
@@ -106,7 +106,7 @@ class Rewriting:
             block.insert(i + 1, branch)
 
     def reordered(self) -> None:
-        """Two neighbours of which neither reads or writes what the other writes."""
+        """Two neighbors of which neither reads or writes what the other writes."""
         places = []
         for block in self.blocks():
             for i, (a, b) in enumerate(pairwise(block)):

@@ -223,10 +223,10 @@ class DrawOracle:
         middle = np.where(lo == hi, lo, 0.5 * (lo + hi))
         return Corners(middle, np.where(nan, np.inf, np.where(lo == hi, 0.0, 0.5 * (hi - lo))))
 
-    def _merge(self, found: Triangles, fragments: Fragments) -> None:
+    def _merge(self, mesh: Triangles, fragments: Fragments) -> None:
         width, _ = self.step.size
         pixel = fragments.y * width + fragments.x
-        depth = depth_of(found, fragments)
+        depth = depth_of(mesh, fragments)
         for layer in layers(pixel):
             there, at, here = fragments.take(layer), pixel[layer], depth.take(layer)
             surely, perhaps = there.surely, np.ones(len(layer), np.bool_)
@@ -237,33 +237,33 @@ class DrawOracle:
                 if not len(possible):
                     continue
                 there, at, here = there.take(possible), at[possible], here.take(possible)
-                shaded = self._shade(found, there, here)
+                shaded = self._shade(mesh, there, here)
                 surely, perhaps, colours = there.surely & shaded.surely, shaded.perhaps, shaded.outputs
                 turned, unpromised = shaded.ambiguous & ~shaded.unpromised, shaded.unpromised
                 self.names.update(shaded.names)
             self.state.add(at, here, surely, perhaps, colours, turned, unpromised)
 
-    def _shade(self, found: Triangles, fragments: Fragments, depth: Interval) -> Bounds:
+    def _shade(self, mesh: Triangles, fragments: Fragments, depth: Interval) -> Bounds:
         """The fragment kernel's results; nothing is known of what a sliver shows."""
         assert self.fragment is not None
         width, height = self.step.size
         builtins: dict[str, Callable[[], Bounded]] = {
             "pixel": lambda: np.stack([fragments.x, fragments.y], axis=1),
             "output_size": lambda: np.array([[width, height]], np.int64),
-            "front_facing": lambda: found.area[fragments.triangle] < 0,
+            "front_facing": lambda: mesh.area[fragments.triangle] < 0,
         }
 
         def of_triangle(axes: str) -> dict[str, Callable[[], Bounded]]:
-            there = fragments.beside(axes, found) if axes else fragments
+            there = fragments.beside(axes, mesh) if axes else fragments
             varyings: dict[str, Callable[[], Bounded]] = {
-                name: partial(_varying, found, there, columns, shape)
+                name: partial(_varying, mesh, there, columns, shape)
                 for name, (columns, shape) in self.pass_.varyings.items()
             }
-            return {"fragment_depth": lambda: depth_of(found, there) if axes else depth, **varyings}
+            return {"fragment_depth": lambda: depth_of(mesh, there) if axes else depth, **varyings}
 
         builtins |= on_quads(of_triangle)
         bounds = self.fragment.bounds(len(fragments), builtins, fragments.y * width + fragments.x)
-        sliver = found.sliver[fragments.triangle]
+        sliver = mesh.sliver[fragments.triangle]
         outputs = [
             Interval(
                 np.where(sliver[:, None], -np.inf, o.lo),
@@ -277,5 +277,5 @@ class DrawOracle:
         )
 
 
-def _varying(found: Triangles, fragments: Fragments, columns: slice, shape: tuple[int, ...]) -> Interval:
-    return varying_of(found, fragments, columns).map(lambda x: x.reshape(len(x), *shape))
+def _varying(mesh: Triangles, fragments: Fragments, columns: slice, shape: tuple[int, ...]) -> Interval:
+    return varying_of(mesh, fragments, columns).map(lambda x: x.reshape(len(x), *shape))

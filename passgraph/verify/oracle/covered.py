@@ -105,9 +105,9 @@ def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: Dr
     values, errors = rows.values, rows.errors
     width, height = size
     w, w_off = values[:, 3], errors[:, 3]
-    room = np.maximum(np.abs(w) - w_off, 1e-300)
+    least_w = np.maximum(np.abs(w) - w_off, 1e-300)
     ratio = values[:, :3] / w[:, None]
-    ratio_off = (errors[:, :3] + np.abs(ratio) * w_off[:, None]) / room[:, None]
+    ratio_off = (errors[:, :3] + np.abs(ratio) * w_off[:, None]) / least_w[:, None]
     x, y = (ratio[:, 0] * 0.5 + 0.5) * width, (0.5 - ratio[:, 1] * 0.5) * height
     rounding = WINDOW_ULP * ULP * (np.abs(ratio[:, :2]) * 0.5 + 0.5) * [width, height]
     off = (ratio_off[:, :2] * 0.5 * [width, height] + rounding).max(axis=1)
@@ -118,7 +118,7 @@ def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: Dr
         # Where 1/w is less than the smallest normal float, drivers may have 0 instead, and no place on the screen.
         off = np.where(np.abs(w) + w_off > LARGEST_W, ANYWHERE_PX, off + SNAP_PX)
     depth, depth_off = ratio[:, 2] * 0.5 + 0.5, ratio_off[:, 2] * 0.5 + WINDOW_ULP * ULP
-    inverse_w, inverse_w_off = 1.0 / w, w_off / (np.abs(w) * room) + 2.5 * ULP / np.abs(w)
+    inverse_w, inverse_w_off = 1.0 / w, w_off / (np.abs(w) * least_w) + 2.5 * ULP / np.abs(w)
     at = [a[corners] for a in (x, y, off, depth, depth_off, inverse_w, inverse_w_off)]
     area, area_off = _area(at[0], at[1], at[2])
     surely = np.abs(area) > area_off
@@ -126,12 +126,14 @@ def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: Dr
     is_culled = {"none": np.zeros_like(front), "back": surely & ~front, "front": surely & front}[state.cull]
     is_culled |= (area == 0) & (area_off == 0)
     placed = (w > 0) & (np.abs(values[:, :2]) <= FARTHEST * w[:, None]).all(axis=1)
-    kept = np.flatnonzero(placed[corners].all(axis=1) & ~is_culled)
-    picked = [a[kept] for a in at]
-    offset = _offset(picked[0], picked[1], picked[3], picked[2], picked[4], area[kept], area_off[kept], state)
+    drawn_numbers = np.flatnonzero(placed[corners].all(axis=1) & ~is_culled)
+    picked = [a[drawn_numbers] for a in at]
+    offset = _offset(
+        picked[0], picked[1], picked[3], picked[2], picked[4], area[drawn_numbers], area_off[drawn_numbers], state
+    )
     return Triangles(
-        corners[kept], picked[0], picked[1], picked[2], picked[3], picked[4], picked[5], picked[6],
-        area[kept], area_off[kept], offset, rows, snapped, size,
+        corners[drawn_numbers], picked[0], picked[1], picked[2], picked[3], picked[4], picked[5], picked[6],
+        area[drawn_numbers], area_off[drawn_numbers], offset, rows, snapped, size,
     )  # fmt: skip
 
 
@@ -151,11 +153,11 @@ def _clipped(vertices: Corners, indices: Ints, snapped: bool) -> tuple[Corners, 
 
 def _largest_near(sizes: Float64, indices: Ints) -> Float64:
     """Return, for each vertex and column, the largest number in a drawn triangle with that vertex."""
-    found = np.where(np.isfinite(sizes), sizes, 0.0)
+    finite_sizes = np.where(np.isfinite(sizes), sizes, 0.0)
     drawn = indices[np.isfinite(sizes[indices, :4]).all(axis=(1, 2))]
     for corner in range(3):
-        np.maximum.at(found, drawn[:, corner], sizes[drawn].max(axis=1))
-    return found
+        np.maximum.at(finite_sizes, drawn[:, corner], sizes[drawn].max(axis=1))
+    return finite_sizes
 
 
 def _snapped(x: Float64, y: Float64, off: Float64) -> tuple[Float64, Float64, Float64]:
@@ -186,7 +188,7 @@ def _offset(
     factor, units = state.polygon_offset
     if (factor, units) == (0.0, 0.0):
         return Interval.point(np.zeros(len(area)))
-    room = np.maximum(np.abs(area) - area_off, 0.0)
+    least_area = np.maximum(np.abs(area) - area_off, 0.0)
     (x1, x2), (y1, y2) = _next_corners(x), _next_corners(y)
     middle = depth.mean(axis=1, keepdims=True)
     slopes = []
@@ -196,7 +198,7 @@ def _offset(
         slope = np.abs(((depth - middle) * side).sum(axis=1)) / np.abs(area)
         spread = (np.abs(depth - middle) * 2.0 * off.max(axis=1, keepdims=True)).sum(axis=1)
         spread += (depth_off * np.abs(side)).sum(axis=1) + slope * area_off
-        slopes.append((np.maximum(slope - spread / room, 0.0), slope + spread / room))
+        slopes.append((np.maximum(slope - spread / least_area, 0.0), slope + spread / least_area))
     low, high = np.maximum(slopes[0][0], slopes[1][0]), np.maximum(slopes[0][1], slopes[1][1])
     largest = np.abs(depth).max(axis=1)
     units_of = [
@@ -226,27 +228,27 @@ class Fragments:
     def take(self, chosen: NDArray[np.generic]) -> Fragments:
         return Fragments(*(getattr(self, n)[chosen] for n in ("triangle", "x", "y", "surely", "weights", "off")))
 
-    def beside(self, axes: str, found: Triangles) -> Fragments:
+    def beside(self, axes: str, mesh: Triangles) -> Fragments:
         """Return the fragments at the quad neighbors along these axes, covered or not."""
         x, y = self.x ^ int("x" in axes), self.y ^ int("y" in axes)
         edges, errors = np.empty((3, len(x))), np.empty((3, len(x)))
-        corners = _corners(found, self.triangle, x, y)
+        corners = _corners(mesh, self.triangle, x, y)
         for k in range(3):
             edges[k], errors[k] = _edge(*corners, k)
-        weights, weights_off = _weights(found, self.triangle, edges.T, errors.T)
+        weights, weights_off = _weights(mesh, self.triangle, edges.T, errors.T)
         return Fragments(self.triangle, x, y, self.surely, weights, weights_off, anywhere=True)
 
 
-def cover(found: Triangles, size: tuple[int, int]) -> Iterator[Fragments]:
+def cover(mesh: Triangles, size: tuple[int, int]) -> Iterator[Fragments]:
     """All of them, in batches."""
     width, height = size
-    reach = found.off.max(axis=1, initial=0.0)
-    first_x, last_x = _pixels(found.x, reach, width)
-    first_y, last_y = _pixels(found.y, reach, height)
+    reach = mesh.off.max(axis=1, initial=0.0)
+    first_x, last_x = _pixels(mesh.x, reach, width)
+    first_y, last_y = _pixels(mesh.y, reach, height)
     columns = np.maximum(last_x - first_x + 1, 0)
     for owner, place in expand(columns * np.maximum(last_y - first_y + 1, 0)):
         row, column = np.divmod(place, columns[owner])
-        yield _inside(found, owner, first_x[owner] + column, first_y[owner] + row)
+        yield _inside(mesh, owner, first_x[owner] + column, first_y[owner] + row)
 
 
 def _pixels(position: Float64, reach: Float64, limit: int) -> tuple[Ints, Ints]:
@@ -255,9 +257,9 @@ def _pixels(position: Float64, reach: Float64, limit: int) -> tuple[Ints, Ints]:
     return low.astype(np.int64), high.astype(np.int64)
 
 
-def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments:
-    right, down, away, off = _corners(found, owner, column, row)
-    area, sliver = found.area[owner], found.sliver[owner]
+def _inside(mesh: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments:
+    right, down, away, off = _corners(mesh, owner, column, row)
+    area, sliver = mesh.area[owner], mesh.sliver[owner]
     turn = np.where(area < 0, -1.0, 1.0)
     edges, errors = np.empty((3, len(owner))), np.empty((3, len(owner)))
     surely, perhaps, behind = ~sliver, np.ones(len(owner), np.bool_), sliver.copy()
@@ -265,7 +267,7 @@ def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments
         a, b = (k + 1) % 3, (k + 2) % 3
         edges[k], errors[k] = _edge(right, down, away, off, k)
         turned = edges[k] * turn
-        # Rule 4: a centre on an edge is inside at top and left edges only, as wound so that the area is positive.
+        # Rule 4: a center on an edge is inside at top and left edges only, as wound so that the area is positive.
         dx, dy = (right[b] - right[a]) * turn, (down[b] - down[a]) * turn
         owned = (dy < 0) | ((dy == 0) & (dx > 0))
         known = (turned == 0) & (off[a] == 0) & (off[b] == 0)
@@ -273,19 +275,19 @@ def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments
         surely &= turned > errors[k]
         perhaps &= turned >= -errors[k]
         behind &= -turned >= -errors[k]
-    kept = np.flatnonzero(perhaps | behind)
-    weights, weights_off = _weights(found, owner[kept], edges.T[kept], errors.T[kept])
-    return Fragments(owner[kept], column[kept], row[kept], surely[kept], weights, weights_off)
+    candidates = np.flatnonzero(perhaps | behind)
+    weights, weights_off = _weights(mesh, owner[candidates], edges.T[candidates], errors.T[candidates])
+    return Fragments(owner[candidates], column[candidates], row[candidates], surely[candidates], weights, weights_off)
 
 
-def _corners(found: Triangles, owner: Ints, column: Ints, row: Ints) -> tuple[Float64, Float64, Float64, Float64]:
+def _corners(mesh: Triangles, owner: Ints, column: Ints, row: Ints) -> tuple[Float64, Float64, Float64, Float64]:
     """Return the offsets of a triangle's corners from a pixel's center, right, down and in all, and their errors: (3,
     n).
 
     Column by column: what most pixels of a box need first is to be found outside.
     """
-    right, down = found.x.T[:, owner] - (column + 0.5), found.y.T[:, owner] - (row + 0.5)
-    return right, down, np.abs(right) + np.abs(down), found.off.T[:, owner]
+    right, down = mesh.x.T[:, owner] - (column + 0.5), mesh.y.T[:, owner] - (row + 0.5)
+    return right, down, np.abs(right) + np.abs(down), mesh.off.T[:, owner]
 
 
 def _edge(right: Float64, down: Float64, away: Float64, off: Float64, k: int) -> tuple[Float64, Float64]:
@@ -295,28 +297,28 @@ def _edge(right: Float64, down: Float64, away: Float64, off: Float64, k: int) ->
     return right[a] * down[b] - right[b] * down[a], error
 
 
-def _weights(found: Triangles, owner: Ints, edges: Float64, errors: Float64) -> tuple[Float64, Float64]:
+def _weights(mesh: Triangles, owner: Ints, edges: Float64, errors: Float64) -> tuple[Float64, Float64]:
     """Barycentric weights (n, 3) of edges, and how far they may be off."""
-    area, area_off = found.area[owner], found.area_off[owner]
+    area, area_off = mesh.area[owner], mesh.area_off[owner]
     with np.errstate(all="ignore"):
         weights = edges / area[:, None]
         weights_off = (errors + np.abs(weights) * area_off[:, None]) / (np.abs(area) - area_off)[:, None]
-    weights_off[found.sliver[owner]] = np.inf
+    weights_off[mesh.sliver[owner]] = np.inf
     return weights, weights_off
 
 
-def depth_of(found: Triangles, fragments: Fragments) -> Interval:
+def depth_of(mesh: Triangles, fragments: Fragments) -> Interval:
     """Interpolated, offset and clamped; (n,)."""
     at = fragments.triangle
-    depth = found.depth[at]
+    depth = mesh.depth[at]
     middle = np.einsum("nk,nk->n", fragments.weights, depth)
     off = (
         _spread(fragments.off, depth, middle)
-        + _shared(fragments.weights, fragments.off, found.depth_off[at])
+        + _shared(fragments.weights, fragments.off, mesh.depth_off[at])
         + _rounding(fragments, np.abs(fragments.weights).sum(axis=1)) * np.abs(depth).max(axis=1)
-        + _plane_off(found, found.depth, fragments)[at]
+        + _plane_off(mesh, mesh.depth, fragments)[at]
     )
-    low, high = middle - off + found.offset.lo[at], middle + off + found.offset.hi[at]
+    low, high = middle - off + mesh.offset.lo[at], middle + off + mesh.offset.hi[at]
     strange = ~np.isfinite(low + high)
     clamped = rounded(np.clip(low, 0.0, 1.0), np.clip(high, 0.0, 1.0), np.zeros(len(at), np.bool_), 0.5)
     return Interval(np.where(strange, 0.0, clamped.lo), np.where(strange, 1.0, clamped.hi), clamped.nan)
@@ -342,51 +344,51 @@ def _rounding(fragments: Fragments, size: Float64) -> Float64:
     return (ANYWHERE_ULP[0] + ANYWHERE_ULP[1] * size + ANYWHERE_ULP[2] * size * size) * ULP
 
 
-def _plane_off(found: Triangles, corners: Float64, fragments: Fragments) -> Float64:
+def _plane_off(mesh: Triangles, corners: Float64, fragments: Fragments) -> Float64:
     """Return the rounding error of a plane through a value's corners (m, 3); (m,)."""
-    times = STEPPED if fragments.anywhere and not found.snapped else 1.0
-    return times * PLANE_UNITS * (OWN_UNIT if found.snapped else DRIVER_UNIT) * _plane_size(found, corners)
+    times = STEPPED if fragments.anywhere and not mesh.snapped else 1.0
+    return times * PLANE_UNITS * (OWN_UNIT if mesh.snapped else DRIVER_UNIT) * _plane_size(mesh, corners)
 
 
-def _plane_size(found: Triangles, corners: Float64) -> Float64:
+def _plane_size(mesh: Triangles, corners: Float64) -> Float64:
     """The largest number in a plane's evaluation: a corner's value, or the way from a corner to the corner of the
     picture and back to a pixel, along steps of which each part may be larger than their difference."""
-    (x1, x2), (y1, y2) = _next_corners(found.x), _next_corners(found.y)
+    (x1, x2), (y1, y2) = _next_corners(mesh.x), _next_corners(mesh.y)
     apart = np.abs(corners - corners.mean(axis=1, keepdims=True))
     parts = []
-    for place, side, length in zip((found.x, found.y), (y1 - y2, x2 - x1), found.size, strict=True):
+    for place, side, length in zip((mesh.x, mesh.y), (y1 - y2, x2 - x1), mesh.size, strict=True):
         parts.append((apart * np.abs(side)).sum(axis=1) * (np.abs(place).max(axis=1) + length))
-    return np.asarray(np.abs(corners).max(axis=1) + (parts[0] + parts[1]) / np.abs(found.area))
+    return np.asarray(np.abs(corners).max(axis=1) + (parts[0] + parts[1]) / np.abs(mesh.area))
 
 
-def varying_of(found: Triangles, fragments: Fragments, columns: slice) -> Interval:
+def varying_of(mesh: Triangles, fragments: Fragments, columns: slice) -> Interval:
     """Perspective interpolation of some columns, (n, columns)."""
     at = fragments.triangle
-    inverse_w = found.inverse_w[at]
-    inverse_w_off = found.inverse_w_off[at] + FLUSHED * inverse_w.max(axis=1, keepdims=True)
+    inverse_w = mesh.inverse_w[at]
+    inverse_w_off = mesh.inverse_w_off[at] + FLUSHED * inverse_w.max(axis=1, keepdims=True)
     over_w = fragments.weights * inverse_w
     total = over_w.sum(axis=1)
     weights = over_w / total[:, None]
     total_off = _spread(fragments.off, inverse_w, total) + _shared(fragments.weights, fragments.off, inverse_w_off)
-    plane_off = _plane_off(found, found.inverse_w, fragments)[at]
+    plane_off = _plane_off(mesh, mesh.inverse_w, fragments)[at]
     size = np.abs(weights).sum(axis=1)
-    room = np.abs(total) - total_off
+    least_total = np.abs(total) - total_off
     own = fragments.off * np.abs(inverse_w) + np.abs(fragments.weights) * inverse_w_off
-    off = (own + np.abs(weights) * total_off[:, None]) / np.where(room > 0, room, 0.0)[:, None]
-    vertices = found.rows.values[:, columns][found.corners]
+    off = (own + np.abs(weights) * total_off[:, None]) / np.where(least_total > 0, least_total, 0.0)[:, None]
+    vertices = mesh.rows.values[:, columns][mesh.corners]
     corners = vertices[at]
-    corners_off = found.rows.errors[:, columns][found.corners[at]]
+    corners_off = mesh.rows.errors[:, columns][mesh.corners[at]]
     values = np.einsum("nk,nkc->nc", weights, corners)
     parts: list[Float64] = []
     for c in range(corners.shape[2]):
         spread = _spread(off, corners[:, :, c], values[:, c])
         rounding = _rounding(fragments, size) * np.abs(corners[:, :, c]).max(axis=1)
         parts.append(spread + _shared(weights, off, corners_off[:, :, c]) + rounding)
-        if not found.snapped:
+        if not mesh.snapped:
             # Planes of v/w and 1/w: what rounds there is large near the eye and where planes are steep.
-            over_w_off = _plane_off(found, vertices[:, :, c] * found.inverse_w, fragments)[at]
+            over_w_off = _plane_off(mesh, vertices[:, :, c] * mesh.inverse_w, fragments)[at]
             planes = over_w_off + np.abs(values[:, c]) * plane_off
-            parts[-1] += planes / np.where(room > 0, room, np.nan)
+            parts[-1] += planes / np.where(least_total > 0, least_total, np.nan)
     error = np.stack(parts, axis=1) if parts else np.zeros_like(values)
     strange = ~np.isfinite(values + error)
     low, high = np.where(strange, -np.inf, values - error), np.where(strange, np.inf, values + error)

@@ -4,12 +4,13 @@ Where a comparison or a floor straddles, a conforming backend may go either way;
 bounded for each way by itself.  So the program runs once with a first choice everywhere, and again for each
 decision that a lane met on its way, with that one turned, as long as new decisions come up.  The bounds of a
 lane are the hull of its paths.  A continuous function with a jump inside (bilinear filtering at a texel's
-centre) stays as tight as it is, which a hull at the jump would lose.
+center) stays as tight as it is, which a hull at the jump would lose.
 
 Lanes with more paths than :data:`MAX_PATHS` are bounded to first order instead: the first path, moved by the
 sum of what each of its decisions can move it, alone or with the next one (x and y of one texel).  That holds
-for sums over decisions, such as filters.  Whether a program is one is tried: where turning many decisions at
-once leads out of that bound by more than rounding, nothing is said of the lane.
+for sums over decisions, such as filters, and not for a search that keeps the best of many ties.  Whether a program
+is such a sum is tried: many decisions are turned at once.  Where the result moves by more than the sum of the moves of
+those that were turned, and rounding, the lane is left unbounded.
 """
 
 from __future__ import annotations
@@ -32,8 +33,11 @@ Choices = NDArray[np.int8]
 MAX_PATHS = 64
 #: Decisions of one path that are turned one by one; a lane that meets more is given up: anything is allowed.
 MAX_DECISIONS = 256
-#: Ways of turning many decisions at once that are tried on lanes that are bounded to first order.
-JOINT_PATHS = 8
+#: Random sets of decisions that are turned at once, to try lanes that are bounded to first order.
+RANDOM_SETS = 8
+#: The first and the last so many decisions are turned at once too: who keeps the best of many ties is moved only by the
+#: last decisions together.
+ENDS = (3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 32, 48, 64, 96, 128, 192)
 #: What rounding to float32 may hide of a decision that is turned alone, and show where many are: half a unit in the
 #: last place of the result.
 HIDDEN = 2.0**-24
@@ -172,9 +176,9 @@ def explore(
 ) -> Bounds:
     """All paths of ``count`` lanes, as far as the limit allows; or the first of each, for who watches."""
     limit = limit or TimeLimit()
-    search, done = _Search(run, count, components, limit), 0
+    search, lanes_done = _Search(run, count, components, limit), 0
     for lanes in batches(count):
-        limit.report(done, count)
+        limit.report(lanes_done, count)
         frontier = Frontier(lanes, np.zeros((len(lanes), 0), np.int8), np.full(len(lanes), -1))
         level = 0
         while len(frontier) and not limit.is_over:
@@ -185,9 +189,20 @@ def explore(
         search.end_batch()
         doubtful = lanes[search.first_order[lanes] & ~search.lost[lanes]]
         for i in range(0, 0 if first_only else len(doubtful), BATCH):
-            search.try_all_ways(doubtful[i : i + BATCH])
-        done += len(lanes)
+            search.try_jointly(doubtful[i : i + BATCH])
+        lanes_done += len(lanes)
     return search.result()
+
+
+def _joint_sets(count: int) -> Iterator[Lanes]:
+    """Yield sets of ``count`` decisions to turn at once: all, random ones, the first and the last of them."""
+    yield np.ones(count, np.bool_)
+    for seed in range(1, RANDOM_SETS):
+        yield np.random.default_rng(seed).integers(0, 2, count) == 1
+    for length in ENDS:
+        if length < count:
+            yield np.arange(count) < length
+            yield np.arange(count) >= count - length
 
 
 class _Search:
@@ -232,9 +247,9 @@ class _Search:
         np.logical_or.at(self.vague, lanes, track.vague | track.wide)
         np.logical_or.at(self.lost, lanes, track.lost)
         self.discards |= keep is not None
-        kept = np.ones(len(lanes), np.bool_) if keep is None else np.broadcast_to(keep, (len(lanes),))
-        np.logical_and.at(self.surely, lanes, kept)
-        np.logical_or.at(self.perhaps, lanes, kept)
+        keep_lanes = np.ones(len(lanes), np.bool_) if keep is None else np.broadcast_to(keep, (len(lanes),))
+        np.logical_and.at(self.surely, lanes, keep_lanes)
+        np.logical_or.at(self.perhaps, lanes, keep_lanes)
         np.add.at(self.paths, lanes, 1)
         for i, result in enumerate(results):
             np.fmin.at(self.lo[i], lanes, result.lo)
@@ -258,18 +273,18 @@ class _Search:
     def _following(self, frontier: Frontier, track: Track, level: int) -> Frontier:
         """Each decision after the forced ones, turned."""
         lanes, prefixes = frontier.lanes, frontier.prefixes
-        given = (prefixes >= 0).sum(axis=1)
-        new = track.met - given
+        decided = (prefixes >= 0).sum(axis=1)
+        new = track.met - decided
         self.lost[lanes[track.met > MAX_DECISIONS]] = True
         new[self.lost[lanes]] = 0
-        wanted = self.paths.copy()
-        np.add.at(wanted, lanes, new)
-        self.first_order[lanes[(wanted[lanes] > MAX_PATHS) & (new > 0)]] = True
+        paths = self.paths.copy()
+        np.add.at(paths, lanes, new)
+        self.first_order[lanes[(paths[lanes] > MAX_PATHS) & (new > 0)]] = True
         if level > 0:
             new = np.where(self.first_order[lanes], np.minimum(new, 1 if level == 1 else 0), new)
         path = track.path()
         row = np.repeat(np.arange(len(lanes)), new)
-        turned = given[row] + np.arange(len(row)) - np.repeat(np.cumsum(new) - new, new)
+        turned = decided[row] + np.arange(len(row)) - np.repeat(np.cumsum(new) - new, new)
         following = np.where(np.arange(path.shape[1]) < turned[:, None], path[row], -1).astype(np.int8)
         following[np.arange(len(row)), turned] = 1 - path[row, turned]
         if level > 0:
@@ -288,17 +303,30 @@ class _Search:
         hi = np.fmax(self.hi[i][lanes], self.root_hi[i][lanes] + self.total_up[i][lanes])
         return lo - self.hidden[i][lanes], hi + self.hidden[i][lanes]
 
-    def try_all_ways(self, lanes: Ints) -> None:
-        for way in range(JOINT_PATHS):
+    def try_jointly(self, lanes: Ints) -> None:
+        """Turn many decisions at once, and give up lanes whose results are no sums over them."""
+        is_asked = np.zeros(len(self.paths), np.bool_)
+        is_asked[lanes] = True
+        rows = np.flatnonzero(is_asked[self.owners])
+        # Decisions of a lane are next to one another, in their order.
+        firsts = np.searchsorted(self.owners[rows], self.owners[rows])
+        numbers = np.arange(len(rows)) - firsts
+        for turned in _joint_sets(int(numbers.max(initial=-1)) + 1):
             if self.limit.is_over:
                 self.give_up(lanes)
                 return
-            self.try_jointly(lanes, way)
+            self._turn_jointly(lanes, turned, rows[turned[numbers]])
 
-    def try_jointly(self, lanes: Ints, way: int) -> None:
-        """Turn every decision at once, then random halves of them, and give up lanes that leave their bounds."""
-        choices = np.random.default_rng(way).integers(0, 2, (1, MAX_DECISIONS)) if way else np.ones((1, MAX_DECISIONS))
-        track = Track(np.repeat(choices, len(lanes), axis=0).astype(np.int8), lanes)
+    def _moved(self, i: int, lanes: Ints, rows: Ints) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the first path of lanes, moved by these decisions of theirs."""
+        low, high = (np.zeros_like(ends[i]) for ends in (self.root_lo, self.root_hi))
+        np.add.at(low, self.owners[rows], self.down[i][rows])
+        np.add.at(high, self.owners[rows], self.up[i][rows])
+        return self.root_lo[i][lanes] + low[lanes], self.root_hi[i][lanes] + high[lanes]
+
+    def _turn_jointly(self, lanes: Ints, turned: Lanes, rows: Ints) -> None:
+        """Turn some decisions of each lane; ``rows`` are these decisions."""
+        track = Track(np.repeat(turned[None].astype(np.int8), len(lanes), axis=0), lanes)
         results, keep = self.run(track)
         if keep is not None:
             self.surely[lanes] &= keep
@@ -310,9 +338,11 @@ class _Search:
             rounding = HIDDEN * np.maximum(track.met, 1)[:, None] * np.fmax(abs(lo), abs(hi))
             outside = ((result.lo < lo) | (result.hi > hi)) & (rounding < np.inf)
             self.hidden[i][lanes] = np.where(outside, np.fmax(self.hidden[i][lanes], rounding), self.hidden[i][lanes])
-            lo, hi = self.first_order_bounds(i, lanes)
-            beyond = (result.lo < lo) | (result.hi > hi) | (result.nan & ~self.nan[i][lanes])
+            low, high = self._moved(i, lanes, rows)
+            beyond = (result.lo < low - rounding) | (result.hi > high + rounding) | (result.nan & ~self.nan[i][lanes])
             self.unbounded[i][lanes] |= beyond.any(axis=1)
+            self.lo[i][lanes] = np.fmin(self.lo[i][lanes], result.lo)
+            self.hi[i][lanes] = np.fmax(self.hi[i][lanes], result.hi)
 
     def result(self) -> Bounds:
         outputs = []
@@ -321,9 +351,9 @@ class _Search:
         for i in range(len(self.lo)):
             low, high = self.first_order_bounds(i, slice(None))
             lo, hi = np.where(first_order, low, self.lo[i]), np.where(first_order, high, self.hi[i])
-            found = Interval(lo, hi, self.nan[i])
+            interval = Interval(lo, hi, self.nan[i])
             # Sums of widths are rounded themselves, in float64.
-            apart = found.width > self.widths[i] * (1 + 1e-12)
+            apart = interval.width > self.widths[i] * (1 + 1e-12)
             turned |= (apart & (self.paths > 1)[:, None]).any(axis=1)
             lost = (self.lost | self.unbounded[i])[:, None]
             outputs.append(Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi), self.nan[i] | lost))

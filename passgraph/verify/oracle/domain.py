@@ -130,13 +130,13 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         return self._decided(a.hi >= b.lo, ~(a.lo >= b.hi) | a.nan | b.nan, "greater_equal")
 
     def _equal(self, a: Interval, b: Interval) -> Lanes:
-        same = a.exact & b.exact & (a.lo == b.lo)
-        return self._decided((a.lo <= b.hi) & (b.lo <= a.hi), ~same, "equal")
+        surely_equal = a.exact & b.exact & (a.lo == b.lo)
+        return self._decided((a.lo <= b.hi) & (b.lo <= a.hi), ~surely_equal, "equal")
 
     def _not_equal(self, a: Interval, b: Interval) -> Lanes:
-        same = a.exact & b.exact & (a.lo == b.lo)
+        surely_equal = a.exact & b.exact & (a.lo == b.lo)
         apart = ~((a.lo <= b.hi) & (b.lo <= a.hi))
-        return ~self._decided(~apart, ~same, "not_equal")
+        return ~self._decided(~apart, ~surely_equal, "not_equal")
 
     def _isnan(self, a: Interval) -> Lanes:
         return self._decided(a.nan, ~np.isnan(a.lo), "isnan")
@@ -151,7 +151,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         return self._decided(~none, ~sure, "isfinite")
 
     def _half_bits(self, a: Interval) -> Numbers:
-        """One of two neighbours; of more than two, and where zeros' signs or NaN have bits, nothing is said."""
+        """One of two neighbors; of more than two, and where zeros' signs or NaN have bits, nothing is said."""
         low, high = (OPERATIONS["half_bits"].reference(end).astype(np.int64) for end in (a.lo, a.hi))
         unknown = (np.abs(high - low) > 1) | a.nan | a.has(0.0)
         self.track.mark(self.track.lost, unknown)
