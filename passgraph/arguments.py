@@ -195,7 +195,7 @@ def numbers(
     Errors: ragged nesting, objects, text, complex numbers, records, and masked arrays with masked elements, which have
     no value.  Whole numbers beyond 64 bits become float64.
     """
-    # # numpy.ma is imported already if the value is a masked array; importing it takes time.
+    # numpy.ma is imported already if the value is a masked array; importing it takes time.
     if "numpy.ma" in sys.modules and isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
         raise error(f"{what} must {expected}, got {shown(value)} with masked values; fill them first: .filled(0)")
     try:

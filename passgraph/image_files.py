@@ -9,34 +9,26 @@ import errno
 import os
 import shutil
 import tempfile
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from passgraph.errors import InputError
+from passgraph.image_formats import EXPECTED, READABLE, Metadata, Pixels, WritableFormat
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
 
-Pixels = NDArray[Any]  # (h, w, channels) uint8, uint16, float16 or float32
-
-#: Formats that are read, by OpenImageIO's names. Its "null" reader is left out: it invents pixels from a file's
-#: name.
-READABLE = (
-    "png", "jpeg", "tiff", "openexr", "webp", "bmp", "gif", "targa", "hdr", "pnm", "dpx", "cineon", "jpegxl",
-    "jpeg2000", "psd", "dds", "fits", "ico", "iff", "rla", "sgi", "softimage",
-)  # fmt: skip
-#: Suffixes by which picture files in a folder are found.
-READ_SUFFIXES = (
-    ".png", ".apng", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".tga", ".exr", ".npy", ".hdr", ".pfm",
-    ".ppm", ".pgm", ".pbm", ".pnm", ".dpx", ".cin", ".jxl", ".jp2", ".j2k", ".psd", ".dds", ".sgi",
-)  # fmt: skip
-EXPECTED = "PNG, JPEG, TIFF, OpenEXR, WebP, BMP, GIF, TGA, HDR, PNM, PFM, DPX, Cineon, JPEG XL, JPEG 2000, PSD or npy"
+#: Most memory that loading a picture may take by default: some 200 million pixels.
+MAX_BYTES = 1 << 32
+#: GIF, JPEG 2000 and JPEG XL, by what files begin with: OpenImageIO decodes them when it opens them. That takes up to
+#: four times the size of the pixels.
+_DECODED_WHEN_OPENED = (b"GIF8", b"\0\0\0\x0c", b"\xff\x4f\xff\x51", b"\xff\x0a")
 #: First bytes of files of the common formats.
 _SIGNATURES = (
     b"\x89PNG",
@@ -67,109 +59,6 @@ _SIZE_AND_ORIENTATION = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class WritableFormat:
-    """A file format's capabilities for writing.
-
-    Attributes
-    ----------
-    name : for messages
-    writer : OpenImageIO's name of the format
-    dtypes : supported channel types
-    channels : supported numbers of channels
-    associated : color is stored multiplied by alpha
-    attributes : OpenImageIO's settings for writing
-    largest : largest width or height in pixels
-    """
-
-    name: str
-    writer: str
-    dtypes: tuple[str, ...]
-    channels: tuple[int, ...] = (1, 2, 3, 4)
-    associated: bool = False
-    attributes: tuple[tuple[str, Any], ...] = ()
-    largest: int = 1 << 30
-
-    @property
-    def is_float(self) -> bool:
-        return self.dtypes[0].startswith("float")
-
-
-# # Settings keep the rendered values: no chroma subsampling, lossless WebP. PNG's zlib level 4 makes files a tenth
-# larger than level 6 in a third of the time.
-_FAITHFUL_JPEG = (("compression", "jpeg:95"), ("jpeg:subsampling", "4:4:4"))
-_INTEGERS = ("uint8", "uint16")
-_JPEG = WritableFormat("JPEG", "jpeg", ("uint8",), (1, 3), attributes=_FAITHFUL_JPEG, largest=65500)
-_TIFF = WritableFormat("TIFF", "tiff", (*_INTEGERS, "float32", "float16"), attributes=(("compression", "zip"),))
-_LOSSLESS = (("compression", "lossless"),)
-#: By suffix. The first dtype is the default one.
-WRITABLE = {
-    ".png": WritableFormat("PNG", "png", _INTEGERS, attributes=(("png:compressionLevel", 4),)),
-    ".jpg": _JPEG,
-    ".jpeg": _JPEG,
-    ".tif": _TIFF,
-    ".tiff": _TIFF,
-    ".webp": WritableFormat("WebP", "webp", ("uint8",), (3, 4), attributes=_LOSSLESS, largest=16383),
-    ".exr": WritableFormat(
-        "OpenEXR", "openexr", ("float32", "float16"), associated=True, attributes=(("compression", "zip"),)
-    ),
-    ".npy": WritableFormat("npy", "", ("float32",)),
-    ".hdr": WritableFormat("HDR", "hdr", ("float32",), (3,)),
-    ".pfm": WritableFormat("PFM", "pnm", ("float32",), (1, 3)),
-    ".pgm": WritableFormat("PGM", "pnm", _INTEGERS, (1,)),
-    ".ppm": WritableFormat("PPM", "pnm", _INTEGERS, (3,)),
-    ".pnm": WritableFormat("PNM", "pnm", _INTEGERS, (1, 3)),
-    ".bmp": WritableFormat("BMP", "bmp", ("uint8",), (1, 3, 4)),
-    ".tga": WritableFormat("TGA", "targa", ("uint8",), (1, 3, 4)),
-    ".dpx": WritableFormat("DPX", "dpx", ("uint16", "uint8"), (1, 3, 4)),
-    ".jxl": WritableFormat("JPEG XL", "jpegxl", (*_INTEGERS, "float32"), (1, 3, 4)),
-}
-
-
-@dataclass(frozen=True)
-class Metadata:
-    """Metadata of a picture file, to be written to a picture made from it.
-
-    Attributes
-    ----------
-    entries : (name, OpenImageIO's type, value): ICC profile, resolution, EXIF, time code ...
-    opaque : True if the file has no alpha
-    deep : True if it holds 16-bit integers
-    """
-
-    entries: tuple[tuple[str, str, Any], ...] = ()
-    opaque: bool = False
-    deep: bool = False
-
-    def get(self, name: str) -> Any:
-        """Return the value of an entry, or None."""
-        return next((value for key, _, value in self.entries if key == name), None)
-
-    @property
-    def profile(self) -> bytes:
-        """Return the ICC profile; empty if there is none."""
-        value = self.get("ICCProfile")
-        return b"" if value is None else bytes(np.asarray(value, np.uint8))
-
-    @property
-    def resolution(self) -> tuple[float, float] | None:
-        """Return the dots per inch, across and down; None if not given."""
-        per_inch = {"in": 1.0, "inch": 1.0, "cm": 2.54, "m": 0.0254}.get(str(self.get("ResolutionUnit")))
-        across, down = self.get("XResolution"), self.get("YResolution")
-        return None if per_inch is None or not across or not down else (across * per_inch, down * per_inch)
-
-    def stored_channels(self, pixels: Pixels) -> Pixels:
-        """Drop the alpha of (h, w, 4) integers if neither the source nor the picture uses it.
-
-        >>> Metadata(opaque=True).stored_channels(np.full((2, 3, 4), 255, np.uint8)).shape
-        (2, 3, 3)
-        """
-        if not self.opaque or pixels.shape[2] != 4:
-            return pixels
-        unused = pixels[..., 3].min() == _opaque(pixels.dtype)
-        return np.ascontiguousarray(pixels[..., :3]) if unused else pixels
-
-
 @contextmanager
 def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
     """Yield a name under which OpenImageIO, which reads UTF-8 names and no memory, can open a file or bytes."""
@@ -186,7 +75,7 @@ def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
         yield text
         return
     with tempfile.TemporaryDirectory(prefix="passgraph-") as folder:
-        # # No suffix: OpenImageIO detects the format from the content.
+        # No suffix: OpenImageIO detects the format from the content.
         other = os.path.join(folder, "picture")
         if data is None:
             os.symlink(os.path.abspath(text), other)
@@ -213,17 +102,18 @@ class ImageFile:
     InputError : unknown format, broken header, unsupported types or channels, or no such layer.
     """
 
-    def __init__(self, file: Path, name: str, layer: str | None = None) -> None:
+    def __init__(self, file: Path, name: str, layer: str | None = None, max_bytes: int = MAX_BYTES) -> None:
         import OpenImageIO as oiio
 
         self._file, self._oiio = file, oiio
         hint = oiio.ImageSpec()
         hint.attribute("oiio:UnassociatedAlpha", 1)
         try:
-            opened = oiio.ImageInput.open(name, hint)
+            with _SIZE_LIMIT.of(_megabytes(name, max_bytes)):
+                opened = oiio.ImageInput.open(name, hint)
+                problem = oiio.geterror()
         except UnicodeDecodeError as error:
             raise self._corrupt(error) from error
-        problem = oiio.geterror()
         if opened is None or opened.format_name() not in READABLE:
             raise self._unreadable(name, problem)
         self._input, self.format = opened, opened.format_name()
@@ -285,7 +175,7 @@ class ImageFile:
             if not entry.name.startswith(_OF_THE_FILE) and entry.name not in _SIZE_AND_ORIENTATION
         )
         found = Metadata(entries, not self.has_alpha, self.dtype == np.uint16)
-        # # ICC.1:2022, section 7.2.6: the color space of the data; the result is RGB.
+        # ICC.1:2022, section 7.2.6: the color space of the data; the result is RGB.
         if found.profile and found.profile[16:20] != b"RGB ":
             return replace(found, entries=tuple(entry for entry in entries if entry[0] != "ICCProfile"))
         return found
@@ -296,7 +186,7 @@ class ImageFile:
         kind = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}[self.dtype.name]
         pixels: Any = self._input.read_image(self._subimage, 0, first, last + 1, kind)
         problem = self._input.geterror() or self._oiio.geterror()
-        # # Cameras write extra bytes between markers; the picture is complete nevertheless.
+        # Cameras write extra bytes between markers; the picture is complete nevertheless.
         if pixels is None or (problem and "extraneous bytes" not in problem):
             raise self._corrupt(problem)
         pixels = pixels.reshape(spec.height, spec.width, last - first + 1)
@@ -341,7 +231,7 @@ class ImageFile:
         if not is_whole_part:
             if layer in layers:
                 return _color_of(layers[layer]) or (list(layers[layer].values())[:4], False)
-            return ([list(names).index(layer)], False) if layer is not None and layer in names else None
+            return ([list(names).index(layer)], False) if layer and layer in names else None
         if found := _color_of(layers.get("", {})):
             return found
         colored = [name for name, channels in layers.items() if channels.keys() >= set("RGB")]
@@ -356,6 +246,9 @@ class ImageFile:
         return (list(range(len(names)))[:4], False) if is_data else None
 
     def _unreadable(self, name: str, problem: str) -> InputError:
+        if "MB limit" in problem:
+            problem, _, _ = problem.partition("Possible")
+            return InputError(f"{self._file}: {_one_line(problem)} make it smaller, or raise max_bytes if it is meant")
         with open(name, "rb") as stream:
             head = stream.read(8)
         if head.startswith(_SIGNATURES):
@@ -372,11 +265,56 @@ class ImageFile:
         return InputError(f"{self._file}: truncated or corrupt ({text}); make or copy the file again")
 
 
+def _megabytes(name: str, max_bytes: int) -> int | None:
+    """Most megabytes of pixels of a file that is decoded when it is opened; None for other files."""
+    with open(name, "rb") as stream:
+        decoded = stream.read(4).startswith(_DECODED_WHEN_OPENED)
+    return -(-max_bytes // (4 << 20)) if decoded else None
+
+
+class _SizeLimit:
+    """OpenImageIO's limit for the size of pictures, one for the process; threads with equal limits share it."""
+
+    _NAME = "limits:imagesize_MB"
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._openings = 0
+        self._limit: int | None = None
+
+    @contextmanager
+    def of(self, megabytes: int | None) -> Iterator[None]:
+        """Open files with a limit; None for OpenImageIO's own."""
+        import OpenImageIO as oiio
+
+        with self._changed:
+            self._changed.wait_for(lambda: not self._openings or self._limit == megabytes)
+            if not self._openings:
+                self._limit, self._own = megabytes, oiio.get_int_attribute(self._NAME)
+                oiio.attribute(self._NAME, self._own if megabytes is None else megabytes)
+            self._openings += 1
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._openings -= 1
+                if not self._openings:
+                    oiio.attribute(self._NAME, self._own)
+                    self._changed.notify_all()
+
+
+_SIZE_LIMIT = _SizeLimit()
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_SIZE_LIMIT.__init__)  # type: ignore[misc]
+
+
 @contextmanager
-def opened_image(file: Path, data: bytes | None = None, layer: str | None = None) -> Iterator[ImageFile]:
+def opened_image(
+    file: Path, data: bytes | None = None, layer: str | None = None, max_bytes: int = MAX_BYTES
+) -> Iterator[ImageFile]:
     """Open an `ImageFile`, closed at the end; ``data`` is the file's content if it is not on disk."""
     with name_of(file, data) as name:
-        image = ImageFile(file, name, layer)
+        image = ImageFile(file, name, layer, max_bytes)
         try:
             yield image
         finally:
@@ -532,11 +470,6 @@ def _attribute(spec: oiio.ImageSpec, name: str, default: Any) -> Any:
 
 def _is_wide(spec: oiio.ImageSpec) -> bool:
     return str(spec.format) == "uint16"
-
-
-def _opaque(dtype: np.dtype[Any]) -> Any:
-    """Return alpha 1 in a dtype."""
-    return dtype.type(np.iinfo(dtype).max if dtype.kind == "u" else 1)
 
 
 def _one_line(reason: object) -> str:

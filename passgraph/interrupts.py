@@ -36,7 +36,7 @@ def install() -> None:
             if signal.getsignal(number) is default:
                 signal.signal(number, _on_signal)
                 sys.unraisablehook = _on_unraisable
-                # # Python restores the default handlers late in its shutdown, when all work is done.
+                # Python restores the default handlers late in its shutdown, when all work is done.
                 atexit.register(signal.signal, number, signal.SIG_IGN)
     except ValueError:  # not the main thread
         return

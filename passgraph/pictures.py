@@ -23,16 +23,8 @@ from numpy.typing import NDArray
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.image_files import (
-    WRITABLE,
-    Metadata,
-    WritableFormat,
-    associated,
-    opened_image,
-    straight,
-    upright,
-    write_image,
-)
+from passgraph.image_files import MAX_BYTES, associated, opened_image, straight, upright, write_image
+from passgraph.image_formats import WRITABLE, Metadata, WritableFormat
 from passgraph.quantise import check_no_nan, quantised
 from passgraph.reading import check_regular, read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
@@ -41,8 +33,6 @@ from passgraph.writing import NewFile
 Picture = NDArray[np.float32]
 Stored = NDArray[Any]  # (h, w, 4) uint8, uint16 or float32
 
-#: Default memory limit of loading a picture: about 200 million pixels.
-MAX_BYTES = 1 << 32
 #: Larger limits count as no limit.
 MOST_BYTES = 1 << 52
 #: Bytes of a result pixel: four float32.
@@ -202,7 +192,7 @@ def _load(
             content = read_bytes(file, "a picture file", max_bytes) if data is None else data
             picture, is_float = _decode_npy(file, content, max_bytes, as_stored)
             return picture, None if is_float else ""
-        with opened_image(file, data, layer) as image:
+        with opened_image(file, data, layer, max_bytes) as image:
             check_size(file, image.width, image.height, image.held + size, max_bytes)
             check_size(file, *image.data_size, image.held + size, max_bytes)
             pixels = image.read()

@@ -60,7 +60,7 @@ def read_bytes(path: str | os.PathLike[str], what: str, most: int, mend: str = "
     """
     check_regular(path, what)
     try:
-        # # The path may have been replaced meanwhile; opened without blocking, a pipe does not wait for a writer.
+        # The path may have been replaced meanwhile; opened without blocking, a pipe does not wait for a writer.
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         with os.fdopen(handle, "rb") as stream:
             size = _size(path, os.fstat(handle), what)

@@ -35,7 +35,7 @@ from passgraph.files.pipe import Pipe, Raw, ToPipe
 from passgraph.files.sequences import Pictures, Repeated, Still, ToPictures
 from passgraph.files.video import INTERLACED, Video
 from passgraph.files.video_sink import ToVideo
-from passgraph.image_files import WRITABLE
+from passgraph.image_formats import WRITABLE
 from passgraph.pictures import check_holds_bits, in_layer, split_layer
 from passgraph.reading import check_regular
 from passgraph.scene.projection import HardwareDepth

@@ -14,7 +14,7 @@ from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.files.animation import is_animated
 from passgraph.files.names import Pattern, has_wildcard, is_film, is_video, unread_files
-from passgraph.image_files import WRITABLE
+from passgraph.image_formats import WRITABLE
 from passgraph.pictures import format_of_suffix, holds_several, split_layer
 from passgraph.writing import NewFile
 

@@ -17,7 +17,7 @@ from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.files.frame import Frame, Sink, Source, Stored
 from passgraph.files.names import Pattern
-from passgraph.image_files import WRITABLE, Metadata
+from passgraph.image_formats import WRITABLE, Metadata
 from passgraph.pictures import (
     check_holds_bits,
     fewer_bits,

@@ -18,7 +18,7 @@ from distributed.diagnostics.plugin import WorkerPlugin
 
 from passgraph.files.frame import Stored
 from passgraph.files.stored import as_program_input, stored
-from passgraph.image_files import Metadata
+from passgraph.image_formats import Metadata
 from passgraph.pictures import load_stored, save, split_layer
 from passgraph.plan.data import Options
 from passgraph.run.compile import compile
