@@ -27,6 +27,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from passgraph.errors import PassgraphError
+from passgraph.notebook import bundle
 from passgraph.viewer.display import CHANNELS, Look
 from passgraph.viewer.recording import SUFFIXES
 from passgraph.viewer.session import Asked, Published, Session
@@ -159,9 +160,10 @@ class View:
         self.socket.close()
         self._folder.cleanup()
 
-    def _repr_html_(self) -> str:
+    def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
         """The page in a notebook's cell."""
-        return f'<iframe src="{self.url}" width="100%" height="640" title="passgraph view"></iframe>'
+        frame = f'<iframe src="{self.url}" width="100%" height="640" title="passgraph view"></iframe>'
+        return bundle(f"passgraph view: {self.url}", frame)
 
     def _server(self) -> uvicorn.Server:
         config = uvicorn.Config(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +45,20 @@ class GivenSubject:
                 f"pg.view shows an effect (a function with @effect), a kernel, targets or a program; got "
                 f"{arguments.shown(shown)}"
             )
+
+        self._check_names()
+
+    def _check_names(self) -> None:
+        """Raise for an input that an effect or a kernel has no parameter for."""
+        if self.mark is not None:
+            known = list(signature(self.shown).parameters)  # type: ignore[arg-type]
+        elif isinstance(self.shown, PixelKernel):
+            known = [parameter.name for parameter in self.shown.parameters]
+        else:
+            return
+        for name in self.given:
+            if name not in known:
+                raise InputError(f"pg.view: {self.name} has no parameter {name!r}; it takes {', '.join(known)}")
 
     def load(self) -> Loaded:
         if self.mark is not None:
@@ -158,13 +173,13 @@ def view(
     Raises
     ------
     InputError
-        For what cannot be shown, and where starlette or uvicorn is missing.
+        For what cannot be shown, inputs that an effect does not take, and where starlette or uvicorn is missing.
 
     Examples
     --------
     >>> import passgraph as pg
     >>> from passgraph.effects import vignette
-    >>> pg.view(vignette, frame=pg.load("photo.jpg"))  # doctest: +SKIP
+    >>> pg.view(vignette, color=pg.load("photo.jpg"))  # doctest: +SKIP
     """
     subject = GivenSubject(shown, inputs, size)
     try:

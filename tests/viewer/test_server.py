@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import closing
@@ -259,6 +260,21 @@ def test_files_of_the_page_are_kept_as_long_as_they_are_read(tmp_path: Path) -> 
         while {*folder.iterdir()} != {*served.view._put_files.values()}:
             assert monotonic() < end
     assert not folder.exists()
+
+
+def test_a_cell_of_a_notebook_shows_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ipykernel", sys)
+    tint = pg.kernel(source="def tint(color: Image) -> vec4: return color[0, 0]")
+    view = pg.view(tint, color=np.zeros((4, 8, 4), np.float32), backend="numpy")
+    try:
+        shown = view._repr_mimebundle_()
+        assert f'<iframe src="{view.url}"' in shown["text/html"]
+        assert view.url in shown["text/plain"]
+        with closing(http.client.HTTPConnection("127.0.0.1", view.port, timeout=60)) as connection:
+            connection.request("GET", f"/{view.token}/")
+            assert connection.getresponse().status == 200
+    finally:
+        view.close()
 
 
 def test_changes_are_checked() -> None:

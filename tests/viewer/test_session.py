@@ -169,6 +169,22 @@ def test_a_range_of_frames_is_recorded(tmp_path: Path) -> None:
     assert levels == [100, 150, 200]
 
 
+@pytest.mark.parametrize("suffix", ["mp4", "mkv", "webm"])
+def test_a_range_of_frames_is_recorded_as_a_video(tmp_path: Path, suffix: str) -> None:
+    av = pytest.importorskip("av")
+    effect, _ = files(tmp_path)
+    for number in range(1, 5):
+        pg.save(tmp_path / f"shot.{number:04}.png", np.full((32, 48, 4), 50 * number, np.uint8))
+    with Watched(str(effect), str(tmp_path / "shot.%04d.png")) as watched:
+        watched.shows(0, 0, (50, 50, 50))
+        watched.session.record(1, 3, Fraction(25), tmp_path / f"made.{suffix}")
+    with av.open(str(tmp_path / f"made.{suffix}")) as made:
+        (stream,) = made.streams.video
+        levels = [frame.to_ndarray(format="rgb24")[16, 24].astype(int) for frame in made.decode(stream)]
+        assert (stream.average_rate, stream.width, stream.height) == (25, 48, 32)
+    assert [level.tolist() for level in levels] == [pytest.approx([gray] * 3, abs=3) for gray in (100, 150, 200)]
+
+
 def test_time_of_what_moves_is_sought_and_recorded(tmp_path: Path) -> None:
     text = """import passgraph as pg
 from passgraph.effects.checked import effect
@@ -469,6 +485,13 @@ def test_what_a_script_has_is_shown(kind: str) -> None:
 def test_what_cannot_be_shown_is_told() -> None:
     with pytest.raises(pg.InputError, match=r"pg\.view shows"):
         pg.view(3)
+
+
+def test_an_input_that_an_effect_does_not_take_is_told() -> None:
+    from passgraph.effects import vignette
+
+    with pytest.raises(pg.InputError, match="vignette has no parameter 'frame'; it takes color, "):
+        pg.view(vignette, frame=FRAME)
 
 
 def test_a_value_that_is_put_back_has_its_default_after_a_reload_too(tmp_path: Path) -> None:

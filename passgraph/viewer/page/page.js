@@ -4,7 +4,7 @@ import { make, passParts, pixelParts, planParts } from "./debug.js";
 const $ = (id) => document.getElementById(id);
 const CHANNELS = ["color", "red", "green", "blue", "alpha", "luminance", "false color"];
 const stage = $("stage"), canvas = $("picture"), context = canvas.getContext("2d");
-let socket, head = null, pictures = {}, arriving = {}, waiting = [], state = {}, controls = [];
+let socket, pictures = {}, arriving = null, showing = Promise.resolve(), state = {}, controls = [];
 let values = {}, history = [], zoom = 0, offset = [0, 0], steps = 0, restarts = 0, playing = false;
 let orbit = [0, 0, 1], split = 0.5, flickers = 0, drag = null, times = [], pointed = null, picked = null, texels = null, backendChosen = false, isFitted = true;
 
@@ -32,7 +32,7 @@ function askAll() {
 
 function take(message) {
   if (message.kind === "state") {
-    if (message.pictures.length) { head = message; waiting = [...message.pictures]; arriving = {}; }
+    if (message.pictures.length) arriving = { number: message.number, slots: message.pictures, data: [] };
     showState(message);
   } else if (message.kind === "values") showTexel(message);
   else if (message.kind === "statistics") showStatistics(message);
@@ -44,23 +44,24 @@ function take(message) {
   else if (message.kind === "refused") $("status").textContent = message.text;
 }
 
-// A picture of the last state that has some. The session sends the next ones when these are shown.
-async function picture(data) {
-  const one = waiting.shift(), now = head, isLast = !waiting.length;
-  try {
-    const bitmap = await createImageBitmap(new Blob([data], { type: one.type }), { colorSpaceConversion: "none" });
-    if (now !== head) return;
-    arriving[one.slot] = bitmap;
-    if (Object.keys(arriving).length < head.pictures.length) return;
-    pictures = arriving;
-    draw();
-    times.push(performance.now());
-    times = times.filter((time) => time > performance.now() - 2000);
-    document.body.dataset.shown = head.number;
-    if (one.type === "image/png") send({ kind: "statistics" }); // the picture stands still
-  } finally {
-    if (isLast) requestAnimationFrame(() => send({ kind: "ready" }));
-  }
+// Pictures come right behind the state that lists them, and are shown in turn. The next ones are asked for when these
+// begin to be shown: the session computes meanwhile, and at most one set waits.
+function picture(data) {
+  const set = arriving;
+  set.data.push(data);
+  if (set.data.length === set.slots.length) showing = showing.then(() => show(set)).catch(() => {});
+}
+
+async function show({ number, slots, data }) {
+  send({ kind: "ready" });
+  const bitmaps = await Promise.all(slots.map((one, k) => createImageBitmap(new Blob([data[k]], { type: one.type }), { colorSpaceConversion: "none" })));
+  pictures = Object.fromEntries(slots.map((one, k) => [one.slot, bitmaps[k]]));
+  draw();
+  times.push(performance.now());
+  times = times.filter((time) => time > performance.now() - 2000);
+  document.body.dataset.shown = number;
+  if (slots[0].type === "image/png") send({ kind: "statistics" }); // the picture stands still
+  await new Promise(requestAnimationFrame);
 }
 
 // What is shown
