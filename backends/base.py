@@ -1,7 +1,7 @@
-"""The contract between a plan and a backend: make pictures, move them, compile passes, run them.
+"""The interface of backends: create pictures, transfer them, compile passes, run them.
 
-A backend is a class with the interface of :class:`Backend`, found under the entry point group
-``passgraph.backends``.  It never sees the graph, only steps of a plan (:mod:`passgraph.plan.data`).
+A backend is a subclass of :class:`Backend`, registered under the entry point group ``passgraph.backends``.  It never
+sees the graph, only steps of a plan (:mod:`passgraph.plan.data`).
 """
 
 from __future__ import annotations
@@ -47,16 +47,17 @@ class DeviceInfo:
     name: str
     driver: str
     version: str
-    missing: str = ""  # why it cannot be used, with the command that mends it
+    missing: str = ""  # why it cannot be used, with the command that fixes it
 
 
 @dataclass(frozen=True, eq=False)
 class DevicePicture:
-    """A picture on a device that is not ours: an engine's texture, a caller's buffer.  Its backend makes these.
+    """A picture on a device that passgraph does not own: an engine's texture or a caller's buffer.  Backends create
+    these.
 
     Attributes
     ----------
-    format : what kernels read it as; what holds other numbers than formats do is read as float32
+    format : the format in which kernels read it; float32 if no format has its channel type
     size : (width, height), pixels
     """
 
@@ -64,11 +65,11 @@ class DevicePicture:
     size: tuple[int, int]
 
     def overlaps(self, other: DevicePicture) -> bool:
-        """Whether both may have a pixel in common."""
+        """Return True if both may share a pixel."""
         return self is other
 
     def is_in(self, storage: Any) -> bool:
-        """Whether what `Backend.adopt` made of it is the picture itself; else it is a copy on the device."""
+        """Return True if `Backend.adopt` uses the picture itself, not a copy on the device."""
         return True
 
     def __str__(self) -> str:
@@ -77,7 +78,7 @@ class DevicePicture:
 
 @dataclass(frozen=True)
 class Use:
-    """How a run uses an adopted picture: read, written or both.
+    """The use of an adopted picture in a run.
 
     Attributes
     ----------
@@ -85,7 +86,7 @@ class Use:
     is_written : passes write it
     is_drawn : triangles are drawn into it
     beside_others : a pass writes it together with other pictures
-    is_overwritten : where it is, a result is written before passes have read all that they read of it
+    is_overwritten : a result is written into it before passes have finished reading it
     """
 
     is_read: bool = True
@@ -99,14 +100,14 @@ READ, OVERWRITTEN = Use(), Use(is_overwritten=True)
 
 
 class PixelRunner(Protocol):
-    """A compiled pixel pass.  Sizes were fixed when it was compiled."""
+    """A compiled pixel pass.  Sizes are fixed at compilation."""
 
     def __call__(self, outputs: Sequence[Any], images: Sequence[Any], block: Block) -> None:
         """Write ``outputs`` from ``images`` (storages, in the step's order)."""
 
 
 class ChainRunner(Protocol):
-    """Pixel passes compiled as one.  Sizes were fixed when they were compiled."""
+    """Pixel passes compiled as one unit.  Sizes are fixed at compilation."""
 
     def __call__(self, outputs: Sequence[Any], images: Sequence[Sequence[Any]], blocks: Sequence[Block]) -> None:
         """Write the last step's ``outputs``; ``images`` and ``blocks`` are those of each step."""
@@ -128,25 +129,25 @@ class DrawRunner(Protocol):
 
 
 class Backend(ABC):
-    """One device, opened.  It owns everything that it made until :meth:`close`.
+    """One open device.  It owns everything that it created until :meth:`close`.
 
     Pictures on the host are (height, width, channels) float32 arrays with row 0 on top; depth pictures have one
-    channel.  A *storage* is whatever a backend keeps a picture in.
+    channel.  A *storage* is a backend's own representation of a picture.
     """
 
     name: ClassVar[str]
-    #: Whether plans may fuse passes and leave static ones out: the reference runs everything as written.
+    #: True if plans may fuse passes and skip static ones; the reference runs everything as written.
     optimises: ClassVar[bool] = True
-    #: Whether corners are rounded to the grid of docs/rasterisation.md before anything is computed from them.
-    #: Where the grid is a driver's own, bounds allow for a step of it.
+    #: True if vertices are snapped to the grid of docs/rasterisation.md before anything is computed from them.
+    #: #: Where the grid is the driver's own, bounds allow for one step of it.
     snaps: ClassVar[bool] = True
-    #: Whether it computes pictures; one that only plans makes none to look at.
+    #: True if it computes pictures; a backend that only plans has none to show.
     computes: ClassVar[bool] = True
-    #: What the open device takes.  Fusion stops there, and a plan that still holds more is refused before it is made.
+    #: The limits of the open device.  Fusion respects them, and a plan that exceeds them is rejected before allocation.
     limits: Limits = Limits()
-    #: In whose context it runs, in words, where that is not its own.
+    #: Description of the context that it runs in, if that is not its own.
     about: str = ""
-    #: Held by whoever uses the backend; programs hold it over each call.
+    #: Lock of the backend's current user; programs hold it during each call.
     turn: Turn
 
     def __new__(cls, *_: Any, **__: Any) -> Self:
@@ -155,91 +156,97 @@ class Backend(ABC):
         return backend
 
     def __init__(self, device: str | None = None) -> None:
-        """Open ``device`` (a number or a part of its name; None takes the first).
+        """Open ``device`` (a number or a part of its name; None for the first).
 
-        Raises DeviceMissingError with the command that installs what is not there.
+        Raises DeviceMissingError with the command that installs the missing driver.
         """
 
     @classmethod
     @abstractmethod
     def devices(cls) -> list[DeviceInfo]:
-        """List the devices, or return one entry that says what is missing. Must not raise."""
+        """List the devices, or return one entry that names what is missing. Must not raise."""
 
     @abstractmethod
     def make(self, format: Format, size: tuple[int, int]) -> Any:
-        """A storage of (width, height) pixels, zeroed (depth 0, stencil 0)."""
+        """Return a new storage of (width, height) pixels, zeroed (depth 0, stencil 0)."""
 
     @abstractmethod
     def upload(self, storage: Any, picture: FloatBlock) -> None:
-        """Host picture into a storage.  Values are stored as they are; formats quantise by rounding to nearest even."""
+        """Upload a host picture unconverted to a storage; formats quantize by rounding to nearest even."""
 
     @abstractmethod
     def download(self, storage: Any) -> FloatBlock:
-        """A fresh host copy of a storage."""
+        """Return a fresh host copy of a storage."""
 
-    # Numbers as formats hold them (`Format.number`): these go through float32 where a backend knows no shorter way.
+    # Transfers in a format's own dtype (`Format.number`); by default they go through float32.
 
     def picture_of(self, candidate: object) -> DevicePicture | None:
-        """Return the device picture that an object of the caller stands for; None for arrays and other objects.
+        """Return the device picture that a caller's object represents; None for arrays and other objects.
 
         Raises
         ------
         InputError
-            For what is on a device, but cannot be used there.
+            For an object on a device that cannot be used there.
         """
         return None
 
     def adopt(self, external: Any, format: Format, use: Use = READ) -> Any | None:
-        """A storage in memory that somebody else owns, read or written in place and never freed; None where its layout
-        does not fit, and what it holds must be moved.
+        """Return a storage in foreign memory that is read or written in place and never freed.
 
-        ``external`` is an array (height, width, channels) of the format's number, or what :meth:`picture_of` gave.  It
-        is adopted anew for each run, inside of :meth:`running`, and stays the caller's: what is written through the
-        storage is there when that ends.  Nothing of it may be kept beyond: a backend that would know no end of its use
-        gives None outside of a run.  One array may be adopted several times in a run, to be read.
+        Return None if its layout does not fit, so its content must be copied.
+
+        ``external`` is an array (height, width, channels) of the format's dtype, or a result of :meth:`picture_of`.  It
+        is adopted again for each run, inside :meth:`running`, and remains the caller's: when that context ends, writes
+        through the storage are visible there.  No reference may be kept after the run; a backend that cannot tell when
+        a run ends returns None outside of a run.  One array may be adopted several times in a run, for reading.
         """
         return None
 
     def upload_stored(self, storage: Any, numbers: Any, format: Format) -> None:
-        """An array (height, width, channels) of the format's numbers into a storage; of any strides and byte order.
+        """Upload an array (height, width, channels) of the format's dtype to a storage; strides and byte order may be
+        any.
 
-        A backend that gives pictures of the device takes those too, of whatever format they have."""
+        A backend with device pictures accepts those too, in any format."""
         self.upload(storage, values_of(numbers, format))
 
     def download_into(self, storage: Any, into: Any, format: Format) -> None:
-        """A storage into an array (height, width, channels) of any strides: values where that is float32, else numbers.
+        """Download a storage into an array (height, width, channels) of any strides: as values for float32, else
+        unconverted.
 
-        Only the elements of the array are written, nothing between them.  A backend that gives pictures of the device
-        takes those too.
+        Only the array's elements are written, no memory between them.  A backend with device pictures accepts those
+        too.
         """
         values = self.download(storage)
         np.copyto(into, values if into.dtype == np.float32 else numbers_of(values, format))
 
     @abstractmethod
     def copy(self, source: Any, destination: Any) -> None:
-        """One storage into another of the same format and size (stencil too)."""
+        """Copy a storage into another of the same format and size (stencil too)."""
 
     @abstractmethod
     def geometry(self, mesh: Geometry) -> Any:
-        """A mesh on the device; made once per mesh and program."""
+        """Upload a mesh; called once per mesh and program."""
 
     @abstractmethod
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         """Compile a pixel pass."""
 
     def own_way(self, step: PixelStep) -> str | None:
-        """Name this device's own implementation of a known step (`PixelStep.known`), in a few words for ``explain()``;
-        None if it runs the step's program. The results must have the same bits."""
+        """Describe this device's own implementation of a known step (`PixelStep.known`) in a few words for
+        ``explain()``; None if it runs the step's program. The results must be bit-identical."""
         return None
 
     def code(self, step: PixelStep | DrawStep, sizes: Mapping[int, tuple[int, int]]) -> str:
-        """The code that this device makes of a step, for reading; empty where there is none to show.  ``sizes``
-        (width, height) are those of the pictures, by resource."""
+        """Return the generated code of a step, for reading; empty if there is none.  ``sizes`` are the pictures'
+        (width, height), by resource."""
         return ""
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
-        """Compile consecutive pixel passes as one, see :mod:`passgraph.plan.fuse`; what lies between them is read by
-        them alone, and the results must be the same bits.  None where that brings nothing: they then run one by one."""
+        """Compile consecutive pixel passes as one unit, see :mod:`passgraph.plan.fuse`; results must be bit-identical.
+
+        Only these passes read the pictures between them.  None if fusing has no advantage: the passes then run one by
+        one.
+        """
         return None
 
     @abstractmethod
@@ -247,38 +254,40 @@ class Backend(ABC):
         """Compile a draw."""
 
     def compiling(self) -> AbstractContextManager[None]:
-        """Around the compilation of a plan's steps: what is compiled side by side meanwhile is ready when it ends."""
+        """Return a context for compiling a plan's steps: code compiled in parallel is ready when it ends."""
         return nullcontext()
 
     def running(self) -> AbstractContextManager[None]:
-        """Around the transfers and passes of one run, between which nobody else uses the device: what they share is
-        done once, and at the end what was adopted is the caller's again.  May be entered inside of itself."""
+        """Return a reentrant context for the transfers and passes of one run, with exclusive use of the device.
+
+        Shared setup is done once; at the end adopted pictures are the caller's again.
+        """
         return _NOTHING
 
     def finish(self) -> None:
-        """Wait until everything that was asked for has happened."""
+        """Wait until all submitted work has completed."""
 
     @abstractmethod
     def release(self, storage: Any) -> None:
-        """Give a storage back."""
+        """Release a storage."""
 
     def release_geometry(self, geometry: Any) -> None:
-        """Give a mesh back, where it is more than the arrays that it came from."""
+        """Release a mesh, if it is more than the arrays that it came from."""
 
     def after_fork(self) -> bool:
-        """Make ready for use in a child process, right after a fork; False where that cannot be.
+        """Prepare for use in a child process, right after a fork; False if that is impossible.
 
-        Every use there is then refused with an error.  Threads other than the one that forked are gone.
+        Every later use then raises an error.  After a fork only the forking thread exists.
         """
         return False
 
     @abstractmethod
     def close(self) -> None:
-        """Give everything back; idempotent."""
+        """Release everything; idempotent."""
 
     def __reduce__(self) -> NoReturn:
         raise BackendError(
-            f"{self.name}: an open backend is a device of this process, and is neither copied nor pickled; give its "
+            f"{self.name}: an open backend is bound to this process and cannot be copied or pickled; give its "
             "name to the other process, and open it there"
         )
 
@@ -290,7 +299,7 @@ class Backend(ABC):
 
 
 def device_number(device: str) -> int | None:
-    """A device given by its number; None for a part of a name, and for digits that are none of ASCII's.
+    """Parse a device number; None for a part of a name, and for digits other than ASCII.
 
     >>> device_number("1"), device_number("²"), device_number("tesla")
     (1, None, None)
@@ -301,7 +310,7 @@ def device_number(device: str) -> int | None:
 def clear_colour(clear: tuple[float, ...], channels: int, srgb: bool) -> tuple[float, ...]:
     """Return the clear values of a target, one number a channel, before quantization.
 
-    A clear colour is linear as what kernels write is; sRGB targets hold it encoded (IEC 61966-2-1).
+    Clear colors are linear, like the values that kernels write; sRGB targets store them encoded (IEC 61966-2-1).
 
     >>> clear_colour((1.0, 0.0, 0.0, 0.5), 4, srgb=True)[3]
     0.5
@@ -325,7 +334,7 @@ ATTRIBUTES = {
 
 
 def vertex_attribute(mesh: Geometry, name: str) -> FloatBlock:
-    """One attribute as (n, components) float32, filled with its default where the mesh has none."""
+    """Return one attribute as (n, components) float32; its default if the mesh has none."""
     from passgraph.language.signature import VERTEX_FIELDS
 
     array_name, components = ATTRIBUTES[name]

@@ -1,4 +1,4 @@
-"""The null backend: plans and compiles as usual, runs nothing; for tests of schedules and documentation."""
+"""The null backend: plans and compiles as usual but runs nothing; for tests of schedules and documentation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from passgraph.plan.data import DrawStep, PixelStep
 
 @dataclass(eq=False)
 class NullStorage:
-    """A picture in name only."""
+    """A picture without content."""
 
     format: Format
     size: tuple[int, int]
@@ -23,7 +23,7 @@ class NullStorage:
 
 @dataclass
 class NullRunner:
-    """Notes that its step was run."""
+    """Records that its step was run."""
 
     step: PixelStep | DrawStep
     calls: list[str]
@@ -33,10 +33,9 @@ class NullRunner:
 
 
 class NullBackend(Backend):
-    """Every picture reads as zeros; what would have happened is in ``compiled``, ``calls`` and ``storages``.
+    """Every picture reads as zeros; ``compiled``, ``calls`` and ``storages`` record what would have happened.
 
-    ``calls`` holds the names of steps in the order in which they were run; ``storages`` what was made and
-    not yet released.
+    ``calls`` has the names of steps in execution order; ``storages`` has the storages that are not yet released.
     """
 
     name: ClassVar[str] = "null"
@@ -56,14 +55,14 @@ class NullBackend(Backend):
         return self.storages[-1]
 
     def upload(self, storage: NullStorage, picture: FloatBlock) -> None:
-        """Forgets the picture."""
+        """Ignore the picture."""
 
     def download(self, storage: NullStorage) -> FloatBlock:
         width, height = storage.size
         return np.zeros((height, width, storage.format.channels), np.float32)
 
     def copy(self, source: NullStorage, destination: NullStorage) -> None:
-        """Nothing to copy."""
+        """Do nothing."""
 
     def geometry(self, mesh: Geometry) -> Geometry:
         return mesh

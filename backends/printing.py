@@ -1,4 +1,4 @@
-"""Print a scalar program in a shading language; GLSL and OpenCL C share the C-like part."""
+"""Print scalar programs in shading languages; GLSL and OpenCL C share the C-like part."""
 
 from __future__ import annotations
 
@@ -16,32 +16,32 @@ from passgraph.language.emitter import Call
 from passgraph.language.source import NOWHERE, Span
 
 INT_MIN = -(2**31)
-#: INT_MIN has no literal: 2147483648 does not fit before the sign is taken.
+#: INT_MIN has no literal: 2147483648 overflows before it is negated.
 INT_MIN_TEXT = "(-2147483647 - 1)"
-#: The smallest normal float32; compilers may flush literals below it.
+#: The smallest normal float32; compilers may flush smaller literals.
 SMALLEST_NORMAL = 2.0**-126
 
 
 @dataclass(frozen=True)
 class Listing:
-    """Generated source, and for each line the kernel line behind it."""
+    """Generated source, with the kernel line behind each of its lines."""
 
     text: str
     spans: tuple[Span, ...]
 
     def span_at(self, line: int) -> Span:
-        """The kernel span behind a generated line, counted from 1 as compilers count."""
+        """Return the kernel span behind a generated line, counted from 1 as compilers count."""
         return self.spans[min(max(line, 1), len(self.spans)) - 1] if self.spans else NOWHERE
 
 
 class Printer(ABC):
-    """One program on its way to text.  Values are named ``v1``, ``v2`` …, variables ``m0``, ``m1`` …"""
+    """Prints one program.  Values are named ``v1``, ``v2`` …, variables ``m0``, ``m1`` …"""
 
-    #: What ``bool``, ``int`` and ``float`` are called.
+    #: Names of ``bool``, ``int`` and ``float``.
     types: ClassVar[Mapping[str, str]]
-    #: Type of the arguments → primitive operation → its expression; ``{0}`` is the first argument.
+    #: Argument type → primitive operation → expression; ``{0}`` is the first argument.
     spelled: ClassVar[Mapping[str, Mapping[str, str]]]
-    #: After a float literal: ``"f"`` where a literal would otherwise be double.
+    #: Suffix of a float literal: ``"f"`` where a literal is double by default.
     float_suffix: ClassVar[str] = ""
 
     def __init__(self, program: s.ScalarProgram) -> None:
@@ -49,13 +49,13 @@ class Printer(ABC):
         self.files = {span.file for span in program.sources}
         self.here = program.sources[0] if program.sources else NOWHERE
         self.names: dict[int, str] = {}  # value id → expression without side effects
-        self.calls: dict[int, Call] = {}  # that are printed as such, by their first value
-        self.in_calls: set[int] = set()  # values that these have computed
+        self.calls: dict[int, Call] = {}  # calls printed as such, by their first value
+        self.in_calls: set[int] = set()  # values that these calls compute
         self.lines: list[str] = []
         self.spans: list[Span] = []
         self.depth = 0
 
-    # How the language writes it
+    # Syntax of the language
 
     @abstractmethod
     def constant(self, type_: str, name: str, expression: str) -> str:
@@ -63,37 +63,37 @@ class Printer(ABC):
 
     @abstractmethod
     def variable(self, type_: str, name: str) -> str:
-        """Declare what branches and loops write; what it holds before is never read."""
+        """Declare a variable that branches and loops write; it needs no initial value."""
 
     @abstractmethod
     def array(self, type_: str, name: str, length: int) -> str:
-        """Declare an array; what it holds before is never read."""
+        """Declare an array; it needs no initial value."""
 
     @abstractmethod
     def choice(self, condition: str, then: str, orelse: str) -> str:
-        """``then`` where the condition holds; both may be computed."""
+        """Return ``then`` if the condition holds, else ``orelse``; both may be computed."""
 
     @abstractmethod
     def loop(self, index: str, start: str, compare: str, stop: str, step: str) -> str:
-        """Open a loop whose index goes on by ``step`` while it compares with ``stop``."""
+        """Open a loop whose index advances by ``step`` while it compares with ``stop``."""
 
     @abstractmethod
     def repetition(self, index: str, count: str) -> str:
-        """Open a loop of ``count`` trips."""
+        """Open a loop of ``count`` iterations."""
 
     @abstractmethod
     def float_from_bits(self, bits: int) -> str:
-        """The float with these bits (a signed 32-bit int): infinities, NaN and denormals have no literal."""
+        """Return the float with these bits (a signed 32-bit int): infinities, NaN and denormals have no literal."""
 
-    # Where values come from
+    # Sources of values
 
     @abstractmethod
     def uniform(self, block: str, index: str | int) -> str:
-        """Entry ``index`` (an int where it is known) of the block ``"float"`` or ``"int"``."""
+        """Return entry ``index`` (an int if known) of the block ``"float"`` or ``"int"``."""
 
     @abstractmethod
     def builtin(self, name: str) -> str:
-        """The expression of a builtin such as ``pixel.0`` or ``size.IMAGE.1``."""
+        """Return the expression of a builtin such as ``pixel.0`` or ``size.IMAGE.1``."""
 
     @abstractmethod
     def texel(self, load: s.LoadTexel) -> None:
@@ -103,13 +103,13 @@ class Printer(ABC):
         return f"{name}[{index}]"
 
     def operation(self, op: s.Op, arguments: list[str]) -> str:
-        """The expression of an operation; arguments are names or literals, cheap to repeat."""
+        """Return the expression of an operation; arguments are names or literals, cheap to repeat."""
         return self.spelled[op.on][op.operation].format(*arguments)
 
     # Text
 
     def line(self, text: str = "", span: Span | None = None) -> None:
-        """One or more lines of source, indented."""
+        """Print one or more lines of source, indented."""
         for part in text.split("\n"):
             self.lines.append("    " * self.depth + part if part else "")
             self.spans.append(span or self.here)
@@ -126,7 +126,7 @@ class Printer(ABC):
     def called(self, functions: dict[str, str]) -> str:
         """Return those of ``functions`` (name → text) that the text calls so far, in order.
 
-        A later one may call an earlier one.
+        Functions may call earlier ones.
         """
         text = "\n".join(self.lines)
         needed: list[str] = []
@@ -154,7 +154,7 @@ class Printer(ABC):
         return f"({value})" if value < 0 else str(value)
 
     def float_literal(self, value: float) -> str:
-        """All digits of the nearest float32, so that no compiler has anything left to round."""
+        """Return all digits of the nearest float32, so that compilers need not round."""
         with np.errstate(over="ignore", under="ignore"):
             exact = float(np.float32(value))
         negative_zero = exact == 0 and math.copysign(1, exact) < 0
@@ -166,7 +166,7 @@ class Printer(ABC):
     # Values
 
     def name(self, value: s.Val, expression: str) -> None:
-        """Let ``expression`` stand for a value: it must stay valid and cheap wherever the value is used."""
+        """Use ``expression`` for a value: it must stay valid and cheap wherever the value is used."""
         self.names[value.id] = expression
 
     def value(self, value: s.Val, expression: str, span: Span | None = None) -> None:
@@ -175,7 +175,7 @@ class Printer(ABC):
         self.line(self.constant(value.type, f"v{value.id}", expression), span)
 
     def variables(self) -> None:
-        """Declare what branches and loops hand on."""
+        """Declare the variables of branches and loops."""
         for name, type_ in self.program.variables:
             self.line(self.variable(type_, name))
         for name, type_, length in self.program.arrays:
@@ -189,7 +189,7 @@ class Printer(ABC):
                 self.instruction(instruction)
 
     def _is_called(self, i: s.Op | s.Choose) -> bool:
-        """Whether an instruction is part of a call, which is printed where its first one stands."""
+        """Return True if an instruction is part of a call, which is printed at its first instruction."""
         call = self.calls.get(i.to.id)
         if call is not None:
             self.call(call)
@@ -197,7 +197,7 @@ class Printer(ABC):
         return i.to.id in self.in_calls
 
     def call(self, call: Call) -> None:
-        """Print a call of one of the functions that the program is made of, and :meth:`value` what it gives."""
+        """Print a call of one of the program's functions, and the :meth:`value` of its results."""
         raise NotImplementedError
 
     def instruction(self, i: s.Instruction) -> None:
@@ -243,7 +243,7 @@ class Printer(ABC):
         self.line("}")
 
     def trips(self, i: s.For) -> None:
-        """A loop.  Where the index would leave 32 bits behind the last trip, trips are counted instead."""
+        """Print a loop; it counts iterations if the index would overflow 32 bits after the last one."""
         index = f"v{i.index.id}"
         self.name(i.index, index)
         start, stop, step, trips = (self.int_literal(n) for n in (i.start, i.stop, i.step, i.trips))
@@ -264,12 +264,12 @@ class Printer(ABC):
         self.depth -= 1
 
     def move(self, span: Span) -> None:
-        """Following lines come from this span; the prelude's belong to the kernel line that calls it."""
+        """Set the span of the following lines; the prelude's lines belong to the kernel line that calls it."""
         if span.file in self.files:
             self.here = span
 
 
-#: No step overflows, and ``%`` never sees a negative operand (undefined in GLSL 3.30).
+#: No intermediate value overflows, and ``%`` never gets a negative operand (undefined in GLSL 3.30).
 FLOOR_DIVIDE = f"""
 int pg_floor_divide(int a, int b)
 {{
@@ -294,7 +294,7 @@ _NUMBERS = {
     "less": "({0} < {1})", "less_equal": "({0} <= {1})", "greater": "({0} > {1})", "greater_equal": "({0} >= {1})",
     "equal": "({0} == {1})", "not_equal": "({0} != {1})",
 }  # fmt: skip
-#: Operations that a language calls alike, by the type of their arguments.
+#: Operations with the same name in both languages, by the type of their arguments.
 SPELLED: dict[str, dict[str, str]] = {
     "float": {
         **_NUMBERS,
@@ -316,7 +316,7 @@ SPELLED: dict[str, dict[str, str]] = {
 
 
 def spelled(own: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, str]]:
-    """:data:`SPELLED` with a language's own spellings."""
+    """Return :data:`SPELLED` with a language's own spellings."""
     return {kind: {**SPELLED[kind], **own[kind]} for kind in SPELLED}
 
 

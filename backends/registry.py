@@ -1,4 +1,4 @@
-"""Finds backends by name: built-in ones, and others through the entry point group ``passgraph.backends``."""
+"""Find backends by name: built-in ones, and others through the entry point group ``passgraph.backends``."""
 
 from __future__ import annotations
 
@@ -9,38 +9,40 @@ from passgraph.backends.base import Backend
 from passgraph.errors import BackendError
 
 GROUP = "passgraph.backends"
-#: Environment variable that names the backend where none is given.
+#: Environment variable that names the default backend.
 DEFAULT_VARIABLE = "PASSGRAPH_BACKEND"
 BUILT_IN = {
     "reference": "passgraph.backends.reference:ReferenceBackend",
     "numpy": "passgraph.backends.numpy:NumpyBackend",
     "gl": "passgraph.backends.gl:GLBackend",
     "opencl": "passgraph.backends.opencl:OpenCLBackend",
+    "webgpu": "passgraph.backends.webgpu:WebGPUBackend",
     "null": "passgraph.backends.null:NullBackend",
 }
-#: What people call backends.
-_OTHER_NAMES = {"opengl": "gl", "glsl": "gl", "moderngl": "gl", "cl": "opencl", "pyopencl": "opencl", "cpu": "numpy"}
+#: Common other names of backends.
+_OTHER_NAMES = {"opengl": "gl", "glsl": "gl", "moderngl": "gl", "cl": "opencl", "pyopencl": "opencl", "cpu": "numpy",
+    "wgpu": "webgpu", "vulkan": "webgpu", "metal": "webgpu"}  # fmt: skip
 
 
 def backend_names() -> list[str]:
-    """Built-in backends first, then those that other packages bring."""
+    """Return the names of built-in backends, then of those from other packages."""
     return [*BUILT_IN, *sorted(set(_entry_points()) - set(BUILT_IN))]
 
 
 def _entry_points() -> dict[str, str]:
-    """Name → module and class, of every entry point."""
-    from importlib.metadata import entry_points  # as long to load as a small graph to compile
+    """Return name → module and class of every entry point."""
+    from importlib.metadata import entry_points  # importing it takes as long as compiling a small graph
 
     return {entry.name: entry.value for entry in entry_points(group=GROUP)}
 
 
 def backend_class(name: str) -> type[Backend]:
-    """The class of a backend; importing it loads no driver.
+    """Return the class of a backend; importing it loads no driver.
 
     Raises
     ------
     BackendError
-        For a name that no installed package provides, or a package that fails to load.
+        For an unknown name, or a package that fails to load.
     """
     path = BUILT_IN.get(name) or _entry_points().get(name)
     if path is None:
@@ -65,7 +67,7 @@ def open_backend(name: str | None = None) -> Backend:
     Raises
     ------
     BackendError
-        For an unknown name; DeviceMissingError with the install command where a driver is missing.
+        For an unknown name; DeviceMissingError with the install command if a driver is missing.
     """
     full = (os.environ.get(DEFAULT_VARIABLE) or "numpy") if name is None else name
     base, _, device = full.partition(":")

@@ -1,4 +1,4 @@
-"""Host pictures as formats hold them: whole steps, halves or float32; the one place where the host rounds."""
+"""Convert host pictures to and from the numbers of formats: the only place where the host rounds."""
 
 from __future__ import annotations
 
@@ -10,22 +10,21 @@ from numpy.typing import NDArray
 from passgraph.formats import Format
 
 FloatBlock = NDArray[np.float32]
-#: Values taken at once: what is between two steps of the work stays in the processor's cache.
+#: Values converted at a time, so that temporaries stay in the processor's cache.
 CHUNK = 1 << 14
-#: The same for numbers on their way to values, where little is done with each.
+#: The same for conversion to float32, where each number takes little work.
 VALUES_CHUNK = 1 << 16
 
 
 def numbers_of(values: NDArray[Any], format_: Format) -> NDArray[Any]:
-    """The numbers that a format holds for values: the nearest, halves to even.
+    """Convert values to the numbers that a format stores: the nearest, halves to even.
 
-    Steps are counted in float32, as kernels count them: 254.5 / 255 is a half then, though as float32 it lies beside
-    it.
+    Scaling is computed in float32, as in kernels: 254.5 / 255 is a half then, although it is not exact in float32.
 
     >>> numbers_of(np.array([0.0, 0.5 / 255, 1.5 / 255, 7.0, np.nan, -np.inf]), Format("r8", 1, 8, 255))
     array([  0,   0,   2, 255,   0,   0], dtype=uint8)
     """
-    with np.errstate(all="ignore"):  # above 65504 a half is infinite
+    with np.errstate(all="ignore"):  # values above 65504 overflow in half precision
         single = np.asarray(values).astype(np.float32, copy=False)
         return _steps(single, format_) if format_.steps else np.ascontiguousarray(single, format_.number)
 
@@ -34,7 +33,7 @@ def _steps(picture: FloatBlock, format_: Format) -> NDArray[Any]:
     counted = np.empty(picture.shape, format_.number)
     values, steps = picture.reshape(-1), counted.reshape(-1)
     buffer = np.empty(min(CHUNK, values.size), np.float32)
-    # beside arrays: beside a scalar NumPy takes four times as long for fmax and fmin
+    # arrays: with scalars NumPy takes four times as long for fmax and fmin
     zeros, ones = np.zeros_like(buffer), np.ones_like(buffer)
     for start in range(0, values.size, CHUNK):
         chunk = values[start : start + CHUNK]
@@ -57,7 +56,7 @@ def values_of(numbers: NDArray[Any], format_: Format) -> FloatBlock:
 
 
 def values_into(values: NDArray[np.float32], numbers: NDArray[Any], format_: Format) -> None:
-    """The same, written into an array of the same shape; strides may be any.
+    """Convert stored numbers into a float32 array of the same shape, with any strides.
 
     >>> values_into(made := np.empty(2, np.float32), np.array([0, 51], np.uint8), Format("r8", 1, 8, 255)); made
     array([0. , 0.2], dtype=float32)
@@ -76,9 +75,9 @@ def values_into(values: NDArray[np.float32], numbers: NDArray[Any], format_: For
 
 
 def quantised(values: NDArray[Any], format_: Format) -> FloatBlock:
-    """The nearest values that a format stores, as :func:`numbers_of` rounds.
+    """Round values to the nearest that a format stores, as :func:`numbers_of` does.
 
-    Uploads, clears and the reference's blending round so, what kernels write is rounded already.
+    Used for uploads, clears and the reference's blending; kernels write values that are already rounded.
 
     >>> quantised(np.array([0.4 / 255, 1.6 / 255, 7.0]), Format("r8", 1, 8, 255)) * 255
     array([  0.,   2., 255.], dtype=float32)

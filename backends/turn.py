@@ -17,19 +17,19 @@ if TYPE_CHECKING:
     from passgraph.backends.base import Backend
 
 
-#: How long the end of the interpreter waits for what another thread runs on a backend.
+#: Seconds that the interpreter waits at exit for another thread's work on a backend.
 LAST_RUN_S = 10.0
 
 
 class Turn:
-    """``with backend.turn:`` waits until no other thread uses the backend; the same thread may enter again.
+    """``with backend.turn:`` waits until no other thread uses the backend; it is reentrant.
 
-    Programs hold it over each call, so programs that share a backend run one after the other.
+    Programs hold it during each call, so programs that share a backend run one after the other.
     """
 
     def __init__(self, name: str) -> None:
         self.name = name
-        #: Why nothing here can be used any more, in a process forked from the one that opened the backend.
+        #: Error text if the backend is unusable, in a process forked from the one that opened it.
         self.lost = ""
         self._lock = threading.RLock()
         self._depth = 0
@@ -44,7 +44,7 @@ class Turn:
             try:
                 self._give_back()
             except BaseException:
-                self.__exit__()  # nobody else would
+                self.__exit__()  # no other code would
                 raise
         return self
 
@@ -53,35 +53,35 @@ class Turn:
         self._lock.release()
 
     def later(self, give_back: Callable[[], None]) -> None:
-        """Have this done when somebody next enters: a finaliser may run in any thread, in the middle of anything."""
+        """Defer a cleanup to the next entry: a finalizer may run in any thread at any time."""
         self._left.append(give_back)
 
     def _give_back(self) -> None:
         while self._left:
-            with suppress(PassgraphError):  # not the error of whoever entered
+            with suppress(PassgraphError):  # must not fail the code that entered
                 self._left.popleft()()
 
     def end(self) -> None:
-        """Called when the interpreter ends: what daemon threads run now ends well, and nothing new begins."""
+        """Handle interpreter exit: running work of daemon threads completes, and no new work starts."""
         self._lock.acquire(timeout=LAST_RUN_S)
 
     def forked(self, backend: Backend) -> None:
-        """Called in a child process right after the fork, while it has one thread."""
+        """Handle a fork in the child process, while it has one thread."""
         if not self._lock.acquire(blocking=False):
             self.lost = (
-                f"{self.name}: another thread was using this backend when the process was forked, so what it holds "
+                f"{self.name}: another thread was using this backend when the process was forked, so its state "
                 "may be half done; compile the program again in this process"
             )
             return
         self._lock.release()
         if not backend.after_fork():
-            self.lost = _lost(self.name)
+            self.lost = _fork_message(self.name)
 
 
-def _lost(name: str) -> str:
+def _fork_message(name: str) -> str:
     return (
         f"{name}: this process was forked from one that had opened a driver, and drivers do not survive a fork; "
-        "start the process anew (multiprocessing.get_context('spawn')), or fork before the first program is compiled"
+        "start a new process (multiprocessing.get_context('spawn')), or fork before the first program is compiled"
     )
 
 
@@ -92,12 +92,12 @@ _processes: dict[str, int] = {}
 
 
 def open_driver(name: str) -> None:
-    """Note that this process opens a driver.
+    """Record that this process opens a driver.
 
     Raises
     ------
     BackendError
-        Where the process was forked from one that had: the driver's threads are not there, and its calls would hang.
+        If the process was forked from one that had: the driver's threads do not exist, and its calls would hang.
     """
     _processes.setdefault(name, os.getpid())
     check_driver(name)
@@ -106,11 +106,11 @@ def open_driver(name: str) -> None:
 def check_driver(name: str) -> None:
     """Raise that error, without opening anything."""
     if _processes.get(name, os.getpid()) != os.getpid():
-        raise BackendError(_lost(name))
+        raise BackendError(_fork_message(name))
 
 
 def turn_of(backend: Backend, name: str) -> Turn:
-    """The turn of a backend that is being made."""
+    """Return the turn of a backend under construction."""
     _backends[id(backend)] = backend
     return Turn(name)
 
@@ -122,10 +122,10 @@ def _after_fork() -> None:
 
 @atexit.register
 def _at_exit() -> None:
-    """Keep daemon threads out of drivers for good.
+    """Block daemon threads from drivers for good.
 
-    A thread that comes back from a driver's C++ when the interpreter is gone is ended by Python, which C++ takes for an
-    error that nobody caught: the process aborts.
+    Python ends a thread that returns from a driver's C++ code after the interpreter is gone.  C++ takes that for an
+    uncaught exception, and the process aborts.
     """
     for backend in list(_backends.values()):
         backend.turn.end()

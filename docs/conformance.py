@@ -28,7 +28,7 @@ from tests.mutation.places import places
 PAGE, MUTANTS, RECORDS = DOCS / "conformance.md", DOCS / "mutants.json", DOCS / "conformance.json"
 INTEL = "libintelocl.so"
 #: Row of the table → backend.
-ROWS = {"numpy": "numpy", "gl": "gl", "opencl (PoCL)": "opencl", "opencl (Intel)": "opencl"}
+ROWS = {"numpy": "numpy", "gl": "gl", "opencl (PoCL)": "opencl", "opencl (Intel)": "opencl", "webgpu": "webgpu"}
 #: Part of the sources → beginnings of the paths that belong to it; the first that fits.
 PARTS = {
     "functions written in the kernel language": (
@@ -46,6 +46,7 @@ PARTS = {
     "reference": ("backends/reference/",),
     "gl": ("backends/gl/",),
     "opencl": ("backends/opencl/",),
+    "webgpu": ("backends/webgpu/",),
     "numpy": ("backends/numpy/",),
 }
 HEAD = """# Conformance: what backends are held to

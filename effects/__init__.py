@@ -1,12 +1,13 @@
 """Effects: functions from targets (or a scene) to targets, in families.
 
-Reading order: annotations, checked, quantities, parameters, effect_table: how a signature is all that is said of an
-effect. On pictures: `color`, `filters`, `antialias`, `lens`, `style`, and `pictures`, which these share. On scenes:
-`surfaces`, what such effects draw first; `shadows`; then `ambient`, `planar_shadows` and `light2d`. On an engine's
-picture and depth: `screen`. Over several frames: `temporal`.
+Reading order: annotations, checked, quantities, parameters, effect_table: an effect is described by its signature and
+docstring. On pictures: `color`, `filters`, `antialias`, `lens`, `style`, and their shared helpers in `pictures`. On
+scenes: `surfaces`, whose passes other effects share; `shadows`; then `ambient`, `planar_shadows` and `light2d`. On an
+engine's picture and depth: `screen`. Over several frames: `temporal`.
 
-A new effect is a function under `effect` in a file of its own in one of these folders, or in another package that names
-it as an entry point of the group ``passgraph.effects``; the command line, conformance and the tests find it by that.
+A new effect is a function under `effect` in a file of its own in one of these folders, or in another package that
+registers it as an entry point of the group ``passgraph.effects``; the command line, conformance and the tests find it
+there.
 """
 
 from __future__ import annotations
@@ -91,7 +92,7 @@ if TYPE_CHECKING:
     from passgraph.effects.temporal.taa import taa
     from passgraph.effects.temporal.velocity import camera_velocity
 
-#: Module → what this package has of it; an effect that is its module's only one needs no row.
+#: Module → public names from it; effects whose module has no other public name need no row.
 _MODULES = {
     "ambient.ambient_occlusion": ("AmbientOcclusion Occlusion ambient_occlusion ambient_occlusion_passes occlusion"),
     "ambient.contact": "Contact contact contact_passes",
@@ -112,7 +113,7 @@ _HOME = {name: module for module, names in _MODULES.items() for name in names.sp
 
 
 def __getattr__(name: str) -> Any:
-    """Effects are loaded when first used: parsing the kernels of all of them takes a quarter of a second."""
+    """Import effects on first use: parsing all their kernels takes a quarter of a second."""
     if name in _HOME:
         found = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
     else:

@@ -1,4 +1,4 @@
-"""Values held against annotations: classes, choices and ranges, all as signatures and fields say them."""
+"""Check values against annotations (classes, choices and ranges), as given in signatures and fields."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from passgraph.arguments import LARGEST_FLOAT, among, as_float, is_number, numbe
 
 
 def check(value: object, hint: Any, what: str) -> None:
-    """Raise where a value is not what an annotation allows; ``what`` begins the message.
+    """Raise GraphError if an annotation does not allow a value; ``what`` begins the message.
 
     >>> check(9, Annotated[int, pg.Range(1, 8)], "bloom: levels")
     Traceback (most recent call last):
@@ -31,7 +31,7 @@ def check(value: object, hint: Any, what: str) -> None:
 
 
 def fits(value: object, hint: Any) -> bool:
-    """Whether a value is of the kind that an annotation says, ranges aside; annotations that say nothing allow all.
+    """Return True if a value has the annotated kind, ignoring ranges; empty annotations allow all values.
 
     >>> fits(1, float), fits(True, float), fits(float("nan"), float), fits([1, 2, 3], tuple[float, float, float])
     (True, False, False, True)
@@ -90,7 +90,7 @@ def _is_array(value: object) -> bool:
 
 
 def words_of(hint: Any) -> list[str]:
-    """The words that an annotation allows.
+    """Return the words that an annotation allows.
 
     >>> words_of(Literal["x", "y"] | None)
     ['x', 'y']
@@ -104,7 +104,7 @@ def words_of(hint: Any) -> list[str]:
 
 
 def described(hint: Any) -> str:
-    """Describe in words what an annotation allows, apart from ranges.
+    """Describe the values that an annotation allows, apart from ranges.
 
     >>> described(float | pg.Value | None), described(tuple[float, float, float])
     ('a finite number or a pg.Value or None', '3 finite numbers')
@@ -136,14 +136,14 @@ def described(hint: Any) -> str:
 
 @cache
 def _has_ranges(hint: Any) -> bool:
-    """Whether there is a range somewhere in an annotation: long lists without one are not gone through again."""
+    """Return True if an annotation contains a range, so that long lists without one are not searched again."""
     return isinstance(hint, pg.Range) or any(
         _has_ranges(one) for one in (*get_args(hint), *getattr(hint, "__metadata__", ())) if not isinstance(one, list)
     )
 
 
 def _check_ranges(value: object, hint: Any, what: str) -> None:
-    """Every number of a value that fits, against the ranges about it."""
+    """Check every number of a value against the ranges in its annotation."""
     origin, arguments = get_origin(hint), get_args(hint)
     if origin is Annotated:
         for limit in hint.__metadata__:
@@ -166,7 +166,7 @@ def _check_ranges(value: object, hint: Any, what: str) -> None:
 
 
 def check_fields(instance: object) -> None:
-    """Raise where a field of a dataclass is not what its annotation says."""
+    """Raise GraphError if a field of a dataclass does not fit its annotation."""
     hints = _field_hints(type(instance))  # type: ignore[arg-type]  # a class has a hash
     for field in dataclasses.fields(instance):  # type: ignore[arg-type]
         check(getattr(instance, field.name), hints[field.name], f"{type(instance).__name__}: {field.name}")

@@ -1,4 +1,4 @@
-"""The decorator that makes a function an effect: arguments checked against its signature, and a name for the command
+"""The decorator that makes a function an effect: checks arguments against its signature, and names it for the command
 line."""
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
 P = ParamSpec("P")
 R = TypeVar("R")
-#: Effects come as a function that returns the picture and one that returns every target; both have one name in texts.
+#: An effect is a pair of functions: one returns the picture, one every target; messages use the same name for both.
 SUFFIXES = ("_passes", "_targets")
-#: What an effect is applied to: nothing, where it makes its picture of parameters alone; one picture; a picture and a
-#: linear depth picture; a scene; a flat world and a size.
+#: Positional arguments of an effect: nothing, if it makes its picture from parameters alone; one picture; a picture and
+#: a linear depth picture; a scene; a flat world and a size.
 Takes = Literal["nothing", "picture", "picture+depth", "scene", "world2d"]
-#: What an effect takes color and alpha for, see `effect`.
+#: Meaning of color and alpha for an effect, see `effect`.
 Alpha = Literal["straight", "premultiplied", "ignored"]
-#: How many arguments that is; those behind it are parameters.
+#: Number of positional arguments; the others are parameters.
 POSITIONAL: dict[Takes, int] = {"nothing": 0, "picture": 1, "picture+depth": 2, "scene": 1, "world2d": 2}
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
-    """A decorator: arguments must be what the function's annotations say, `passgraph.Range` among them.
+    """Decorate a function so that its arguments are checked against its annotations, including `passgraph.Range`.
 
     >>> import passgraph as pg
     >>> from typing import Annotated
@@ -69,9 +69,9 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def with_surface_depth(function: Callable[P, R]) -> Callable[P, R]:
-    """Pass an effect the distance of surfaces: of a depth input, what is infinite, NaN or negative becomes 0.
+    """Decorate an effect so that infinite, NaN and negative values of a depth input become 0.
 
-    Depth of 0 means that nothing is drawn. Other tools say infinity, which a gather would spread.
+    Depth 0 means no surface. Other tools use infinity, which a gather would spread.
     """
     from passgraph.graph.targets import Target
 
@@ -88,7 +88,7 @@ def with_surface_depth(function: Callable[P, R]) -> Callable[P, R]:
     return made
 
 
-#: The largest float32 is what infinity becomes where it is replaced.
+#: The largest float32 replaces infinity.
 _TEXT = """
 def {}(depth: Image) -> float:
     z = depth[0, 0].r
@@ -114,10 +114,10 @@ class Mark:
     Attributes
     ----------
     name : on the command line, such as "tone-map"
-    takes : what its positional arguments are
-    linear : whether pictures of 8 and 16 bits are decoded from sRGB to linear light where nothing else is said
-    alpha : what its pictures hold beside alpha
-    encodes : whether it returns colors for a display, not linear light
+    takes : its positional arguments
+    linear : True if pictures of 8 and 16 bits are decoded from sRGB to linear light by default
+    alpha : meaning of its pictures' alpha
+    encodes : True if it returns colors for a display, not linear light
     """
 
     name: str
@@ -130,22 +130,22 @@ class Mark:
 def effect(
     name: str, takes: Takes = "picture", *, linear: bool = False, alpha: Alpha = "straight", encodes: bool = False
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """A decorator: a `checked` function that the command line, the documentation and conformance know by a name.
+    """Decorate a `checked` function, so that command line, documentation and conformance find it by name.
 
-    They read its parameters from its signature (`passgraph.effects.parameters`), their help from its docstring.
-    `passgraph.effects.effect_table` finds it by this decorator's text: write the name and what it takes as plain
-    strings.
+    Its parameters come from its signature (`passgraph.effects.parameters`), their help from its docstring.
+    `passgraph.effects.effect_table` finds it by this decorator's source text: write the arguments as plain string
+    literals.
 
     Parameters
     ----------
     name : lower-case words with hyphens
-    takes : "nothing": it makes its picture of parameters; "picture": a target; "picture+depth": a target and its linear
-        depth; "scene": a `passgraph.Scene`; "world2d": a `passgraph.effects.light2d.World2D` and a size
+    takes : "nothing": it makes its picture from parameters; "picture": a target; "picture+depth": a target and its
+        linear depth; "scene": a `passgraph.Scene`; "world2d": a `passgraph.effects.light2d.World2D` and a size
     linear : True for effects on linear light: `apply` decodes pictures of 8 and 16 bits from sRGB, and encodes results
         that it writes in 8 and 16 bits
-    alpha : "premultiplied" for effects that mix pixels: color is multiplied by alpha in what they take and return.
-        They leave opaque pictures opaque. "straight": color is not, as in most picture files; for effects on each
-        pixel's color. "ignored": alpha is not opacity; the effect gets 1 and the result has the picture's. `apply`
+    alpha : "premultiplied" for effects that mix pixels: color is multiplied by alpha in their inputs and results. They
+        leave opaque pictures opaque. "straight": color is not multiplied, as in most picture files; for effects on each
+        pixel's color. "ignored": alpha is not opacity; the effect gets 1 and the result keeps the picture's. `apply`
         converts, as does `on_straight_alpha` (`passgraph.effects.pictures.alpha`)
     encodes : True for an effect that takes linear light and returns colors for a display, such as a tone map
     """
@@ -165,9 +165,9 @@ def effect(
 
 
 class Choice:
-    """A base for frozen dataclasses of which an effect takes one or another, each with the settings that it needs.
+    """A base class for alternatives of an effect: frozen dataclasses with the settings that each needs.
 
-    Fields are held against their annotations.  The command line has an option for the choice, by the classes' names,
+    Fields are checked against their annotations.  The command line has an option for the choice, by the classes' names,
     and one for each field.
 
     >>> @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""One list of options for an effect's two functions: that with every target, and that with the picture."""
+"""Share one list of options between an effect's two functions: with every target, and with the picture only."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class HasPicture(Protocol):
 
 
 def picture_of(passes: Callable[P, HasPicture]) -> Callable[[Callable[..., Any]], Callable[P, pg.Target]]:
-    """A decorator for the function that returns only ``picture`` of what ``passes`` does.
+    """Decorate a function so that it returns only the ``picture`` of ``passes``.
 
-    The decorated function's body is never run: it brings the name and the docstring; parameters, defaults and
-    types are those of ``passes``, for type checkers, ``help`` and `inspect.signature` alike.
+    The decorated function's body never runs: it provides the name and the docstring; parameters, defaults and types are
+    those of ``passes``, for type checkers, ``help`` and `inspect.signature` alike.
 
     >>> class Two:
     ...     picture = pg.Input("frame")

@@ -1,6 +1,6 @@
-"""Every effect by its command-line name: those of this package, found by their decorator, and other packages'.
+"""Find effects by command-line name: those of this package, by their decorator, and those of other packages.
 
-Importing it loads no effect, and neither does listing: built-in ones are read as text, see `_marked`.
+Importing it, and listing, load no effect: built-in ones are parsed as text, see `_marked`.
 """
 
 from __future__ import annotations
@@ -42,15 +42,15 @@ FAMILIES = {
 
 @dataclass(frozen=True)
 class Effect:
-    """One effect by its command-line name.
+    """One effect and its command-line name.
 
     Attributes
     ----------
     name : such as "tone-map"
     path : module and function, ``"passgraph.effects.color.tone_map:tone_map"``
-    takes : what its positional arguments are, see `passgraph.effects.checked.effect`
+    takes : its positional arguments, see `passgraph.effects.checked.effect`
     summary : the first line of its docstring
-    loaded : the function where it is here already, as of a file that was just run; else it is imported
+    loaded : the function if already loaded, e.g. from a user's file; else it is imported
     """
 
     name: str
@@ -67,7 +67,7 @@ class Effect:
 
     @cached_property
     def function(self) -> Callable[..., Any]:
-        """The function from targets (or a scene) to a target."""
+        """Return the function from targets (or a scene) to a target."""
         return self.loaded or _loaded(self.path)
 
     @cached_property
@@ -79,7 +79,7 @@ class Effect:
 
     @property
     def linear(self) -> bool:
-        """Whether pictures of 8 and 16 bits are decoded to linear light where nothing else is said."""
+        """Return True if pictures of 8 and 16 bits are decoded to linear light by default."""
         return bool(self.function.effect.linear)  # type: ignore[attr-defined]
 
     @property
@@ -100,11 +100,11 @@ class Effect:
 
     @property
     def frame_time(self) -> str | None:
-        """The parameter that says how many seconds a frame lasts, where there is one."""
+        """Return the parameter with the seconds of a frame, if there is one."""
         return None
 
     def parameter(self, name: str) -> Parameter:
-        """One parameter by name; KeyError names what there is."""
+        """Return one parameter by name; KeyError lists the known ones."""
         for parameter in self.parameters:
             if among(name, (parameter.name,)):
                 return parameter
@@ -124,7 +124,7 @@ class Effect:
 
 
 class _Effects(Mapping[str, Effect]):
-    """Built-in effects first, then those of other packages, which are asked for when a name is not built in."""
+    """Built-in effects first, then those of other packages, which are searched only for other names."""
 
     def __getitem__(self, name: str) -> Effect:
         return _one_built_in(name) or _entry_points()[name]
@@ -149,7 +149,8 @@ def by_family(effects: Iterable[Effect]) -> dict[str, list[Effect]]:
 
 @cache
 def _built_in() -> dict[str, Effect]:
-    """Effects of this package, by kind, then by name: functions under ``@effect("name")`` in any of its files."""
+    """Return effects of this package, by kind, then by name: functions under ``@effect("name")`` in any of its
+    files."""
     found = [effect for module, text in _texts() for effect in _marked(module, text)]
     order = ("nothing", "picture", "picture+depth", "scene", "world2d")
     return {effect.name: effect for effect in sorted(found, key=lambda one: (order.index(one.takes), one.name))}
@@ -157,7 +158,7 @@ def _built_in() -> dict[str, Effect]:
 
 @cache
 def _one_built_in(name: str) -> Effect | None:
-    """One of them, for which the files of the others are not parsed."""
+    """Return one built-in effect, without parsing the files of the others."""
     mark = f'@effect("{name}"'
     found = (effect for module, text in _texts() if mark in text for effect in _marked(module, text))
     return next((effect for effect in found if effect.name == name), None)
@@ -165,7 +166,7 @@ def _one_built_in(name: str) -> Effect | None:
 
 @cache
 def _texts() -> list[tuple[str, str]]:
-    """Modules with effects, and their texts: kernels are read from their source too, so that it is always there."""
+    """Return modules with effects and their texts, which always exist: kernels are parsed from their source too."""
     root, found = Path(__file__).parent, list[tuple[str, str]]()
     for file in sorted(root.rglob("*.py")):
         text = file.read_text(encoding="utf-8")
@@ -175,7 +176,7 @@ def _texts() -> list[tuple[str, str]]:
 
 
 def _marked(module: str, text: str) -> Iterator[Effect]:
-    """Effects of one module, which is parsed and not imported: importing all takes a quarter of a second."""
+    """Yield effects of one module, which is parsed and not imported: importing all takes a quarter of a second."""
     for function in (node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)):
         for mark in function.decorator_list:
             if isinstance(mark, ast.Call) and isinstance(mark.func, ast.Name) and mark.func.id == "effect":
@@ -184,14 +185,14 @@ def _marked(module: str, text: str) -> Iterator[Effect]:
 
 
 def function_named(name: str) -> Callable[..., Any] | None:
-    """The function of a built-in effect by its own name, such as ``tone_map``; None where there is none."""
+    """Return the function of a built-in effect by its own name, such as ``tone_map``; None if there is none."""
     found = (effect for effect in _built_in().values() if effect.path.endswith(f":{name}"))
     return next((effect.function for effect in found), None)
 
 
 @cache
 def _entry_points() -> dict[str, Effect]:
-    """Effects that other packages bring, by name; their packages are imported."""
+    """Return the effects of other packages, by name; their packages are imported."""
     from importlib.metadata import entry_points
 
     found = {}
@@ -215,6 +216,6 @@ def _loaded(path: str, name: str | None = None) -> Callable[..., Any]:
 
 
 def summary_of(docstring: str | None) -> str:
-    """The first line."""
+    """Return the first line of a docstring."""
     text = docstring or ""
     return text.strip().partition("\n")[0]

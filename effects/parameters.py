@@ -1,4 +1,4 @@
-"""An effect's parameters as the command line, the documentation and tests read them: from signature and docstring."""
+"""An effect's parameters, for the command line, the documentation and tests: from signature and docstring."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from passgraph.language.types import Type
 ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture", "text", "value"]
 #: ``*these`` and ``**these``.
 _ANY_NUMBER = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
-#: One entry of a docstring's list of parameters: names, a colon, and what they are.
+#: One entry of a docstring's list of parameters: names, a colon, and a description.
 ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.*)$")
 
 
 @dataclass(frozen=True, slots=True)
 class Called:
-    """Stands in an annotation where the command line has another name for a parameter than Python."""
+    """Annotates a parameter whose name on the command line differs from its Python name."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """Stands in the annotation of a ``str`` that the command line may set; names of passes have none."""
+    """Annotates a ``str`` that the command line may set; names of passes lack it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,13 +42,13 @@ class Parameter:
     ----------
     name : on the command line, with underscores
     type : "float", "int", "bool", "choice", "rgb" (three floats), "picture" (a target; on the command line a file),
-        "text" or "value" (of a kernel, as its declaration ``of`` says)
-    default : what the effect takes where nothing is given; None means that the effect chooses, see ``help``
-    range : of numbers, of each of the three for "rgb"; with the unit
-    help : the first sentence of the docstring
-    choices : the names that "choice" allows
-    of : the type that a kernel declares, where that is "value"
-    required : whether there is no default, and nothing else that stands in
+        "text" or "value" (for a kernel, as its declaration ``of`` says)
+    default : default value; None if the effect chooses one, see ``help``
+    range : for numbers, and for each of the three of "rgb"; with the unit
+    help : first sentence of its description in the docstring
+    choices : the words of a "choice"
+    of : the type that a kernel declares, for "value"
+    required : True if there is no default and no substitute
     """
 
     name: str
@@ -62,8 +62,9 @@ class Parameter:
 
 
 def parameters_of(function: Callable[..., Any]) -> tuple[Parameter, ...]:
-    """Every argument that text can say, beside what an effect takes by position; names, targets to write into and
-    scenes it cannot.  Of a function that is no effect those with a default.
+    """Return all arguments that can be given as text, except positional ones of an effect.
+
+    Names, targets to write into and scenes cannot.  For a function that is not an effect: arguments with a default.
 
     >>> from passgraph.effects.checked import checked
     >>> @checked
@@ -94,9 +95,9 @@ def parameters_of(function: Callable[..., Any]) -> tuple[Parameter, ...]:
 
 
 def arguments_from(function: Callable[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
-    """Keyword arguments from `Parameter` names: settings of a choice become an object of the class that is chosen.
+    """Return keyword arguments from `Parameter` names: settings of a choice become an object of the chosen class.
 
-    Settings that the chosen class does not have are left aside, as are options of another effect's kind.
+    Settings that the chosen class lacks are ignored, as are options of effects of another kind.
     """
     left, arguments = dict(given), dict[str, Any]()
     for name, hint, _, _ in _arguments(function):
@@ -125,7 +126,7 @@ def _chosen(class_: type[Choice], settings: Mapping[str, Any]) -> Choice:
 
 
 def _settings(alternatives: tuple[type[Choice], ...]) -> Iterator[Parameter]:
-    """Fields of all alternatives, each name once, with the words of those that have it."""
+    """Yield fields of all alternatives, each name once, with the words of the classes that have it."""
     found: dict[str, list[tuple[type[Choice], Any, _Kind]]] = {}
     for one in alternatives:
         for field, kind in _fields(one):
@@ -154,7 +155,7 @@ def _fields(class_: type[Choice]) -> Iterator[tuple[Any, _Kind]]:
 
 
 def _arguments(function: Callable[..., Any]) -> Iterator[tuple[str, Any, Any, str]]:
-    """Name, annotation, default (none: `inspect.Parameter.empty`) and help of what is given by name."""
+    """Yield name, annotation, default (none: `inspect.Parameter.empty`) and help of keyword arguments."""
     hints, texts = get_type_hints(function, include_extras=True), help_of(function)
     mark = getattr(function, "effect", None)
     for place, (name, parameter) in enumerate(inspect.signature(function).parameters.items()):
@@ -190,7 +191,7 @@ class _Kind:
 
 
 def _plain(hint: Any, notes: list[Any]) -> Iterator[Any]:
-    """The alternatives of an annotation, without what runs bring; ``notes`` collects what they are annotated with."""
+    """Yield the alternatives of an annotation, without run values; ``notes`` collects their annotations."""
     origin = get_origin(hint)
     if origin is Annotated:
         notes += hint.__metadata__
@@ -212,7 +213,7 @@ def _type_of(hint: Any) -> ParameterType | None:
 
 
 def help_of(documented: Any) -> dict[str, str]:
-    """The first sentence about each name that a docstring lists under Parameters (or Attributes), without markup."""
+    """Return the first sentence for each name in a docstring's Parameters (or Attributes), without markup."""
     heading = re.search(r"^(Parameters|Attributes)\n-+\n", inspect.getdoc(documented) or "", re.MULTILINE)
     texts: dict[str, str] = {}
     names: list[str] = []

@@ -1,4 +1,4 @@
-"""Kinds of parameters that effects share, each with its range and unit."""
+"""Types of parameters that effects share, each with its range and unit."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ from typing import Annotated, Any
 
 import passgraph as pg
 
-#: Brightness before a curve: factor 2 a stop.
+#: Brightness before a curve: factor 2 per stop.
 Exposure = Annotated[float, pg.Range(-16, 16, "stops")]
 #: Scene-linear light, factors and the like.
 NotNegative = Annotated[float, pg.Range(0)]
-#: A share of a whole.
+#: A fraction of a whole.
 Share = Annotated[float, pg.Range(0, 1)]
 #: Scene-linear red, green and blue.
 Color = Annotated[tuple[float, float, float], pg.Range(0)]
-#: Of a place in the picture, as a share of its width or height; 0 to 1 is inside.
+#: A position in the picture, as a fraction of its width or height; 0 to 1 is inside.
 Place = Annotated[float, pg.Range(-8, 9)]
-#: A place or a height in a scene or world.
+#: A position or a height in a scene or world.
 Height = Annotated[float, pg.Range(None, None, "scene units")]
-#: A length, a distance or a width that may be nothing.
+#: A length, a distance or a width that may be 0.
 Width = Annotated[float, pg.Range(0, None, "scene units")]
-#: One that has to be something.
+#: A length above 0.
 Reach = Annotated[float, pg.Range(0, None, "scene units", above=True)]
-#: The full vertical angle of view, of pictures whose camera is not known.
+#: The full vertical angle of view, for pictures without a known camera.
 FieldOfView = Annotated[float, pg.Range(0, 3.13, "rad", above=True)]
 #: Texels along each side of a shadow map.
 MapSize = Annotated[int, pg.Range(16, 8192, "texels")]
 
 
 def mapped(value: Any, function: Callable[[Any], object]) -> Any:
-    """Return ``function(value)``; of a run value, a value that is computed at each run.
+    """Return ``function(value)``; for a run value, a value computed at each run.
 
     >>> mapped(0.0, axis_of), mapped(pg.Value("angle"), axis_of).name
     ((1.0, 0.0), 'angle')
@@ -41,7 +41,7 @@ def mapped(value: Any, function: Callable[[Any], object]) -> Any:
 
 
 def combined(function: Callable[..., object], *given: Any) -> Any:
-    """Return what a function makes of numbers and of run values; with any of these, computed at each run.
+    """Return a function of numbers and of run values; with any of these, it is computed at each run.
 
     >>> combined(max, 1.0, 2.0), combined(max, pg.Value("a"), 2.0, pg.Value("b").map(abs)).name
     (2.0, 'a+b')
@@ -64,7 +64,7 @@ def combined(function: Callable[..., object], *given: Any) -> Any:
 
 
 def axis_of(angle_rad: float) -> tuple[float, float]:
-    """Cosine and sine."""
+    """Return cosine and sine."""
     return cos(angle_rad), sin(angle_rad)
 
 

@@ -1,4 +1,4 @@
-"""Write a post-effect once, in Python; run it on OpenGL, OpenCL or the CPU; know by how much they differ.
+"""Write a post-effect once, in Python; run it on OpenGL, OpenCL, WebGPU or the CPU; know by how much they differ.
 
 >>> import numpy as np
 >>> import passgraph as pg

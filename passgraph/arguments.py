@@ -1,7 +1,7 @@
-"""Checks of what callers hand in: one function for each kind of argument, each error with what, expected and got.
+"""Checks of arguments: one function for each kind; each error names the argument, what was expected and what was given.
 
-``what`` begins every message: where it is and what it is called, such as ``"target 'bloom': scale"``.  The functions
-look at types before they compare or call, so that arrays and strangers' objects never raise errors of their own.
+``what`` begins every message: the place and the argument's name, such as ``"target 'bloom': scale"``.  The functions
+check types before they compare or call, so that arrays and unknown objects never raise errors of their own.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 from passgraph.errors import GraphError, InputError, PassgraphError
 
 T = TypeVar("T")
-#: Messages show at most so much of a value.
+#: Most characters of a value in a message.
 MOST_SHOWN = 80
-#: Beyond this a float64 becomes infinite as a float32.
+#: Larger float64 numbers become infinite as float32.
 LARGEST_FLOAT = float(np.finfo(np.float32).max)
 
 
 def shown(value: object) -> str:
-    """A value as messages show it: short, whatever it is.
+    """Return a short description of any value for a message.
 
     >>> shown(np.zeros((4, 8, 3), np.float32)), shown("x" * 99)[:6], shown("red")
     ('an array of shape (4, 8, 3), float32', 'a str ', "'red'")
@@ -39,7 +39,7 @@ def shown(value: object) -> str:
         return f"a whole number of {value.bit_length()} bits"
     try:
         text = " ".join(repr(value).split())
-    except Exception:  # a stranger's __repr__ may do anything
+    except Exception:  # a foreign __repr__ may raise anything
         text = "x" * MOST_SHOWN
     if len(text) < MOST_SHOWN:
         return text
@@ -48,19 +48,19 @@ def shown(value: object) -> str:
 
 
 def is_number(value: object) -> bool:
-    """Whether it is a real number of Python or NumPy; bools are not."""
+    """Return True for a real number of Python or NumPy; bools are not numbers."""
     return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
 
 
 def string(value: object, what: str, error: type[PassgraphError] = InputError) -> str:
-    """Any text: names in files may be empty and hold anything."""
+    """Return a string of any content: names in files may be empty."""
     if not isinstance(value, str):
         raise error(f"{what} must be a string, got {shown(value)}")
     return value
 
 
 def near(name: str, known: Iterable[str]) -> str:
-    """A hint for messages: the known name that is meant, perhaps.
+    """Return a hint with the most similar known name, or an empty string.
 
     >>> near("colour", ["color", "mask"])
     " (did you mean 'color'?)"
@@ -70,12 +70,12 @@ def near(name: str, known: Iterable[str]) -> str:
 
 
 def among(value: object, names: Container[str]) -> bool:
-    """Whether it is a name, and one of these; what has no hash or compares oddly is not."""
+    """Return True if the value is one of some names; unhashable values and ones with their own equality are not."""
     return isinstance(value, str) and value in names
 
 
 def whole_number(value: object, what: str, low: int, high: int, error: type[PassgraphError] = GraphError) -> int:
-    """A whole number from ``low`` to ``high``.
+    """Return a whole number from ``low`` to ``high``.
 
     >>> whole_number(np.int64(3), "levels", 1, 8)
     3
@@ -94,7 +94,7 @@ def real(
     *,
     above: bool = False,
 ) -> float:
-    """A finite number from ``low`` (or above it) to ``high``."""
+    """Return a finite number from ``low`` (or above it) to ``high``."""
     number = as_float(value)
     if number is None or not (low < number if above else low <= number) or not number <= high:
         raise error(f"{what} must be {_range(low, high, above)}, got {shown(value)}")
@@ -102,7 +102,7 @@ def real(
 
 
 def as_float(value: object) -> float | None:
-    """A real number as Python's; None for what is none or not finite."""
+    """Return a real number as a Python float; None if it is not a finite number."""
     if not is_number(value):
         return None
     try:
@@ -122,21 +122,21 @@ def _range(low: float, high: float, above: bool) -> str:
 
 
 def flag(value: object, what: str, error: type[PassgraphError] = GraphError) -> bool:
-    """True or False, nothing that merely counts as one."""
+    """Return a bool; values that are only truthy or falsy are errors."""
     if not isinstance(value, (bool, np.bool_)):
         raise error(f"{what} must be True or False, got {shown(value)}")
     return bool(value)
 
 
 def text(value: object, what: str, error: type[PassgraphError] = GraphError) -> str:
-    """A name: a string that is not empty and can be written down."""
+    """Return a name: a printable string that is not empty."""
     if not isinstance(value, str) or not value or not value.isprintable():
         raise error(f"{what} must be a name (a printable string, not empty), got {shown(value)}")
     return value
 
 
 def one_of(value: object, what: str, allowed: Iterable[str], error: type[PassgraphError] = GraphError) -> str:
-    """One of some words."""
+    """Return one of some words."""
     words = tuple(allowed)
     if not among(value, words):
         raise error(f"{what} cannot be {shown(value)}; it is one of {', '.join(words)}")
@@ -150,14 +150,14 @@ def instance(
     expected: str,
     error: type[PassgraphError] = GraphError,
 ) -> T:
-    """A value of a class; ``expected`` says in words how one is made."""
+    """Return an instance of a class; ``expected`` describes it in the message."""
     if not isinstance(value, classes):
         raise error(f"{what} must be {expected}, got {shown(value)}")
     return value
 
 
 def function(value: object, what: str, error: type[PassgraphError] = GraphError) -> Callable[..., Any]:
-    """Something that can be called."""
+    """Return a callable."""
     if not callable(value):
         raise error(f"{what} must be a function, got {shown(value)}")
     return value
@@ -170,7 +170,7 @@ def several(
     expected: str,
     error: type[PassgraphError] = GraphError,
 ) -> tuple[T, ...]:
-    """A list or tuple of values of a class."""
+    """Return a list or tuple whose elements are instances of a class."""
     if not isinstance(value, (list, tuple)):
         raise error(f"{what} must be a list or tuple of {expected}, got {shown(value)}")
     for number, part in enumerate(value):
@@ -189,14 +189,13 @@ def iterable(value: object, what: str, expected: str, error: type[PassgraphError
 def numbers(
     value: object, what: str, expected: str = "be an array of numbers", error: type[PassgraphError] = InputError
 ) -> NDArray[Any]:
-    """An array of bools, whole numbers or floats as it is given: no copy, no other dtype.
+    """Return an array of bools, whole numbers or floats, without a copy or a change of dtype.
 
-    Arrays of other libraries in the host's memory come through the buffer protocol, ``__array__``,
-    ``__array_interface__`` or DLPack.
-    Refused are ragged nesting, objects, text, complex numbers, records, and masked arrays with something masked:
-    what is behind a mask has no value.  Whole numbers beyond 64 bits become float64.
+    Arrays of other libraries are read through the buffer protocol, ``__array__``, ``__array_interface__`` or DLPack.
+    Errors: ragged nesting, objects, text, complex numbers, records, and masked arrays with masked elements, which have
+    no value.  Whole numbers beyond 64 bits become float64.
     """
-    # Whoever has a masked array has loaded numpy.ma, which takes its time.
+    # numpy.ma is imported already if the value is a masked array; importing it takes time.
     if "numpy.ma" in sys.modules and isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
         raise error(f"{what} must {expected}, got {shown(value)} with masked values; fill them first: .filled(0)")
     try:
@@ -215,7 +214,7 @@ def _exchanged(value: Any) -> NDArray[Any]:
 
 
 def path(value: object, what: str) -> Path:
-    """A path of the file system; what is there is for the caller to find out."""
+    """Return a path; it need not exist."""
     try:
         return Path(value)  # type: ignore[arg-type]
     except TypeError:

@@ -16,8 +16,8 @@ else:
     class cached_property(Generic[T]):
         """Compute an attribute at its first use and keep it in the instance.
 
-        Python 3.11's own holds a lock of the class while it computes: a process forked meanwhile never gets it. Two
-        threads may compute the same value here; the last one is kept.
+        Python 3.11's own version holds a class-wide lock while it computes; a process forked meanwhile would wait for
+        that lock forever. Here two threads may compute the same value; the last one is kept.
         """
 
         def __init__(self, function: Callable[[Any], T]) -> None:

@@ -1,8 +1,8 @@
 """The disk cache: whole files in a folder that only this user can write to.
 
-Some of it is machine code that is run.  So every folder on the way is opened from the one before it, never by its path
-again, and what is asked about ownership is asked of what was opened: exchanging folders or links meanwhile changes
-nothing.  A file begins with a checksum of its content, its name and its kind, so that none stands in for another.
+Cached machine code is executed, so an attacker must not be able to replace it.  Each folder on the way is opened
+relative to its parent, and ownership is checked on the opened folder, so swapping folders or links meanwhile has no
+effect.  A file begins with a checksum of its content, name and kind, so files cannot be exchanged.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from pathlib import Path
 
 from passgraph.errors import BackendError
 
-#: Environment variable with another folder for all that is kept.
+#: Environment variable that names another cache folder.
 CACHE_VARIABLE = "PASSGRAPH_CACHE"
-#: A folder holds at most this much, looked at when a process first writes there; then the oldest files go.
+#: Most bytes in a folder, checked when a process first writes there; the oldest files are removed.
 FOLDER_BYTES = 256 * 1024**2
-#: As many links as Linux follows in one path.
+#: Most links followed in one path, as on Linux.
 MAX_LINKS = 40
 _OTHERS = stat.S_IWGRP | stat.S_IWOTH
 _POSIX = os.name == "posix"
 _FOLDER_FLAGS = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_NOFOLLOW", 0)
-#: A pipe must not hold us up: what is no plain file is found out after opening.
+#: Opening a pipe must not block; non-regular files are detected after opening.
 _FILE_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
-#: Whether this process has said that it keeps nothing, and folders that it has looked through.
+#: True once this process has warned that the cache is off; and the folders that it has pruned.
 _said: set[str] = set()
 _pruned: set[Path] = set()
 
@@ -40,22 +40,22 @@ def cache_path(part: str) -> Path:
     try:
         base = Path(given) if given else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "passgraph"
     except RuntimeError as error:  # no HOME, and no such user
-        raise BackendError(
-            f"there is no home folder for what is kept ({error}); name one in {CACHE_VARIABLE}"
-        ) from None
+        raise BackendError(f"there is no home folder for the cache ({error}); name one in {CACHE_VARIABLE}") from None
     return Path(os.path.abspath(base)) / part
 
 
 @contextmanager
 def cache_folder(part: str, make: bool = True) -> Iterator[int | None]:
-    """The user's own folder for one kind of file, opened; None where paths must do.  ``make``: where it is missing.
+    """Open the user's own folder for one kind of file; yields None on systems where only paths work.
+
+    ``make``: create it if it is missing.
 
     Raises
     ------
     BackendError
-        When it, or a folder on the way, belongs to someone else or others may write to it: code from there is executed.
+        If it, or a folder on the way, belongs to someone else or is writable by others: code from there is executed.
     FileNotFoundError
-        Where it is missing and not to be made.
+        If it is missing and ``make`` is False.
     """
     path = cache_path(part)
     try:
@@ -79,7 +79,7 @@ def cache_folder(part: str, make: bool = True) -> Iterator[int | None]:
 
 
 def _opened(path: Path, make: bool) -> int:
-    """A folder by way of every folder before it, each opened from the last one and looked at once it is open."""
+    """Open a folder through all of its parents, each opened relative to the last one and checked once it is open."""
     pending = list(path.parts[:0:-1])
     folder, links, way = os.open(path.anchor, _FOLDER_FLAGS), 0, path.anchor
     try:
@@ -94,7 +94,7 @@ def _opened(path: Path, make: bool) -> int:
                 pending += list(Path(target).parts[::-1])
                 continue
             inner_path = os.path.join(way, name)
-            inner = _stepped(name, folder, make)
+            inner = _open_child(name, folder, make)
             os.close(folder)
             folder, way = inner, "/" if os.path.isabs(name) else inner_path
             if pending:
@@ -119,7 +119,7 @@ def _link(name: str, folder: int) -> str | None:
     return os.readlink(name, dir_fd=folder)
 
 
-def _stepped(name: str, folder: int, make: bool) -> int:
+def _open_child(name: str, folder: int, make: bool) -> int:
     try:
         return os.open(name, _FOLDER_FLAGS, dir_fd=folder)
     except FileNotFoundError:
@@ -131,7 +131,7 @@ def _stepped(name: str, folder: int, make: bool) -> int:
 
 
 def _check_ancestor(status: os.stat_result, way: str) -> None:
-    """Whoever owns a folder, or may write to one without the sticky bit, may exchange what is in it."""
+    """Raise BackendError if another user owns the folder, or can write to it without a sticky bit."""
     mode = status.st_mode
     open_to_others = mode & stat.S_IWOTH or (mode & stat.S_IWGRP and not _private_group(status.st_gid))
     if status.st_uid not in (0, os.getuid()) or (open_to_others and not mode & stat.S_ISVTX):
@@ -155,7 +155,7 @@ def _mend() -> str:
 
 @cache
 def _private_group(group: int) -> bool:
-    """Whether a group is this user's alone: many systems give each user one of the same name."""
+    """Return True if a group is this user's alone; many systems give each user a group of the same name."""
     import grp
     import pwd
 
@@ -168,7 +168,7 @@ def _private_group(group: int) -> bool:
 
 @cache
 def text_digest(place: Path, endings: tuple[str, ...] = (".py",)) -> str:
-    """Stands for the text of a package, or of one file: part of every name of what all of it decides."""
+    """Return a digest of a package's or file's source text: part of the cache keys of what it generates."""
     files = [place] if place.is_file() else sorted(path for path in place.rglob("*") if path.suffix in endings)
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
 
@@ -177,17 +177,17 @@ def recall(part: str, name: str) -> bytes | None:
     """Return what :func:`remember` wrote; None if it is missing, damaged or someone else's, or if the cache is off."""
     try:
         with cache_folder(part, make=False) as folder:
-            data = _read(_at(part, name, folder), folder)
+            data = _read(_file_name(part, name, folder), folder)
     except FileNotFoundError:
         return None
     except (BackendError, OSError) as error:
-        _say(error)
+        _warn_once(error)
         return None
     return data[32:] if data[:32] == _seal(part, name, data[32:]) else None
 
 
 def remember(part: str, name: str, data: bytes) -> None:
-    """Keep a file; where that cannot be, a warning says so once and the program goes on without."""
+    """Write a file to the cache; if that fails, warn once and go on without the cache."""
     try:
         with cache_folder(part) as folder:
             if cache_path(part) not in _pruned:
@@ -195,15 +195,15 @@ def remember(part: str, name: str, data: bytes) -> None:
                 prune(cache_path(part), folder)
             _write(part, name, _seal(part, name, data) + data, folder)
     except (BackendError, OSError) as error:
-        _say(error)
+        _warn_once(error)
 
 
 def _seal(part: str, name: str, data: bytes) -> bytes:
     return hashlib.sha256(b"\0".join((part.encode(), name.encode(), data))).digest()
 
 
-def _at(part: str, name: str, folder: int | None) -> str:
-    """A file's name in its opened folder, or its path where folders cannot be opened."""
+def _file_name(part: str, name: str, folder: int | None) -> str:
+    """Return a file's name relative to its opened folder, or its path where folders cannot be opened."""
     return name if folder is not None else str(cache_path(part) / name)
 
 
@@ -218,30 +218,30 @@ def _read(name: str, folder: int | None) -> bytes:
 
 
 def _write(part: str, name: str, data: bytes, folder: int | None) -> None:
-    """Another process may write the same file: both replace it whole, with what serves both."""
-    temporary = _at(part, f".pg_{os.urandom(8).hex()}.tmp", folder)
+    """Write a file atomically: another process may write the same file at the same time, with equivalent content."""
+    temporary = _file_name(part, f".pg_{os.urandom(8).hex()}.tmp", folder)
     try:
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | _FILE_FLAGS
         with os.fdopen(os.open(temporary, flags, 0o600, dir_fd=folder), "wb") as file:
             file.write(data)
-        os.replace(temporary, _at(part, name, folder), src_dir_fd=folder, dst_dir_fd=folder)
+        os.replace(temporary, _file_name(part, name, folder), src_dir_fd=folder, dst_dir_fd=folder)
     except BaseException:
         with suppress(OSError):
             os.unlink(temporary, dir_fd=folder)
         raise
 
 
-def _say(error: Exception) -> None:
-    """Once in a process: what is kept only saves time."""
+def _warn_once(error: Exception) -> None:
+    """Warn once per process: the cache only saves time."""
     if not _said:
         _said.add(str(error))
-        warnings.warn(f"passgraph keeps nothing on disk, each process compiles anew: {error}", stacklevel=3)
+        warnings.warn(f"passgraph cannot use its disk cache, so each process compiles again: {error}", stacklevel=3)
 
 
 def prune(path: Path, folder: int | None = None, most: int = FOLDER_BYTES) -> None:
-    """Remove the files that were written first, down to half of ``most``, where a folder holds more.
+    """Remove the oldest files until a folder that exceeds ``most`` bytes holds at most half of that.
 
-    Another process may read or remove the same files: what is gone is made anew.
+    Another process may read or remove the same files; removed files are compiled again.
     """
     found = []
     for name in os.listdir(path if folder is None else folder):

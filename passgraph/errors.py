@@ -1,4 +1,4 @@
-"""Every error that passgraph raises on purpose, all below one class.
+"""Exceptions: every deliberate error is a subclass of `PassgraphError`.
 
 A message says what is wrong, where, what was expected, what was got and how to mend it.
 """
@@ -11,11 +11,11 @@ class PassgraphError(Exception):
 
 
 class KernelError(PassgraphError):
-    """Kernel source that the language refuses; the message shows file, line, source line and caret."""
+    """Kernel source outside the language; the message shows file, line, source line and caret."""
 
 
 class KernelLengthError(KernelError):
-    """A kernel is longer than what drivers compile in time."""
+    """A kernel that is too long for drivers to compile in reasonable time."""
 
 
 class GraphError(PassgraphError):
@@ -23,18 +23,18 @@ class GraphError(PassgraphError):
 
 
 class UnknownNameError(GraphError, KeyError):
-    """A result, effect or parameter that is not there; a KeyError too, as mappings have to raise."""
+    """An unknown result, effect or parameter; a KeyError too, as mappings require."""
 
     __str__ = Exception.__str__  # KeyError shows the repr of its text
 
 
 class InputError(PassgraphError):
-    """A picture, mesh, array, size or option that cannot be used."""
+    """An unusable picture, mesh, array, size or option."""
 
 
 class BackendError(PassgraphError):
-    """A backend that is unknown, failed, or ran out of memory."""
+    """An unknown backend, a backend failure or lack of device memory."""
 
 
 class DeviceMissingError(BackendError):
-    """A driver or device that is not here; the message has the command that installs it."""
+    """A missing driver or device; the message has the command that installs it."""

@@ -1,7 +1,7 @@
-"""Formats of render targets: one table.
+"""A table of the formats of render targets.
 
-A kernel quantises what it stores (prelude functions named in ``store``), so storing itself is exact on every
-backend and a value read back is the value that the reference computes.
+A kernel quantizes its results before it stores them (the prelude functions named in ``store``).  So storing is exact on
+every backend, and a value read back is the value that the reference computes.
 """
 
 from __future__ import annotations
@@ -19,16 +19,17 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 T = TypeVar("T")
-#: A prelude function that a value passes through before it is stored, and the numbers that it takes behind the value.
+#: A prelude function applied to a value before it is stored, and its further arguments.
 Store: TypeAlias = tuple[str | float, ...]
 
 
 @dataclass(frozen=True)
 class Format:
-    """One way to store a pixel: so many channels of so many ``bits``.
+    """A pixel format: a number of channels of ``bits`` bits each.
 
-    Where ``steps`` is given, a channel holds a whole number of steps from 0 to 1, 1 being that many; NaN is held as 0.
-    Else it holds a floating point number.  sRGB formats hold encoded values: kernels read and write linear ones.
+    If ``steps`` is given, a channel is an unsigned normalized integer: 0 to ``steps`` stands for 0 to 1, and NaN is
+    stored as 0.  Else it is a floating-point number.  sRGB formats store encoded values; kernels read and write linear
+    ones.
     """
 
     name: str
@@ -51,29 +52,29 @@ class Format:
 
     @property
     def store(self) -> tuple[tuple[Store, ...], tuple[Store, ...]]:
-        """Return the operations that color and alpha pass through before they are stored, in order."""
+        """Return the operations applied to color and to alpha before they are stored, in order."""
         alpha = (("quantize", float(self.steps)),) if self.steps else format_spelling(self, _STORES, __file__)
         return ((("encode_srgb",), *alpha) if self.srgb else alpha), alpha
 
     @property
     def decode(self) -> str | None:
-        """Prelude function that colour channels pass through when a kernel reads them."""
+        """Return the prelude function applied to color channels when a kernel reads them; None if there is none."""
         return "decode_srgb" if self.srgb else None
 
     @property
     def blendable(self) -> bool:
-        """Whether draws may blend into it: blending happens on stored values, so encoded ones are refused."""
+        """Return True if draws may blend into it; encoded formats do not qualify, as stored values are blended."""
         return not self.is_depth and not self.srgb
 
     @property
     def unit(self) -> float:
-        """The distance between neighbouring stored values near 1; 0 for float32, whose own ulp decides."""
+        """Return the distance between neighboring stored values near 1; 0 for float32, whose own ulp decides."""
         if self.steps:
             return 1 / self.steps
         return 2.0**-11 if self.bits == 16 else 0.0
 
 
-#: What a floating point number passes through before it is stored (`Format.number`).
+#: The operation applied to a floating-point number before it is stored (`Format.number`).
 _STORES: dict[str, tuple[Store, ...]] = {"f4": (), "f2": (("quantize_half",),)}
 
 
@@ -83,17 +84,17 @@ def format_spelling(format_: Format, spellings: Mapping[str, T], file: str) -> T
     Raises
     ------
     BackendError
-        Where the file has no spelling for it: a new format needs a row there.
+        If the file has no spelling for it: a new format needs a row there.
     """
     if format_.number not in spellings:
         raise BackendError(
-            f"format {format_.name!r}: {file} spells no numbers of kind {format_.number!r}, only "
+            f"format {format_.name!r}: {file} has no spelling for channel type {format_.number!r}, only "
             f"{', '.join(map(repr, spellings))}. Add a row for them there, or use another format"
         )
     return spellings[format_.number]
 
 
-#: Ending of a colour format's name → bits and steps of a channel.
+#: Suffix of a color format's name → bits and steps of a channel.
 _COLOUR = {
     "8": (8, 255),
     "16": (16, 65535),
@@ -112,7 +113,7 @@ FORMATS["depth32f_stencil8"] = Format("depth32f_stencil8", 1, 32, is_depth=True,
 
 
 def format_named(name: str | Format) -> Format:
-    """The format of this name.
+    """Return the format with this name.
 
     >>> format_named("rgb32f").bytes_per_pixel * 8
     96
@@ -128,7 +129,7 @@ def format_named(name: str | Format) -> Format:
 
 @cache
 def colour_format(number: str, channels: int) -> Format | None:
-    """The format that holds such numbers (`Format.number`) as they are, so many a pixel; None where none does.
+    """Return the format with this channel type (`Format.number`) and number of channels; None if there is none.
 
     >>> colour_format("u1", 4).name, colour_format("f8", 4)
     ('rgba8', None)
@@ -140,7 +141,7 @@ def colour_format(number: str, channels: int) -> Format | None:
 
 
 def curved(format_: Format, srgb: bool) -> Format | None:
-    """The format of the same numbers whose colours are encoded by the sRGB curve, or not; None where there is none.
+    """Return the sRGB-encoded, or linear, format of the same channel type and count; None if there is none.
 
     >>> curved(FORMATS["rgba8"], True).name, curved(FORMATS["rgba8_srgb"], False).name, curved(FORMATS["r8"], True)
     ('rgba8_srgb', 'rgba8', None)
@@ -149,7 +150,7 @@ def curved(format_: Format, srgb: bool) -> Format | None:
 
 
 def as_many_channels(one: Format, other: Format) -> bool:
-    """Whether pictures of both can stand for each other: alpha may be missing, and is 1 then.
+    """Return True if a picture of one format can replace one of the other: only alpha may be missing, and is 1 then.
 
     >>> as_many_channels(FORMATS["rgb8"], FORMATS["rgba16f"]), as_many_channels(FORMATS["r8"], FORMATS["rgb8"])
     (True, False)
@@ -158,5 +159,5 @@ def as_many_channels(one: Format, other: Format) -> bool:
 
 
 def float_format(channels: int) -> Format:
-    """Return the float32 format with so many channels."""
+    """Return the float32 format with this number of channels."""
     return FORMATS[f"{'rgba'[:channels]}32f"]

@@ -1,6 +1,6 @@
 """Read and write image files with OpenImageIO: pixels as stored, layers, alpha association and metadata.
 
-`passgraph.pictures` is the public interface. This module knows OpenImageIO; nothing else does.
+`passgraph.pictures` is the public interface. Only this module uses OpenImageIO.
 """
 
 from __future__ import annotations
@@ -9,34 +9,27 @@ import errno
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+import threading
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from passgraph.errors import InputError
+from passgraph.image_formats import EXPECTED, READABLE, Metadata, Pixels, WritableFormat
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
 
-Pixels = NDArray[Any]  # (h, w, channels) uint8, uint16, float16 or float32
-
-#: Formats that are read, by OpenImageIO's names. Its "null" reader invents pixels from a file's name.
-READABLE = (
-    "png", "jpeg", "tiff", "openexr", "webp", "bmp", "gif", "targa", "hdr", "pnm", "dpx", "cineon", "jpegxl",
-    "jpeg2000", "psd", "dds", "fits", "ico", "iff", "rla", "sgi", "softimage",
-)  # fmt: skip
-#: Suffixes of files that a folder of pictures is searched for.
-READ_SUFFIXES = (
-    ".png", ".apng", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".tga", ".exr", ".npy", ".hdr", ".pfm",
-    ".ppm", ".pgm", ".pbm", ".pnm", ".dpx", ".cin", ".jxl", ".jp2", ".j2k", ".psd", ".dds", ".sgi",
-)  # fmt: skip
-EXPECTED = "PNG, JPEG, TIFF, OpenEXR, WebP, BMP, GIF, TGA, HDR, PNM, PFM, DPX, Cineon, JPEG XL, JPEG 2000, PSD or npy"
-#: What files of the common formats begin with.
+#: Most memory that loading a picture may take by default: some 200 million pixels.
+MAX_BYTES = 1 << 32
+#: GIF, JPEG 2000 and JPEG XL, by what files begin with: OpenImageIO decodes them when it opens them. That takes up to
+#: four times the size of the pixels.
+_DECODED_WHEN_OPENED = (b"GIF8", b"\0\0\0\x0c", b"\xff\x4f\xff\x51", b"\xff\x0a")
+#: First bytes of files of the common formats.
 _SIGNATURES = (
     b"\x89PNG",
     b"\xff\xd8\xff",
@@ -50,128 +43,25 @@ _SIGNATURES = (
 )
 #: Formats whose files hold color multiplied by alpha, unless a file says otherwise.
 _ASSOCIATED = ("openexr", "tiff", "iff", "rla")
-#: Bytes per pixel that readers hold beside the pixels that they return: whole decoded pictures, strips, coefficients of
+#: Bytes per pixel that a reader allocates in addition to its result: whole decoded pictures, strips, coefficients of
 #: progressive JPEG (three int16 and their copies).
 _HELD_BY_READER = {"jpeg": 12, "webp": 16, "gif": 12, "tiff": 12, "jpegxl": 48, "jpeg2000": 36, "psd": 16}
 _TYPES = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32, "double": np.float32}
-#: Metadata that describes the file it came from, not the picture.
+#: Metadata about the source file, not the picture.
 _OF_THE_FILE = (
     "oiio:", "jpeg:", "png:", "tiff:", "openexr:", "dpx:", "webp:", "bmp:", "gif:", "targa:", "pnm:", "psd:", "dds:",
     "compression", "planarconfig", "thumbnail", "ICCProfile:", "screenWindow", "chromaticities",
     "Exif:ColorSpace", "Exif:YCbCrPositioning", "textureformat", "wrapmodes", "worldto", "name", "view", "chunkCount",
 )  # fmt: skip
-#: Size and orientation (EXIF 2.32) change: pixels are stored upright, at a size of their own.
+#: Size and orientation (EXIF 2.32) are not copied: pixels are stored upright, at a size of their own.
 _SIZE_AND_ORIENTATION = (
     "Orientation", "Exif:PixelXDimension", "Exif:PixelYDimension", "Exif:ImageWidth", "Exif:ImageLength"
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class WritableFormat:
-    """What a file format holds.
-
-    Attributes
-    ----------
-    name : for messages
-    writer : OpenImageIO's name
-    dtypes : the types of its numbers
-    channels : the numbers of channels that it holds
-    associated : color is stored multiplied by alpha
-    attributes : how OpenImageIO writes it
-    largest : most pixels across or down
-    """
-
-    name: str
-    writer: str
-    dtypes: tuple[str, ...]
-    channels: tuple[int, ...] = (1, 2, 3, 4)
-    associated: bool = False
-    attributes: tuple[tuple[str, Any], ...] = ()
-    largest: int = 1 << 30
-
-    @property
-    def is_float(self) -> bool:
-        return self.dtypes[0].startswith("float")
-
-
-# Files keep what was rendered: no chroma subsampling, lossless WebP. PNG's zlib level 4 gives files a tenth larger
-# than level 6 in a third of the time.
-_FAITHFUL_JPEG = (("compression", "jpeg:95"), ("jpeg:subsampling", "4:4:4"))
-_INTEGERS = ("uint8", "uint16")
-_JPEG = WritableFormat("JPEG", "jpeg", ("uint8",), (1, 3), attributes=_FAITHFUL_JPEG, largest=65500)
-_TIFF = WritableFormat("TIFF", "tiff", (*_INTEGERS, "float32", "float16"), attributes=(("compression", "zip"),))
-_LOSSLESS = (("compression", "lossless"),)
-#: By suffix. The first dtype is the default one.
-WRITABLE = {
-    ".png": WritableFormat("PNG", "png", _INTEGERS, attributes=(("png:compressionLevel", 4),)),
-    ".jpg": _JPEG,
-    ".jpeg": _JPEG,
-    ".tif": _TIFF,
-    ".tiff": _TIFF,
-    ".webp": WritableFormat("WebP", "webp", ("uint8",), (3, 4), attributes=_LOSSLESS, largest=16383),
-    ".exr": WritableFormat(
-        "OpenEXR", "openexr", ("float32", "float16"), associated=True, attributes=(("compression", "zip"),)
-    ),
-    ".npy": WritableFormat("npy", "", ("float32",)),
-    ".hdr": WritableFormat("HDR", "hdr", ("float32",), (3,)),
-    ".pfm": WritableFormat("PFM", "pnm", ("float32",), (1, 3)),
-    ".pgm": WritableFormat("PGM", "pnm", _INTEGERS, (1,)),
-    ".ppm": WritableFormat("PPM", "pnm", _INTEGERS, (3,)),
-    ".pnm": WritableFormat("PNM", "pnm", _INTEGERS, (1, 3)),
-    ".bmp": WritableFormat("BMP", "bmp", ("uint8",), (1, 3, 4)),
-    ".tga": WritableFormat("TGA", "targa", ("uint8",), (1, 3, 4)),
-    ".dpx": WritableFormat("DPX", "dpx", ("uint16", "uint8"), (1, 3, 4)),
-    ".jxl": WritableFormat("JPEG XL", "jpegxl", (*_INTEGERS, "float32"), (1, 3, 4)),
-}
-
-
-@dataclass(frozen=True)
-class Metadata:
-    """What a picture file says beside its pixels, for the picture that is made from it.
-
-    Attributes
-    ----------
-    entries : (name, OpenImageIO's type, value): ICC profile, resolution, EXIF, time code ...
-    opaque : the file has no alpha
-    deep : it holds integers of 16 bits
-    """
-
-    entries: tuple[tuple[str, str, Any], ...] = ()
-    opaque: bool = False
-    deep: bool = False
-
-    def get(self, name: str) -> Any:
-        """The value of an entry, or None."""
-        return next((value for key, _, value in self.entries if key == name), None)
-
-    @property
-    def profile(self) -> bytes:
-        """ICC profile; empty where there is none."""
-        value = self.get("ICCProfile")
-        return b"" if value is None else bytes(np.asarray(value, np.uint8))
-
-    @property
-    def resolution(self) -> tuple[float, float] | None:
-        """Dots per inch, across and down."""
-        per_inch = {"in": 1.0, "inch": 1.0, "cm": 2.54, "m": 0.0254}.get(str(self.get("ResolutionUnit")))
-        across, down = self.get("XResolution"), self.get("YResolution")
-        return None if per_inch is None or not across or not down else (across * per_inch, down * per_inch)
-
-    def stored_channels(self, pixels: Pixels) -> Pixels:
-        """(h, w, 4) integers without alpha, where neither the source nor the picture uses it.
-
-        >>> Metadata(opaque=True).stored_channels(np.full((2, 3, 4), 255, np.uint8)).shape
-        (2, 3, 3)
-        """
-        if not self.opaque or pixels.shape[2] != 4:
-            return pixels
-        unused = pixels[..., 3].min() == _opaque(pixels.dtype)
-        return np.ascontiguousarray(pixels[..., :3]) if unused else pixels
-
-
 @contextmanager
 def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
-    """A file name for OpenImageIO, which reads names in UTF-8 only and no memory: of this file, or of these bytes."""
+    """Yield a name under which OpenImageIO, which reads UTF-8 names and no memory, can open a file or bytes."""
     text = os.fspath(file)
     if data is None and text.isascii():
         yield text
@@ -185,7 +75,7 @@ def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
         yield text
         return
     with tempfile.TemporaryDirectory(prefix="passgraph-") as folder:
-        # No suffix: the reader is found by the content.
+        # No suffix: OpenImageIO detects the format from the content.
         other = os.path.join(folder, "picture")
         if data is None:
             os.symlink(os.path.abspath(text), other)
@@ -195,39 +85,40 @@ def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
 
 
 class ImageFile:
-    """An open picture file, or one layer of it; its header is read, its pixels are not.
+    """An open picture file, or one layer of it. The header is read; the pixels are not.
 
     Attributes
     ----------
-    width, height : pixels as stored, before orientation is applied; of OpenEXR the display window
+    width, height : pixels as stored, before orientation is applied; for OpenEXR the display window
     dtype : uint8, uint16, float16 or float32
-    channels : how many are read: 1 (gray), 2 (gray, alpha), 3 or 4
-    held : bytes that reading holds beside the result
-    orientation : EXIF's, 1 for upright
+    channels : number of channels that are read: 1 (gray), 2, 3 or 4
+    has_alpha : the last of them is alpha; two channels without it are data, such as motion
+    held : bytes that reading needs in addition to the result
+    orientation : EXIF orientation, 1 for upright
     count : pictures in the file
 
     Raises
     ------
-    InputError : no such format, a broken header, types or channels that are no picture, no such layer.
+    InputError : unknown format, broken header, unsupported types or channels, or no such layer.
     """
 
-    def __init__(self, file: Path, name: str, layer: str | None = None) -> None:
+    def __init__(self, file: Path, name: str, layer: str | None = None, max_bytes: int = MAX_BYTES) -> None:
         import OpenImageIO as oiio
 
         self._file, self._oiio = file, oiio
         hint = oiio.ImageSpec()
         hint.attribute("oiio:UnassociatedAlpha", 1)
         try:
-            opened = oiio.ImageInput.open(name, hint)
+            with _SIZE_LIMIT.of(_megabytes(name, max_bytes)):
+                opened = oiio.ImageInput.open(name, hint)
+                problem = oiio.geterror()
         except UnicodeDecodeError as error:
             raise self._corrupt(error) from error
-        problem = oiio.geterror()
         if opened is None or opened.format_name() not in READABLE:
             raise self._unreadable(name, problem)
         self._input, self.format = opened, opened.format_name()
         try:
-            self._subimage, self._spec = self._find_part(layer)
-            self._order = self._find_channels(layer)
+            self._subimage, self._spec, self._order, self.has_alpha = self._find_layer(layer)
         except UnicodeDecodeError as error:
             raise self._corrupt(error) from error
         spec = self._spec
@@ -253,12 +144,12 @@ class ImageFile:
 
     @property
     def data_size(self) -> tuple[int, int]:
-        """Width and height of the stored pixels, which an OpenEXR file may have outside of its display window."""
+        """Return the width and height of the stored pixels; an OpenEXR data window may exceed the display window."""
         return self._spec.width, self._spec.height
 
     @property
     def count(self) -> int:
-        """1, or 2 for two and more."""
+        """Return 1 for one picture, 2 for two or more."""
         found = 1
         while found < 2 and self._input.seek_subimage(found, 0):
             found += 1
@@ -268,17 +159,13 @@ class ImageFile:
 
     @property
     def is_associated(self) -> bool:
-        """Color is stored multiplied by alpha."""
+        """Return True if color is stored multiplied by alpha."""
         said = _attribute(self._spec, "oiio:UnassociatedAlpha", 0)
         return self.format in _ASSOCIATED and not said and self.has_alpha
 
     @property
-    def has_alpha(self) -> bool:
-        return self.channels in (2, 4)
-
-    @property
     def encoding(self) -> str:
-        """The color space that the file or its format names: "" where it says nothing."""
+        """Return the color space named by the file or its format; "" if none is named."""
         return str(_attribute(self._spec, "oiio:ColorSpace", ""))
 
     def metadata(self) -> Metadata:
@@ -288,18 +175,18 @@ class ImageFile:
             if not entry.name.startswith(_OF_THE_FILE) and entry.name not in _SIZE_AND_ORIENTATION
         )
         found = Metadata(entries, not self.has_alpha, self.dtype == np.uint16)
-        # ICC.1:2022, section 7.2.6: the color space of the data. Results are RGB.
+        # ICC.1:2022, section 7.2.6: the color space of the data; the result is RGB.
         if found.profile and found.profile[16:20] != b"RGB ":
             return replace(found, entries=tuple(entry for entry in entries if entry[0] != "ICCProfile"))
         return found
 
     def read(self) -> Pixels:
-        """(height, width, channels) as stored, in the display window; pixels outside the data window are 0."""
+        """Return (height, width, channels) as stored, in the display window; pixels outside the data window are 0."""
         spec, first, last = self._spec, min(self._order), max(self._order)
         kind = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}[self.dtype.name]
         pixels: Any = self._input.read_image(self._subimage, 0, first, last + 1, kind)
         problem = self._input.geterror() or self._oiio.geterror()
-        # Cameras write bytes between markers; the picture is whole.
+        # Cameras write extra bytes between markers; the picture is complete nevertheless.
         if pixels is None or (problem and "extraneous bytes" not in problem):
             raise self._corrupt(problem)
         pixels = pixels.reshape(spec.height, spec.width, last - first + 1)
@@ -307,46 +194,61 @@ class ImageFile:
         if order != list(range(pixels.shape[2])):
             pixels = pixels[..., order]
         if self.format == "tiff" and _attribute(spec, "tiff:PhotometricInterpretation", 1) == 0 and _is_wide(spec):
-            pixels = np.iinfo(pixels.dtype).max - pixels  # white is zero, which the reader inverts for 8 bits only
+            pixels = np.iinfo(pixels.dtype).max - pixels  # white is zero; the reader inverts 8-bit files only
         return _in_window(spec, pixels) if self._windowed else pixels
 
     def close(self) -> None:
         self._input.close()
 
-    def _find_part(self, layer: str | None) -> tuple[int, oiio.ImageSpec]:
-        """The part of a multi-part file that holds a layer: the first one without a name."""
-        names, index = [], 0
-        while self._input.seek_subimage(index, 0):
-            spec = self._input.spec()
-            name = str(_attribute(spec, "oiio:subimagename", ""))
-            if layer is None or layer == name or _channels_of(spec.channelnames, layer):
-                return index, spec
-            names += [name] if name else []
-            names += _layers(spec.channelnames)
-            index += 1
-        self._input.geterror()
-        raise InputError(f"{self._file}: no layer {layer!r}; it has {', '.join(names) or 'none'}")
+    def _find_layer(self, layer: str | None) -> tuple[int, oiio.ImageSpec, list[int], bool]:
+        """The part that holds a layer, its specification, the layer's channels, and whether the last one is alpha.
 
-    def _find_channels(self, layer: str | None) -> list[int]:
-        """Indices of gray, gray and alpha, RGB or RGBA."""
-        names = list(self._spec.channelnames)
-        part = str(_attribute(self._spec, "oiio:subimagename", ""))
-        chosen = dict(enumerate(names))
-        if layer is not None and (found := _channels_of(names, layer)):
-            chosen = found
-        short = {name.rpartition(".")[2].upper(): index for index, name in reversed(list(chosen.items()))}
-        for wanted in ("RGB", "XYZ", "Y"):
-            if all(letter in short for letter in wanted):
-                return [short[letter] for letter in wanted] + ([short["A"]] if "A" in short else [])
-        if self.format != "openexr" or (layer is not None and len(chosen) <= 4):
-            return list(chosen)[:4]
-        known = _layers(names)
-        raise InputError(
-            f"{self._file}: has no color: its channels are {', '.join(names)}; name a layer: "
-            f"{self._file}:{(known or [part or names[0]])[0]}"
-        )
+        Without a name this is the first part with color.
+        """
+        parts, layers, names = list[str](), list[str](), list[str]()
+        while self._input.seek_subimage(len(parts), 0):
+            spec = self._input.spec()
+            parts.append(str(_attribute(spec, "oiio:subimagename", "")))
+            found = self._find_channels(spec.channelnames, layer, is_whole_part=layer in (None, parts[-1]))
+            if found is not None:
+                return len(parts) - 1, spec, *found
+            layers += _layer_names(spec.channelnames)
+            names += spec.channelnames
+        self._input.geterror()
+        known = list(dict.fromkeys(layers + [part for part in parts if part]))
+        if layer is None or layer in parts:
+            raise InputError(
+                f"{self._file}: has no color: its channels are {', '.join(names)}; name a layer: "
+                f"{self._file}:{(known or names)[0]}"
+            )
+        raise InputError(f"{self._file}: no layer {layer!r}; it has {', '.join(known) or 'none'}")
+
+    def _find_channels(
+        self, names: Sequence[str], layer: str | None, *, is_whole_part: bool
+    ) -> tuple[list[int], bool] | None:
+        """Indices of a layer's channels in one part, and whether the last one is alpha; None if it is not there."""
+        layers = _layers(names)
+        if not is_whole_part:
+            if layer in layers:
+                return _color_of(layers[layer]) or (list(layers[layer].values())[:4], False)
+            return ([list(names).index(layer)], False) if layer and layer in names else None
+        if found := _color_of(layers.get("", {})):
+            return found
+        colored = [name for name, channels in layers.items() if channels.keys() >= set("RGB")]
+        if len(colored) > 1:
+            raise InputError(
+                f"{self._file}: has several layers with color: {', '.join(colored)}; name one: "
+                f"{self._file}:{colored[0]}"
+            )
+        if colored:
+            return _color_of(layers[colored[0]])
+        is_data = self.format != "openexr" or (layer is not None and len(names) <= 4)
+        return (list(range(len(names)))[:4], False) if is_data else None
 
     def _unreadable(self, name: str, problem: str) -> InputError:
+        if "MB limit" in problem:
+            problem, _, _ = problem.partition("Possible")
+            return InputError(f"{self._file}: {_one_line(problem)} make it smaller, or raise max_bytes if it is meant")
         with open(name, "rb") as stream:
             head = stream.read(8)
         if head.startswith(_SIGNATURES):
@@ -363,11 +265,56 @@ class ImageFile:
         return InputError(f"{self._file}: truncated or corrupt ({text}); make or copy the file again")
 
 
+def _megabytes(name: str, max_bytes: int) -> int | None:
+    """Most megabytes of pixels of a file that is decoded when it is opened; None for other files."""
+    with open(name, "rb") as stream:
+        decoded = stream.read(4).startswith(_DECODED_WHEN_OPENED)
+    return -(-max_bytes // (4 << 20)) if decoded else None
+
+
+class _SizeLimit:
+    """OpenImageIO's limit for the size of pictures, one for the process; threads with equal limits share it."""
+
+    _NAME = "limits:imagesize_MB"
+
+    def __init__(self) -> None:
+        self._changed = threading.Condition()
+        self._openings = 0
+        self._limit: int | None = None
+
+    @contextmanager
+    def of(self, megabytes: int | None) -> Iterator[None]:
+        """Open files with a limit; None for OpenImageIO's own."""
+        import OpenImageIO as oiio
+
+        with self._changed:
+            self._changed.wait_for(lambda: not self._openings or self._limit == megabytes)
+            if not self._openings:
+                self._limit, self._own = megabytes, oiio.get_int_attribute(self._NAME)
+                oiio.attribute(self._NAME, self._own if megabytes is None else megabytes)
+            self._openings += 1
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._openings -= 1
+                if not self._openings:
+                    oiio.attribute(self._NAME, self._own)
+                    self._changed.notify_all()
+
+
+_SIZE_LIMIT = _SizeLimit()
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_SIZE_LIMIT.__init__)  # type: ignore[misc]
+
+
 @contextmanager
-def opened_image(file: Path, data: bytes | None = None, layer: str | None = None) -> Iterator[ImageFile]:
-    """An `ImageFile`, closed at the end; ``data`` is the file's content where it is not on disk."""
+def opened_image(
+    file: Path, data: bytes | None = None, layer: str | None = None, max_bytes: int = MAX_BYTES
+) -> Iterator[ImageFile]:
+    """Open an `ImageFile`, closed at the end; ``data`` is the file's content if it is not on disk."""
     with name_of(file, data) as name:
-        image = ImageFile(file, name, layer)
+        image = ImageFile(file, name, layer, max_bytes)
         try:
             yield image
         finally:
@@ -375,12 +322,12 @@ def opened_image(file: Path, data: bytes | None = None, layer: str | None = None
 
 
 def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, metadata: Metadata) -> None:
-    """Write pixels of a dtype and number of channels that the format holds; ``file`` is the name for messages.
+    """Write pixels with a dtype and channel count that the format supports; ``file`` is the name in messages.
 
     Raises
     ------
-    InputError : what the format cannot hold.
-    OSError : the place cannot be written.
+    InputError : the format cannot store them.
+    OSError : the path cannot be written.
     """
     import OpenImageIO as oiio
 
@@ -397,7 +344,7 @@ def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, meta
         spec.attribute(name, type_, value)
     if max(width, height) > kind.largest:
         raise InputError(f"{file}: {kind.name} cannot hold {width}×{height} pixels; save as .png or .exr")
-    to.touch(exist_ok=False)  # an OSError says what is wrong with the place
+    to.touch(exist_ok=False)  # raises OSError if the path cannot be written
     with name_of(to) as name:
         output = oiio.ImageOutput.create(kind.writer)
         done = output is not None and output.open(name, spec) and output.write_image(np.ascontiguousarray(pixels))
@@ -413,7 +360,7 @@ def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, meta
 
 
 def straight(pixels: Pixels) -> Pixels:
-    """Divide the color of (h, w, 2 or 4) by alpha; where alpha is 0 color stays, in the dtype of ``pixels``.
+    """Divide the color of (h, w, 2 or 4) by alpha, in the dtype of ``pixels``; color stays where alpha is 0.
 
     >>> straight(np.array([[[0.25, 0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]]], np.float32)).tolist()
     [[[0.5, 0.0, 0.0, 0.5], [1.0, 0.0, 0.0, 0.0]]]
@@ -422,7 +369,7 @@ def straight(pixels: Pixels) -> Pixels:
     if pixels.dtype.kind == "u":
         alpha /= np.float32(np.iinfo(pixels.dtype).max)
     result = pixels.astype(np.float32)
-    with np.errstate(all="ignore"):  # infinite colors and alpha, and float16's overflow, are as IEEE 754 has them
+    with np.errstate(all="ignore"):  # infinite colors and alpha, and float16 overflow, follow IEEE 754
         result[..., :-1] /= np.where(alpha == 0, np.float32(1), alpha)
         if pixels.dtype.kind == "u":
             result = np.rint(np.clip(result, 0, np.iinfo(pixels.dtype).max))
@@ -443,7 +390,7 @@ def associated(pixels: Pixels) -> Pixels:
 
 
 Turn = Callable[[Pixels], Pixels]
-#: EXIF 2.32, tag 0x0112: undo what was done to the camera.
+#: EXIF 2.32, tag 0x0112: the operations that undo the camera's orientation.
 _TURNS: dict[int, Turn] = {
     2: lambda a: a[:, ::-1],
     3: lambda a: a[::-1, ::-1],
@@ -456,12 +403,12 @@ _TURNS: dict[int, Turn] = {
 
 
 def upright(pixels: Pixels, orientation: int) -> Pixels:
-    """A view of pixels as EXIF's orientation says that they are shown."""
+    """Return a view of the pixels in display orientation, given their EXIF orientation."""
     return _TURNS[orientation](pixels) if orientation in _TURNS else pixels
 
 
 def _in_window(spec: oiio.ImageSpec, pixels: Pixels) -> Pixels:
-    """The display window, from pixels of the data window."""
+    """Crop or pad the data window's pixels to the display window."""
     if (spec.x, spec.y, spec.width, spec.height) == (spec.full_x, spec.full_y, spec.full_width, spec.full_height):
         return pixels
     window = np.zeros((spec.full_height, spec.full_width, pixels.shape[2]), pixels.dtype)
@@ -473,20 +420,47 @@ def _in_window(spec: oiio.ImageSpec, pixels: Pixels) -> Pixels:
     return window
 
 
-def _layers(names: Any) -> list[str]:
-    """Names of layers, and of channels that are in none.
+def _layers(names: Sequence[str]) -> dict[str, dict[str, int]]:
+    """The channels of each layer, "" for those in none, with their index; color by its first letter.
 
-    >>> _layers(["R", "G", "B", "Z", "diffuse.R", "diffuse.G"])
+    >>> _layers(["R", "Z", "diffuse.red"])
+    {'': {'R': 0, 'Z': 1}, 'diffuse': {'R': 2}}
+    """
+    layers: dict[str, dict[str, int]] = {}
+    for index, name in enumerate(names):
+        layer, _, channel = name.rpartition(".")
+        letter = _LETTERS.get(channel.upper(), channel.upper())
+        layers.setdefault(layer, {}).setdefault(letter, index)
+    return layers
+
+
+#: Channels as Nuke names them.
+_LETTERS = {"RED": "R", "GREEN": "G", "BLUE": "B", "ALPHA": "A"}
+
+
+def _color_of(channels: dict[str, int]) -> tuple[list[int], bool] | None:
+    """Indices of RGB, XYZ or gray and of alpha; and whether there is alpha.
+
+    >>> _color_of({"Z": 0, "R": 1, "G": 2, "B": 3, "A": 4}), _color_of({"U": 0, "V": 1})
+    (([1, 2, 3, 4], True), None)
+    """
+    has_alpha = "A" in channels
+    if "W" in channels:  # four numbers, such as motion to and from two frames
+        return None
+    for wanted in ("RGB", "XYZ", "Y"):
+        if channels.keys() >= set(wanted):
+            return [channels[letter] for letter in wanted + "A" * has_alpha], has_alpha
+    return None
+
+
+def _layer_names(names: Sequence[str]) -> list[str]:
+    """Return the names of layers, and of channels outside any layer.
+
+    >>> _layer_names(["R", "G", "B", "Z", "diffuse.R", "diffuse.G"])
     ['Z', 'diffuse']
     """
-    found = {name.rpartition(".")[0] or name: None for name in names}
+    found = dict.fromkeys(name.rpartition(".")[0] or name for name in names)
     return [name for name in found if name not in ("R", "G", "B", "A", "Y")]
-
-
-def _channels_of(names: Any, layer: str) -> dict[int, str]:
-    """Channels of a layer by their index: those named ``layer.X``, or the one named ``layer``."""
-    inside = {index: name for index, name in enumerate(names) if name.rpartition(".")[0] == layer}
-    return inside or {index: name for index, name in enumerate(names) if name == layer}
 
 
 def _attribute(spec: oiio.ImageSpec, name: str, default: Any) -> Any:
@@ -496,11 +470,6 @@ def _attribute(spec: oiio.ImageSpec, name: str, default: Any) -> Any:
 
 def _is_wide(spec: oiio.ImageSpec) -> bool:
     return str(spec.format) == "uint16"
-
-
-def _opaque(dtype: np.dtype[Any]) -> Any:
-    """Alpha 1 in a dtype."""
-    return dtype.type(np.iinfo(dtype).max if dtype.kind == "u" else 1)
 
 
 def _one_line(reason: object) -> str:

@@ -1,10 +1,10 @@
-"""Ctrl-C and SIGTERM in the process of the ``passgraph`` command: quiet, and without temporary files left behind.
+"""Handle Ctrl-C and SIGTERM in the ``passgraph`` command: no traceback, and no temporary files left behind.
 
 Only the command's process installs this (:func:`is_command`, and `passgraph.commands.main`); a program that imports
-passgraph keeps its own handlers.  Imports nothing of the package, so that it is in place before the long imports.
+passgraph keeps its own handlers.  This module imports nothing of the package, so that it is active before slow imports.
 
-While a command runs, the first signal raises KeyboardInterrupt, so that everything in the works is closed.  A second
-one, and one before or after that, ends the process at once.
+While a command runs, the first signal raises KeyboardInterrupt, so that open files and processes are closed.  A second
+signal, and one before or after the command, ends the process at once.
 """
 
 from __future__ import annotations
@@ -30,50 +30,50 @@ def is_command() -> bool:
 
 
 def install() -> None:
-    """Handle SIGINT and SIGTERM, where the process was not told to ignore them; from the main thread only."""
+    """Handle SIGINT and SIGTERM unless the process ignores them; call from the main thread only."""
     try:
         for number, default in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.SIG_DFL)):
             if signal.getsignal(number) is default:
                 signal.signal(number, _on_signal)
                 sys.unraisablehook = _on_unraisable
-                # Python gives a signal back to the system in its last moments, when all is done.
+                # Python restores the default handlers late in its shutdown, when all work is done.
                 atexit.register(signal.signal, number, signal.SIG_IGN)
     except ValueError:  # not the main thread
         return
 
 
 def raise_them(raises: bool) -> None:
-    """Whether a signal raises KeyboardInterrupt, as while a command runs."""
+    """Set if a signal raises KeyboardInterrupt, as it does while a command runs."""
     global _raises
     _raises = raises
 
 
 def received() -> int | None:
-    """The number of the first signal; None where none came."""
+    """Return the number of the first signal received; None if there was none."""
     return _received
 
 
 def status() -> int:
-    """The exit status of an interrupted command: 130 for SIGINT, 143 for SIGTERM."""
+    """Return the exit status of an interrupted command: 130 for SIGINT, 143 for SIGTERM."""
     return 128 + (_received or signal.SIGINT)
 
 
 def _on_signal(number: int, frame: FrameType | None) -> None:
     global _received
     if not _raises or _received is not None:
-        _leave(number)
+        _exit_at_once(number)
     _received = number
     raise KeyboardInterrupt
 
 
 def _on_unraisable(problem: Any) -> None:
-    """An interrupt that met a destructor or a callback would be printed and lost."""
+    """Exit on a KeyboardInterrupt inside a destructor or callback, which Python would only print."""
     if _received is not None and issubclass(problem.exc_type, KeyboardInterrupt):
-        _leave(_received)
+        _exit_at_once(_received)
     sys.__unraisablehook__(problem)
 
 
-def _leave(number: int) -> None:
+def _exit_at_once(number: int) -> None:
     writing = sys.modules.get("passgraph.writing")
     if writing is not None and hasattr(writing, "discard_unfinished"):
         writing.discard_unfinished()

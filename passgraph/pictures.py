@@ -1,9 +1,9 @@
-"""Load and save pictures: `(h, w, 4) float32` from and to image files, written whole or not at all.
+"""Load and save pictures: `(h, w, 4) float32` from and to image files, written atomically.
 
-Row 0 is the top row. Values of 8- and 16-bit files are scaled to [0, 1] and kept as stored, which for nearly every such
-file means sRGB-encoded; `linear=True` decodes them when loading and encodes them when saving. OpenEXR, HDR, PFM, float
-TIFF and float npy hold linear light and pass unchanged. Embedded color profiles change no value; they pass from one
-file to another with `like`. Alpha is straight in arrays, whatever the file stores.
+Row 0 is the top row. Values of 8- and 16-bit files are scaled to [0, 1] and not decoded; nearly all such files are
+sRGB-encoded. `linear=True` decodes them when loading and encodes them when saving. OpenEXR, HDR, PFM, float TIFF and
+float npy hold linear light and are not converted. Embedded color profiles do not change values; `like` copies them from
+one file to another. Alpha is straight in arrays, whether or not the file stores it associated.
 """
 
 from __future__ import annotations
@@ -23,16 +23,8 @@ from numpy.typing import NDArray
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.image_files import (
-    WRITABLE,
-    Metadata,
-    WritableFormat,
-    associated,
-    opened_image,
-    straight,
-    upright,
-    write_image,
-)
+from passgraph.image_files import MAX_BYTES, associated, opened_image, straight, upright, write_image
+from passgraph.image_formats import WRITABLE, Metadata, WritableFormat
 from passgraph.quantise import check_no_nan, quantised
 from passgraph.reading import check_regular, read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
@@ -41,24 +33,22 @@ from passgraph.writing import NewFile
 Picture = NDArray[np.float32]
 Stored = NDArray[Any]  # (h, w, 4) uint8, uint16 or float32
 
-#: Most memory that loading a picture may take by default: some 200 million pixels.
-MAX_BYTES = 1 << 32
-#: No machine has more memory; a larger limit is none.
+#: Larger limits count as no limit.
 MOST_BYTES = 1 << 52
-#: Of the result, four float32.
+#: Bytes of a result pixel: four float32.
 BYTES_PER_PIXEL = 16
 #: Pixels converted at a time, so that temporaries stay small.
 _PIXELS_AT_ONCE = 1 << 16
 #: `shot.exr:diffuse`: a layer of a file.
 _LAYER = re.compile(r"(.+\.exr):([^/\\]+)", re.IGNORECASE | re.DOTALL)
-#: Encodings that are no sRGB, by OpenImageIO's names.
+#: Encodings other than sRGB, by OpenImageIO's names.
 _LOG = ("kodaklog", "cineon", "adx10")
 
 
 def load(
     path: str | os.PathLike[str], *, layer: str | None = None, max_bytes: int = MAX_BYTES, linear: bool = False
 ) -> Picture:
-    """Load a picture file. Its content decides the format, not its name.
+    """Load a picture file. The format is detected from its content, not from its name.
 
     Parameters
     ----------
@@ -66,15 +56,16 @@ def load(
         npy. EXIF orientation is applied. Of several pictures in a file the first is read. ``shot.exr:diffuse`` reads a
         layer of an OpenEXR file.
     layer : a layer, part or channel of an OpenEXR file, such as ``"diffuse"``, ``"N"`` or ``"Z"``.
-    max_bytes : most memory that loading may take, computed from the header before any is allocated: 16 bytes per
-        pixel for the result, what the decoder holds (1 to 48 bytes per pixel), and the file itself.
+    max_bytes : memory limit, checked against the header before anything is allocated: 16 bytes per pixel for the
+        result, the decoder's memory (1 to 48 bytes per pixel), and the file itself.
     linear : decode the colors (not alpha) of integer formats from sRGB to linear light.
 
     Returns
     -------
-    (h, w, 4) float32, row 0 on top: red, green, blue and straight alpha (1 where the file has none).
-    Gray is repeated in red, green and blue. In [0, 1] for 8- and 16-bit files, unlimited for float ones. Colors of
-    files that store them multiplied by alpha (OpenEXR, some TIFF) are divided by it; where alpha is 0 they stay.
+    (h, w, 4) float32, row 0 on top: red, green, blue and straight alpha (1 if the file has none).
+    Gray is repeated in red, green and blue. Two channels without alpha, also of npy, are red and green. Values are in
+    [0, 1] for 8- and 16-bit files, unbounded for float ones.
+    Associated colors (OpenEXR, some TIFF) are divided by alpha; where alpha is 0 they stay.
 
     Raises
     ------
@@ -108,14 +99,14 @@ def load(
 def load_stored(path: Path, data: bytes | None = None) -> Stored:
     """Load a picture in the file's own type: (h, w, 4) uint8, uint16 (both sRGB-encoded) or float32.
 
-    ``data`` is the content where it is not on disk; ``path`` then only names it in messages.
+    ``data`` is the content if it is not on disk; ``path`` then only names it in messages.
     """
     file, layer = split_layer(path)
     return _load(file, data, layer, MAX_BYTES, as_stored=True)[0]
 
 
 def split_layer(path: Path) -> tuple[Path, str | None]:
-    """The file and the layer that ``file.exr:layer`` names; a file of that whole name comes first.
+    """Split ``file.exr:layer`` into file and layer; an existing file of that whole name takes precedence.
 
     >>> split_layer(Path("shot.exr:diffuse"))[1]
     'diffuse'
@@ -124,8 +115,17 @@ def split_layer(path: Path) -> tuple[Path, str | None]:
     return (path, None) if found is None or os.path.lexists(path) else (Path(found[1]), found[2])
 
 
+def in_layer(file: Path, layer: str | None) -> Path:
+    """The path of a file's layer, as `split_layer` takes it apart.
+
+    >>> in_layer(Path("shot.exr"), "diffuse").name
+    'shot.exr:diffuse'
+    """
+    return file if layer is None else file.with_name(f"{file.name}:{layer}")
+
+
 def metadata_of(path: Path) -> Metadata:
-    """The metadata of a picture file; none where it has none or cannot be read."""
+    """Return the metadata of a picture file; empty metadata if it has none or cannot be read."""
     file, layer = split_layer(path)
     try:
         check_regular(file, "a picture file")
@@ -136,12 +136,12 @@ def metadata_of(path: Path) -> Metadata:
 
 
 def is_deep(path: Path) -> bool:
-    """Return True if a picture file holds integers of 16 bits, by its header; False if it cannot be read."""
+    """Return True if the header of a picture file declares 16-bit integers; False if it cannot be read."""
     return metadata_of(path).deep
 
 
 def holds_several(file: Path) -> bool:
-    """Return True if a TIFF file has pictures behind the first; False for files that cannot be read."""
+    """Return True if a TIFF file has more than one picture; False for files that cannot be read."""
     if file.suffix.lower() not in (".tif", ".tiff") or not file.is_file():
         return False
     try:
@@ -152,9 +152,9 @@ def holds_several(file: Path) -> bool:
 
 
 def check_size(file: Path, width: int, height: int, other_bytes: int, max_bytes: int) -> None:
-    """Refuse a picture that is empty or takes too much memory.
+    """Raise InputError for a picture that is empty or needs too much memory.
 
-    ``other_bytes`` of memory are needed in addition to the result: stored pixels, the decoder's memory, the file.
+    ``other_bytes`` are needed in addition to the result: stored pixels, the decoder's memory, the file.
     """
     if width < 1 or height < 1:
         raise InputError(f"{file}: says it is {width}×{height} pixels; expected at least 1×1")
@@ -167,7 +167,7 @@ def check_size(file: Path, width: int, height: int, other_bytes: int, max_bytes:
 
 
 def scaled(values: Stored) -> Picture:
-    """Integers as floats in [0, 1]; floats as float32."""
+    """Scale integers to floats in [0, 1]; return floats as float32."""
     floats: Picture = values.astype(np.float32, copy=False)
     return floats / np.float32(np.iinfo(values.dtype).max) if values.dtype.kind == "u" else floats
 
@@ -175,7 +175,7 @@ def scaled(values: Stored) -> Picture:
 def _load(
     file: Path, data: bytes | None, layer: str | None, max_bytes: int, *, as_stored: bool
 ) -> tuple[Stored, str | None]:
-    """The picture, and the encoding of integers ("" where the file does not name it) or None for floats."""
+    """Return the picture and the encoding: of integers a name or "" if not given, of floats None."""
     if data is None:
         size = check_regular(file, "a picture file")
         if size > max_bytes:
@@ -192,20 +192,20 @@ def _load(
             content = read_bytes(file, "a picture file", max_bytes) if data is None else data
             picture, is_float = _decode_npy(file, content, max_bytes, as_stored)
             return picture, None if is_float else ""
-        with opened_image(file, data, layer) as image:
+        with opened_image(file, data, layer, max_bytes) as image:
             check_size(file, image.width, image.height, image.held + size, max_bytes)
             check_size(file, *image.data_size, image.held + size, max_bytes)
             pixels = image.read()
             if image.is_associated:
                 pixels = straight(pixels)
-            rgba = _as_rgba(upright(pixels, image.orientation), as_stored)
+            rgba = _as_rgba(upright(pixels, image.orientation), image.has_alpha, as_stored)
             return rgba, None if pixels.dtype.kind == "f" else image.encoding
     except MemoryError as error:
         raise InputError(f"{file}: not enough memory to decode it; make the picture smaller") from error
 
 
 def read_head(file: Path) -> bytes:
-    """The first bytes of a file."""
+    """Return the first bytes of a file."""
     try:
         with file.open("rb") as stream:
             return stream.read(6)
@@ -213,27 +213,32 @@ def read_head(file: Path) -> bytes:
         raise InputError(f"{file}: cannot be read ({_reason(error)}); check its permissions") from error
 
 
-def _as_rgba(pixels: Stored, as_stored: bool) -> Stored:
-    """(h, w, 1 to 4) as (h, w, 4), in the stored type or as float32."""
+def _as_rgba(pixels: Stored, has_alpha: bool, as_stored: bool) -> Stored:
+    """Convert (h, w, 1 to 4) to (h, w, 4), in the stored type or as float32.
+
+    One channel, beside alpha, is gray. Two are red and green.
+    """
     height, width, channels = pixels.shape
+    colors = channels - has_alpha
     if as_stored and channels == 4 and pixels.dtype.kind == "u":
         return np.ascontiguousarray(pixels)
     integer = as_stored and pixels.dtype.kind == "u"
     picture = np.empty((height, width, 4), pixels.dtype if integer else np.float32)
     rows = max(_PIXELS_AT_ONCE // width, 1)
-    has_alpha = channels in (2, 4)
     for top in range(0, height, rows):
         part = pixels[top : top + rows]
         values = part if integer else scaled(part)
         into = picture[top : top + rows]
-        for channel in range(3):  # one channel at a time takes a quarter of the time of all three
-            into[..., channel] = values[..., channel if channels > 2 else 0]
-        into[..., 3] = values[..., -1] if has_alpha else np.iinfo(picture.dtype).max if integer else 1
+        for channel in range(3):  # one channel at a time takes a quarter of the time of three at once
+            source = channel if colors > 1 else 0
+            into[..., channel] = values[..., source] if source < colors else 0
+        opaque = np.iinfo(picture.dtype).max if integer else 1
+        into[..., 3] = values[..., 3] if channels == 4 else values[..., 1] if has_alpha else opaque
     return picture
 
 
 def _decode_npy(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tuple[Stored, bool]:
-    """An array saved by NumPy, (h, w) or (h, w, 1 to 4) of floats, uint8 or uint16; and whether it holds floats."""
+    """Return an array (h, w) or (h, w, 1 to 4) saved by NumPy; and True if it holds floats."""
     stream = io.BytesIO(data)
     try:
         version = np.lib.format.read_magic(stream)
@@ -254,7 +259,7 @@ def _decode_npy(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tup
     array = array[..., None] if array.ndim == 2 else array
     with np.errstate(over="ignore"):  # a float64 beyond float32 becomes infinity, as in a float target
         native = array.astype(np.float32 if dtype.kind == "f" else dtype.newbyteorder("="), copy=False)
-    return _as_rgba(native, as_stored), dtype.kind == "f"
+    return _as_rgba(native, native.shape[2] == 4, as_stored), dtype.kind == "f"
 
 
 def save(
@@ -265,7 +270,7 @@ def save(
     like: str | os.PathLike[str] | Metadata | None = None,
     bits: int | None = None,
 ) -> None:
-    """Save a picture file; an older file of that name stays until the new one is complete.
+    """Save a picture file atomically: an existing file stays until the new one is complete.
 
     Parameters
     ----------
@@ -275,16 +280,17 @@ def save(
         Floats are clipped to [0, 1] and rounded half to even for integer formats and written unchanged to float
         formats. uint8 and uint16 are stored as they are; float formats store them divided by 255 and 65535.
     linear : encode the colors of floats from linear light to sRGB for integer formats.
-    like : a picture file whose metadata is kept where the format holds it: color profile (ICC), resolution, EXIF, time
-        code; not its size, orientation and thumbnail. Where it has no alpha, and the picture is opaque, no alpha is
-        stored. Where it has 16 bits, floats are stored in 16 bits if the format holds them; others warn.
-    bits : 8 or 16 for integers; 16 or 32 for floats, also in TIFF and JPEG XL (32). By default those of the array
-        for uint8, uint16 and float16, where the format holds them.
+    like : a picture file to copy metadata from, as far as the format supports it: color profile (ICC), resolution,
+        EXIF, time code; not size, orientation and thumbnail. If that file has no alpha and the picture is opaque, none
+        is stored. If that file has 16 bits, floats are stored in 16 bits if the format supports it; else a warning is
+        given.
+    bits : 8 or 16 for integers; 16 or 32 for floats, also in TIFF and JPEG XL (32). The default is the array's own for
+        uint8, uint16 and float16, if the format supports it.
 
     Raises
     ------
-    InputError : unknown suffix, no such folder, a place that cannot be written, a shape or dtype that is no
-        picture, zero size, NaN in an integer format, transparency where the format has none, bits it does not hold.
+    InputError : unknown suffix, missing folder, unwritable path, unsupported shape or dtype, zero size, NaN in an
+        integer format, transparency in a format without alpha, unsupported ``bits``.
 
     Examples
     --------
@@ -313,15 +319,15 @@ def save(
         _write(file, lambda temporary: write_image(file, temporary, values, kind, metadata))
 
 
-#: What NaN looks like: a color that pictures rarely have.
+#: Display color of NaN: rare in pictures.
 NAN_COLOR = (1.0, 0.0, 1.0)
 
 
 def viewable(picture: Picture) -> tuple[Picture, str]:
-    """Return gray or RGB in [0, 1], and in words what is shown.
+    """Return gray or RGB in [0, 1], and a description of the mapping.
 
-    Colors within [0, 1] are shown as they are; others, and single channels such as depth, from their smallest to their
-    largest value.  Alpha is left out, since data in it would make the picture invisible; NaN is magenta.
+    Colors within [0, 1] are shown unchanged.  Other colors, and single channels such as depth, are scaled from their
+    smallest to their largest value.  Alpha is ignored, since data in it would hide the picture; NaN is magenta.
 
     >>> viewable(np.array([[[2.0], [4.0]]], np.float32))[1]
     'black is 2, white is 4'
@@ -346,7 +352,7 @@ def viewable(picture: Picture) -> tuple[Picture, str]:
 
 
 def encode_png(file: Path, pixels: Stored) -> bytes:
-    """The bytes of a PNG file of uint8 or uint16; ``file`` is its name for messages."""
+    """Return uint8 or uint16 pixels as PNG bytes; ``file`` is the name in messages."""
     with tempfile.TemporaryDirectory(prefix="passgraph-") as folder:
         temporary_file = Path(folder) / "a.png"
         write_image(file, temporary_file, pixels, WRITABLE[".png"], Metadata())
@@ -354,7 +360,7 @@ def encode_png(file: Path, pixels: Stored) -> bytes:
 
 
 def format_of_suffix(file: Path) -> WritableFormat:
-    """The format in which a file of this name is saved."""
+    """Return the format for a file name's suffix."""
     kind = WRITABLE.get(file.suffix.lower())
     if kind is None:
         raise InputError(f"{file}: unknown suffix '{file.suffix}'; expected one of {' '.join(WRITABLE)}")
@@ -362,11 +368,11 @@ def format_of_suffix(file: Path) -> WritableFormat:
 
 
 def check_holds_bits(file: Path, bits: int) -> np.dtype[Any]:
-    """The dtype of a file of this name with so many bits per channel.
+    """Return the dtype for a file name's suffix and a number of bits per channel.
 
     Raises
     ------
-    InputError : the format does not hold them.
+    InputError : the format does not support that many bits.
     """
     kind = format_of_suffix(file)
     found = [np.dtype(name) for name in kind.dtypes if np.dtype(name).itemsize * 8 == bits]
@@ -381,14 +387,14 @@ def check_holds_bits(file: Path, bits: int) -> np.dtype[Any]:
 
 
 def fewer_bits(kind: WritableFormat) -> str:
-    """The warning where a picture of 16 bits is saved in a format without them."""
-    return f"{kind.name} holds 8 bits a channel, and what it is made of has 16; to keep them, save as .png or .tif"
+    """Return the warning for saving a 16-bit picture in an 8-bit format."""
+    return f"{kind.name} holds 8 bits a channel, and the source has 16; to keep them, save as .png or .tif"
 
 
 def _metadata(like: str | os.PathLike[str] | Metadata | None) -> Metadata:
     if like is None or isinstance(like, Metadata):
         return like or Metadata()
-    return metadata_of(arguments.path(like, "the picture that another is like"))
+    return metadata_of(arguments.path(like, "the picture to copy metadata from"))
 
 
 def _stored_dtype(file: Path, pixels: Stored, kind: WritableFormat, bits: int | None) -> np.dtype[Any]:
@@ -402,7 +408,7 @@ def _stored_dtype(file: Path, pixels: Stored, kind: WritableFormat, bits: int | 
 
 
 def _converted(file: Path, pixels: Stored, dtype: np.dtype[Any], linear: bool) -> Stored:
-    """Pixels in the type that is stored."""
+    """Convert pixels to the dtype to store."""
     if linear and dtype.kind == "u":
         if pixels.dtype.kind == "u":
             raise InputError(
@@ -416,12 +422,12 @@ def _converted(file: Path, pixels: Stored, dtype: np.dtype[Any], linear: bool) -
         return np.ascontiguousarray(pixels)
     if dtype.kind == "u":
         return quantised(scaled(pixels) if pixels.dtype.kind == "u" else pixels, dtype, str(file))
-    with np.errstate(over="ignore"):  # beyond the type's range a float becomes infinity, as in a float target
+    with np.errstate(over="ignore"):  # values beyond the type's range become infinite, as in a float target
         return scaled(pixels).astype(dtype) if pixels.dtype.kind == "u" else pixels.astype(dtype)
 
 
 def _fitting_channels(file: Path, pixels: Stored, kind: WritableFormat) -> Stored:
-    """Pixels with a number of channels that the format holds: gray is repeated, opaque alpha is dropped."""
+    """Adapt the number of channels to the format: repeat gray, drop opaque alpha."""
     channels = pixels.shape[2]
     if channels in kind.channels:
         return pixels
@@ -437,7 +443,7 @@ def _fitting_channels(file: Path, pixels: Stored, kind: WritableFormat) -> Store
 
 
 def _checked(file: Path, picture: object) -> NDArray[Any]:
-    """The picture as (h, w, 1 | 2 | 3 | 4) of floats, uint8 or uint16."""
+    """Return the picture as (h, w, 1 | 2 | 3 | 4) of floats, uint8 or uint16."""
     if type(picture) is not np.ndarray:
         picture = arguments.numbers(picture, f"{file}: a picture", "be an array (h, w) or (h, w, 1 to 4) of numbers")
     pixels = np.asarray(picture)
@@ -459,7 +465,7 @@ def _write_npy(temporary: Path, values: Stored) -> None:
 
 
 def _write(file: Path, write_to: Callable[[Path], None]) -> None:
-    """Write a file under a temporary name in the same folder, then give it its name in one step."""
+    """Write a file under a temporary name in the same folder, then rename it in one step."""
     try:
         with NewFile(file) as new_file:
             write_to(new_file.temporary)

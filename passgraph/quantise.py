@@ -1,4 +1,4 @@
-"""Floats in [0, 1] to integers of 8 and 16 bits."""
+"""Convert floats in [0, 1] to integers of 8 and 16 bits."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 
-#: Values that are worked on at a time: what is held beside the picture stays in a core's cache.
+#: Values converted at a time, so that temporaries stay in a core's cache.
 _AT_ONCE = 1 << 16
 
 
 def quantised(values: NDArray[Any], dtype: np.dtype[Any], whose: str) -> NDArray[Any]:
-    """Floats of any shape, clipped to [0, 1], as uint8 or uint16, rounded half to even.
+    """Convert floats of any shape to uint8 or uint16: clip to [0, 1], round half to even.
 
     ``whose`` begins the message of the error.
 
     Raises
     ------
-    InputError : for NaN, which no integer is.
+    InputError : for NaN, which has no integer value.
 
     >>> quantised(np.array([-1.0, 0.5, 2.0]), np.dtype(np.uint8), "three").tolist()
     [0, 128, 255]
@@ -39,7 +39,7 @@ def quantised(values: NDArray[Any], dtype: np.dtype[Any], whose: str) -> NDArray
 
 
 def check_no_nan(pixels: NDArray[Any], whose: str) -> None:
-    """Raise InputError that says where in a picture (h, w, channels) the first NaN is."""
+    """Raise InputError with the position of the first NaN in a picture (h, w, channels)."""
     missing = np.isnan(pixels)
     if missing.any():
         row, column, channel = (int(i) for i in np.argwhere(np.atleast_3d(missing))[0])

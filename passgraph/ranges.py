@@ -1,4 +1,4 @@
-"""Ranges of numbers, said once in a signature: ``threshold: Annotated[float, pg.Range(0)] = 1.0``."""
+"""Ranges of numbers, declared in a signature: ``threshold: Annotated[float, pg.Range(0)] = 1.0``."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ class Range:
 
     Parameters
     ----------
-    low, high : the least and the largest, both allowed; None where there is no limit
+    low, high : inclusive bounds; None for no bound
     unit : such as "px", "stops" or "scene units"; empty for pure numbers
-    above : whether ``low`` itself is refused
-    odd : whether only odd numbers are allowed
+    above : True if ``low`` itself is excluded
+    odd : True if only odd numbers are allowed
 
     Raises
     ------
     GraphError
-        For limits that are no numbers, or leave none.
+        If a limit is not a number, or the range is empty.
 
     Examples
     --------

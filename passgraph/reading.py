@@ -1,7 +1,6 @@
-"""Files of others, read whole: only regular ones of a bounded size, and never opened before that is known.
+"""Read whole files from untrusted sources: regular files of a bounded size only, checked before they are opened.
 
-A pipe or a device may hang, never end, or do something when it is opened; so what is not a regular file is refused
-first.
+Opening a pipe or a device may hang or have side effects, so anything but a regular file is an error.
 """
 
 from __future__ import annotations
@@ -15,16 +14,16 @@ from passgraph.errors import InputError
 
 
 def check_regular(path: str | os.PathLike[str], what: str) -> int:
-    """The size in bytes of a regular file.
+    """Return the size in bytes of a regular file.
 
     Parameters
     ----------
     path : a file, or a link to one
-    what : what is expected there, for messages: "a picture file"
+    what : the expected kind of file, for messages: "a picture file"
 
     Raises
     ------
-    InputError : nothing is there, or a directory, a pipe, a device or a socket.
+    InputError : the path does not exist, or is a directory, a pipe, a device or a socket.
 
     Examples
     --------
@@ -41,13 +40,13 @@ def check_regular(path: str | os.PathLike[str], what: str) -> int:
 
 
 def read_bytes(path: str | os.PathLike[str], what: str, most: int, mend: str = "make it smaller") -> bytes:
-    """All bytes of a regular file.
+    """Return all bytes of a regular file.
 
     Parameters
     ----------
     path, what : as `check_regular` takes them
-    most : a larger file is refused before it is read
-    mend : what the error of a larger file advises
+    most : largest size in bytes, checked before reading
+    mend : the advice in the message for a larger file
 
     Raises
     ------
@@ -61,7 +60,7 @@ def read_bytes(path: str | os.PathLike[str], what: str, most: int, mend: str = "
     """
     check_regular(path, what)
     try:
-        # What stands there now may be another thing than a moment ago; opened so, a pipe does not wait for a writer.
+        # The path may have been replaced meanwhile; opened without blocking, a pipe does not wait for a writer.
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         with os.fdopen(handle, "rb") as stream:
             size = _size(path, os.fstat(handle), what)
@@ -76,7 +75,7 @@ def read_bytes(path: str | os.PathLike[str], what: str, most: int, mend: str = "
 
 
 def read_text(path: str | os.PathLike[str], what: str, most: int) -> str:
-    """All text of a regular file in UTF-8; raises `InputError` as `read_bytes` does, and for other bytes."""
+    """Return all text of a regular UTF-8 file; raises `InputError` as `read_bytes` does, and if it is not UTF-8."""
     try:
         return read_bytes(path, what, most).decode("utf-8")
     except UnicodeDecodeError as error:
@@ -86,7 +85,8 @@ def read_text(path: str | os.PathLike[str], what: str, most: int) -> str:
 
 
 def _at_most(stream: BinaryIO, size: int, most: int) -> bytes:
-    """All of a file, or a little more than ``most``: a file may grow, and those of /proc say that they are empty."""
+    """Return a file's content, at most a little more than ``most`` bytes: it may grow, and files in /proc report size
+    0."""
     parts = [stream.read(size)]
     while sum(map(len, parts)) <= most and (more := stream.read(1 << 16)):
         parts.append(more)

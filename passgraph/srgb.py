@@ -1,6 +1,6 @@
-"""The curve of sRGB on the host (IEC 61966-2-1:1999, section 5), in the precision of what is given.
+"""The sRGB curve on the host (IEC 61966-2-1:1999, section 5), in the dtype of the argument.
 
-Kernels have the same curve in their own language, ``encode_srgb`` and ``decode_srgb`` of
+Kernels use ``encode_srgb`` and ``decode_srgb`` of
 :mod:`passgraph.language.prelude`.
 """
 
@@ -15,7 +15,7 @@ Floats = TypeVar("Floats", bound=NDArray[Any])
 
 
 def srgb_to_linear(encoded: Floats) -> Floats:
-    """Linear light of sRGB-encoded values in [0, 1].
+    """Decode sRGB-encoded values in [0, 1] to linear light.
 
     >>> srgb_to_linear(np.array([0.0, 0.5, 1.0])).round(4).tolist()
     [0.0, 0.214, 1.0]
@@ -25,7 +25,7 @@ def srgb_to_linear(encoded: Floats) -> Floats:
 
 
 def linear_to_srgb(light: Floats) -> Floats:
-    """sRGB-encoded values of linear light in [0, 1].
+    """Encode linear light in [0, 1] as sRGB.
 
     >>> linear_to_srgb(np.array([0.0, 0.214, 1.0])).round(2).tolist()
     [0.0, 0.5, 1.0]

@@ -1,4 +1,4 @@
-"""Three-dimensional pictures: slices below one another in one picture, as `Target.slices` reads them."""
+"""Volumes: slices stored one below another in a picture, as `Target.slices` reads them."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from passgraph.errors import InputError
 
 
 def stacked(volume: object) -> NDArray[Any]:
-    """A volume (depth, height, width) or (depth, height, width, channels) as the picture of its slices.
+    """Return a volume (depth, height, width[, channels]) as one picture with its slices one below another.
 
-    The picture is (depth · height, width[, channels]), of the same dtype, without a copy where the memory allows it.
+    The picture is (depth · height, width[, channels]) in the same dtype; it is a view of the volume where possible.
 
     Raises
     ------
     InputError
-        For what is no array of numbers of three or four dimensions, none of them empty.
+        Unless it is a non-empty array of numbers with three or four dimensions.
 
     Examples
     --------

@@ -1,9 +1,9 @@
-"""Output files: written under a temporary name, renamed when complete, and removed where the work ends before that.
+"""Output files: written under a temporary name, renamed when complete, removed if the work fails.
 
-Only regular files are replaced.  A device, FIFO or socket stays what it is, also behind a symbolic link.
+Only regular files are replaced.  A device, FIFO or socket is never replaced, not even through a symbolic link.
 
-A temporary name holds the machine and the process that made it: `.passgraph-MACHINE-PID-RANDOM`.  A process that is
-killed leaves its files; the next one that writes to the same folder removes them (:func:`_sweep`).
+A temporary name contains the machine and the process: `.passgraph-MACHINE-PID-RANDOM`.  A process that is killed leaves
+its temporary files; the next process that writes to the same folder removes them (:func:`_sweep`).
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from passgraph.errors import InputError
 _TEMPORARY = re.compile(r"\.passgraph-([0-9a-f]{8})-([0-9]{1,10})-[0-9a-f]{12}(\.\w+)?")
 #: Temporary files of this process.
 _unfinished: set[Path] = set()
-#: Folders that were swept.
+#: Folders that were already swept.
 _swept: set[Path] = set()
 
 
 class NewFile:
-    """A file, or a folder where ``is_folder``, that is written as ``temporary`` and gets its name from `complete`.
+    """A file (or a folder, if ``is_folder``) that is written as ``temporary`` and renamed by `complete`.
 
-    Used as a context it is discarded at the end, unless it was completed.
+    As a context manager it discards the file at the end unless it was completed.
 
     Raises
     ------
@@ -55,7 +55,7 @@ class NewFile:
         self.discard()
 
     def complete(self) -> None:
-        """Give it its name, in one step; raises OSError, and InputError where something else has taken the name."""
+        """Rename it to its final name; raises OSError, and InputError if something else has taken the name."""
         _check_kind(self._file, self.target, self._is_folder)
         if self._is_folder and self.target.is_dir():
             _replace_folder(self.temporary, self.target)
@@ -64,13 +64,13 @@ class NewFile:
         _unfinished.discard(self.temporary)
 
     def discard(self) -> None:
-        """Remove what is not complete; idempotent."""
+        """Remove an incomplete file; idempotent."""
         _remove(self.temporary)
         _unfinished.discard(self.temporary)
 
 
 def place_of(file: Path, *, is_folder: bool = False) -> Path:
-    """The path at which a file of this name is written: behind a symbolic link, so that the link stays one.
+    """Return the path to write to for a file name: symbolic links are followed, so that a link stays a link.
 
     Raises
     ------
@@ -94,10 +94,10 @@ def place_of(file: Path, *, is_folder: bool = False) -> Path:
 
 
 def _check_kind(file: Path, target: Path, is_folder: bool) -> None:
-    """Refuse a name that something other than a regular file (or a folder) has."""
+    """Raise InputError if the name belongs to something other than a regular file (or a folder)."""
     try:
         mode = os.lstat(target).st_mode
-    except OSError:  # nothing is there, or writing will say why not
+    except OSError:  # it does not exist, or writing will report the reason
         return
     if stat.S_ISDIR(mode):
         if not is_folder:
@@ -107,9 +107,9 @@ def _check_kind(file: Path, target: Path, is_folder: bool) -> None:
 
 
 def _open_link(path: Path) -> Path | None:
-    """The first link on the way that leads out of a sticky folder to which every user may write, such as /tmp.
+    """Return the first link in a world-writable sticky folder, such as /tmp, on the way to the file.
 
-    Any user can lay a link there that leads to another one's files.
+    Any user can create a link there that leads to another user's files.
     """
     links = 0
     pending, way = list(path.parts[:0:-1]), Path(path.anchor)
@@ -123,7 +123,7 @@ def _open_link(path: Path) -> Path | None:
         if mode & stat.S_ISVTX and mode & stat.S_IWOTH and not end.is_relative_to(os.path.realpath(way)):
             return step
         links += 1
-        if links > _MOST_LINKS:  # a ring: opening it fails
+        if links > _MOST_LINKS:  # a cycle of links: opening it fails
             return None
         inner = Path(os.readlink(step))
         pending += [part for part in inner.parts[::-1] if part != inner.anchor]
@@ -135,16 +135,16 @@ _MOST_LINKS = 40
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file, complete or not at all."""
+    """Write a text file atomically."""
     with NewFile(path) as new_file:
         new_file.temporary.write_text(text, encoding="utf-8")
         new_file.complete()
 
 
 def discard_unfinished() -> None:
-    """Remove the temporary files of this process; for a process that ends now."""
+    """Remove this process's temporary files; call this when it exits."""
     for path in list(_unfinished):
-        if f"-{os.getpid()}-" in path.name:  # a forked child has its parent's list
+        if f"-{os.getpid()}-" in path.name:  # a forked child inherits its parent's list
             _remove(path)
 
 
@@ -157,9 +157,9 @@ def _remove(path: Path) -> None:
 
 
 def _replace_folder(new_folder: Path, path: Path) -> None:
-    """Rename a folder over another one.
+    """Replace a folder by another one.
 
-    The older one is renamed first, to a name that is never swept: it is the only copy until the new one has its name.
+    The old one is renamed first, to a name that is never swept: it is the only copy until the new one is in place.
     """
     old = path.with_name(f".passgraph-old-{secrets.token_hex(6)}{path.suffix}")
     os.rename(path, old)
@@ -173,7 +173,7 @@ def _replace_folder(new_folder: Path, path: Path) -> None:
 
 @cache
 def _machine() -> str:
-    """A short hash of what process numbers are counted in: the host and, in a container, its own numbering."""
+    """Return a short hash of the process ID namespace: the host and, in a container, the container."""
     try:
         counted = os.stat("/proc/self/ns/pid").st_ino
     except OSError:
@@ -182,8 +182,8 @@ def _machine() -> str:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove temporary files of this user's dead processes on this machine, once a process and folder."""
-    if folder in _swept or os.name != "posix":  # on other systems os.kill would end the process that it asks for
+    """Remove temporary files of this user's dead processes on this machine, once per process and folder."""
+    if folder in _swept or os.name != "posix":  # elsewhere os.kill would end the process
         return
     _swept.add(folder)
     with suppress(OSError), os.scandir(folder) as entries:
@@ -200,6 +200,6 @@ def _is_dead(process: int) -> bool:
         os.kill(process, 0)
     except ProcessLookupError:
         return True
-    except (OSError, OverflowError):  # another user's
+    except (OSError, OverflowError):  # the process belongs to another user
         return False
     return False

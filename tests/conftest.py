@@ -21,9 +21,9 @@ from passgraph.backends.registry import backend_class, open_backend
 from passgraph.errors import PassgraphError
 
 #: Backends that are held against the reference.
-DEVICES = ("gl", "opencl", "numpy")
+DEVICES = ("gl", "opencl", "webgpu", "numpy")
 #: The same for what numpy shows as well, and PoCL would compile dozens of programs for.
-SLOW_ON_OPENCL = ("gl", pytest.param("opencl", marks=pytest.mark.slow), "numpy")
+SLOW_ON_OPENCL = ("gl", pytest.param("opencl", marks=pytest.mark.slow), "webgpu", "numpy")
 #: New objects after which Python looks for cycles among them: kernels are trees of many small ones that stay, and its
 #: own 700 cost tests a twentieth of their time.
 GARBAGE_AFTER = 20_000

@@ -7,9 +7,10 @@
 #
 #   PYTHON            the interpreter to build the virtual environment with (default: python3, 3.11 or later)
 #   PASSGRAPH_VENV    where that environment is (default: .venv-tests in the checkout)
-#   PASSGRAPH_EXPECT  devices that must be here; a missing one fails, it does not skip (default: gl,opencl,numpy)
+#   PASSGRAPH_EXPECT  devices that must be here; a missing one fails, it does not skip (default:
+#                     gl,opencl,webgpu,numpy)
 #   GALLIVM_PERF      how Mesa's software renderer compiles shaders (default: nopt, not optimised, which saves a third
-#                     of the time of tests that draw; tests/conformance/test_driver.py runs the driver as users have it).
+#                     of the time of tests that draw; tests/conformance/test_driver.py, slow, has it as users do).
 #                     Empty, it is as users have it throughout, and so it is where the arguments choose marks, as
 #                     -m "" does: who waits for the slow tests waits for these too
 #
@@ -39,7 +40,7 @@ stop() {
 }
 
 venv=${PASSGRAPH_VENV:-.venv-tests}
-export PASSGRAPH_EXPECT=${PASSGRAPH_EXPECT-gl,opencl,numpy}
+export PASSGRAPH_EXPECT=${PASSGRAPH_EXPECT-gl,opencl,webgpu,numpy}
 
 python=${PYTHON:-python3}
 command -v "$python" >/dev/null ||
@@ -65,9 +66,9 @@ as_root() {
 installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
 missing=()
 if ! command -v dpkg-query >/dev/null; then
-    echo "not Debian or Ubuntu: install OpenGL with EGL (Mesa), an OpenCL loader and PoCL, and oclgrind yourself"
+    echo "not Debian or Ubuntu: install OpenGL with EGL and Vulkan (Mesa), an OpenCL loader and PoCL, and oclgrind yourself"
 else
-    for package in libegl1 libgl1 libgl1-mesa-dri libgles2 ocl-icd-libopencl1 pocl-opencl-icd oclgrind xvfb; do
+    for package in libegl1 libgl1 libgl1-mesa-dri libgles2 mesa-vulkan-drivers ocl-icd-libopencl1 pocl-opencl-icd oclgrind xvfb; do
         installed "$package" || missing+=("$package")
     done
     if lacks_venv && [ ! -x "$venv/bin/pip" ]; then missing+=("python$version-venv"); fi

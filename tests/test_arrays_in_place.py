@@ -16,7 +16,7 @@ from passgraph.verify.compare import compare
 from tests.hostile.guard import guarded_copy
 
 SIZE = (24, 160)  # height and width: rows longer than what machine code reads at once
-BACKENDS = ("reference", "numpy", "gl", "opencl")
+BACKENDS = ("reference", "numpy", "gl", "opencl", "webgpu")
 
 
 def grey(name: str = "grey", format: str = "rgba8") -> pg.Target:
@@ -219,7 +219,7 @@ WRONG: dict[str, tuple[Any, str]] = {
         r"\(24, 160, 4\) of uint8 or float32, as target",
     ),
     "another type": ({"grey": np.empty((*SIZE, 4), np.uint16)}, "got .* of uint16"),
-    "no array": ({"grey": [[0]]}, "no memory to write into"),
+    "no array": ({"grey": [[0]]}, "cannot be written into"),
     "no mapping": ([np.empty(3)], "takes arrays by output name"),
     "one pixel everywhere": ({"grey": np.broadcast_to(np.zeros(4, np.uint8), (*SIZE, 4))}, "read-only"),
 }

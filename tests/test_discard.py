@@ -29,7 +29,7 @@ def cut(c: Image, least: float) -> vec4:
 TWICE = "def twice(c: Image) -> vec4: return c[0, 0] * 2.0 + vec4(1.0, 0.0, 0.0, 0.0)"
 
 
-@pytest.fixture(scope="module", params=["reference", "numpy", "gl", "opencl"])
+@pytest.fixture(scope="module", params=["reference", "numpy", "gl", "opencl", "webgpu"])
 def backend(request: pytest.FixtureRequest) -> Iterator[Backend]:
     with open_backend(request.param) as opened:
         yield opened

@@ -136,7 +136,7 @@ def test_files_that_are_links_or_pipes_are_not_read(base: Path, tmp_path: Path) 
     disk_cache.remember("code", "one", b"0 1 2")
     (base / "code" / "one").rename(tmp_path / "elsewhere")
     (base / "code" / "one").symlink_to(tmp_path / "elsewhere")
-    with pytest.warns(UserWarning, match="keeps nothing on disk"):
+    with pytest.warns(UserWarning, match="cannot use its disk cache"):
         assert disk_cache.recall("code", "one") is None
     (base / "code" / "one").unlink()
     os.mkfifo(base / "code" / "one")
@@ -258,7 +258,7 @@ def test_without_a_home(monkeypatch: pytest.MonkeyPatch) -> None:
         raise RuntimeError("Could not determine home directory.")
 
     monkeypatch.setattr(disk_cache.Path, "home", nobody)
-    refused("there is no home folder for what is kept .*PASSGRAPH_CACHE")
+    refused("there is no home folder for the cache .*PASSGRAPH_CACHE")
 
 
 SCRIPT = """
@@ -277,7 +277,7 @@ def test_a_program_runs_where_nothing_can_be_kept(tmp_path: Path) -> None:
         [sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, check=True, timeout=120
     )
     assert made.stdout.split() == ["32.0"]
-    assert made.stderr.count("passgraph keeps nothing on disk, each process compiles anew") == 1
+    assert made.stderr.count("passgraph cannot use its disk cache, so each process compiles again") == 1
 
 
 def test_a_folder_that_is_too_full_loses_what_was_written_first(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ def made(picture: object, input: pg.Target | None = None, backend: str = "numpy"
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64, np.uint8, np.uint16, np.bool_])
-@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl", "reference"])
+@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl", "webgpu", "reference"])
 def test_an_array_without_channels_is_grey(dtype: type, backend: str) -> None:
     scale = 1 if np.dtype(dtype).kind in "fb" else np.iinfo(dtype).max
     array = (GREY > 0.5 if dtype is np.bool_ else GREY * scale).astype(dtype)

@@ -21,7 +21,7 @@ def numbered() -> pg.Target:
     return made
 
 
-@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl", "reference"])
+@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl", "webgpu", "reference"])
 @pytest.mark.parametrize("ago", [1, 2, 5])
 def test_a_run_sees_what_was_written_so_many_runs_ago(backend: str, ago: int) -> None:
     now = KEPT(pg.Input("frame"), into=pg.target("now", "r32f", initial=7.0))
@@ -33,7 +33,7 @@ def test_a_run_sees_what_was_written_so_many_runs_ago(backend: str, ago: int) ->
         assert float(program(frame=FRAME)["late"][0, 0, 0]) == 7.0
 
 
-@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl", "reference"])
+@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl", "webgpu", "reference"])
 def test_a_program_goes_on_where_another_one_stands(backend: str) -> None:
     """Of targets with one name, size and format; of one kept for several runs each of them."""
 

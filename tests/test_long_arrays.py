@@ -64,18 +64,18 @@ class Counting:
         monkeypatch.setattr(backend, "upload", counted)
 
 
-@pytest.mark.parametrize("name", ["reference", "numpy", "gl", "opencl"])
+@pytest.mark.parametrize("name", ["reference", "numpy", "gl", "opencl", "webgpu"])
 def test_a_tone_curve_of_4096_entries_is_interpolated_as_numpy_does(name: str) -> None:
     with pg.compile(tone(pg.Input("frame"), CURVE), backend=name) as program:
         assert np.abs(program(frame=FRAME)["tone"] - interpolated(CURVE)).max() < 4e-7
 
 
 def test_the_oracle_bounds_it_on_every_backend() -> None:
-    report = compare(tone(pg.Input("frame"), CURVE), ["numpy", "gl", "opencl"], frame=FRAME)
+    report = compare(tone(pg.Input("frame"), CURVE), ["numpy", "gl", "opencl", "webgpu"], frame=FRAME)
     assert report.passed, report.difference
 
 
-@pytest.mark.parametrize("name", ["reference", "numpy", "gl", "opencl"])
+@pytest.mark.parametrize("name", ["reference", "numpy", "gl", "opencl", "webgpu"])
 @pytest.mark.parametrize("type_", ["int", "uint"])
 def test_whole_numbers_are_exact_to_the_bit(name: str, type_: str) -> None:
     # as floats half of these bits are NaN or denormal

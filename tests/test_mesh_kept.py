@@ -73,7 +73,7 @@ def take_away(mesh: OwnMesh) -> None:
 
 
 @pytest.mark.parametrize("change", [grow, shrink, point_beyond, move, take_away])
-@pytest.mark.parametrize("name", ["numpy", "gl", "opencl", "reference"])
+@pytest.mark.parametrize("name", ["numpy", "gl", "opencl", "webgpu", "reference"])
 def test_what_becomes_of_a_mesh_changes_no_picture(name: str, change: Callable[[OwnMesh], None]) -> None:
     """Changed before compiling, before the first run and between runs: half everywhere, always."""
     if name != "reference":

@@ -74,9 +74,12 @@ def test_a_mesh_stays_one_that_nobody_can_write_to(kept: bool, moved: Callable[[
     ("make", "says"),
     [
         (of_text, r"kernel half was made from text, .*: define it at the top of a module, or .* pg\.to_data\("),
-        (lambda: half(pg.Input("frame")), r"handle of 'half': graphs are not pickled; send plain data: pg\.to_data\("),
+        (
+            lambda: half(pg.Input("frame")),
+            r"handle of 'half': graphs cannot be pickled; send plain data: pg\.to_data\(",
+        ),
         (program, r"a program has a device of this process, .* from program\.to_data\(\)"),
-        (lambda: open_backend("reference"), "reference: an open backend is a device of this process, .* give its name"),
+        (lambda: open_backend("reference"), "reference: an open backend is bound to this process .* give its name"),
     ],
     ids=["kernel of text", "graph", "program", "backend"],
 )
@@ -111,5 +114,5 @@ def test_a_closed_program_is_not_entered() -> None:
 def test_what_a_run_brings_is_not_called_into(what: str) -> None:
     dimmed = pg.kernel(source="def dimmed(c: Image, by: float) -> vec4: return c[0, 0] * by")
     given = {"input": (pg.Input("into"), 0.5), "value": (pg.Input("frame"), pg.Value("into"))}[what]
-    with pytest.raises(PassgraphError, match=f"an? {what} cannot be called 'into': that says where results go"):
+    with pytest.raises(PassgraphError, match=f"an? {what} cannot be called 'into', which names the destination arrays"):
         pg.compile(dimmed(*given))

@@ -48,16 +48,19 @@ def test_bytes_come_back_exactly(tmp_path: Path, suffix: str, channels: int) -> 
     np.testing.assert_array_equal(load(file), back)
 
 
-@pytest.mark.parametrize("suffix", [".exr", ".npy"])
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
+@pytest.mark.parametrize("suffix", [".exr", ".npy"])
 def test_floats_come_back_exactly(tmp_path: Path, suffix: str, channels: int) -> None:
+    """Arrays of two channels are red and green, as in programs; pictures of two are gray and alpha."""
     values = rng.normal(0, 100, (7, 5, channels)).astype(np.float32)
     if channels in (2, 4):
         values[..., -1] = 2.0 ** rng.integers(-3, 1, (7, 5))  # OpenEXR holds color times alpha: exact for these
     values[0, 0, 0], values[1, 1, 0], values[2, 2, 0] = np.inf, np.nan, -0.0
     save(tmp_path / f"p{suffix}", values)
-    np.testing.assert_array_equal(load(tmp_path / f"p{suffix}"), rgba_of(values))
-    np.testing.assert_array_equal(load(tmp_path / f"p{suffix}", linear=True), rgba_of(values))
+    is_data = suffix == ".npy" and channels == 2
+    expected = rgba_of(np.dstack([values, np.zeros_like(values[..., :1])]) if is_data else values)
+    np.testing.assert_array_equal(load(tmp_path / f"p{suffix}"), expected)
+    np.testing.assert_array_equal(load(tmp_path / f"p{suffix}", linear=True), expected)
 
 
 @settings(deadline=None)
@@ -353,6 +356,43 @@ def test_exr_layers_by_name(tmp_path: Path, layer: str | None, channels: tuple[s
         assert np.array_equal(load(f"{tmp_path}/a.exr:{layer}"), expected)
 
 
+@pytest.mark.parametrize(
+    ("names", "layer", "read"),
+    [
+        (("forward.u", "forward.v"), "forward", ("forward.u", "forward.v", None, "one")),  # motion vectors
+        (("turn.x", "turn.y", "turn.z", "turn.w"), "turn", ("turn.x", "turn.y", "turn.z", "turn.w")),  # no alpha
+        (("glow.red", "glow.green", "glow.blue", "Z"), "glow", ("glow.red", "glow.green", "glow.blue", "one")),
+        (("glow.red", "glow.green", "glow.blue", "Z"), None, ("glow.red", "glow.green", "glow.blue", "one")),
+        (("Y", "N.X", "N.Y", "N.Z"), None, ("Y", "Y", "Y", "one")),
+    ],
+)
+def test_channels_of_a_layer(tmp_path: Path, names: tuple[str, ...], layer: str | None, read: tuple[str, ...]) -> None:
+    openexr = pytest.importorskip("OpenEXR")
+    values: dict[str | None, Any] = {name: rng.random((4, 6), np.float32) for name in names}
+    openexr.File({}, dict(values)).write(str(tmp_path / "a.exr"))
+    values |= {None: np.zeros((4, 6), np.float32), "one": np.ones((4, 6), np.float32)}
+    expected = np.stack([values[name] for name in read], axis=-1)
+    assert np.array_equal(load(tmp_path / "a.exr", layer=layer), expected)
+
+
+def test_one_of_several_colored_layers_must_be_named(tmp_path: Path) -> None:
+    openexr = pytest.importorskip("OpenEXR")
+    values = {f"{layer}.{letter}": np.zeros((2, 2), np.float32) for layer in ("AO", "Combined") for letter in "RGB"}
+    openexr.File({}, values).write(str(tmp_path / "a.exr"))
+    refused(r"several layers with color: AO, Combined; name one: .*a\.exr:AO", load, tmp_path / "a.exr")
+
+
+@pytest.mark.parametrize("meaning", ["unspecified", "unassalpha"])
+@pytest.mark.parametrize("channels", [2, 4])
+def test_extra_samples_of_tiff_are_alpha_where_they_say_so(tmp_path: Path, channels: int, meaning: str) -> None:
+    values = bytes_of[channels]
+    kind: Any = "rgb" if channels == 4 else "minisblack"
+    tifffile.imwrite(tmp_path / "a.tif", values, photometric=kind, planarconfig="contig", extrasamples=[meaning])
+    padded = {2: np.dstack([values, np.zeros_like(values[..., 0])]), 4: values[..., :3]}
+    expected = rgba_of((values if meaning == "unassalpha" else padded[channels]) / np.float32(255))
+    np.testing.assert_array_equal(load(tmp_path / "a.tif"), expected)
+
+
 def test_an_unknown_layer_names_those_that_are_there(tmp_path: Path) -> None:
     layered(tmp_path / "a.exr")
     refused("no layer 'depth'; it has Z, N, diffuse", load, tmp_path / "a.exr", layer="depth")
@@ -365,6 +405,9 @@ def test_exr_parts_by_name(tmp_path: Path) -> None:
     openexr.File(parts).write(str(tmp_path / "a.exr"))
     assert np.array_equal(load(tmp_path / "a.exr")[..., :3], beauty)
     assert np.array_equal(load(tmp_path / "a.exr:depth")[..., 0], depth)
+    parts = [openexr.Part({"name": "depth"}, {"Z": depth}), openexr.Part({"name": "beauty"}, {"RGB": beauty})]
+    openexr.File(parts).write(str(tmp_path / "b.exr"))
+    assert np.array_equal(load(tmp_path / "b.exr")[..., :3], beauty)
 
 
 def test_exr_without_color_names_its_layers(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from passgraph.run import profile as profile_module
 from passgraph.run.profile import PassTime, Profile, Stopwatch
 
 FRAME = np.random.default_rng(2).random((18, 32, 4), np.float32)
-BACKENDS = ("numpy", "gl", "opencl", "reference")
+BACKENDS = ("numpy", "gl", "opencl", "webgpu", "reference")
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

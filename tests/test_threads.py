@@ -27,7 +27,7 @@ from tests.corners import placed
 
 #: Backends that a forked process can go on using.
 SURVIVING = ("numpy", "reference")
-BACKENDS = ("numpy", "gl", "opencl", "reference")
+BACKENDS = ("numpy", "gl", "opencl", "webgpu", "reference")
 THREADS = 8
 SIZE = (24, 16)
 #: A child that has not ended by then hangs; none takes a tenth of it.

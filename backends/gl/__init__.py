@@ -1,9 +1,9 @@
-"""OpenGL 3.3 and OpenGL ES 3.0: kernels as shaders, draws by the hardware's rasterizer.
+"""OpenGL 3.3 and OpenGL ES 3.0: kernels as shaders, draws on the hardware rasterizer.
 
 Read in this order: ``backend`` (storages, transfers), ``passes``, ``glsl`` (the printer) and ``dialect``, ``programs``,
 ``state``, ``textures``, ``context``, ``functions``, ``capabilities``.
 
-:mod:`passgraph.hosts` works in an engine's context.
+:mod:`passgraph.hosts` uses it in an engine's context.
 """
 
 from __future__ import annotations

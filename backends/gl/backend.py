@@ -37,13 +37,13 @@ from passgraph.plan.limits import Limits
 
 #: Texture parameters: nearest for both filters, clamp to edge, one mip level, no depth comparison.
 _PARAMETERS = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x813D: 0, 0x884C: 0}
-#: Uniforms of a stage besides a kernel's parameters, the output's size and the guard band's factor, a vector each.
+#: Vector uniforms of a stage besides the kernel's parameters: the output's size and the guard band's factor.
 OTHER_NUMBERS = 8
 
 
 class GLBackend(Backend):
-    """OpenGL 3.3 off screen.  Every call and every run makes the context current, in whatever thread it comes, and puts
-    the one before back."""
+    """OpenGL 3.3 off screen.  Every call and every run makes the context current, in any thread, and then restores the
+    previous one."""
 
     name: ClassVar[str] = "gl"
     snaps: ClassVar[bool] = False
@@ -69,16 +69,16 @@ class GLBackend(Backend):
                 numbers=gl.integer(g.MAX_FRAGMENT_UNIFORMS) - OTHER_NUMBERS,
                 rounding=4,
                 varyings=gl.integer(g.MAX_VARYINGS),
-                filters=not gl.has.is_es,  # ES filters no float32 without an extension
+                filters=not gl.has.is_es,  # ES filters float32 only with an extension
                 trips=loop_trips(gl.text(g.RENDERER)),
                 not_kept=gl.has.not_kept(),
                 not_written=gl.has.not_drawn(),
             )
-            #: Invocations that count a row together; 0 where there are no compute shaders.
+            #: Invocations that count a row together; 0 without compute shaders.
             self.count_group = count_group(gl)
             self.no_vertices = self.objects.new("VertexArray")
         self._offset_unit: float | None = None
-        self.values: Texture | None = None  # float32 on its way into a texture; the last one stays
+        self.values: Texture | None = None  # staging texture for float32 values; the last one is kept
         self._gl_formats: dict[Format, GLFormat] = {}
 
     @classmethod
@@ -109,7 +109,7 @@ class GLBackend(Backend):
             )
         arguments = (gl_format.internal, width, height, 0, gl_format.external, gl_format.type, None)
         if not gl.has.is_es:
-            self._check_room(what, width, arguments)
+            self._check_fits(what, width, arguments)
         name = self.objects.new("Texture")
         with fixed.transfer(gl, fixed.Rows()):
             gl.BindTexture(g.TEXTURE_2D, name)
@@ -124,16 +124,16 @@ class GLBackend(Backend):
             raise
         return texture
 
-    def _check_room(self, what: str, width: int, arguments: tuple[Any, ...]) -> None:
-        """Whether the driver would take it, which it says by its size."""
+    def _check_fits(self, what: str, width: int, arguments: tuple[Any, ...]) -> None:
+        """Raise BackendError if the driver rejects the size; a proxy texture of size 0 says so."""
         gl, accepted = self.context.gl, ctypes.c_int(0)
         gl.TexImage2D(g.PROXY_TEXTURE_2D, 0, *arguments)
         gl.GetTexLevelParameteriv(g.PROXY_TEXTURE_2D, 0, g.TEXTURE_WIDTH, ctypes.byref(accepted))
         if accepted.value != width:
-            raise BackendError(f"gl: this device has no room for {what}; use a smaller size or format")
+            raise BackendError(f"gl: this device has not enough memory for {what}; use a smaller size or format")
 
     def _gl_format(self, format_: Format) -> GLFormat:
-        """Three channels stay three where the driver can draw into them (OpenGL does not promise it)."""
+        """Return the GL format; three channels stay three if the driver can draw into them, which is optional."""
         if format_ not in self._gl_formats:
             gl_format = gl_format_of(format_, padded=False)
             if format_.channels == 3:
@@ -147,7 +147,7 @@ class GLBackend(Backend):
         return self._gl_formats[format_]
 
     def draws(self, format_: Format) -> bool:
-        """Whether passes can write such pictures here."""
+        """Return True if passes can write pictures of this format here."""
         return format_.is_depth or format_.number not in self.limits.not_written
 
     def _zero(self, texture: Texture) -> None:
@@ -179,7 +179,7 @@ class GLBackend(Backend):
     # Transfers
 
     def upload(self, storage: Texture, picture: FloatBlock) -> None:
-        """The stencil of a depth-stencil storage becomes 0."""
+        """Upload a picture; the stencil of a depth-stencil storage becomes 0."""
         with self._transferring("uploading", storage):
             transfers.send_values(self, storage, picture)
 
@@ -229,7 +229,7 @@ class GLBackend(Backend):
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        """The context is made current once for all passes inside, which then set only what differs between them."""
+        """Make the context current once for all passes inside, which then set only the state that changes."""
         with self.context as gl:
             gl.drain()
             self.in_run = True
@@ -240,8 +240,7 @@ class GLBackend(Backend):
                 self.unbind()
 
     def offset_unit(self) -> float:
-        """Return the depth that the driver adds for one unit of polygon offset (rule 5: 1); the context must be
-        current."""
+        """Return the depth that the driver adds per unit of polygon offset (rule 5: 1); the context must be current."""
         if self._offset_unit is None:
             self._offset_unit = measure_offset_unit(self)
         return self._offset_unit
@@ -273,7 +272,7 @@ class GLBackend(Backend):
             return DrawRun(self, step)
 
     def unbind(self) -> None:
-        """Leave nothing of ours bound, so that deleting and reading elsewhere meet no surprise."""
+        """Unbind all of our objects, so that deletes and reads elsewhere are safe."""
         gl = self.context.gl
         self.context.bound.forget()
         gl.BindVertexArray(0)
@@ -293,7 +292,7 @@ class GLBackend(Backend):
             if self.closed:
                 return
             self.closed = True
-            # Where the context cannot be made current, its objects go with it all the same.
+            # If the context cannot be made current, its objects are destroyed with it.
             with suppress(BackendError), self.context:
                 self.objects.delete_all()
             self.objects.alive.clear()
@@ -305,7 +304,7 @@ def gl_format_bytes(gl_format: GLFormat, size: tuple[int, int]) -> int:
 
 
 def _device_number(device: str | None) -> int:
-    """A device's number from a number or a part of its name."""
+    """Return a device's number, given a number or a part of its name."""
     if device is None:
         return 0
     number = device_number(device)

@@ -14,7 +14,7 @@ Version = tuple[int, int]
 _VERSION, _EXTENSIONS, _EXTENSION_COUNT = 0x1F02, 0x1F03, 0x821D
 _RENDERER, _FRAGMENT_BUFFERS = 0x1F01, 0x90DA
 _PROFILE, _COMPATIBLE_BIT, _FLAGS, _NO_ERROR_BIT, _CLIP_DISTANCES = 0x9126, 2, 0x821E, 8, 0x0D32
-#: The oldest of each kind that has all that passes need.
+#: The oldest versions of OpenGL and OpenGL ES with everything that passes need.
 OLDEST_DESKTOP, OLDEST_ES = (3, 3), (3, 0)
 
 
@@ -24,8 +24,8 @@ class Where:
 
     Attributes
     ----------
-    desktop, es : the first version of OpenGL, and of OpenGL ES, that has it; None for none
-    extensions : that bring it, and what the names of its functions end with then
+    desktop, es : the first version of OpenGL, and of OpenGL ES, that has it; None if none does
+    extensions : extensions that provide it, and the suffix of its function names there
     """
 
     desktop: Version | None = None
@@ -36,7 +36,7 @@ class Where:
 _EVERYWHERE, _DESKTOP = Where((3, 3), (3, 0)), Where((3, 3))
 FRAMEBUFFER_SRGB, _ALPHA_TEST, _CLIP_DISTANCE = 0x8DB9, 0x0BC0, 0x3000
 _CLIPPING = Where((3, 3), None, {"GL_EXT_clip_cull_distance": "", "GL_APPLE_clip_distance": ""})
-#: Always off: what a host program may have left on and what would change pictures; and where it can be asked for.
+#: Always switched off: state that a host program may have left on and that would change pictures.
 OFF = {
     0x0C11: _EVERYWHERE,  # scissor test
     0x864F: Where((3, 3), None, {"GL_EXT_depth_clamp": ""}),
@@ -45,12 +45,12 @@ OFF = {
     0x0BD0: _EVERYWHERE,  # dithering
     0x0BF2: _DESKTOP,  # logic operation
     0x0B41: _DESKTOP,  # smoothing of polygons
-    0x0B20: _DESKTOP,  # and of lines, for which drivers offset polygons otherwise
+    0x0B20: _DESKTOP,  # smoothing of lines, without which drivers offset polygons differently
     0x809E: _EVERYWHERE,
     0x80A0: _EVERYWHERE,  # sample alpha to coverage, sample coverage
     0x8E51: Where((3, 3), (3, 1)),  # sample mask
 }
-#: On in no context of ours.
+#: Never switched on in our own contexts.
 NEVER_OURS = {
     0x8F9D: _DESKTOP,  # primitive restart
     0x8D69: Where((4, 3), (3, 0), {"GL_ARB_ES3_compatibility": ""}),  # the same by a fixed index
@@ -69,9 +69,9 @@ class Capabilities:
     is_es : OpenGL ES, else desktop OpenGL
     version : (major, minor)
     extensions : names, such as "GL_EXT_texture_norm16"
-    off, never_ours : those of :data:`OFF` and :data:`NEVER_OURS` that can be switched here
-    is_compatible : whether it is of the compatibility profile
-    has_errors : whether it reports wrong calls; where it does not (KHR_no_error), they may do anything
+    off, never_ours : the entries of :data:`OFF` and :data:`NEVER_OURS` that this context has
+    is_compatible : True for the compatibility profile
+    has_errors : True if it reports wrong calls; without (KHR_no_error) they are undefined behavior
     """
 
     is_es: bool
@@ -100,32 +100,32 @@ class Capabilities:
 
     @property
     def always_encodes(self) -> bool:
-        """Whether what is written into an sRGB picture is encoded by the device, whatever is asked."""
+        """Return True if writes into sRGB pictures are always encoded by the device, whatever the setting."""
         return FRAMEBUFFER_SRGB not in self.off
 
     @property
     def has_buffers(self) -> bool:
-        """Whether shaders can write buffers."""
+        """Return True if shaders can write buffers."""
         return self.has(_BUFFERS)
 
     @property
     def has_layers(self) -> bool:
-        """Whether a framebuffer can draw into all layers of a texture at once."""
+        """Return True if a framebuffer can draw into all layers of a texture at once."""
         return self.version >= (3, 2)
 
     @property
     def has_stencil_textures(self) -> bool:
-        """Whether depth-stencil textures can be sampled as stencil."""
+        """Return True if depth-stencil textures can be sampled as stencil."""
         return self.has(_STENCIL_TEXTURING)
 
     @property
     def has_sampled_textures(self) -> bool:
-        """Whether textures may have several samples a pixel."""
+        """Return True if textures may be multisampled."""
         return self.has(_SEVERAL_SAMPLES)
 
     @property
     def skips_decoding(self) -> bool:
-        """Whether the numbers of an sRGB texture can be read as they are."""
+        """Return True if the stored numbers of an sRGB texture can be read without decoding."""
         return "GL_EXT_texture_sRGB_decode" in self.extensions
 
     def not_kept(self) -> dict[str, str]:
@@ -146,7 +146,7 @@ class Capabilities:
         return missing
 
     def blends(self, number: str) -> bool:
-        """Whether draws can blend into channels that hold such numbers."""
+        """Return True if draws can blend into channels of this type."""
         return number != "f4" or self.has(_FLOAT_BLENDING)
 
 
@@ -161,8 +161,8 @@ _FLOAT_BLENDING = Where((3, 3), None, {"GL_EXT_float_blend": ""})
 
 
 def count_group(gl: Any) -> int:
-    """Invocations of a compute shader that count a row together best; 0 where the current context has none whose
-    results fragment shaders can read."""
+    """Return the best number of compute invocations to count a row together; 0 if the current context has no compute
+    shaders whose results fragment shaders can read."""
     lacks = gl.DispatchCompute is None or gl.MemoryBarrier is None or not gl.has.has_buffers
     if lacks or gl.integer(_FRAGMENT_BUFFERS) < 1:
         return 0
@@ -172,12 +172,12 @@ def count_group(gl: Any) -> int:
 def capabilities_of(gl: Any) -> Capabilities:
     """Query the current context; ``gl`` has ``GetString``, ``GetStringi``, ``integer``.
 
-    Nothing is asked that this version lacks: the context may be an engine's, which would hear of the error.
+    It queries only what this version has: the context may be an engine's, which would see the errors.
 
     Raises
     ------
     DeviceMissingError
-        Where it is older than passes need.
+        If it is older than passes need.
     """
     text = (gl.GetString(_VERSION) or b"").decode(errors="replace")
     is_es, version = version_of(text)
@@ -199,8 +199,8 @@ def capabilities_of(gl: Any) -> Capabilities:
 
 
 def loop_trips(renderer: str) -> int:
-    """Trips of loops that a device makes for one pixel: Mesa's rasteriser on the CPU leaves all loops behind so many,
-    with no error (LP_MAX_TGSI_LOOP_ITERATIONS in gallivm/lp_bld_limits.h).
+    """Return the most loop iterations per pixel on a device: Mesa's CPU rasterizer leaves loops after that many,
+    without an error (LP_MAX_TGSI_LOOP_ITERATIONS in gallivm/lp_bld_limits.h).
 
     >>> loop_trips("llvmpipe (LLVM 15.0.6, 256 bits)"), loop_trips("NVIDIA H200") > 1 << 40
     (65535, True)
@@ -209,17 +209,17 @@ def loop_trips(renderer: str) -> int:
 
 
 def on_processor(renderer: str) -> bool:
-    """Whether it is one of Mesa's rasterisers on the CPU."""
+    """Return True for Mesa's rasterizers on the CPU."""
     return renderer.startswith(("llvmpipe", "softpipe"))
 
 
 def version_of(text: str) -> tuple[bool, Version]:
-    """Whether it is OpenGL ES, and its version, from what ``GL_VERSION`` says.
+    """Return True for OpenGL ES, and the version, from the text of ``GL_VERSION``.
 
     Raises
     ------
     DeviceMissingError
-        Where it is older than passes need.
+        If it is older than passes need.
 
     >>> version_of("OpenGL ES 3.2 Mesa 22.3.6"), version_of("4.5 (Core Profile) Mesa 22.3.6")
     ((True, (3, 2)), (False, (4, 5)))
@@ -230,6 +230,6 @@ def version_of(text: str) -> tuple[bool, Version]:
     if version < (OLDEST_ES if is_es else OLDEST_DESKTOP):
         raise DeviceMissingError(
             f"gl: the context is of {'' if is_es else 'OpenGL '}{text or 'an unknown version'}; passgraph needs OpenGL "
-            "3.3 or OpenGL ES 3.0; ask for a newer one where the window or the context is made"
+            "3.3 or OpenGL ES 3.0; request a newer one when creating the window or the context"
         )
     return is_es, version

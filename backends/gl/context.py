@@ -1,4 +1,4 @@
-"""OpenGL contexts: our own off screen, whichever is current, and whether a context is still the same one."""
+"""OpenGL contexts: our own off screen, the current one, and checks that a context is still the same."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from passgraph.errors import BackendError, DeviceMissingError
 
 
 class OtherContextError(BackendError):
-    """The context that is current is not the one that something was made in."""
+    """The current context is not the one in which an object was created."""
 
 
 class Canary:
-    """A shader object that nobody compiles.  Such objects are shared, can be looked at without being bound, and keep
-    their text: another context has no shader of this number, or one of another text."""
+    """A shader object that is never compiled.  Shaders are shared between contexts, can be queried without being bound,
+    and keep their source: another context has no shader with this number, or one with another source."""
 
     def __init__(self, gl: Functions) -> None:
         self.gl = gl
@@ -40,18 +40,18 @@ class Canary:
         self._room = ctypes.create_string_buffer(len(self.text) + 1)
 
     def lives(self) -> bool:
-        """Whether the current context shares objects with the one that it was made in."""
+        """Return True if the current context shares objects with the one in which it was created."""
         if not self.gl.IsShader(self.name):
             return False
         self.gl.GetShaderSource(self.name, len(self._room), None, self._room)
         return self._room.value == self.text
 
     def look(self) -> None:
-        """Raise OtherContextError where it does not."""
+        """Raise OtherContextError if it does not."""
         if not self.lives():
             raise OtherContextError(
-                "gl: the OpenGL context that this host was made in is gone, and another one is in its place; close "
-                "this host and ask for Host.current() anew"
+                "gl: the OpenGL context that this host was made in no longer exists; another one replaced it. Close "
+                "this host and call Host.current() again"
             )
 
     def release(self) -> None:
@@ -60,16 +60,16 @@ class Canary:
 
 @cache
 def library(name: str) -> str | None:
-    """The file of a library of the system, or None; asked once, since Python starts a process for the answer."""
+    """Return the file of a system library, or None; cached, since Python starts a process to find it."""
     return ctypes.util.find_library(name)
 
 
 class Current:
-    """Reads and changes what is current in the calling thread."""
+    """Queries and changes the current context of the calling thread."""
 
     def __init__(self) -> None:
         path = library("EGL") if sys.platform.startswith("linux") else None
-        #: Without it nothing here is known.
+        #: Without EGL nothing can be queried here.
         self.egl = None if path is None else Egl(ctypes.CDLL(path))
         self.glx: Glx | None = None
         self.look_for_glx()
@@ -85,12 +85,12 @@ class Current:
         return self.egl.state() or (self.glx.state() if self.glx is not None else None)
 
     def change(self, before: State | None, after: State | None) -> None:
-        """Make ``after`` current where ``before`` is; None is nothing.
+        """Make ``after`` current in the place of ``before``; None stands for no context.
 
         Raises
         ------
         BackendError
-            Where the system refuses; ``before`` is current again then.
+            If the system fails; ``before`` is current again then.
         """
         if before == after:
             return
@@ -100,10 +100,10 @@ class Current:
         refused = self.system(after).make(after)
         if refused:
             self.put_back(None, before)
-            raise _refusal("making its context current", refused)
+            raise _context_error("making its context current", refused)
 
     def put_back(self, now: State | None, before: State | None) -> None:
-        """Make ``before`` current again, unless its owner has destroyed it: then nothing is current."""
+        """Make ``before`` current again; if its owner has destroyed it, no context is current."""
         if now == before:
             return
         self._clear(now, before)
@@ -112,14 +112,14 @@ class Current:
             if refused == GONE:
                 self._clear(now, None)
             elif refused:
-                raise _refusal("making the host program's context current again", refused)
+                raise _context_error("making the host program's context current again", refused)
 
     def _clear(self, before: State | None, after: State | None) -> None:
-        """Nothing of ``before`` is current, where its system does not do that itself when it makes ``after`` so."""
+        """Unbind ``before``, unless its system does that when it makes ``after`` current."""
         if before is not None and (after is None or before.system != after.system):
             refused = self.system(before).make(State(before.system, before.display, None, None, None))
             if refused:
-                raise _refusal("putting the current context aside", refused)
+                raise _context_error("putting the current context aside", refused)
 
     def system(self, state: State) -> System:
         """Return the window system that made a context."""
@@ -128,7 +128,7 @@ class Current:
         return system
 
 
-def _refusal(doing: str, refused: str) -> BackendError:
+def _context_error(doing: str, refused: str) -> BackendError:
     return BackendError(
         f"gl: {doing} failed: {refused}. The host program may hold this thread's context in a way that cannot be "
         "put aside; release it there around calls of passgraph, or call passgraph in a thread of its own"
@@ -137,13 +137,13 @@ def _refusal(doing: str, refused: str) -> BackendError:
 
 INSTALL = "pip install 'passgraph[gl]'"
 INSTALL_DRIVER = "apt-get install libegl1 libgl1-mesa-dri libgles2 libgl1"
-#: No machine known to us has more EGL devices.
+#: Most EGL devices to list.
 MAX_DEVICES = 16
 
-#: Contexts are made and destroyed one at a time.
+#: Contexts are created and destroyed one at a time.
 _making = threading.Lock()
-#: Contexts that nobody has any more.  A finaliser runs in any thread, and between any two calls of a host program, so
-#: it only puts them here; they are destroyed when one of ours is next opened or used.
+#: Contexts without owner.  A finalizer may run in any thread, between any two calls of a host program, so it only puts
+#: them here; they are destroyed when one of our contexts is next opened or used.
 _left: deque[Any] = deque()
 
 
@@ -172,13 +172,13 @@ def destroy_now(native: Any) -> None:
 
 
 class Context:
-    """``with context:`` makes one current in this thread, for one thread at a time; what was current comes back after.
+    """``with context:`` makes it current in this thread, for one thread at a time; then restores the previous context.
 
-    All that this backend asks of OpenGL is asked inside.
+    All OpenGL calls of this backend happen inside.
     """
 
     gl: Functions
-    #: In words, for whoever asks what a program runs in.
+    #: Description, for reports about a program's context.
     about = ""
 
     def __init__(self, turn: Turn | None) -> None:
@@ -197,7 +197,7 @@ class Context:
             self.turn.__exit__()
             raise
         self._depth += 1
-        # Whoever enters may change what the last pass has set.
+        # The code inside may change what the last pass has set.
         self.bound.forget()
         return self.gl
 
@@ -206,7 +206,7 @@ class Context:
     ) -> None:
         self._depth -= 1
         try:
-            # Behind a fork inside, the context is that of another process.
+            # After a fork inside, the context belongs to the parent process.
             if self._depth == 0 and not self.turn.lost:
                 self._put_back()
         finally:
@@ -217,12 +217,12 @@ class Context:
             raise BackendError("this gl backend was closed; open another one")
 
     def check_current(self) -> None:
-        """Raise BackendError where it could not be entered."""
+        """Raise BackendError if the context cannot be entered."""
         self.check_open()
 
     @contextmanager
     def looking(self) -> Iterator[Functions]:
-        """Entered to ask what is there, where what pictures hold does not matter."""
+        """Enter it for queries that do not depend on the content of pictures."""
         with self as gl:
             yield gl
 
@@ -230,16 +230,16 @@ class Context:
         raise NotImplementedError
 
     def _put_back(self) -> None:
-        """Nothing of ours stays current: another thread could not use it then."""
+        """Make no context current; another thread could not use this one otherwise."""
         raise NotImplementedError
 
     def release(self) -> None:
-        """Destroy what is ours; whatever else is current stays so.  Not inside ``with context``."""
+        """Destroy our own context; other current contexts stay.  Not inside ``with context``."""
         raise NotImplementedError
 
 
 class OwnContext(Context):
-    """One off screen, of no other program."""
+    """An off-screen context used by no other program."""
 
     def __init__(self, index: int = 0, turn: Turn | None = None) -> None:
         glcontext = _glcontext()
@@ -257,11 +257,11 @@ class OwnContext(Context):
             self.gl = Functions(self.native.load_opengl_function)
         finally:
             self.current.put_back(self.current.state(), self._before)
-        # Loading OpenGL may have brought GLX, which a host may then use.
+        # Loading OpenGL may have loaded GLX, which a host may then use.
         self.current.look_for_glx()
 
     def _new_context(self, glcontext: Any, index: int) -> Any:
-        """glcontext's object; the thread's rendering API stays what the host has set."""
+        """Return glcontext's object; the thread's rendering API stays as the host has set it."""
         linux, egl = sys.platform.startswith("linux"), self.current.egl
         api = egl.query_api() if egl is not None else 0
         try:

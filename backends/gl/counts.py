@@ -1,8 +1,7 @@
-"""Bins counted (:class:`passgraph.plan.known.Counting`) by a compute shader, where a context has such.
+"""Count bins (:class:`passgraph.plan.known.Counting`) with a compute shader, if the context has them.
 
-The invocations of a group go through a row and count in a table that they share; a pass then writes what the tables
-hold.  Where there are no compute shaders, before OpenGL 4.2 and on OpenGL ES, and where the tables would be too large,
-the step's program counts.
+The invocations of a group walk through a row and count in a shared table; a pass then writes the tables' content.  The
+step's own program counts instead on OpenGL before 4.2, on OpenGL ES, and if the tables would be too large.
 """
 
 from __future__ import annotations
@@ -20,12 +19,12 @@ from passgraph.plan.data import PixelStep
 if TYPE_CHECKING:
     from passgraph.backends.gl.backend import GLBackend
 
-#: Of the tables together: 16 MiB, which every OpenGL with buffers that shaders write gives them.
+#: Size limit of all tables: 16 MiB, which every OpenGL with shader storage buffers supports.
 MOST_ENTRIES = 1 << 22
 
 
 class CountRun:
-    """The counting pass at work."""
+    """The counting pass, compiled."""
 
     def __init__(self, backend: GLBackend, step: PixelStep) -> None:
         assert step.known is not None
@@ -38,7 +37,7 @@ class CountRun:
             with backend.running():
                 return self(outputs, images, block)
         gl = backend.context.gl
-        # What can be refused comes before anything is under way.
+        # Anything that can fail comes before work begins.
         program = backend.programs.counting(placements_of((), images), self.counting.bins, backend.count_group)
         sums = backend.programs.sums(self.step.program, placements_of(outputs, ()), self.counting.quarter)
         gl.BindBuffer(g.SHADER_STORAGE_BUFFER, backend.objects.table())
@@ -49,7 +48,7 @@ class CountRun:
         program.send_size(gl, images[0].size)
         program.send_parts(gl, (), images)
         gl.DispatchCompute(self.step.size[1], 1, 1)
-        # Mesa never lets go of a program that follows one of compute shaders directly.
+        # Mesa never frees a program that directly follows a compute program.
         fixed.use(gl, backend.context.bound, 0, backend.no_vertices)
         gl.MemoryBarrier(g.SHADER_STORAGE_BARRIER)
         run_pixels(backend, sums, outputs, (), block, self.step.size)
@@ -58,6 +57,6 @@ class CountRun:
 
 
 def counts(backend: GLBackend, step: PixelStep) -> bool:
-    """Whether a step counts bins, and this device has the means and the room."""
+    """Return True if a step counts bins and this device can count them with a compute shader."""
     histogram = step.known if backend.count_group else None
     return histogram is not None and step.size[1] * histogram.bins <= MOST_ENTRIES

@@ -1,4 +1,4 @@
-"""The shaders that count bins: a compute shader, and the pass that writes what it counted."""
+"""Shaders that count bins: a compute shader, and the pass that writes its counts."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from passgraph.backends.printing import Listing
 from passgraph.language.source import NOWHERE
 from passgraph.plan.known import numbers_program
 
-#: What has buffers that shaders write, and compute shaders, where both are extensions.  A fragment shader asks for
-#: buffers alone: NVIDIA's compiler takes one that asks for compute shaders to be one, and refuses its outputs.
+#: Headers for shader storage buffers and compute shaders as extensions.  A fragment shader requests buffers only:
+#: NVIDIA's compiler takes a shader that requests compute shaders for one, and rejects its outputs.
 _BUFFERS = "#version 420 core\n#extension GL_ARB_shader_storage_buffer_object : require"
 _COMPUTE = f"{_BUFFERS}\n#extension GL_ARB_compute_shader : require"
 
-#: One group a row; rows below the picture have none of any bin.  llvmpipe takes a fifth less for four texels a trip.
+#: One group per row; rows below the picture count nothing.  Four texels per iteration save a fifth on llvmpipe.
 _MAIN = """layout(local_size_x = GROUP) in;
 layout(std430) buffer Counts { uint pg_counts[]; };
 const int bins = BINS;
@@ -71,7 +71,7 @@ void main()
 
 
 class Numbers(GLSL):
-    """A pixel program as ``pg_number``, of the centre of a pixel."""
+    """A pixel program as the function ``pg_number`` of a pixel's center."""
 
     place = "pg_place"
 
@@ -99,14 +99,14 @@ class Numbers(GLSL):
 
 
 def counts_listing(placements: Placements, dialect: Dialect, bins: int, group: int) -> Listing:
-    """The compute shader."""
+    """Return the compute shader."""
     numbers = Numbers(numbers_program(), (), replace(placements, output=Placement()), dialect).function()
     text = _MAIN.replace("GROUP", str(group)).replace("BINS", str(bins))
     return Listing(numbers.text + text, (*numbers.spans, *(NOWHERE,) * text.count("\n")))
 
 
 def sums_text(quarter: int, output: Placement, dialect: Dialect) -> str:
-    """The fragment shader that writes the four outputs."""
+    """Return the fragment shader that writes the four outputs."""
     uniforms, place = [], "ivec2(gl_FragCoord.xy)"
     if output.is_part:
         uniforms.append("uniform ivec2 pg_output_origin;")
@@ -119,6 +119,6 @@ def sums_text(quarter: int, output: Placement, dialect: Dialect) -> str:
 
 
 def counting_dialect(dialect: Dialect, is_core: bool, stage: str) -> Dialect:
-    """The same GLSL for a ``"compute"`` or ``"fragment"`` shader with buffers: 4.3, or 4.2 with extensions."""
+    """Return the same GLSL for a ``"compute"`` or ``"fragment"`` shader with buffers: 4.3, or 4.2 with extensions."""
     extended = _COMPUTE if stage == "compute" else _BUFFERS
     return replace(dialect, version="#version 430 core" if is_core else extended)

@@ -1,31 +1,29 @@
-"""The GLSL that a context takes: what stands before every shader, and what its compiler must not foresee."""
+"""The GLSL version of a context: shader headers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from passgraph.backends.gl.capabilities import Capabilities
-from passgraph.language import scalar as s
 
 _FULLSCREEN = """void main()
 {
     gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
 }
 """
-#: OpenGL ES keeps floats, ints and what is read from pictures in 16 bits unless told otherwise.
+#: OpenGL ES computes floats, ints and texture reads in 16 bits by default.
 _PRECISIONS = "precision highp float;\nprecision highp int;\nprecision highp sampler2D;"
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """One GLSL.
+    """One version of GLSL.
 
     Attributes
     ----------
-    version : the first line
-    rest : extensions, precisions, and ``PRECISE``, with which drivers leave float arithmetic in its order
-    is_precise : whether there may be something behind ``PRECISE``
+    version : the ``#version`` line
+    rest : extensions, precisions, and ``PRECISE``, with which drivers keep the order of float arithmetic
+    is_precise : True if ``PRECISE`` may have an effect
     """
 
     version: str
@@ -38,16 +36,16 @@ class Dialect:
 
     @property
     def fullscreen(self) -> str:
-        """A vertex shader: one triangle that covers the viewport."""
+        """Return a vertex shader: one triangle that covers the viewport."""
         return f"{self.version}\n{_FULLSCREEN}"
 
     @property
     def no_colour(self) -> str:
-        """The fragment shader of a draw that writes depth and stencil only."""
+        """Return the fragment shader of a draw that writes depth and stencil only."""
         return f"{self.version}\nvoid main()\n{{\n}}\n"
 
 
-#: Of desktop OpenGL.  ``precise`` comes through an extension.
+#: For desktop OpenGL, where ``precise`` comes through an extension.
 GLSL_330 = Dialect(
     "#version 330 core",
     """#ifdef GL_ARB_gpu_shader5
@@ -60,7 +58,7 @@ GLSL_330 = Dialect(
 
 
 def dialect_of(has: Capabilities) -> Dialect:
-    """The one that a context takes: of OpenGL ES the newest, since ``precise`` came late.
+    """Return the GLSL version of a context: for OpenGL ES the newest, since ``precise`` came late.
 
     >>> dialect_of(Capabilities(True, (3, 2), frozenset())).version
     '#version 320 es'
@@ -75,87 +73,3 @@ def dialect_of(has: Capabilities) -> Dialect:
         enabled = "#extension GL_EXT_gpu_shader5 : enable\n#define PRECISE precise"
         return Dialect("#version 310 es", f"{enabled}\n{_PRECISIONS}")
     return Dialect("#version 300 es", f"#define PRECISE\n{_PRECISIONS}", is_precise=False)
-
-
-#: Operations that one known argument may decide.
-_DECIDED = {("bit_and", "int"), ("mul", "int"), ("logical_and", "bool"), ("logical_or", "bool")}
-#: Operations that make no zero of other numbers, but of tiny ones.
-_KEEP_APART_FROM_ZERO = {"mul", "div", "neg", "abs", "sqrt", "to_float"}
-
-
-@dataclass(frozen=True)
-class Foreseen:
-    """Values by id that may turn into constants (more may be named than do), and values that are no zeros then."""
-
-    constants: frozenset[int]
-    nonzero: frozenset[int]
-
-    def known(self, operand: s.Operand) -> bool:
-        """Whether a compiler may know it."""
-        return isinstance(operand, s.Lit) or operand.id in self.constants
-
-    def may_be_zero(self, operand: s.Operand) -> bool:
-        """Whether it may become a constant that is 0."""
-        if isinstance(operand, s.Lit):
-            return operand.value == 0
-        return operand.id in self.constants and operand.id not in self.nonzero
-
-
-def foreseen_values(program: s.ScalarProgram) -> Foreseen:
-    """Return what is known of a program's values before it runs."""
-    search = _Search({name for name, _, values in program.tables if all(v != 0 for v in values)})
-    count = -1
-    while search.count != count:
-        count = search.count
-        search.walk(program.body)
-    return Foreseen(frozenset(search.found), frozenset(search.nonzero))
-
-
-class _Search:
-    """Grows until nothing is found any more: variables hand constants back to the head of a loop."""
-
-    def __init__(self, tables: set[str]) -> None:
-        self.tables = tables  # without zeros
-        self.found: set[int] = set()
-        self.nonzero: set[int] = set()
-        self.variables: set[str] = set()
-
-    @property
-    def count(self) -> int:
-        return len(self.found) + len(self.variables)
-
-    def walk(self, body: Iterable[s.Instruction]) -> None:
-        for i in s.walk(body):
-            if isinstance(i, s.For):
-                self.found.add(i.index.id)
-                if 0 not in range(i.start, i.stop, i.step):
-                    self.nonzero.add(i.index.id)
-            elif isinstance(i, s.Write):
-                if self.known(i.value):
-                    self.variables.add(i.variable)
-            elif isinstance(i, s.Read):
-                if i.variable in self.variables:
-                    self.found.add(i.to.id)
-            elif isinstance(i, (s.Op, s.Choose, s.LoadTable)):
-                if self.follows(i):
-                    self.found.add(i.to.id)
-                if self.is_nonzero(i):
-                    self.nonzero.add(i.to.id)
-
-    def known(self, operand: s.Operand) -> bool:
-        return isinstance(operand, s.Lit) or operand.id in self.found
-
-    def follows(self, i: s.Op | s.Choose | s.LoadTable) -> bool:
-        if isinstance(i, s.LoadTable):
-            return self.known(i.index)
-        if isinstance(i, s.Choose):
-            return self.known(i.condition) and (self.known(i.then) or self.known(i.orelse))
-        follows_arguments = [self.known(a) for a in i.arguments]
-        return any(follows_arguments) if (i.operation, i.on) in _DECIDED else all(follows_arguments)
-
-    def is_nonzero(self, i: s.Op | s.Choose | s.LoadTable) -> bool:
-        if isinstance(i, s.LoadTable):
-            return i.table in self.tables
-        if isinstance(i, s.Choose) or i.operation not in _KEEP_APART_FROM_ZERO or i.to.type != "float":
-            return False
-        return all(a.value != 0 if isinstance(a, s.Lit) else a.id in self.nonzero for a in i.arguments)

@@ -1,8 +1,7 @@
-"""The OpenGL functions and constants that this backend uses, called through ctypes.
+"""OpenGL functions and constants that this backend uses, called through ctypes.
 
-A table of its own, loaded from the current context: it works in a foreign context as in ours, keeps no state
-(so nothing goes stale when an engine changes state behind it), raises nothing in somebody else's next call,
-and one call costs about half a microsecond.
+The table is loaded from the current context, so it works in foreign contexts too.  It caches no state, so engines may
+change state behind it.  It leaves no errors for other code's next call.  A call costs about half a microsecond.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ _TYPES: dict[str, Any] = {
     "q": ctypes.c_uint64, "d": ctypes.c_double,
 }  # fmt: skip
 
-#: What every context has.
+#: Functions of every context.
 SIGNATURES = """
     ActiveTexture(u)  AttachShader(uu)  BindBuffer(uu)  BindFramebuffer(uu)  BindRenderbuffer(uu)  BindSampler(uu)
     BindBufferBase(uuu)  BindBufferRange(uuunn)  BindTexture(uu)  BindVertexArray(u)  BlendColor(ffff)
@@ -51,7 +50,7 @@ SIGNATURES = """
     Uniform4iv(iip)  UseProgram(u)  VertexAttribPointer(uiubip)  Viewport(iiii)  WaitSync(puq)
 """
 _INDEXED = {"GL_OES_draw_buffers_indexed": "OES", "GL_EXT_draw_buffers_indexed": "EXT"}
-#: What not every context has, and where it is; None elsewhere.  Drivers give addresses also of what a context lacks.
+#: Functions of some contexts, and where they exist; None elsewhere.  Drivers give addresses even for missing functions.
 OPTIONAL = {
     "DepthRange(dd)  DrawBuffer(u)  GetTexImage(uiuup)": Where((3, 3)),
     "ClampColor(uu)  TexImage2DMultisample(uiuiib)": Where((3, 3)),
@@ -85,8 +84,8 @@ FRAMEBUFFER_COMPLETE, COLOR_ATTACHMENT0 = 0x8CD5, 0x8CE0
 DEPTH_ATTACHMENT, DEPTH_STENCIL_ATTACHMENT = 0x8D00, 0x821A
 TEXTURE_2D, PROXY_TEXTURE_2D, TEXTURE0, TEXTURE_WIDTH = 0x0DE1, 0x8064, 0x84C0, 0x1000
 TEXTURE_2D_MULTISAMPLE, CLIP_DEPTH_MODE, ZERO_TO_ONE = 0x9100, 0x935D, 0x935F
-#: Other kinds of textures that an engine may draw into, and what asks which is bound: rectangles, several samples,
-#: arrays, volumes, cubes.
+#: Other texture targets that an engine may draw into, and their binding queries: rectangles, multisampled, arrays,
+#: volumes, cubes.
 OTHER_TEXTURES = {0x84F5: 0x84F6, TEXTURE_2D_MULTISAMPLE: 0x9104, 0x8C1A: 0x8C1D, 0x806F: 0x806A, 0x8513: 0x8514}
 RENDERBUFFER = 0x8D41
 COLOR, DEPTH, STENCIL, DEPTH_STENCIL = 0x1800, 0x1801, 0x1802, 0x84F9
@@ -106,16 +105,16 @@ MAX_FRAGMENT_UNIFORMS, MAX_VERTEX_UNIFORMS, MAX_VARYINGS = 0x8B49, 0x8B4A, 0x8B4
 
 
 def _prototype(entry: str) -> tuple[str, Callable[[int], Any]]:
-    """The name of a function, and what makes it from its address."""
+    """Return the name of a function, and the ctypes prototype that makes it from its address."""
     name, _, signature = entry.removesuffix(")").partition("(")
     arguments, _, result = signature.partition(":")
     return name, ctypes.CFUNCTYPE(_TYPES[result] if result else None, *(_TYPES[letter] for letter in arguments))
 
 
 class Functions:
-    """``gl.Clear(...)`` and the like, from a loader of addresses."""
+    """OpenGL functions such as ``gl.Clear(...)``, from a loader of addresses."""
 
-    #: What the context has beside them.
+    #: The context's capabilities.
     has: Capabilities
 
     def __init__(self, address_of: Callable[[str], int]) -> None:
@@ -139,13 +138,13 @@ class Functions:
         raise AttributeError(f"gl{name} is not in passgraph.backends.gl.functions.SIGNATURES or OPTIONAL")
 
     def integer(self, what: int) -> int:
-        """The first number of a limit (the widths of pairs)."""
+        """Return the first number of a limit (for pairs the width)."""
         values = (ctypes.c_int * 4)()
         self.GetIntegerv(what, values)
         return values[0]
 
     def attachment(self, point: int, what: int) -> int:
-        """A fact of what the bound draw framebuffer has attached; 0 where nothing is."""
+        """Return a property of an attachment of the bound draw framebuffer; 0 if nothing is attached."""
         value = ctypes.c_int(0)
         self.GetFramebufferAttachmentParameteriv(DRAW_FRAMEBUFFER, point, what, ctypes.byref(value))
         return value.value
@@ -161,19 +160,19 @@ class Functions:
             self.DrawBuffers(1, (ctypes.c_uint * 1)(buffer))
 
     def level(self, target: int, level: int, what: int) -> int:
-        """A fact of a level of the bound texture."""
+        """Return a property of a level of the bound texture."""
         value = ctypes.c_int(0)
         self.GetTexLevelParameteriv(target, level, what, ctypes.byref(value))
         return value.value
 
     def texture_parameter(self, target: int, what: int, missing: int) -> int:
-        """A parameter of the bound texture; ``missing`` where this version has no such."""
+        """Return a parameter of the bound texture; ``missing`` if this version lacks it."""
         value = ctypes.c_int(missing)
         self.GetTexParameteriv(target, what, ctypes.byref(value))
         return value.value
 
     def renderbuffer(self, what: int) -> int:
-        """A fact of the bound renderbuffer."""
+        """Return a property of the bound renderbuffer."""
         value = ctypes.c_int(0)
         self.GetRenderbufferParameteriv(RENDERBUFFER, what, ctypes.byref(value))
         return value.value
@@ -182,7 +181,7 @@ class Functions:
         return (self.GetString(what) or b"").decode(errors="replace")
 
     def new(self, kind: str) -> int:
-        """The name of a new object: ``Texture``, ``Buffer``, ``Framebuffer`` or ``VertexArray``."""
+        """Return the name of a new object: ``Texture``, ``Buffer``, ``Framebuffer`` or ``VertexArray``."""
         name = ctypes.c_uint(0)
         getattr(self, f"Gen{kind}s")(1, ctypes.byref(name))
         return name.value
@@ -194,15 +193,15 @@ class Functions:
             getattr(self, f"Delete{kind}s")(1, ctypes.byref(ctypes.c_uint(name)))
 
     def drain(self) -> list[int]:
-        """Take the errors that somebody else left."""
+        """Clear and return pending errors that other code left."""
         errors: list[int] = []
         while len(errors) < 16 and (error := self.GetError()) != NO_ERROR:
             errors.append(error)
         return errors
 
     def fail_again(self, errors: Iterable[int], shader: int) -> None:
-        """Leave errors that were taken, for whoever asks for them; ``shader`` is any shader.  Lack of memory and
-        overflows of compatibility contexts' stacks cannot be made."""
+        """Raise errors again that were drained, for the code that queries them; ``shader`` is any shader.  Out of
+        memory and stack overflows of compatibility contexts cannot be raised."""
         for error in errors:
             if error == 0x500:
                 self.Enable(0)
@@ -218,7 +217,7 @@ class Functions:
                 self.delete("Framebuffer", empty)
 
     def check(self, doing: str, name: str | None = None) -> None:
-        """Raise BackendError when something failed since the last check."""
+        """Raise BackendError if a call failed since the last check."""
         error = self.GetError()
         if error != NO_ERROR:
             self.drain()

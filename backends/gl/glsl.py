@@ -1,8 +1,8 @@
-"""Prints scalar programs as GLSL 3.30, and as GLSL ES 3.00 or newer (:mod:`passgraph.backends.gl.dialect`).
+"""Print scalar programs as GLSL 3.30, and as GLSL ES 3.00 or newer (:mod:`passgraph.backends.gl.dialect`).
 
-Memory row 0 is the top row of every picture of ours.  In a pixel pass ``gl_FragCoord`` therefore counts rows as
-kernels do; a draw turns clip space upside down in the vertex shader, so that it counts alike there.  Of pictures that
-lie otherwise (:mod:`passgraph.backends.gl.textures`) the places of pixels and texels are brought to where they lie.
+In our own pictures row 0 in memory is the top row, so ``gl_FragCoord`` counts rows as kernels do.  For a draw the
+vertex shader flips clip space, so that rows count alike.  For pictures with another row order
+(:mod:`passgraph.backends.gl.textures`) pixel and texel positions are flipped.
 """
 
 from __future__ import annotations
@@ -13,16 +13,17 @@ from functools import cache
 from typing import ClassVar
 
 from passgraph.backends.base import ATTRIBUTES
-from passgraph.backends.gl.dialect import GLSL_330, Dialect, foreseen_values
+from passgraph.backends.foreseen import foreseen_values
+from passgraph.backends.gl.dialect import GLSL_330, Dialect
 from passgraph.backends.gl.textures import ALL_PLAIN, Placement, Placements
 from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, Listing, spelled
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_name, border_program
 from passgraph.language.ir import own_pixel
 
-#: What a bool is not.
+#: The negation of a bool.
 NEGATED = "({0} ^^ true)"
-#: Type of the arguments → operation → its expression.
+#: Argument type → operation → expression.
 SPELLED = spelled({
     "float": {
         "abs": "abs({0})", "round": "roundEven({0})", "bits_from_float": "floatBitsToInt({0})",
@@ -31,20 +32,20 @@ SPELLED = spelled({
         "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "pg_abs({0})",
         "shift_left": "({0} << ({1} & 31))", "to_float": "float({0})", "float_from_bits": "intBitsToFloat({0})",
     },
-    # Not "!": NVIDIA's compiler turns !(a < b) into a >= b, which NaN tells apart.
+    # Not "!": NVIDIA's compiler turns !(a < b) into a >= b, which differs for NaN.
     "bool": {"to_float": "({0} ? 1.0 : 0.0)", "logical_not": NEGATED},
 })  # fmt: skip
 
-#: Name → definition.  A later one may call an earlier one.
+#: Name → definition.  Definitions may call earlier ones.
 FUNCTIONS = {
     "pg_isnan": "bool pg_isnan(float x) { return (floatBitsToInt(x) & 0x7fffffff) > 0x7f800000; }",
     "pg_isinf": "bool pg_isinf(float x) { return (floatBitsToInt(x) & 0x7fffffff) == 0x7f800000; }",
-    # Nobody sets the uniform, so it is 0; but no compiler knows that.
+    # The uniform is never set, so it is 0; compilers cannot know that.
     "pg_hidden": """
 uniform int pg_nil;
 float pg_hidden(float x) { return intBitsToFloat(floatBitsToInt(x) | pg_nil); }
 """,
-    # Not the built-in: NVIDIA's compiler takes its result as never negative, also of the lowest int.
+    # Not the built-in: NVIDIA's compiler assumes its result is never negative, which is wrong for the lowest int.
     "pg_abs": "int pg_abs(int a) { return max(a, int(0u - uint(a))); }",
     "pg_to_int": """
 int pg_to_int(float x)
@@ -56,7 +57,7 @@ int pg_to_int(float x)
 """,
     "pg_floor_divide": FLOOR_DIVIDE,
     "pg_int_mod": INT_MOD,
-    # Of border rules, which have a size for b: devices divide ints one by one, and floats side by side.
+    # Part of the border rules, where b is a size: devices divide ints one by one, but floats in vectors.
     "pg_nearer": """
 int pg_nearer(int a, int b)
 {
@@ -75,20 +76,20 @@ int pg_near_mod(int a, int b)
 
 
 LETTERS = "xyzw"
-#: Beyond every picture, and as a float still an int after it was multiplied and rounded; farther offsets are brought
-#: nearer first: with the number of a pixel they could leave 32 bits.
+#: Larger than every picture, and small enough that its float stays an int after multiplication and rounding.  Larger
+#: offsets are reduced first: adding the pixel's position could overflow 32 bits.
 FARTHEST_TEXEL = 1 << 30
-#: ``pg_near_mod`` is exact up to here: the quotient as a float is off by less than one.  ``pg_nearer`` brings every int
-#: there, to less than b + 1024 from 0, and to the same place in a period of b.
+#: ``pg_near_mod`` is exact up to here: the float quotient is off by less than one.  ``pg_nearer`` reduces every int to
+#: less than b + 1024 from 0, at the same place in a period of b.
 NEAR = 1 << 20
-#: Blocks up to this length are arrays of scalars, which llvmpipe reads faster (a 15-tap blur takes 8 % less).
-#: Drivers may spend four components on each, so longer ones are arrays of vectors.
+#: Blocks up to this length are arrays of scalars, which llvmpipe reads faster (a 15-tap blur takes 8 % less).  Longer
+#: ones are arrays of vectors, as drivers may use four components for each scalar.
 LONGEST_SCALAR_BLOCK = 256
 
 
 @dataclass(frozen=True)
 class Names:
-    """Uniform names of one stage: both stages of a draw are linked together, so each has its own."""
+    """Uniform names of one stage: both stages of a draw are linked together, so each needs its own names."""
 
     floats: str
     ints: str
@@ -108,20 +109,20 @@ def vec4_count(components: int) -> int:
 
 
 def in_vectors(components: int) -> bool:
-    """Whether a block of this length is an array of vectors."""
+    """Return True if a block of this length is an array of vectors."""
     return components > LONGEST_SCALAR_BLOCK
 
 
 def region_name(image: str, number: int) -> str:
-    """The uniform that says which part of its texture an image is."""
+    """Return the name of the uniform with the part of its texture that an image occupies."""
     return f"{image}{number}_region"
 
 
 class GLSL(CLike):
-    """A program of any stage as one shader; ``varyings`` names the scalars sent from vertex to fragment."""
+    """Prints a program of any stage as one shader; ``varyings`` names the scalars passed from vertex to fragment."""
 
     spelled: ClassVar[Mapping[str, Mapping[str, str]]] = SPELLED
-    #: The centre of this pixel in the target.
+    #: The center of this pixel in the target.
     place: ClassVar[str] = "gl_FragCoord.xy"
 
     def __init__(
@@ -138,7 +139,7 @@ class GLSL(CLike):
         self.own = NAMES[program.stage]
         self.image_numbers = {use.name: k for k, use in enumerate(program.images)}
         self.foreseen = foreseen_values(program)
-        #: Names that the top of main declares, in order: what they are computed from.
+        #: Names declared at the top of main, in order, with their expressions.
         self.declarations: dict[str, str] = {}
 
     # Hooks
@@ -147,7 +148,7 @@ class GLSL(CLike):
         return f"intBitsToFloat({self.int_literal(bits)})"
 
     def declared(self, type_: str) -> str:
-        # Comparisons too: an imprecise !(a < b) may become a >= b, which NaN tells apart.
+        # Comparisons too: an imprecise !(a < b) may become a >= b, which differs for NaN.
         return self.types[type_] if type_ == "int" else f"PRECISE {self.types[type_]}"
 
     def uniform(self, block: str, index: str | int) -> str:
@@ -180,11 +181,11 @@ class GLSL(CLike):
     def operation(self, op: s.Op, arguments: list[str]) -> str:
         if self.program.stage == "border" and op.operation == "int_mod":
             return f"pg_near_mod({', '.join(arguments)})"
-        # Compilers that assume no NaN fold x != x away; bits they leave alone.
+        # Compilers that assume no NaN fold x != x; they do not fold bit operations.
         if op.on == "float" and op.operation in ("equal", "not_equal") and arguments[0] == arguments[1]:
             return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
         if op.on == "float" and op.operation in ("min", "max") and not self.dialect.is_precise:
-            # Compilers make a minimum of the choice, and that of NaN and a number is the number.
+            # Compilers turn the choice into a minimum, whose result for NaN and a number is the number.
             return f"(pg_isnan({arguments[0]}) ? {arguments[0]} : {super().operation(op, arguments)})"
         if op.on == "float" and op.operation in ("mul", "div"):
             both = all(self.foreseen.known(a) for a in op.arguments)
@@ -192,9 +193,9 @@ class GLSL(CLike):
         return super().operation(op, arguments)
 
     def _hidden(self, operand: s.Operand, among_constants: bool = False) -> str:
-        """An operand that compilers cannot take for 0: see :mod:`.dialect`.
+        """Return an operand that compilers cannot assume to be 0: see :mod:`passgraph.backends.foreseen`.
 
-        Beside constants alone only a written zero is hidden: what they give together is computed right.
+        Among constants only a literal zero is hidden: compilers fold constants correctly.
         """
         text = self.operand(operand)
         zero = self.foreseen.may_be_zero(operand) and (isinstance(operand, s.Lit) or not among_constants)
@@ -203,8 +204,8 @@ class GLSL(CLike):
     def texel(self, load: s.LoadTexel) -> None:
         """Read a texel by ``textureLod``, which takes llvmpipe two thirds of the time of ``texelFetch``.
 
-        Coordinates are centres of texels (float32 finds them in any picture up to 2²¹ texels a side), filters
-        take the nearest, and textures clamp to their edge.
+        Coordinates are centers of texels (exact in float32 for pictures up to 2²¹ texels a side), filters are nearest,
+        and textures clamp to their edge.
         """
         image = f"{self.own.image}{self.image_numbers[load.image]}"
         if load.filtered:
@@ -229,8 +230,8 @@ class GLSL(CLike):
                 self.name(value, f"t{first.id}.{letter}")
 
     def _filtered_place(self, load: s.LoadTexel) -> str:
-        """A place from 0 to 1 in texture coordinates; a part of a texture ends at the centres of its last texels."""
-        place, lies = f"vec2({self.operand(load.x)}, {self.operand(load.y)})", self._lies(load.image)
+        """Convert a position in [0, 1] to texture coordinates, clamped to the outermost texel centers of a part."""
+        place, lies = f"vec2({self.operand(load.x)}, {self.operand(load.y)})", self._placement(load.image)
         if lies.bottom_up:
             place = f"(vec2(0.0, 1.0) + vec2(1.0, -1.0) * {place})"
         if lies.is_part:
@@ -239,7 +240,7 @@ class GLSL(CLike):
         return place
 
     def _place(self, load: s.LoadTexel, axis: str, offset: s.Operand) -> tuple[str, list[str]]:
-        """One coordinate of a texel's centre, and the conditions under which a zero border shows the texel."""
+        """Return one coordinate of a texel's center, and the conditions under which a zero border shows the texel."""
         constant_offset = int(offset.value) if isinstance(offset, s.Lit) else None
         if load.relative and constant_offset == 0:
             return f"{self._here(load.image)}.{axis}", []  # the image is as large as the target
@@ -256,8 +257,8 @@ class GLSL(CLike):
         coordinate = f"{self._pixel()}.{axis} + {text}" if load.relative else text
         if not rule.is_nearest:
             return self._centre(load.image, axis, f"float({border_name(load.border)}({coordinate}, {count}))"), []
-        # Drivers make an int of the place before they clamp it; what is too large for one comes out at the other edge.
-        turned = axis == "y" and self._lies(load.image).bottom_up
+        # Drivers convert the coordinate to int before they clamp it; too large a number wraps to the other edge.
+        turned = axis == "y" and self._placement(load.image).bottom_up
         nearer = f"max({text}, -{FARTHEST_TEXEL})" if turned else f"min({text}, {FARTHEST_TEXEL})"
         number = f"float({nearer})" if constant_offset is None else self.float_literal(constant_offset)
         if load.relative:
@@ -266,19 +267,19 @@ class GLSL(CLike):
             )
         else:
             place = self._centre(load.image, axis, number)
-        if self._lies(load.image).is_part:
+        if self._placement(load.image).is_part:
             place = "clamp({}, {}.{axis}, {}.{axis})".format(place, *self._edges(load.image), axis=axis)
         if not rule.blank:
             return place, []
         if constant_offset is None:
-            # as unsigned, what is below 0 is above all counts
+            # as unsigned, negative numbers exceed all counts
             return place, [f"uint({coordinate}) < uint({count})"]
         low, high = (constant_offset < 0, constant_offset > 0) if load.relative else (constant_offset < 0, True)
         return place, [f"{coordinate} >= 0"] * low + [f"{coordinate} < {count}"] * high
 
     def _centre(self, image: str, axis: str, number: str) -> str:
-        """The centre of a column or row in texture coordinates."""
-        lies = self._lies(image)
+        """Return the center of a column or row in texture coordinates."""
+        lies = self._placement(image)
         inside = f"({number} + 0.5)"
         if axis == "y" and lies.bottom_up:
             inside = f"(float({self._size(image)}.y) - {inside})"
@@ -287,8 +288,8 @@ class GLSL(CLike):
         return f"{inside} * {self._width(image)}.{axis}"
 
     def _here(self, image: str) -> str:
-        """The centre of this pixel in texture coordinates of an image that is as large as the target."""
-        lies, output = self._lies(image), self.placements.output
+        """Return the center of this pixel in texture coordinates of an image of the target's size."""
+        lies, output = self._placement(image), self.placements.output
         same_direction = lies.bottom_up == output.bottom_up
         if same_direction and not lies.is_part and not output.is_part:
             self.declarations.setdefault("pg_here", f"vec2 pg_here = {self.place} * {self._width(image)};")
@@ -304,14 +305,14 @@ class GLSL(CLike):
         self.declarations.setdefault(name, f"vec2 {name} = {place} * {self._width(image)};")
         return name
 
-    def _lies(self, image: str) -> Placement:
+    def _placement(self, image: str) -> Placement:
         return self.placements.of(self.image_numbers[image])
 
     def _width(self, image: str) -> str:
-        """Width and height of a texel in texture coordinates."""
+        """Return the width and height of a texel in texture coordinates."""
         number = self.image_numbers[image]
         name = f"pg_texel{number}"
-        count = f"textureSize({self.own.image}{number}, 0)" if self._lies(image).is_part else self._size(image)
+        count = f"textureSize({self.own.image}{number}, 0)" if self._placement(image).is_part else self._size(image)
         self.declarations.setdefault(name, f"vec2 {name} = 1.0 / vec2({count});")
         return name
 
@@ -325,10 +326,10 @@ class GLSL(CLike):
         return "pg_pixel"
 
     def _varying(self, index: int, axes: str) -> str:
-        """A scalar varying, at another pixel of the quad by the planes of it over w and of 1 / w.
+        """Return a scalar varying, at another pixel of the quad through the planes of varying / w and of 1 / w.
 
-        Derivatives are of these planes alone, and of a plane they are the same at all pixels: drivers may have coarse
-        ones, of quads of their own.
+        Only derivatives of these planes are used, and those are equal at all pixels: drivers may compute coarse
+        derivatives, and form quads in their own way.
         """
         if not axes:
             return varying_place(index)
@@ -341,15 +342,14 @@ class GLSL(CLike):
         return f"{moved}.{LETTERS[index % 4]}"
 
     def _depth(self, axes: str) -> str:
-        """Clamp the depth as it is stored: a polygon offset moves it out of 0 to 1, and drivers leave the clamp to
-        shaders."""
+        """Clamp the depth as it is stored: a polygon offset may leave 0 to 1, and drivers leave clamping to shaders."""
         name = f"pg_depth{axes}"
         declaration = f"PRECISE float {name} = clamp({self._stepped('gl_FragCoord.z', axes)}, 0.0, 1.0);"
         self.declarations.setdefault(name, declaration)
         return name
 
     def _stepped(self, plane: str, axes: str) -> str:
-        """A plane's value at another pixel of the quad, or at this one."""
+        """Return a plane's value at another pixel of the quad, or at this one."""
         if not axes:
             return plane
         ways = f"vec2 pg_way = vec2(1 - 2 * ({self._pixel()} & 1));"
@@ -359,7 +359,11 @@ class GLSL(CLike):
     def _size(self, image: str) -> str:
         number = self.image_numbers[image]
         name = f"pg_size{number}"
-        size = f"{self._region(image)}.zw" if self._lies(image).is_part else f"textureSize({self.own.image}{number}, 0)"
+        size = (
+            f"{self._region(image)}.zw"
+            if self._placement(image).is_part
+            else f"textureSize({self.own.image}{number}, 0)"
+        )
         self.declarations.setdefault(name, f"ivec2 {name} = {size};")
         return name
 
@@ -368,7 +372,7 @@ class GLSL(CLike):
         return region_name(self.own.image, self.image_numbers[image])
 
     def _edges(self, image: str) -> tuple[str, str]:
-        """Centres of the first and the last texel of a part."""
+        """Return the centers of the first and the last texel of a part."""
         number, region, width = self.image_numbers[image], self._region(image), self._width(image)
         low, high = f"pg_low{number}", f"pg_high{number}"
         self.declarations.setdefault(low, f"vec2 {low} = (vec2({region}.xy) + 0.5) * {width};")
@@ -378,7 +382,7 @@ class GLSL(CLike):
     # Whole shaders
 
     def shader(self) -> Listing:
-        """The complete source."""
+        """Return the complete source."""
         self.depth = 1
         self.variables()
         self.block(self.program.body)
@@ -391,7 +395,7 @@ class GLSL(CLike):
         return self.listing()
 
     def interface(self) -> list[str]:
-        """Uniforms, tables, inputs and outputs."""
+        """Declare uniforms, tables, inputs and outputs."""
         program, lines = self.program, []
         for name, count, scalar, vector in (
             (self.own.floats, program.float_count, "float", "vec4"),
@@ -428,10 +432,10 @@ class GLSL(CLike):
         if program.stage == "vertex":
             x, y, z, w = (self.operand(v) for v in program.outputs[0].values)
             self.line(f"gl_Position = vec4({x} * pg_guard, -({y}) * pg_guard, {z}, {w});")
-            # Rule 1 drops triangles with such a corner; an infinite w alone would be a place on the screen.
+            # Rule 1 drops triangles with such a vertex; an infinite w alone would be a valid position.
             self.line("bvec4 pg_lost = equal(floatBitsToInt(gl_Position) & 0x7f800000, ivec4(0x7f800000));")
             self.line("if (any(pg_lost)) { gl_Position = vec4(intBitsToFloat(0x7fc00000)); }")
-            # A varying that is the same at all vertices may become a constant of the fragment shader.
+            # A varying that is equal at all vertices may become a constant of the fragment shader.
             sent = [self._hidden(v) for v in (program.outputs[1].values if len(program.outputs) > 1 else ())]
             for k in range(vec4_count(len(sent))):
                 self.line(f"pg_varying{k} = {_vec4(sent[4 * k : 4 * k + 4], ('0.0',) * 4)};")
@@ -454,13 +458,13 @@ def varying_place(index: int) -> str:
 
 @cache
 def functions() -> dict[str, str]:
-    """Every helper function by its name; rules of borders that hardware has not call others."""
+    """Return every helper function by name; border rules that hardware has need no other functions."""
     rules = [rule for rule, border in BORDERS.items() if not border.is_nearest]
     return FUNCTIONS | {border_name(rule): _border_function(rule) for rule in rules}
 
 
 def _border_function(rule: str) -> str:
-    """A column or row brought inside."""
+    """Print a function that maps a column or row index into the picture."""
     program = border_program(rule)
     printer = GLSL(program)
     printer.line(f"int {border_name(rule)}(int i, int size)\n{{")

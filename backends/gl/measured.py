@@ -16,16 +16,15 @@ from passgraph.graph.draw_state import DrawState
 if TYPE_CHECKING:
     from passgraph.backends.gl.backend import GLBackend
 
-#: Units of the offset that is measured; the depth under it, and what one unit moves that by (rule 5 of
-#: docs/rasterisation.md).
+#: Units of the measured offset; the depth, and the change of depth per unit (rule 5 of docs/rasterisation.md).
 UNITS, DEPTH, STEP = 1024.0, 0.5, 2.0**-24
 
 
 def measure_offset_unit(backend: GLBackend) -> float:
-    """Return what the driver moves depth by for one unit of a polygon offset, where rule 5 moves it by 1.
+    """Return the depth that the driver adds for one unit of polygon offset, relative to rule 5.
 
-    OpenGL calls a unit the smallest difference that a depth buffer resolves, and leaves its size to the driver. Mesa
-    takes the spacing of float32, NVIDIA twice that. Depth is ``depth32f``. The context is current, outside of a run.
+    OpenGL calls a unit the smallest resolvable difference of a depth buffer, and leaves its size to the driver. Mesa
+    uses the spacing of float32, NVIDIA twice that. Depth is ``depth32f``. Needs a current context outside of a run.
     """
     gl, bound = backend.context.gl, backend.context.bound
     depth = backend.new_texture(FORMATS["depth32f"], (1, 1))

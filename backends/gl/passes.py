@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Mesh:
-    """One vertex array object; attributes join it when a pass first reads them."""
+    """One vertex array object; attributes are uploaded when a pass first reads them."""
 
     def __init__(self, objects: Objects, mesh: Geometry) -> None:
         self.objects, self.mesh = objects, mesh
@@ -45,7 +45,7 @@ class Mesh:
         return self.buffers[-1]
 
     def send(self, attributes: tuple[str, ...]) -> None:
-        """Have at least these attributes in the vertex array, which is bound."""
+        """Upload these attributes if needed; the vertex array is bound."""
         for name in attributes:
             if name not in self.attributes:
                 self._send(name, vertex_attribute(self.mesh, name))
@@ -74,7 +74,7 @@ def run_pixels(
     block: Block,
     size: tuple[int, int],
 ) -> None:
-    """One triangle over whole targets; inside a run, or followed by ``backend.unbind()``."""
+    """Draw one triangle over whole targets; inside a run, or followed by ``backend.unbind()``."""
     gl, bound = backend.context.gl, backend.context.bound
     fixed.set_pixel_pass(gl, bound, backend.objects.framebuffer(outputs, None), size, outputs[0].origin)
     fixed.bind_images(gl, bound, images)
@@ -92,7 +92,7 @@ def filtered_images(program: ScalarProgram) -> list[int]:
 
 
 def with_filters(backend: GLBackend, images: Sequence[Texture], filtered: Sequence[int]) -> Sequence[Texture]:
-    """The same textures, some of them to be filtered."""
+    """Return the same textures, with filtering set on some."""
     if not filtered:
         return images
     linear = backend.objects.linear_sampler()

@@ -1,4 +1,4 @@
-"""Linked programs: compiled once for each pair of shaders, with uniforms sent only when they change."""
+"""Linked programs, compiled once for each pair of shaders; uniforms are sent only when they change."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ from passgraph.language.scalar import ScalarProgram
 from passgraph.language.source import NOWHERE
 from passgraph.plan.known import numbers_program
 
-#: Where drivers write the line: "0:12(5): error" (Mesa), "0(12) : error" (NVIDIA), "ERROR: 0:12:" (others).
+#: Formats of line numbers in drivers' messages: "0:12(5): error" (Mesa), "0(12) : error" (NVIDIA), "ERROR: 0:12:"
+#: (others).
 _LINE = re.compile(r"\b\d+[:(](\d+)[):(]")
 
 
 @dataclass
 class StageUniforms:
-    """Locations of one stage's blocks, and the bytes last sent."""
+    """Locations of one stage's blocks, and the bytes sent last."""
 
     floats: int
     ints: int
@@ -45,13 +46,13 @@ class LinkedProgram:
     output_size: int = -1
     output_origin: int = -1
     guard: int = -1
-    #: By unit: where the uniform is that says which part of its texture an image is.
+    #: By unit: location of the uniform with the part of its texture that an image occupies.
     regions: list[int] = field(default_factory=list)
     sent_size: tuple[int, int] = (0, 0)
     sent_guard: int = 0
 
     def send(self, gl: Any, stage: str, block: Block) -> None:
-        """A stage's block; the program is in use."""
+        """Send a stage's block; the program is in use."""
         own = self.stages[stage]
         if own.float_count:
             data = block.floats.tobytes()
@@ -85,7 +86,7 @@ class LinkedProgram:
 
 
 class Programs:
-    """The programs of one backend, by the keys of what they were made from."""
+    """The programs of one backend, by cache key."""
 
     def __init__(self, objects: Objects) -> None:
         self.objects = objects
@@ -100,13 +101,13 @@ class Programs:
         return self.made[key]
 
     def from_text(self, name: str, text: str) -> LinkedProgram:
-        """A fragment shader without a kernel; ``name`` is for errors."""
+        """Compile a fragment shader without a kernel; ``name`` is for errors."""
         fragment = Listing(f"{self.dialect.header}\n{text}", (NOWHERE,))
         stages = {g.VERTEX_SHADER: Listing(self.dialect.fullscreen, (NOWHERE,)), g.FRAGMENT_SHADER: fragment}
         return self._linked(stages, (), name)
 
     def counting(self, placements: Placements, bins: int, group: int) -> LinkedProgram:
-        """A compute shader that counts the numbers of a picture in bins."""
+        """Return a compute program that counts the numbers of a picture in bins."""
         key = (f"{bins} in groups of {group}", "", (), placements)
         if key not in self.made:
             shader = counts_listing(placements, self._counting_dialect("compute"), bins, group)
@@ -206,7 +207,7 @@ class Programs:
 
 
 def pointed(log: str, listing: Listing, kernel: str) -> str:
-    """A driver's message with the kernel line behind the first generated line that it names."""
+    """Return a driver's message with the kernel line behind the first generated line that it names."""
     first = next((line for line in log.splitlines() if line.strip()), "no message")
     match = _LINE.search(first)
     message = f"the OpenGL driver refuses kernel {kernel}: {first.strip()}"

@@ -1,4 +1,4 @@
-"""Fixed-function state of passes, and what the passes of one run have bound: set only where it changes."""
+"""Fixed-function state of passes, and the state in force during a run: set only when it changes."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from passgraph.graph.draw_state import COMPARE, Blend, DrawState
 
 
 class Bound:
-    """Names of bound objects and the state in force; None where it is not known.
+    """Names of bound objects and the state in force; None if unknown.
 
-    It is true only while nobody else uses the context: :class:`passgraph.backends.gl.context.Context` forgets it
-    whenever it is entered, and a run enters it once.
+    It is valid only with exclusive use of the context: :class:`passgraph.backends.gl.context.Context` resets it on
+    entry, and a run enters once.
     """
 
     __slots__ = (
@@ -31,15 +31,15 @@ class Bound:
         self.forget()
 
     def forget(self) -> None:
-        #: Whether everything that no pass switches on is off.
+        #: True if everything that passes never use is switched off.
         self.switched_off = False
-        #: What the tests, blending and masks are set for: see :mod:`passgraph.backends.gl.state`.
+        #: The tests, blending and masks in force: see :mod:`passgraph.backends.gl.state`.
         self.state: object = None
         self.framebuffer: int | None = None
         self.viewport: tuple[int, ...] | None = None
         self.used: int | None = None
         self.vertex_array: int | None = None
-        #: By unit; units from its length on may have a sampler object of somebody else.
+        #: By unit; units beyond its length may have a foreign sampler object.
         self.textures: list[int | None] = []
         self.samplers: list[int | None] = []
         self.unit: int | None = None
@@ -60,21 +60,21 @@ _CULL = {"back": g.BACK, "front": g.FRONT}
 
 BLEND, CULL_FACE, DEPTH_TEST, STENCIL_TEST, SCISSOR_TEST = 0xBE2, 0xB44, 0xB71, 0xB90, 0xC11
 POLYGON_OFFSET_FILL = 0x8037
-#: Triangles are cut at 8 times the target, not at its edges: a cut rounds the end of an edge to a subpixel,
-#: which moves the pixels that it covers.  Powers of two, because dividing by them is exact.
+#: Triangles are clipped at 8 times the target's size, not at its edges: clipping rounds the end of an edge to a
+#: subpixel, which changes the covered pixels.  Powers of two, because dividing by them is exact.
 GUARD_BANDS = (8, 4, 2)
 #: :attr:`Bound.state` of a pixel pass.
 PIXEL_PASS = "pixel pass"
-#: Pixel store parameters, of unpacking and packing.
+#: Pixel store parameters for unpacking and packing.
 _ROW_LENGTHS, _ROW_ALIGNMENTS = (0xCF2, 0xD02), (0xCF5, 0xD05)
 _PIXEL_SKIPS = (0xCF3, 0xCF4, 0xD03, 0xD04)  # skipped rows, skipped pixels
-#: OpenGL ES swaps none.
+#: Byte swapping, which OpenGL ES lacks.
 SWAPPED_BYTES = (0xCF0, 0xD00)
 
 
 @dataclass(frozen=True)
 class Rows:
-    """Row layout of a picture in the host's memory: pixels from row to row (0: the width), and the alignment of rows in
+    """Row layout of a picture in host memory: pixels from row to row (0: the width), and the alignment of rows in
     bytes."""
 
     length: int = 0
@@ -93,8 +93,8 @@ def guard_band(gl: Functions, size: tuple[int, int], limit: int) -> int:
 def set_guard_band(
     gl: Functions, bound: Bound, size: tuple[int, int], times: int, origin: tuple[int, int] = (0, 0)
 ) -> None:
-    """A larger viewport around the target, which begins at ``origin``; the vertex shader makes clip coordinates
-    smaller to match."""
+    """Set a larger viewport around the target, which begins at ``origin``; the vertex shader scales clip coordinates
+    down to match."""
     viewport = (*origin, *size, times)
     if bound.viewport == viewport:
         return
@@ -108,7 +108,7 @@ def set_guard_band(
 
 
 def set_common(gl: Functions, bound: Bound, framebuffer: int) -> None:
-    """Set the state that pixel passes, draws and clears share, and the framebuffer."""
+    """Set the framebuffer, and the state that pixel passes, draws and clears share."""
     if not bound.switched_off:
         for switch in gl.has.off:
             gl.Disable(switch)
@@ -123,7 +123,7 @@ def set_common(gl: Functions, bound: Bound, framebuffer: int) -> None:
 def set_pixel_pass(
     gl: Functions, bound: Bound, framebuffer: int, size: tuple[int, int], origin: tuple[int, int] = (0, 0)
 ) -> None:
-    """No tests, no blending, every channel; ``origin`` is the lowest left pixel of the target's part."""
+    """Disable tests and blending, write every channel; ``origin`` is the lower left pixel of the target's part."""
     set_common(gl, bound, framebuffer)
     set_guard_band(gl, bound, size, 1, origin)
     if bound.state is not PIXEL_PASS:
@@ -139,8 +139,8 @@ def _open_colours(gl: Functions) -> None:
 
 @contextmanager
 def transfer(gl: Functions, rows: Rows) -> Iterator[None]:
-    """Around one transfer between the host's memory and a texture on unit 0: no pixel buffers, nothing skipped or
-    swapped.  How rows lie is put back to what OpenGL begins with."""
+    """Set up one transfer between host memory and a texture on unit 0: no pixel buffers, no skips, no byte swapping.
+    Afterwards the row layout is OpenGL's default again."""
     gl.BindBuffer(g.PIXEL_PACK_BUFFER, 0)
     gl.BindBuffer(g.PIXEL_UNPACK_BUFFER, 0)
     for what in _PIXEL_SKIPS if gl.has.is_es else (*_PIXEL_SKIPS, *SWAPPED_BYTES):
@@ -162,7 +162,7 @@ def _set_rows(gl: Functions, rows: Rows) -> None:
 
 
 def bind_images(gl: Functions, bound: Bound, images: Sequence[Texture]) -> None:
-    """Textures from unit 0 on; sampler objects only over what is not ours (they override how a texture is read)."""
+    """Bind textures from unit 0 on; sampler objects override the parameters of foreign textures only."""
     textures, samplers = bound.textures, bound.samplers
     for unit, image in enumerate(images):
         if unit == len(textures):
@@ -180,7 +180,7 @@ def bind_images(gl: Functions, bound: Bound, images: Sequence[Texture]) -> None:
 
 
 def use(gl: Functions, bound: Bound, program: int, vertex_array: int) -> None:
-    """The program and the vertices of what is drawn next."""
+    """Use a program and a vertex array for the next draw."""
     if bound.used != program:
         gl.UseProgram(program)
         bound.used = program
@@ -190,12 +190,12 @@ def use(gl: Functions, bound: Bound, program: int, vertex_array: int) -> None:
 
 
 def set_draw(gl: Functions, bound: Bound, state: DrawState, outputs: Sequence[Texture], depth: Texture | None) -> None:
-    """Everything in a DrawState; :func:`set_common` came before, and clears are done."""
+    """Set everything in a DrawState, after :func:`set_common` and the clears."""
     draw_state = (state, depth is None, *(texture.padded for texture in outputs))
     if bound.state == draw_state:
         return
     bound.state = draw_state
-    # The vertex shader turns pictures upside down, so fronts are clockwise here.
+    # The vertex shader flips pictures, so front faces are clockwise here.
     gl.FrontFace(g.CLOCKWISE)
     _switch(gl, CULL_FACE, state.cull != "none")
     if state.cull != "none":
@@ -211,8 +211,8 @@ def set_draw(gl: Functions, bound: Bound, state: DrawState, outputs: Sequence[Te
     apart = gl.ColorMaski is not None
     for k, texture in enumerate(outputs):
         mask = state.color_mask[k] if state.color_mask else (True,) * 4
-        # Alpha behind a three-channel target stays 1, which is what a missing alpha reads as; without blending it is
-        # what shaders give it.
+        # Alpha of a three-channel target must stay 1, the value of a missing alpha on reads; without blending shaders
+        # write 1.
         keeps_alpha = texture.padded and (apart or any(state.blend))
         red, green, blue, alpha = (int(on) for on in (*mask[:3], mask[3] and not keeps_alpha))
         if apart:
@@ -231,12 +231,12 @@ def _set_stencil(gl: Functions, state: DrawState) -> None:
 
 
 def check_targets(gl: Functions, state: DrawState, formats: Sequence[Format], where: str) -> None:
-    """Whether this driver can mask and blend targets as the draw asks for it.
+    """Raise an error if this driver cannot mask and blend targets as the draw requires.
 
     Raises
     ------
     BackendError
-        With the draw, and what the driver lacks.
+        With the draw, and the feature that the driver lacks.
     """
     blends = state.blend or (None,) * len(formats)
     some = {b for b in blends if b is not None}
@@ -298,7 +298,7 @@ def _switch(gl: Functions, what: int, on: bool) -> None:
 def clear_targets(
     gl: Functions, bound: Bound, colours: list[tuple[int, Any]], depth: float | None, stencil: int | None
 ) -> None:
-    """Clear colour attachments (number, four floats), depth and stencil; masks are opened for it."""
+    """Clear color attachments (number, four floats), depth and stencil, with all masks open."""
     if not colours and depth is None:
         return
     bound.state = None

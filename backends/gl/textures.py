@@ -1,4 +1,4 @@
-"""Textures and framebuffers: storage of formats, row order, and every object that closing deletes."""
+"""Textures and framebuffers: storage formats, row order, and the objects to delete on close."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """How a picture lies in its texture, as far as a shader's text depends on it; origin and size of a part are
+    """The layout of a picture in its texture, as far as shader text depends on it; the origin and size of a part are
     uniforms."""
 
     bottom_up: bool = False
@@ -48,7 +48,7 @@ ALL_PLAIN = Placements()
 
 
 def placements_of(outputs: Sequence[Texture], images: Sequence[Texture]) -> Placements:
-    """``ALL_PLAIN`` where every picture is plain."""
+    """Return the placements of a pass; ``ALL_PLAIN`` if every picture is plain."""
     for texture in (*outputs, *images):
         if texture.placement is not PLAIN:
             break
@@ -57,7 +57,7 @@ def placements_of(outputs: Sequence[Texture], images: Sequence[Texture]) -> Plac
     return Placements(tuple([t.placement for t in images]), outputs[0].placement if outputs else PLAIN)
 
 
-#: What a channel holds (`Format.number`) → OpenGL's type, and internal formats of one to four channels.
+#: Channel type (`Format.number`) → OpenGL's type, and internal formats of one to four channels.
 FLOAT_TYPE = 0x1406
 _SPELLINGS: dict[str, tuple[int, tuple[int, ...]]] = {
     "u1": (0x1401, (0x8229, 0x822B, 0x8051, 0x8058)),
@@ -69,13 +69,13 @@ RGBA = 0x1908
 _EXTERNAL = (0x1903, 0x8227, 0x1907, RGBA)  # red, rg, rgb, rgba
 _DEPTH_COMPONENT, _DEPTH_STENCIL, _FLOAT_AND_STENCIL = 0x1902, 0x84F9, 0x8DAD
 _DEPTH32F, _DEPTH32F_STENCIL8 = 0x8CAC, 0x8CAD
-#: One pixel of a depth-stencil picture as OpenGL hands it over.
+#: One pixel of a depth-stencil picture in OpenGL's transfer format.
 DEPTH_AND_STENCIL = np.dtype([("depth", np.float32), ("stencil", np.uint32)])
 
 
 @dataclass(frozen=True, slots=True)
 class GLFormat:
-    """OpenGL's words for a storage format: internal format, and format and type of what goes in and out."""
+    """OpenGL's constants for a storage format: internal format, and format and type of transfers."""
 
     internal: int
     external: int
@@ -85,7 +85,7 @@ class GLFormat:
 
 
 def gl_format_of(format_: Format, padded: bool) -> GLFormat:
-    """``padded``: three channels stored as four, where a driver cannot draw into three."""
+    """Return the GL format; ``padded``: three channels stored as four, if a driver cannot draw into three."""
     if format_.stencil:
         return GLFormat(_DEPTH32F_STENCIL8, _DEPTH_STENCIL, _FLOAT_AND_STENCIL, DEPTH_AND_STENCIL, 1)
     if format_.is_depth:
@@ -97,23 +97,23 @@ def gl_format_of(format_: Format, padded: bool) -> GLFormat:
 
 @dataclass(frozen=True, slots=True)
 class Surface:
-    """Something that a framebuffer can have attached: a level (and layer) of a texture, a renderbuffer, or a buffer of
-    the window, which has no name."""
+    """A framebuffer attachment: a level (and layer) of a texture, a renderbuffer, or a buffer of the window, which has
+    no name."""
 
     kind: str  # "texture", "renderbuffer" or "window"
     name: int = 0
-    target: int = 0x0DE1  # what kind of texture
+    target: int = 0x0DE1  # texture target
     level: int = 0
     layer: int = -1
-    #: Of the window: which of its buffers.
+    #: For the window: one of its buffers.
     buffer: int = 0x405
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Texture:
-    """One storage.  ``name`` is OpenGL's name of the texture, usable by others in the same context.
+    """One storage.  ``name`` is OpenGL's name of the texture, usable by other code in the same context.
 
-    Of what is not ours (:mod:`passgraph.hosts.gl_pictures`) the rest says what it is and how the picture lies in it.
+    For foreign pictures (:mod:`passgraph.hosts.gl_pictures`) further fields describe the object and the picture in it.
     """
 
     name: int
@@ -121,11 +121,11 @@ class Texture:
     size: tuple[int, int]
     gl_format: GLFormat
     placement: Placement = PLAIN
-    #: The picture's lowest left pixel, from the texture's.
+    #: The picture's lower left pixel in the texture.
     origin: tuple[int, int] = (0, 0)
-    #: What is drawn into where it is not ours; None is our own texture.
+    #: The surface to draw into for a foreign picture; None for our own textures.
     surface: Surface | None = None
-    #: An own sampler object in the place of the texture's parameters, or 0.
+    #: Our sampler object that overrides the texture's parameters, or 0.
     sampler: int = 0
 
     @property
@@ -134,8 +134,8 @@ class Texture:
 
 
 def external_of(format_: Format, *, stencil: bool = True) -> tuple[int, int]:
-    """OpenGL's format and type of what goes in and out: the channels that the format has, however it is stored; of a
-    depth-stencil format both parts, or the depth alone."""
+    """Return OpenGL's transfer format and type: the channels of the format, however it is stored; for a depth-stencil
+    format both parts, or depth only."""
     if format_.is_depth and not stencil:
         return _DEPTH_COMPONENT, FLOAT_TYPE
     gl_format = gl_format_of(format_, padded=False)
@@ -143,23 +143,23 @@ def external_of(format_: Format, *, stencil: bool = True) -> tuple[int, int]:
 
 
 def with_stencil(depth: NDArray[np.float32]) -> NDArray[Any]:
-    """A depth picture with a stencil of 0, as OpenGL takes both: (height, width, 1)."""
+    """Return a depth picture with a stencil of 0 in OpenGL's transfer format: (height, width, 1)."""
     packed: NDArray[Any] = np.zeros(depth.shape, DEPTH_AND_STENCIL)
     packed["depth"] = depth
     return packed
 
 
 def stored_clear(value: tuple[float, ...], texture: Texture) -> NDArray[np.float32]:
-    """A clear colour as four floats that the format holds exactly."""
+    """Return a clear color as four floats that the format stores exactly."""
     four = np.array([0, 0, 0, 1], np.float32)
     four[: texture.format.channels] = clear_colour(value, texture.format.channels, texture.format.srgb)
     return quantised(four, texture.format)
 
 
-#: Framebuffer 0's buffers: the names that draw and read buffers have → the name that attachments have.
+#: Framebuffer 0's buffers: names for drawing and reading → names of attachments.
 WINDOW_BUFFERS = {0x404: 0x400, 0x405: 0x402, 0x400: 0x400, 0x402: 0x402}
 DEPTH_OF_WINDOW = 0x1801
-#: Kinds of textures of which one layer is attached.
+#: Texture targets of which one layer is attached.
 _LAYERED = (0x8C1A, 0x806F, 0x9102, 0x9009)
 
 
@@ -177,7 +177,7 @@ def attachment_points(gl: Functions, surface: Surface) -> tuple[int, int]:
 
 
 def bind_surface(gl: Functions, target: int, scratch: int, surface: Surface, points: Sequence[int]) -> None:
-    """Bind a framebuffer of ours with a surface at these points; or framebuffer 0, which has the window's."""
+    """Bind our framebuffer with a surface at these points; or framebuffer 0 for the window's buffers."""
     if surface.kind == "window":
         gl.BindFramebuffer(target, 0)
         return
@@ -187,7 +187,7 @@ def bind_surface(gl: Functions, target: int, scratch: int, surface: Surface, poi
 
 
 def unbind_surface(gl: Functions, target: int, surface: Surface, points: Sequence[int]) -> None:
-    """Nothing of the host's stays attached to ours."""
+    """Detach the host's surface from our framebuffer."""
     if surface.kind != "window":
         for point in points:
             gl.FramebufferTexture2D(target, point, g.TEXTURE_2D, 0, 0)
@@ -203,7 +203,7 @@ def attach(gl: Functions, target: int, point: int, surface: Surface) -> None:
         gl.FramebufferTexture2D(target, point, surface.target, surface.name, surface.level)
 
 
-#: Sampler parameters: the mean of four texels, clamped to the edge, no comparison of depth.
+#: Sampler parameters: bilinear, clamped to the edge, no depth comparison.
 _LINEAR = {0x2801: g.LINEAR, 0x2800: g.LINEAR, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
 
 
@@ -214,12 +214,12 @@ class Objects:
         self.gl = gl
         self.alive: set[tuple[str, int]] = set()
         self.framebuffers: dict[tuple[tuple[int, ...], int], int] = {}
-        #: For pictures that are not ours, and how many are attached to it.
+        #: Framebuffer for foreign pictures, and its number of attachments.
         self.for_foreign = self.attached = 0
         self._linear = self._table = 0
 
     def table(self) -> int:
-        """A buffer for what one pass of a run counts; whoever uses it says what it holds."""
+        """Return a buffer for the counts of one pass of a run; the pass sets its content."""
         if not self._table:
             self._table = self.new("Buffer")
         return self._table
@@ -251,7 +251,7 @@ class Objects:
             self.delete(kind, name)
 
     def framebuffer(self, colours: Sequence[Texture], depth: Texture | None) -> int:
-        """The framebuffer object over these textures."""
+        """Return the framebuffer object with these attachments."""
         for texture in colours:
             if texture.surface is not None:
                 return self._foreign_framebuffer(colours)
@@ -275,8 +275,8 @@ class Objects:
         return name
 
     def _foreign_framebuffer(self, colours: Sequence[Texture]) -> int:
-        """One framebuffer for all that is not ours, attached anew for each pass: the host may have deleted a texture,
-        and the driver have given its name to another."""
+        """Return the framebuffer for foreign pictures, attached again for each pass: the host may have deleted a
+        texture, and the driver may have reused its name."""
         gl, first = self.gl, colours[0].surface
         if first is not None and first.kind == "window":
             gl.BindFramebuffer(g.FRAMEBUFFER, 0)
@@ -295,7 +295,7 @@ class Objects:
         return self.for_foreign
 
     def _attach(self, colours: Sequence[Texture]) -> int:
-        """Have the bound framebuffer draw into these, and the first of its draw buffers."""
+        """Attach these surfaces to the bound framebuffer, and select its draw buffers."""
         count = max(1, len(colours))
         buffers = (ctypes.c_uint * count)(*(g.COLOR_ATTACHMENT0 + k for k in range(len(colours))))
         for point, texture in zip(buffers, colours, strict=False):
@@ -304,7 +304,7 @@ class Objects:
         return buffers[0]
 
     def detach(self) -> None:
-        """Nothing of a host's stays attached to ours; the framebuffer for it is bound."""
+        """Detach the host's surfaces; their framebuffer is bound."""
         for k in range(self.attached):
             self.gl.FramebufferTexture2D(g.FRAMEBUFFER, g.COLOR_ATTACHMENT0 + k, g.TEXTURE_2D, 0, 0)
         self.attached = 0

@@ -1,8 +1,8 @@
-"""Pictures between the caller's memory and textures, straight: OpenGL goes along the rows where it can be told how.
+"""Transfer pictures between the caller's memory and textures directly, if OpenGL can express their row layout.
 
-No driver's rounding takes part.  Numbers move as they are, halves to float32 too, which is exact.  A pass of ours
-quantises float32; fractions are divided out on the host, in cache: drivers multiply with a rounded reciprocal (llvmpipe
-does), and numbers are a quarter or half of what would have to come back.
+Drivers do no rounding.  Numbers are transferred unconverted; halves to float32 is exact.  Our own pass quantizes
+float32.  Normalized integers are divided on the host, in cache: drivers multiply by a rounded reciprocal (llvmpipe
+does), and integers are a quarter or half of the bytes to read back.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ from passgraph.language.scalar import ScalarProgram
 if TYPE_CHECKING:
     from passgraph.backends.gl.backend import GLBackend
 
-#: Up to so many numbers the host converts sooner than a pass begins.
+#: The host converts up to this many numbers faster than a pass starts.
 SMALL = 1 << 14
 _HALF = 0x140B
-#: OpenGL's types → what NumPy calls them.
+#: OpenGL's types → NumPy's names.
 _READ_AS = {0x1401: np.uint8, 0x1403: np.uint16, FLOAT_TYPE: np.float32}
-#: What else than four channels the bound framebuffer is read as.
+#: Formats other than four channels in which the bound framebuffer is read.
 _OFFERED_FORMAT, _OFFERED_TYPE = 0x8B9B, 0x8B9A
 _EMPTY = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
 
@@ -72,7 +72,7 @@ def rows_of(array: NDArray[Any]) -> Rows | None:
 def storing_program(format_: Format, read: Format | None = None) -> ScalarProgram:
     """Return the program that quantizes the texels of ``values`` to a format, as kernels that write into it do.
 
-    Nothing is encoded, unless the values are those of another format and one of both is sRGB.
+    Nothing is encoded unless the values have another format and one of the two is sRGB.
     """
     from passgraph.language.facts import Facts, ImageFacts
     from passgraph.language.library import functions_of
@@ -93,7 +93,7 @@ def storing_program(format_: Format, read: Format | None = None) -> ScalarProgra
 
 
 def send_values(backend: GLBackend, texture: Texture, picture: FloatBlock) -> None:
-    """Values into a texture, to the nearest that it holds; a stencil becomes 0."""
+    """Upload values to a texture, rounded to its format; a stencil becomes 0."""
     values = _shaped(np.asarray(picture, np.float32), texture)
     format_ = texture.format
     if format_.number == "f4":
@@ -107,7 +107,7 @@ def send_values(backend: GLBackend, texture: Texture, picture: FloatBlock) -> No
 
 
 def store(backend: GLBackend, source: Texture, destination: Texture, read: Format | None = None) -> None:
-    """The values of one picture into another, as kernels that write there quantise them (:func:`storing_program`)."""
+    """Copy the values of one picture into another, quantized as by kernels (:func:`storing_program`)."""
     placements = placements_of((destination,), (source,))
     program = backend.programs.pixel(storing_program(destination.format, read), placements)
     run_pixels(backend, program, (destination,), (source,), _EMPTY, destination.size)
@@ -115,7 +115,7 @@ def store(backend: GLBackend, source: Texture, destination: Texture, read: Forma
 
 
 def _scratch(backend: GLBackend, texture: Texture) -> Texture:
-    """A texture of float32 with the channels and the size of another."""
+    """Return a float32 texture with the channels and the size of another."""
     scratch, format_ = backend.values, float_format(texture.format.channels)
     if scratch is None or (scratch.format, scratch.size) != (format_, texture.size):
         if scratch is not None:
@@ -126,12 +126,12 @@ def _scratch(backend: GLBackend, texture: Texture) -> Texture:
 
 
 def send(backend: GLBackend, texture: Texture, numbers: NDArray[Any]) -> None:
-    """Numbers of its format into a texture, from where they are; a stencil becomes 0."""
+    """Upload numbers in a texture's format directly; a stencil becomes 0."""
     shaped = _shaped(numbers, texture)
     if texture.format.stencil:
         shaped = with_stencil(shaped)
     gl, (width, height) = backend.context.gl, texture.size
-    padded = texture.padded and gl.has.is_es  # OpenGL ES adds no alpha
+    padded = texture.padded and gl.has.is_es  # OpenGL ES does not add alpha
     if padded:
         shaped = _with_alpha(shaped, texture.format)
     rows = None if shaped.dtype != _dtype(texture) else rows_of(shaped)
@@ -144,7 +144,7 @@ def send(backend: GLBackend, texture: Texture, numbers: NDArray[Any]) -> None:
 
 
 def receive(backend: GLBackend, texture: Texture, into: NDArray[Any]) -> None:
-    """A texture into an array: values where that is float32, else numbers."""
+    """Download a texture into an array: as values for float32, else unconverted."""
     format_ = texture.format
     destination = _shaped(into, texture)
     if into.dtype == np.float32 and format_.steps:
@@ -172,12 +172,12 @@ def _fetch(backend: GLBackend, texture: Texture, destination: NDArray[Any], type
 
 
 def read_pixels(backend: GLBackend, texture: Texture, room: NDArray[Any], type_: int, rows: Rows) -> None:
-    """Through a framebuffer, as OpenGL ES has it: four channels, or what the driver offers; depth as colour."""
+    """Read through a framebuffer, as in OpenGL ES: four channels, or the driver's own choice; depth as color."""
     if texture.format.is_depth:
         depth, texture = texture, _scratch(backend, texture)
         store(backend, depth, texture)
     gl, (width, height) = backend.context.gl, texture.size
-    if type_ == _HALF:  # four halves are read by those drivers only that offer it
+    if type_ == _HALF:  # only some drivers can read four halves
         type_ = FLOAT_TYPE
     dtype = np.dtype(_READ_AS[type_])
     framebuffer = backend.objects.framebuffer((texture,), None)
@@ -199,7 +199,7 @@ def _dtype(texture: Texture) -> np.dtype[Any]:
 
 
 def _with_alpha(given: NDArray[Any], format_: Format) -> NDArray[Any]:
-    """Three channels as four, with an alpha of 1."""
+    """Pad three channels to four, with an alpha of 1."""
     with_alpha = np.full((*given.shape[:2], 4), format_.steps or 1, format_.number)
     with_alpha[..., :3] = given
     return with_alpha

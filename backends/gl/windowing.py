@@ -1,4 +1,4 @@
-"""EGL and GLX, the systems that make OpenGL contexts."""
+"""EGL and GLX, the systems that create OpenGL contexts."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from typing import Any, Protocol, TypeAlias
 from passgraph.backends.gl.capabilities import version_of
 from passgraph.errors import BackendError
 
-#: An address that a driver gave; None is none.
+#: An address from a driver; None for null.
 Handle: TypeAlias = "int | None"
-#: What `System.make` says where the context's owner has destroyed it.
+#: The error of `System.make` if the context's owner has destroyed it.
 GONE = "no such context"
 
 
@@ -31,7 +31,7 @@ class State:
 
 
 class System(Protocol):
-    """One of them.  ``address`` finds OpenGL's functions."""
+    """A window system.  ``address`` finds OpenGL's functions."""
 
     address: Callable[[str], int]
 
@@ -39,30 +39,30 @@ class System(Protocol):
         """Return this thread's current state."""
 
     def make(self, state: State) -> str:
-        """Make it current; empty, or why it was refused."""
+        """Make it current; return an empty text, or the error."""
 
     def share(self, host: State) -> Handle:
-        """A context that shares objects with the host's, of the same API; it is not made current.
+        """Return a context that shares objects with the host's, of the same API; it is not made current.
 
         Raises
         ------
         BackendError
-            Where the system makes none.
+            If the system cannot create one.
         """
 
     def destroy(self, host: State, context: Handle) -> None:
-        """It is gone when it is no longer current anywhere."""
+        """Destroy a context; it exists until it is no longer current anywhere."""
 
     def lives(self, host: State) -> Callable[[], bool]:
-        """Return a function that tells if the window system still knows the host's display. When it does not, no
-        function may be called for what was made in it."""
+        """Return a function that returns True while the window system knows the host's display. Once it is False, no
+        function may be called for objects created there."""
 
     def surface_size(self, state: State) -> tuple[int, int] | None:
-        """(width, height) of what framebuffer 0 is, where there is one and the system tells."""
+        """Return (width, height) of framebuffer 0, if there is one and the system reports it."""
 
 
 def function(library: ctypes.CDLL, name: str, result: Any, *arguments: Any) -> Callable[..., Any]:
-    # A prototype of our own: attributes of a library are shared with whoever else loads it.
+    # Our own prototype: attributes of a library are shared with other code that loads it.
     return ctypes.CFUNCTYPE(result, *arguments)((name, library))
 
 
@@ -99,13 +99,13 @@ def sync(display: Handle) -> None:
 
 
 def free(memory: Handle) -> None:
-    """Give back what Xlib has made."""
+    """Free memory allocated by Xlib."""
     function(ctypes.CDLL(_LIBRARY), "XFree", ctypes.c_int, ctypes.c_void_p)(memory)
 
 
 class _Display:
-    """One that somebody has opened.  Xlib calls back when it is closed: any use of it after that ends the process, and
-    its address may be another's."""
+    """A display that other code has opened.  Xlib calls back when it is closed: using it after that ends the process,
+    and its address may be reused."""
 
     def __init__(self, address: int) -> None:
         self.address, self.is_open = address, True
@@ -126,7 +126,7 @@ class _Display:
             self._tell(self.address, self._extension, None)
 
 
-#: By address.  Those that are closed stay until another has their address: what Xlib calls must not go meanwhile.
+#: By address.  Closed displays stay until their address is reused: Xlib still needs the callback meanwhile.
 _displays: dict[int, _Display] = {}
 
 
@@ -141,7 +141,7 @@ def is_open(address: int) -> Callable[[], bool]:
 
 
 def _forget_all() -> None:
-    """Displays that are closed after Python has ended call nothing of it."""
+    """Remove the callbacks when Python exits, as displays may be closed later."""
     for display in _displays.values():
         display.forget()
 
@@ -201,7 +201,7 @@ class Egl:
             choose(host.display, wanted, ctypes.byref(config), 1, ctypes.byref(count))
         versions: list[tuple[int, ...]] = [(_EGL_MAJOR, 3, _EGL_MINOR, 3, _EGL_PROFILE, 1, _EGL_NONE)]
         if attributes[_EGL_CLIENT_TYPE] != _EGL_OPENGL:
-            # As new as the host's, for what that has; before EGL 1.5 there was no way to say so.
+            # The same version as the host's, for its features; before EGL 1.5 a version could not be requested.
             major, minor = self._version()
             versions = [
                 (_EGL_MAJOR, major, _EGL_MINOR, minor, _EGL_NONE),
@@ -225,11 +225,11 @@ class Egl:
         return version_of((text or b"").decode(errors="replace"))[1]
 
     def destroy(self, host: State, context: Handle) -> None:
-        """It is gone when it is no longer current anywhere; nothing happens where the display is gone."""
+        """Destroy a context; it exists until no longer current anywhere.  No effect if the display is gone."""
         function(self._library, "eglDestroyContext", ctypes.c_uint, *[ctypes.c_void_p] * 2)(host.display, context)
 
     def lives(self, host: State) -> Callable[[], bool]:
-        return lambda: True  # EGL knows its displays, and answers for those that are gone
+        return lambda: True  # EGL keeps track of its displays, and handles closed ones
 
     def surface_size(self, state: State) -> tuple[int, int] | None:
         if not state.draw:
@@ -244,7 +244,7 @@ class Egl:
 
 _GLX_CONFIG_ID, _GLX_SCREEN, _GLX_SIDES = 0x8013, 0x800C, (0x801D, 0x801E)
 _GLX_MAJOR, _GLX_MINOR, _GLX_PROFILE = 0x2091, 0x2092, 0x9126
-#: Where GLX's functions are, first where drivers share a dispatcher.
+#: Libraries with GLX's functions; first the dispatcher that drivers share.
 _GLX_LIBRARIES = ("libGLX.so.0", "libGL.so.1")
 
 
@@ -310,7 +310,7 @@ class Glx:
 
 
 def loaded_glx() -> Glx | None:
-    """GLX, where something in this process has loaded it: it is not loaded for our sake."""
+    """Return GLX if this process has already loaded it; it is never loaded here."""
     for name in _GLX_LIBRARIES:
         try:
             return Glx(ctypes.CDLL(name, mode=os.RTLD_NOLOAD | os.RTLD_LAZY))

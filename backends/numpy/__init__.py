@@ -1,6 +1,6 @@
-"""The default backend: NumPy arrays, kernels as vector code through LLVM, a tiled rasteriser.  Needs no driver.
+"""The default backend: NumPy arrays, kernels as vector code through LLVM, a tiled rasterizer.  Needs no driver.
 
-Four rooms, each of which imports from those before it only: ``machine``, ``vector``, then ``pixels`` and ``raster``.
+Four subpackages, each of which imports only from earlier ones: ``machine``, ``vector``, then ``pixels`` and ``raster``.
 """
 
 from passgraph.backends.numpy.backend import NumpyBackend

@@ -68,7 +68,7 @@ class NumpyBackend(Backend):
 
         return Moves(self.workers)
 
-    # Between float32 and what a storage holds, and between layouts, pictures are moved by compiled code.
+    # Compiled code converts pictures between float32 and storage formats, and between layouts.
 
     def upload(self, storage: Storage, picture: FloatBlock) -> None:
         values = picture.reshape(storage.numbers.shape)
@@ -127,7 +127,7 @@ class NumpyBackend(Backend):
         from passgraph.backends.numpy.pixels.chains import stages
         from passgraph.backends.numpy.pixels.runner import PixelRun
 
-        # Bins are counted as fast as their numbers are written and read.
+        # Counting is as fast as writing and reading the numbers.
         chain = None if any(step.known is not None for step in steps) else stages(steps)
         return None if chain is None else PixelRun.compile(chain, self.workers)
 

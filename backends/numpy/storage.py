@@ -1,4 +1,4 @@
-"""Pictures in memory: numbers as their format holds them, in memory of ours or in place in somebody else's."""
+"""Pictures in memory: numbers in their format, in our own memory or in place in foreign memory."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from passgraph.backends.numpy.machine.workers import ROOM, aligned_zeros, rest_o
 from passgraph.cached import cached_property
 from passgraph.formats import FORMATS, Format
 
-#: What lies between the passes of a chain, and what a depth buffer holds.
+#: Format of intermediate results of a chain, and of depth buffers.
 FLOAT = FORMATS["r32f"]
-#: Loads of single texels take as many numbers at once.
+#: Numbers that loads of single texels read together.
 TOGETHER = 4
-#: Compiled code counts the pixels from the first to the last of a picture in 32 bits.
+#: Compiled code indexes the pixels of a picture in 32 bits.
 MAX_PIXELS = 2**31
 
 
@@ -26,9 +26,9 @@ class Storage:
 
     Attributes
     ----------
-    numbers : (height, width, channels) of the format's number; pixels lie side by side, rows as far apart as may be
+    numbers : (height, width, channels) in the format's dtype; pixels are contiguous, rows may have any stride
     stencil : height x width, flat
-    is_ours : whether there is room behind the numbers (machine/memory.py)
+    is_ours : True if the numbers are padded (machine/memory.py)
     """
 
     format: Format
@@ -38,24 +38,24 @@ class Storage:
     is_ours: bool = True
 
     def __post_init__(self) -> None:
-        #: Where the top left pixel is, for machine code.
+        #: Address of the top left pixel, for machine code.
         self.address: int = self.numbers.__array_interface__["data"][0]
-        #: Pixels from row to row; negative where rows lie from the bottom up.
+        #: Row stride in pixels; negative if rows are stored bottom up.
         self.pitch: int = self.size[0]
         if self.size[1] > 1:
             self.pitch = self.numbers.strides[0] // (self.format.channels * self.numbers.itemsize)
-        #: What machine code knows that reads along rows: beginning, width, height, pixels from row to row.
+        #: Facts for machine code that reads along rows: address, width, height, row stride in pixels.
         self.by_rows: tuple[int, ...] = (self.address, *self.size, self.pitch)
 
     @property
     def _last(self) -> int:
-        """The number of the row that lies last in memory."""
+        """Return the number of the row that is last in memory."""
         return self.size[1] - 1 if self.pitch > 0 else 0
 
     @cached_property
     def last_row(self) -> tuple[int, int]:
         """Return the number of the last row and the address of its padded copy; -1 if none is needed."""
-        if self.is_ours or self._room_behind >= ROOM * self.numbers.itemsize:
+        if self.is_ours or self._readable_bytes_behind >= ROOM * self.numbers.itemsize:
             return -1, self.address
         row = self.numbers[self._last].reshape(-1)
         self._copy_of_last = aligned_zeros(row.size, row.dtype)
@@ -64,13 +64,13 @@ class Storage:
 
     @cached_property
     def anywhere(self) -> tuple[int, ...]:
-        """The same as :attr:`by_rows` for code that reads texels one by one, a few numbers at once."""
-        enough = self.is_ours or self._room_behind >= TOGETHER * self.numbers.itemsize
+        """Return the same as :attr:`by_rows` for code that reads single texels, a few numbers together."""
+        enough = self.is_ours or self._readable_bytes_behind >= TOGETHER * self.numbers.itemsize
         return self.by_rows if enough else self._own.by_rows
 
     @property
-    def _room_behind(self) -> int:
-        """Bytes behind somebody's last row that may be read, since the processor lets no page be read in part."""
+    def _readable_bytes_behind(self) -> int:
+        """Return the readable bytes behind a foreign picture's last row: up to the end of its memory page."""
         width, _ = self.size
         item = self.numbers.itemsize
         pixel = self.format.channels * item
@@ -84,7 +84,7 @@ class Storage:
 
 
 def new_storage(format_: Format, size: tuple[int, int]) -> Storage:
-    """A picture in memory of ours, zeroed.  Raises MemoryError."""
+    """Return a zeroed picture in our own memory.  Raises MemoryError."""
     width, height = size
     numbers = aligned_zeros(width * height * format_.channels, format_.number)
     stencil = aligned_zeros(width * height, np.uint8) if format_.stencil else None
@@ -92,10 +92,10 @@ def new_storage(format_: Format, size: tuple[int, int]) -> Storage:
 
 
 def adopted(numbers: NDArray[Any], format_: Format) -> Storage | None:
-    """Somebody's array (height, width, channels) as a picture, in place; None where compiled code cannot go through it.
+    """Return a foreign array (height, width, channels) as a picture, in place; None if compiled code cannot use it.
 
-    Pixels must lie side by side.  Rows may be any whole number of pixels apart, up or down, and long enough that what
-    is read behind one is still in the next.
+    Pixels must be contiguous.  Rows may have any stride in whole pixels, also negative, and must be long enough that
+    reads behind one end in the next.
     """
     height, width, channels = numbers.shape
     size, item = (width, height), numbers.itemsize

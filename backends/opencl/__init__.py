@@ -1,4 +1,4 @@
-"""Passes in OpenCL C through pyopencl, on graphics processors, CPUs (PoCL) and accelerators.
+"""Passes in OpenCL C through pyopencl, on GPUs, CPUs (PoCL) and accelerators.
 
 Read in this order: ``backend``, ``storage``, ``pixel`` and ``opencl_c`` (the printer), ``raster`` and ``draw_source``,
 ``transfers``.  :mod:`passgraph.hosts` works on a caller's queue.

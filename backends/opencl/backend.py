@@ -1,4 +1,4 @@
-"""The opencl backend: one device, its queue, and everything made on it."""
+"""The opencl backend: one device, its queue, and its objects."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ INSTALL_DRIVER = "apt-get install pocl-opencl-icd ocl-icd-libopencl1"
 
 
 def all_devices() -> list[Any]:
-    """Every device of every platform, in the order in which numbers count them.
+    """Return every device of every platform, in the order of their numbers.
 
     Raises
     ------
     DeviceMissingError
-        Without pyopencl, without a driver or without a device, with the command that installs it.
+        Without pyopencl, a driver or a device, with the command that installs it.
     """
     try:
         import pyopencl as cl
@@ -65,7 +65,7 @@ def all_devices() -> list[Any]:
 
 
 def choose(device: str | None) -> Any:
-    """The device of this number or with this in its name; the first for None."""
+    """Return the device with this number or with this text in its name; the first one for None."""
     devices = all_devices()
     if device is None:
         return devices[0]
@@ -81,7 +81,7 @@ def choose(device: str | None) -> Any:
 
 
 def device_infos() -> list[DeviceInfo]:
-    """All devices for a listing; one entry that says what is missing where there is none."""
+    """Return all devices for a listing, or one entry that names what is missing."""
     try:
         check_driver("opencl")
         return [
@@ -94,7 +94,7 @@ def device_infos() -> list[DeviceInfo]:
         return [DeviceInfo("OpenCL", "", "", f"the OpenCL driver failed: {error}")]
 
 
-#: Arguments of 8 bytes that kernels take besides images and targets: parameters, lists of triangles, depth, sizes.
+#: Other 8-byte arguments of kernels, in addition to images and targets: parameters, lists of triangles, depth, sizes.
 OTHER_ARGUMENTS = 20
 
 
@@ -123,14 +123,14 @@ class OpenCLBackend(Backend):
         self.context: Any = context
         self.queue: Any = queue
         self.programs = Programs(self.context, self.device)
-        self.alive: dict[int, Any] = {}  # every buffer not yet given back, by its id
-        self.scratch: dict[str, Any] = {}  # buffers that draws share, by purpose; they only grow
-        #: Storages in memory of the caller, by address and length, while a run is on.
+        self.alive: dict[int, Any] = {}  # every live buffer, by its id
+        self.scratch: dict[str, Any] = {}  # buffers shared by draws, by purpose; they only grow
+        #: Storages in memory of the caller, by address and length, during a run.
         self.lent: dict[tuple[int, int], Storage] | None = None
-        self.conversions: dict[str, dict[str, Any]] = {}  # kernels by what a channel holds
+        self.conversions: dict[str, dict[str, Any]] = {}  # kernels by channel type
         self.moves: dict[tuple[ImageLayout, ImageLayout], Any] = Recent(MOST_LAYOUTS)  # kernels by layouts
         self.closed = False
-        #: Bytes that the start of a part of a buffer is a multiple of.
+        #: Alignment in bytes of a sub-buffer's start.
         self.alignment = max(1, int(self.device.mem_base_addr_align) // 8)
         self.is_cpu = bool(self.device.type & cl.device_type.CPU)
         self.max_bytes = int(self.device.max_mem_alloc_size)
@@ -149,12 +149,12 @@ class OpenCLBackend(Backend):
     # Buffers
 
     def allocate(self, size: int, what: str) -> Any:
-        """A buffer of so many bytes, registered until :meth:`free`.
+        """Return a buffer of a number of bytes, registered until :meth:`free`.
 
         Raises
         ------
         BackendError
-            When the device has no room, with what was wanted and what there is.
+            If the device lacks memory, with the requested and the available bytes.
         """
         self.check_open()
         size = max(int(size), 4)
@@ -163,7 +163,7 @@ class OpenCLBackend(Backend):
                 f"{what} needs {size:,} bytes; {self.device.name.strip()} gives at most {self.max_bytes:,} "
                 f"at once (of {self.device.global_mem_size:,}); use a smaller size or format"
             )
-        # On processors its memory is the host's, asked for at once: PoCL ends the process where it finds none later.
+        # On CPUs its memory is the host's, touched now: PoCL ends the process if it runs out later.
         at_once = self.cl.mem_flags.ALLOC_HOST_PTR if self.is_cpu else 0
         with self.reported(f"making {what} of {size:,} bytes"):
             buffer = self.cl.Buffer(self.context, self.cl.mem_flags.READ_WRITE | at_once, size)
@@ -175,11 +175,11 @@ class OpenCLBackend(Backend):
             buffer.release()
 
     def free_with(self, owner: object, buffer: Any) -> None:
-        """Free a buffer when its owner is no more."""
+        """Free a buffer when its owner is garbage-collected."""
         weakref.finalize(owner, _freed, weakref.ref(self), buffer).atexit = False
 
     def scratch_buffer(self, purpose: str, size: int) -> Any:
-        """A buffer that every draw may use while its commands are queued."""
+        """Return a buffer that every draw may use while its commands are queued."""
         buffer = self.scratch.get(purpose)
         if buffer is None or buffer.size < size:
             self.free(buffer)
@@ -190,12 +190,12 @@ class OpenCLBackend(Backend):
         return self.scratch[purpose]
 
     def fill(self, buffer: Any, size: int) -> None:
-        # Some drivers find room only when a buffer is first used.
+        # Some drivers allocate only when a buffer is first used.
         with self.reported(f"clearing {size:,} bytes"):
             self.cl.enqueue_fill_buffer(self.queue, buffer, np.zeros(1, np.uint8), 0, size)
 
     def write(self, buffer: Any, array: NDArray[Any]) -> Any:
-        """Host array, which must not change, into a buffer.  Dropping the returned event waits for it."""
+        """Write a host array, which must not change, to a buffer.  Dropping the returned event waits for it."""
         return self.cl.enqueue_copy(self.queue, buffer, array, is_blocking=False)
 
     def read(self, buffer: Any, array: NDArray[Any]) -> None:
@@ -203,7 +203,7 @@ class OpenCLBackend(Backend):
 
     @contextmanager
     def reported(self, doing: str) -> Iterator[None]:
-        """Driver errors as BackendError that says what was being done."""
+        """Convert driver errors to BackendError with the failed operation."""
         try:
             yield
         except self.cl.Error as error:
@@ -229,7 +229,7 @@ class OpenCLBackend(Backend):
         return storage
 
     def adopt(self, external: Any, format: Format, use: Use = READ) -> Storage | None:
-        """On processors: a contiguous array, in place until the run ends."""
+        """Adopt a contiguous array on CPUs, in place until the run ends."""
         return transfers.adopted(self, external, format)
 
     def running(self) -> AbstractContextManager[None]:
@@ -328,14 +328,14 @@ class OpenCLBackend(Backend):
         self.conversions.clear()
         self.moves.clear()
         self.programs.close()
-        # pyopencl gives a context back when its last Python object goes: hold none.
+        # pyopencl releases a context with its last Python object: drop them all.
         self.queue = None
         self.context = None
         self.programs.context = None
 
 
 def _freed(backend: weakref.ReferenceType[OpenCLBackend], buffer: Any) -> None:
-    """A finaliser knows no backend, which would stay for as long as what it belongs to."""
+    """Free a buffer; the finalizer holds only a weak reference, so that it does not keep the backend alive."""
     owner = backend()
     if owner is not None:
         owner.free(buffer)

@@ -1,7 +1,7 @@
-"""Bins of rows, counted (:class:`passgraph.plan.known.Counting`): each texel adds to its bin in a table of its row.
+"""Count bins of rows (:class:`passgraph.plan.known.Counting`): each texel increments its bin in a table of its row.
 
-On graphics processors a group of work-items goes through a row and adds to one table in the group's memory, each texel
-by an atomic addition.  On CPUs these take twenty times as long as others; there one work-item goes through a row.
+On GPUs a work-group processes a row with one table in local memory and atomic additions.  On CPUs atomics take twenty
+times as long as plain additions; there one work-item processes a row.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from passgraph.plan.known import Counting, numbers_program
 
 
 class CountsRunner(PixelPassRunner):
-    """The counting pass at work."""
+    """The counting pass, compiled."""
 
     def _compile(self, layouts: tuple[ImageLayout, ...], image_count: int) -> list[Launch]:
         (image,), outputs, items = layouts[:image_count], layouts[image_count:], 1 if self.backend.is_cpu else GROUP_GPU
@@ -29,7 +29,7 @@ class CountsRunner(PixelPassRunner):
 def counts_source(
     counting: Counting, image: ImageLayout, outputs: Sequence[ImageLayout], items: int, constant: bool
 ) -> Listing:
-    """The kernel ``pg_counts``, with the arguments of a pixel pass."""
+    """Return the kernel ``pg_counts``, with the arguments of a pixel pass."""
     defined = {
         "ARGUMENTS": parameters([image], outputs),
         "NUMBER(x, y)": "pg_number(x, y, image0, floats, ints)",
@@ -45,7 +45,7 @@ def counts_source(
 
 
 def _number(image: ImageLayout, on_cpu: bool) -> Listing:
-    """The number of a pixel as a function of its column and row."""
+    """Return a function of column and row that gives the number of a pixel."""
     program = numbers_program()
     width, height = image.size
     builtins = {"pixel.0": "x", "pixel.1": "y", "output_size.0": str(width), "output_size.1": str(height)}

@@ -1,4 +1,4 @@
-"""OpenCL C of one draw: its kernels and its state around the text of raster.cl and pixels.cl."""
+"""OpenCL C of one draw: its kernels and its state, combined with raster.cl and pixels.cl."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def compare(how: str, new: str, stored: str) -> str:
 
 
 def stencil_update(operation: str, stencil: Stencil) -> str:
-    """The statement of one stencil operation, under the write mask."""
+    """Return the statement of one stencil operation, under the write mask."""
     old = "(int)pg_stencils[at]"
     new = {
         "keep": old,
@@ -57,9 +57,9 @@ def stencil_update(operation: str, stencil: Stencil) -> str:
     return f"pg_stencils[at] = (uchar)(({old} & {keep}) | ({new} & {stencil.write_mask}));"
 
 
-#: Ints that a triangle takes; raster.cl says which.
+#: Ints of a triangle; see raster.cl.
 TRIANGLE_INTS = 12
-#: Where the other pixels of a quad lie, and their numbers in pixels.cl.
+#: Offsets of the other pixels of a quad, and their numbers in pixels.cl.
 PIXELS = {axes: number for number, axes in enumerate(("", *OTHER_PIXELS))}
 
 
@@ -77,9 +77,9 @@ class DrawLayouts:
 def draw_sources(
     step: DrawStep, layouts: DrawLayouts, tile: int, *, serial: bool, constant: bool
 ) -> dict[tuple[str, ...], Listing]:
-    """Kernels → their source; ``serial`` gives a tile to one work-item instead of a work-group.
+    """Return kernels → their source; ``serial`` gives a tile to one work-item instead of a work-group.
 
-    Three sources, since compilers take long: draws of one vertex kernel share the first, and all draws the second.
+    Compilers are slow, so there are three sources: draws with one vertex kernel share the first, all draws the second.
     """
     triangles = {"PG_TILE": tile, "PG_INTS": TRIANGLE_INTS}
     pixels = _defines(triangles | _pixel_rows(step, layouts, tile, serial))
@@ -96,7 +96,7 @@ def draw_sources(
 
 
 def triangle_floats(step: DrawStep) -> int:
-    """Floats that a triangle takes; raster.cl says which."""
+    """Return the number of floats of a triangle; see raster.cl."""
     return 8 + 3 * len(step.varyings)
 
 
@@ -118,7 +118,7 @@ def _pixel_rows(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -
     resources += ["__global uchar* restrict stencils"] if layouts.stencil else []
     resources += ["PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
     names = [text.split()[-1] for text in resources]
-    # pg_tiles has parameters of these names of its own.
+    # pg_tiles has parameters with these names itself.
     resources = [text.removesuffix(name) + f"pg_{name}" for text, name in zip(resources, names, strict=True)]
     return {
         "PG_WIDTH": width,
@@ -131,7 +131,7 @@ def _pixel_rows(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -
         "PG_SERIAL": int(serial),
         "PG_INDEX": "int" if width * height * 4 < INT_LIMIT else "long",
         "PG_KERNEL_RESOURCES": ", ".join(resources),
-        # The kernel's own restrict suffices; oclgrind does not know what inlining more of them leaves.
+        # The kernel's own restrict suffices; oclgrind fails when more of them are inlined.
         "PG_RESOURCES": ", ".join(resources).replace(" restrict ", " "),
         "PG_PASS": ", ".join(f"pg_{name}" for name in names),
     }
@@ -148,7 +148,7 @@ def _images(program: ScalarProgram, layouts: Sequence[ImageLayout], name: str) -
 
 
 def _vertex(step: DrawStep, layouts: DrawLayouts) -> Listing:
-    """``pg_vertices``: clip positions and varyings of every vertex."""
+    """Print ``pg_vertices``: clip positions and varyings of every vertex."""
     program = step.vertex
     builtins = {}
     for attribute, (_, components) in ATTRIBUTES.items():
@@ -176,7 +176,7 @@ def _vertex(step: DrawStep, layouts: DrawLayouts) -> Listing:
 
 
 def _clear(step: DrawStep, layouts: DrawLayouts) -> str:
-    """``pg_clear_pixel``: what the draw clears, at one pixel."""
+    """Print ``pg_clear_pixel``: clear one pixel."""
     printer = OpenCLPrinter(step.vertex, {})
     lines = [_place(i, layout) for i, layout in enumerate(layouts.outputs)]
     for i, (values, layout) in enumerate(zip(step.clears, layouts.outputs, strict=True)):
@@ -197,7 +197,7 @@ def _clear(step: DrawStep, layouts: DrawLayouts) -> str:
 
 
 def _shade(step: DrawStep, layouts: DrawLayouts) -> Listing:
-    """``pg_shade``: tests, the fragment kernel and the writes for a covered pixel."""
+    """Print ``pg_shade``: tests, the fragment kernel and the writes for a covered pixel."""
     program = step.fragment if step.fragment is not None else EMPTY
     width, height = step.size
     builtins = {
@@ -236,7 +236,7 @@ def _shade(step: DrawStep, layouts: DrawLayouts) -> Listing:
 
 
 class FragmentPrinter(OpenCLPrinter):
-    """A fragment kernel's uniforms come with the resources of the draw."""
+    """Prints a fragment kernel, whose uniforms come with the draw's resources."""
 
     def uniform(self, block: str, index: str | int) -> str:
         return f"pg_{block}s[{index}]"
@@ -246,9 +246,9 @@ EMPTY = ScalarProgram("none", "fragment", (), (), None, (), (), (), (), ())
 
 
 def _tests(step: DrawStep, layouts: DrawLayouts, *, discards: bool) -> tuple[str, str]:
-    """Stencil and depth, split into what runs before the fragment kernel and what runs after it.
+    """Return the stencil and depth tests, split into the parts before and after the fragment kernel.
 
-    A discarded fragment changes nothing, so a kernel that discards runs before anything is written.
+    A discarded fragment changes nothing, so a kernel that discards runs before any write.
     """
     state = step.state
     if not layouts.depth:
@@ -277,7 +277,7 @@ def _tests(step: DrawStep, layouts: DrawLayouts, *, discards: bool) -> tuple[str
 
 
 def _blends(step: DrawStep) -> Iterator[Listing]:
-    """``pg_blend0`` …: for each target that is blended, what a colour and the pixel under it become."""
+    """Print ``pg_blend0`` … for the blended targets: functions of the source color and the stored pixel."""
     for i, program in enumerate(step.blending):
         if program is None:
             continue

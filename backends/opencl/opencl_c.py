@@ -1,4 +1,4 @@
-"""Prints scalar programs in OpenCL C 1.2."""
+"""Print scalar programs as OpenCL C 1.2."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from passgraph.language.borders import BORDERS, border_name, border_program, nea
 from passgraph.language.emitter import Call, repeated
 from passgraph.language.source import NOWHERE, Span
 
-#: What a channel of a format holds (`Format.number`) → how buffers hold it.
+#: Channel type (`Format.number`) → type in buffers.
 ELEMENTS = {"u1": "uchar", "u2": "ushort", "f2": "ushort", "f4": "float"}
 
-#: Type of the arguments → operation → its expression.  Functions with ``pg_`` are in helpers.cl and below.
+#: Argument type → operation → expression.  Functions with ``pg_`` are in helpers.cl and below.
 SPELLED = spelled({
     "float": {"abs": "fabs({0})", "round": "rint({0})", "bits_from_float": "as_int({0})"},
     "int": {
@@ -36,17 +36,17 @@ FUNCTIONS = {
 
 
 def package_text(name: str) -> str:
-    """An OpenCL C file of this package."""
+    """Return the text of an OpenCL C file of this package."""
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
 def element(format_: Format) -> str:
-    """The type of a channel in a buffer."""
+    """Return the type of a channel in a buffer."""
     return format_spelling(format_, ELEMENTS, __file__)
 
 
 def load_expression(format_: Format, image: str, index: str) -> str:
-    """One channel as float."""
+    """Return the expression that loads one channel as float."""
     if format_.steps:
         return f"((float){image}[{index}] / {format_.steps}.0f)"
     return f"pg_load_half({image}[{index}])" if format_.number == "f2" else f"{image}[{index}]"
@@ -60,7 +60,7 @@ def store_expression(format_: Format, value: str) -> str:
 
 
 def join(*parts: Listing | str) -> Listing:
-    """Pieces of source one after the other; text of our own has no kernel behind it."""
+    """Concatenate pieces of source; fixed text has no kernel line behind it."""
     texts: list[str] = []
     spans: list[Span] = []
     for part in parts:
@@ -80,10 +80,10 @@ def prologue(constant_uniforms: bool) -> str:
 
 
 class OpenCLPrinter(CLike):
-    """The body of one program; the enclosing function is the caller's.
+    """Prints the body of one program; the caller prints the enclosing function.
 
-    ``builtins`` maps names to expressions; ``images`` names to buffer parameter and layout.  With ``inner``
-    every relative texel is known to lie inside, so that no border code is printed.
+    ``builtins`` maps names to expressions, ``images`` names to buffer parameter and layout.  With ``inner`` every
+    relative read is known to be inside, so no border code is printed.
     """
 
     spelled: ClassVar[Mapping[str, Mapping[str, str]]] = SPELLED
@@ -102,7 +102,7 @@ class OpenCLPrinter(CLike):
         self.builtins = builtins
         self.images = images or {}
         self.inner = inner
-        self.prefix = prefix  # of tables, so that two programs fit into one source
+        self.prefix = prefix  # prefix of tables, so that two programs fit into one source
         self.indices = 0
         self.named_calls: dict[object, str] = {}
 
@@ -145,7 +145,7 @@ class OpenCLPrinter(CLike):
             self.value(value, texel)
 
     def _moved(self, load: s.LoadTexel, axis: int, layout: ImageLayout) -> str:
-        """The column or row of a relative read; the sum stays within int, and leads to the same texel."""
+        """Return the column or row of a relative read; the sum cannot overflow int, and finds the same texel."""
         name, offset, count = "xy"[axis], (load.x, load.y)[axis], layout.size[axis]
         use = self.program.image(load.image)
         far = max(map(abs, (use.x, use.y)[axis])) >= INT_LIMIT - count
@@ -186,7 +186,7 @@ class OpenCLPrinter(CLike):
         return {i.to.id: i for i in self.program.body if isinstance(i, s.Op)}
 
     def open(self, head: str) -> None:
-        """Tables, then the function's head and variables."""
+        """Print tables, then the function's head and variables."""
         for name, type_, values in self.program.tables:
             element = "int" if type_ == "bool" else type_
             entries = ", ".join(self.literal(s.Lit(element, value)) for value in values)
@@ -196,9 +196,9 @@ class OpenCLPrinter(CLike):
         self.depth += 1
 
     def functions(self) -> None:
-        """A function for each of the program's parts that are computed again and again.
+        """Print a function for each repeated part of the program.
 
-        As calls, since LLVM would put them in place: 15,500 instructions take PoCL 9 seconds then, and 4 like this.
+        LLVM would inline them otherwise: 15,500 instructions take PoCL 9 seconds inlined, and 4 as calls.
         """
         self.calls = repeated(self.program)
         for call in self.calls.values():
@@ -238,7 +238,7 @@ class OpenCLPrinter(CLike):
 
 @cache
 def border_function(rule: str) -> str:
-    """A column or row brought inside."""
+    """Print a function that maps a column or row index into the picture."""
     program = border_program(rule)
     printer = OpenCLPrinter(program, {"i": "i", "size": "size"})
     printer.open(f"int {border_name(rule)}(int i, int size)")

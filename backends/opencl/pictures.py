@@ -1,7 +1,7 @@
-"""Pictures in memory of a caller: buffers, arrays of pyopencl, and images.
+"""Pictures in memory of a caller: buffers, pyopencl arrays, and images.
 
-What is described here is checked against the size of the memory before anything runs, and holds a reference to that
-memory of its own, so that the caller may release theirs.
+A description is checked against the size of the memory before anything runs.  It holds its own reference to the memory,
+so the caller may release theirs.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.formats import FORMATS, Format, colour_format
 
-#: Steps that finding a common pixel may take; beyond, what lies between each other counts as common.
+#: Most steps in a search for a common pixel; beyond that, interleaved ranges count as overlapping.
 OVERLAP_WORK = 10_000
 _ORDERS = ("rgba", "bgra", "argb", "abgr", "rgb", "bgr", "rg", "r")
 
 
 @dataclass(frozen=True, eq=False)
 class OpenCLPicture(DevicePicture):
-    """A picture of a caller's, to be given for an input or in ``into=``.
+    """A caller's picture, to be passed for an input or in ``into=``.
 
     Attributes
     ----------
-    memory : an object of pyopencl with a reference of its own to the memory
+    memory : a pyopencl object with its own reference to the memory
     context : the caller's
-    is_stored : the numbers mean what the input or target says; else they mean what ``format`` says
-    given : the caller's object, which a pool may want back when it goes
+    is_stored : True if the numbers are in the format of the input or target; else they are in ``format``
+    given : the caller's object, as a memory pool reclaims memory when that is garbage-collected
     """
 
     memory: Any
@@ -45,7 +45,7 @@ class OpenCLPicture(DevicePicture):
 
     @property
     def has_array(self) -> bool:
-        """Whether it is a ``pyopencl.array.Array``."""
+        """Return True if it is a ``pyopencl.array.Array``."""
         return False
 
     @property
@@ -62,7 +62,7 @@ class OpenCLPicture(DevicePicture):
         return not self.memory.flags & _flags().READ_ONLY
 
     def holds(self, format_: Format) -> bool:
-        """Whether its numbers are those of a format."""
+        """Return True if its channel type and count are those of a format."""
         own = self.format
         same_layout = (own.number, own.channels) == (format_.number, format_.channels) and not format_.stencil
         return same_layout and (self.is_stored or own.srgb == format_.srgb)
@@ -70,13 +70,13 @@ class OpenCLPicture(DevicePicture):
 
 @dataclass(frozen=True, eq=False)
 class BufferPicture(OpenCLPicture):
-    """One in a buffer.
+    """A picture in a buffer.
 
     Attributes
     ----------
-    offset : bytes before the first that it takes; the places of ``placement`` are counted from there, in numbers
-    placement : where its numbers are
-    array_there : gives the ``pyopencl.array.Array`` that it is, which is not kept alive; None where it is none
+    offset : its first byte in the buffer; positions in ``placement`` count from there, in numbers
+    placement : positions of its numbers
+    array_there : returns the ``pyopencl.array.Array``, which is not kept alive; None if it is not an array
     """
 
     offset: int
@@ -111,12 +111,12 @@ class BufferPicture(OpenCLPicture):
             return True
 
     def _places(self) -> NDArray[Any]:
-        """An array of the same places, which nobody reads: the addresses are those in the memory, from 1 on."""
+        """Return an array with the same addresses, never read: addresses in the memory, counted from 1."""
         number, placement = np.dtype(self.format.number), self.placement
         low = placement.span(self.size)[0]
         lowest = min(placement.channels)
         start = self.in_memory[1] + self.offset + (placement.first + lowest - low) * number.itemsize + 1
-        # Channels as one number as wide as all of them together.
+        # Adjacent channels count as one wide number.
         width = max(placement.channels) - lowest + 1
         shape, strides = (self.size[1], self.size[0], width), (placement.row, placement.pixel, 1)
         places: NDArray[Any] = np.asarray(_Addresses(start, shape, strides, number))
@@ -133,7 +133,7 @@ class BufferPicture(OpenCLPicture):
 
 
 class _Addresses:
-    """Memory that is only looked at from outside."""
+    """An array interface for memory that is never accessed."""
 
     def __init__(self, start: int, shape: tuple[int, ...], strides: tuple[int, ...], number: np.dtype[Any]) -> None:
         self.__array_interface__ = {
@@ -147,7 +147,7 @@ class _Addresses:
 
 @dataclass(frozen=True, eq=False)
 class ImagePicture(OpenCLPicture):
-    """One in an OpenCL image, which is copied to and from a buffer on the device, with ``channels`` at these places."""
+    """A picture in an OpenCL image, copied to and from a buffer with ``channels`` at these positions."""
 
     channels: tuple[int, ...]
 
@@ -173,7 +173,7 @@ def _flags() -> Any:
 
 
 def parent_of(memory: Any) -> tuple[bool, Any]:
-    """Whether a buffer is a part of another one, and that; None where the driver does not know it any more."""
+    """Return True and the parent if a buffer is a sub-buffer; the parent is None if the driver has forgotten it."""
     import pyopencl as cl
 
     try:
@@ -184,7 +184,7 @@ def parent_of(memory: Any) -> tuple[bool, Any]:
 
 
 def _memory_of(memory: Any) -> tuple[tuple[str, int], int]:
-    """Parts of a buffer lie in its memory, and several buffers may be made over one array of the host."""
+    """Return the identity of a buffer's memory: sub-buffers share it, as do buffers over one host array."""
     is_part, parent = parent_of(memory)
     offset = memory.offset if is_part else 0
     if is_part and parent is None:
@@ -195,14 +195,14 @@ def _memory_of(memory: Any) -> tuple[tuple[str, int], int]:
     return ("device", owner.int_ptr), offset
 
 
-# From what the caller gives
+# Pictures from the caller's objects
 
 
 def buffer_picture(
     context: Any, memory: Any, size: tuple[int, int], format_: Format, *, offset: int = 0, row_pitch: int | None = None,
     pixel_pitch: int | None = None, order: str | None = None, origin: str = "top",
 ) -> BufferPicture:  # fmt: skip
-    """A picture in a buffer; see `passgraph.hosts.opencl.Host.buffer`."""
+    """Return a picture in a buffer; see `passgraph.hosts.opencl.Host.buffer`."""
     what = "host.buffer"
     width, height = size
     number = format_.bits // 8
@@ -210,9 +210,9 @@ def buffer_picture(
     if format_.stencil:
         raise InputError(f"{what}: {format_.name} keeps its stencil apart; give depth32f")
     channels = _channels(order, format_, what)
-    pixel = _counted(pixel_pitch, len(order or channels) * number, number, f"{what}: pixel_pitch")
-    row = _counted(row_pitch, width * pixel * number, number, f"{what}: row_pitch")
-    start = _counted(offset, 0, number, f"{what}: offset")
+    pixel = _bytes_to_numbers(pixel_pitch, len(order or channels) * number, number, f"{what}: pixel_pitch")
+    row = _bytes_to_numbers(row_pitch, width * pixel * number, number, f"{what}: row_pitch")
+    start = _bytes_to_numbers(offset, 0, number, f"{what}: offset")
     arguments.one_of(origin, "origin", ("top", "bottom"), InputError)
     if pixel <= max(channels) or (height > 1 and row < (width - 1) * pixel + max(channels) + 1):
         raise InputError(
@@ -225,8 +225,10 @@ def buffer_picture(
 
 
 def array_picture(context: Any, array: Any, format_: Format | None) -> BufferPicture:
-    """A ``pyopencl.array.Array`` (height, width, channels) or (height, width); its numbers as stored where no format
-    is given."""
+    """Return a picture from a ``pyopencl.array.Array`` (height, width, channels) or (height, width).
+
+    Without a format its numbers count as stored.
+    """
     what = f"the pyopencl array {array.shape} of {array.dtype}"
     shape, strides = tuple(map(int, array.shape)), tuple(map(int, array.strides))
     if len(shape) == 2:
@@ -247,7 +249,7 @@ def array_picture(context: Any, array: Any, format_: Format | None) -> BufferPic
     parts = BufferParts(format_ or own, (shape[1], shape[0]), placement, what)
     picture = _in_buffer(context, memory, int(array.offset), parts, is_stored=format_ is None, array=array)
     if _overlaps_itself(picture):
-        raise InputError(f"{what} has pixels that share memory (strides {array.strides}); give a plain array")
+        raise InputError(f"{what} has pixels that share memory (strides {array.strides}); give a contiguous array")
     return picture
 
 
@@ -257,14 +259,14 @@ class BufferParts:
 
     format: Format
     size: tuple[int, int]
-    placement: Placement  # with places counted from the picture's first pixel
+    placement: Placement  # positions relative to the picture's first pixel
     what: str
 
 
 def _in_buffer(
     context: Any, memory: Any, start: int, parts: BufferParts, *, is_stored: bool, array: Any = None
 ) -> BufferPicture:
-    """The picture whose first pixel is at a byte of a buffer, if all of it lies inside."""
+    """Return the picture whose first pixel is at a byte of a buffer; InputError if it exceeds the buffer."""
     number, placement = parts.format.bits // 8, parts.placement
     low, end = placement.span(parts.size)
     if start % number:
@@ -292,7 +294,7 @@ def _in_buffer(
 
 
 def image_picture(context: Any, image: Any, format_: Format | None) -> ImagePicture:
-    """A two-dimensional ``pyopencl.Image``."""
+    """Return a picture from a two-dimensional ``pyopencl.Image``."""
     import pyopencl as cl
 
     _check_memory(context, image, "the image")
@@ -318,7 +320,7 @@ def image_picture(context: Any, image: Any, format_: Format | None) -> ImagePict
 
 
 def _retained(memory: Any) -> Any:
-    """The same memory with a reference of its own."""
+    """Return the same memory with a reference of its own."""
     import pyopencl as cl
 
     kind = cl.Image if isinstance(memory, cl.Image) else cl.Buffer
@@ -329,7 +331,7 @@ def _check_memory(context: Any, memory: Any, what: str) -> None:
     import pyopencl as cl
 
     if not isinstance(memory, cl.MemoryObjectHolder):
-        raise InputError(f"{what} must lie in a pyopencl.Buffer, got {arguments.shown(memory)}")
+        raise InputError(f"{what} must be in a pyopencl.Buffer, got {arguments.shown(memory)}")
     if memory.context != context:
         raise InputError(
             f"{what} is of another OpenCL context ({_devices(memory.context)}) than the host's queue "
@@ -350,8 +352,8 @@ def _channels(order: str | None, format_: Format, what: str) -> tuple[int, ...]:
     return tuple(order.index(letter) for letter in letters)
 
 
-def _counted(bytes_: int | None, plain: int, number: int, what: str) -> int:
-    """Bytes as numbers."""
+def _bytes_to_numbers(bytes_: int | None, plain: int, number: int, what: str) -> int:
+    """Convert bytes to numbers."""
     count = plain if bytes_ is None else arguments.whole_number(bytes_, f"{what} (bytes)", 0, sys.maxsize, InputError)
     if count % number:
         raise InputError(f"{what} is {count} bytes, which is no multiple of {number}, the bytes of a channel")
@@ -359,7 +361,7 @@ def _counted(bytes_: int | None, plain: int, number: int, what: str) -> int:
 
 
 def _overlaps_itself(picture: BufferPicture) -> bool:
-    """Whether two numbers lie in one place, as in what is broadcast."""
+    """Return True if two numbers share memory, as in broadcast arrays."""
     placement, (width, height) = picture.placement, picture.size
     count = len(placement.channels)
     channel = placement.channels[-1] // max(1, count - 1)

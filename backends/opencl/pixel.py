@@ -1,14 +1,14 @@
-"""Pixel passes: one work-item a pixel, or on CPUs one a run of pixels.
+"""Pixel passes: one work-item per pixel, or on CPUs per run of pixels.
 
-A pass that reads neighbours runs as two kernels.  The inner one covers the block of pixels whose reads all
-lie inside, so that no border code keeps its loads from vectorising; the other one what surrounds it, row by row and in
-groups of one size: PoCL compiles a kernel again for each size of group, and where work-items are counted from elsewhere
-than 0, which takes a fifth of the first run.
+A pass that reads neighbors runs as two kernels.  The inner one covers the block of pixels whose reads are all inside
+the picture, so its loads vectorize without border code.  The other one covers the surrounding pixels, row by row in
+groups of one size: PoCL compiles a kernel again for each group size and for global offsets other than 0, which takes a
+fifth of the first run.
 
-On CPUs the inner kernel goes through a run of pixels in a loop of its own.  PoCL optimises a kernel before it makes
-the loop over a group's work-items: LLVM then packs the channels of one pixel into short vectors (its SLP vectoriser),
-after which the loop over pixels "cannot be vectorized".  A loop that is in the kernel from the start is vectorised
-first.  The sRGB curve on three channels takes a sixteenth of the time.
+On CPUs the inner kernel loops over a run of pixels.  PoCL optimizes a kernel before it adds the loop over a group's
+work-items: LLVM then packs the channels of one pixel into short vectors (its SLP vectorizer), after which the loop over
+pixels "cannot be vectorized".  A loop inside the kernel is vectorized first.  The sRGB curve on three channels takes a
+sixteenth of the time.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
     from passgraph.backends.opencl.backend import OpenCLBackend
 
 
-#: Writes under way, beyond which the host waits for the oldest: some seconds of frames.
+#: Most pending writes; then the host waits for the oldest: some seconds of frames.
 MOST_WRITING = 256
 
 
 class Uniforms:
-    """The parameters of one stage on the device, written again only when they change."""
+    """The parameters of one stage on the device, written only when they change."""
 
     def __init__(self, backend: OpenCLBackend, floats: int, ints: int, what: str) -> None:
         self.backend = backend
@@ -47,7 +47,7 @@ class Uniforms:
         for buffer in self.buffers:
             backend.free_with(self, buffer)
         self.held: list[bytes] = [b"", b""]
-        #: Writes that may still be going on: dropping one waits for it.
+        #: Writes that may be pending: dropping one waits for it.
         self.writing: deque[Any] = deque()
 
     def update(self, block: Block) -> None:
@@ -66,23 +66,23 @@ class Uniforms:
             self.writing.popleft()
 
     def fits_constant(self) -> bool:
-        """Whether every block fits into the device's constant memory."""
+        """Return True if every block fits into the device's constant memory."""
         return 4 * max(self.sizes) <= int(self.backend.device.max_constant_buffer_size)
 
 
-#: Pixels of a run at most, or of a group along x, on CPUs: from 64 on, a pass that only copies runs at the speed of
-#: memory.
+#: Most pixels of a run, or of a group along x, on CPUs: from 64 on, a pass that only copies runs at memory speed.
 GROUP = 128
-#: Floats of the longest vectors that CPUs have.
+#: Floats of the longest vectors of CPUs.
 VECTOR = 16
-#: Rows of a group on CPUs, the first that divides the height: a group writes whole rows, one behind the other in
-#: memory, and there are few groups to hand out.  A pass that only copies takes 5 % less than with a group for each run.
+#: Rows of a group on CPUs, the first number that divides the height: a group writes whole contiguous rows, and there
+#: are few groups to schedule.  A copying pass takes 5 % less than with a group per run.
 ROWS = (4, 3, 2, 1)
-#: The same on graphics processors: a few warps.
+#: The same on GPUs: a few warps.
 GROUP_GPU = 64
 #: Pixels of a group around an inner block.
 GROUP_AROUND = 64
-#: Instructions from which on a group has one run: compilers spare a loop over long code, up to a fifth of their time.
+#: Instructions from which on a group has one run: without a loop over long code, compilers save up to a fifth of their
+#: time.
 LONG = 100
 #: (x, y, width, height) of an inner block.
 Inner: TypeAlias = tuple[int, int, int, int]
@@ -96,14 +96,14 @@ def pixel_source(
     run: int,
     block: Inner,
 ) -> Listing:
-    """Kernels ``pg_pixel`` (with borders) and ``pg_inner`` (without; ``run`` pixels a work-item), those of both that
-    have pixels."""
+    """Return the source of ``pg_pixel`` (with borders) and ``pg_inner`` (without; ``run`` pixels per work-item);
+    kernels without pixels are left out."""
     names = kernels_of(outputs[0].size, block)
     return join(prologue(constant), *(_kernel(name, program, images, outputs, run, block) for name in names))
 
 
 def readable_source(step: PixelStep, sizes: Mapping[int, tuple[int, int]]) -> str:
-    """The kernel with borders by itself, one pixel a work-item; ``sizes`` by resource."""
+    """Return the kernel with borders alone, one pixel per work-item; ``sizes`` by resource."""
     formats = zip(step.images, step.image_formats, strict=True)
     images = [(name, ImageLayout(format_, sizes[resource])) for (name, resource), format_ in formats]
     outputs = [ImageLayout(format_, step.size) for format_ in step.output_formats]
@@ -150,7 +150,7 @@ def _kernel(
     return printer.close()
 
 
-#: Where the pixel of a work-item is in a picture without inner block.
+#: The pixel of a work-item in a picture without inner block.
 WHOLE = "int x = (int)get_global_id(0);\nint y = (int)get_global_id(1);"
 
 
@@ -208,7 +208,8 @@ def inputs(images: Sequence[ImageLayout]) -> list[str]:
 
 
 def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> Inner:
-    """(x, y, width, height) of the pixels whose reads all lie inside; empty below one group's width, and where int
+    """Return (x, y, width, height) of the pixels whose reads are all inside; empty if narrower than a group, or too
+    large for int.
     counts no more what surrounds it."""
     uses = [use for use in program.images if use.relative]
     left, top = (max([0, *(-getattr(use, axis)[0] for use in uses)]) for axis in "xy")
@@ -220,8 +221,8 @@ def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> In
 
 
 def run_of(width: int) -> int:
-    """Pixels of a run on CPUs, in a row of so many: whole vectors, and so few as divide the row evenly, since the last
-    run overlaps the one before.
+    """Return the pixels of a run on CPUs for a row's width: whole vectors, and few enough to divide the row evenly,
+    since the last run overlaps the one before.
 
     >>> run_of(1280), run_of(160), run_of(0)
     (128, 80, 128)
@@ -245,7 +246,7 @@ class Launch:
 
 
 class PixelPassRunner:
-    """One pixel pass, compiled when it first meets storages of some formats and sizes."""
+    """One pixel pass, compiled at first use for each combination of storage formats and sizes."""
 
     def __init__(self, backend: OpenCLBackend, step: PixelStep) -> None:
         self.backend = backend
@@ -253,7 +254,7 @@ class PixelPassRunner:
         self.what = f"pass {step.name!r}"
         self.uniforms = Uniforms(backend, step.program.float_count, step.program.int_count, self.what)
         self.compiled: dict[tuple[ImageLayout, ...], list[Launch]] = Recent(MOST_LAYOUTS)
-        #: What the last call was for, which nothing here keeps alive, and what it runs.
+        #: Weak references to the storages of the last call, and its launches.
         self.storages: list[ReferenceType[Storage]] = []
         self.launches: list[Launch] = []
 
@@ -273,12 +274,12 @@ class PixelPassRunner:
                 raise
 
     def _bind(self, storages: list[Storage], image_count: int) -> None:
-        """Kernels for these storages, with their buffers as arguments."""
+        """Prepare kernels for these storages, with their buffers as arguments."""
         layouts = tuple([storage.layout for storage in storages])
         if layouts not in self.compiled:
             self.compiled[layouts] = self._compile(layouts, image_count)
         self.launches = self.compiled[layouts]
-        self.storages = []  # nothing counts as bound where an argument is refused
+        self.storages = []  # nothing counts as bound if an argument is rejected
         written, read = storages[image_count:], storages[:image_count]
         buffers = [*(storage.buffer for storage in [*written, *read]), *self.uniforms.buffers]
         for launch in self.launches:
@@ -302,7 +303,7 @@ class PixelPassRunner:
         self, program: Any, name: str, items: tuple[int, int], group: tuple[int, int] | None,
         cut: tuple[int, int, int, int] = (0, 0, 0, 0),
     ) -> Launch:  # fmt: skip
-        """A kernel of a built program over some pixels."""
+        """Return a kernel of a built program over some pixels."""
         cl = self.backend.cl
         with self.backend.reported(f"making the kernels of {self.what}"):
             return Launch(cl.Kernel(program, name), items, group, cl.cltypes.make_int4(*cut))
@@ -310,7 +311,7 @@ class PixelPassRunner:
     def _items(
         self, name: str, size: tuple[int, int], block: Inner, run: int
     ) -> tuple[tuple[int, int], tuple[int, int] | None]:
-        """Work-items of a kernel, and of its groups."""
+        """Return the work-items of a kernel, and of its groups."""
         _, _, width, height = block
         if name == "pg_inner" and self.backend.is_cpu:
             items = (-(-width // run), height)
@@ -318,18 +319,20 @@ class PixelPassRunner:
         if name == "pg_inner":
             return (-(-width // GROUP_GPU) * GROUP_GPU, height), (GROUP_GPU, 1)
         if not width:
-            return size, (1, 1) if self._alone() else None
+            return size, (1, 1) if self._is_ungrouped() else None
         device = self.backend.device
-        across = 1 if self._alone() else min(GROUP_AROUND, device.max_work_group_size, device.max_work_item_sizes[0])
+        across = (
+            1 if self._is_ungrouped() else min(GROUP_AROUND, device.max_work_group_size, device.max_work_item_sizes[0])
+        )
         return (-(-pixels_around(block, size) // across) * across, 1), (across, 1)
 
-    def _alone(self) -> bool:
-        """Whether work-items go one by one: PoCL holds the arrays of a whole group on the stack, for each its own."""
+    def _is_ungrouped(self) -> bool:
+        """Return True if each work-item is a group: PoCL keeps the arrays of a whole group on the stack."""
         return self.backend.is_cpu and bool(self.step.program.arrays)
 
     def _group(self, items: tuple[int, int]) -> tuple[int, int]:
-        """Whole rows of runs, as far as the device takes them."""
-        if self._alone() or count(self.step.program.body) >= LONG:
+        """Return a group of whole rows of runs, within the limits of the device."""
+        if self._is_ungrouped() or count(self.step.program.body) >= LONG:
             return 1, 1
         across, down = self.backend.device.max_work_item_sizes[:2]
         most = self.backend.device.max_work_group_size

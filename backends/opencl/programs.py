@@ -1,4 +1,4 @@
-"""Builds generated source: once a process and source; pyopencl or the driver keep binaries on disk."""
+"""Build generated source, once per process and source; pyopencl or the driver cache binaries on disk."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from passgraph.language.source import NOWHERE
 
 #: ``file.cl:12:5: error: …`` (clang, so PoCL, Intel, AMD) and ``<kernel>:12:5: error: …`` (NVIDIA).
 MESSAGE = re.compile(r":(\d+):\d+:\s*(?:fatal )?error")
-#: A platform, and what its compiler takes for a sign that OpenCL C is declared already: the guard of clang's header.
-#: It would read 18,000 lines of declarations twice for each program: 0.08 s, and 0.015 s where it only finds what it
-#: compiled before.  declared.cl takes their place.
+#: Platforms, and the macro that tells their compiler that OpenCL C is already declared: the include guard of clang's
+#: header.  Otherwise it would read 18,000 lines of declarations twice for each program: 0.08 s, or 0.015 s with a
+#: cached program.  declared.cl replaces them.
 POCL, ALL_DECLARED = "Portable Computing Language", "-D_OPENCL_H_"
-#: Sources whose programs are kept, and layouts for which one pass keeps its kernels.
+#: Most sources whose programs are kept, and layouts for which one pass keeps its kernels.
 MOST_BUILT, MOST_LAYOUTS = 1024, 64
 _Key = TypeVar("_Key")
 _Made = TypeVar("_Made")
-#: Characters of a driver's log that an error repeats.
+#: Most characters of a driver's log in an error.
 LOG_CHARACTERS = 2000
 
 
 class Recent(dict[_Key, _Made]):
-    """A bounded dict of the latest programs: layouts of a caller's memory may come and go."""
+    """A bounded dict of the most recent programs: layouts of a caller's memory may change often."""
 
     def __init__(self, most: int) -> None:
         super().__init__()
@@ -41,7 +41,7 @@ class Recent(dict[_Key, _Made]):
 class Programs:
     """Built programs of one context by source text.
 
-    ``declares`` says that kernels come with our own declarations of what they call.
+    ``declares`` means that kernels include our own declarations of the functions that they call.
     """
 
     def __init__(self, context: Any, device: Any) -> None:
@@ -55,19 +55,19 @@ class Programs:
         self.declares = device.platform.name == POCL
 
     def build(self, listing: Listing, what: str) -> Any:
-        """The built program of a source.
+        """Return the built program of a source.
 
         Raises
         ------
         BackendError
-            When the driver refuses it, naming the kernel's file and line and what the driver said.
+            If the driver rejects it, with the kernel's file and line and the driver's message.
         """
         import pyopencl as cl
 
         if listing.text not in self.built:
             try:
                 with warnings.catch_warnings():
-                    # Compilers talk even when all is well.
+                    # Compilers write messages even on success.
                     warnings.simplefilter("ignore", cl.CompilerWarning)
                     self.built[listing.text] = self._built(listing.text)
             except cl.Error as error:
@@ -82,7 +82,7 @@ class Programs:
                 program = cl.Program(self.context, package_text("declared.cl") + text)
                 return program.build([*self.options, ALL_DECLARED], [self.device])
             except cl.Error:
-                pass  # it may need the driver's own; if not, its line is found in what stands alone
+                pass  # it may need the driver's own; if not, the standalone source has the error's line
         built = cl.Program(self.context, text).build(self.options, [self.device])
         self.declares = False
         return built
@@ -92,7 +92,7 @@ class Programs:
 
 
 def build_error(listing: Listing, what: str, log: str) -> BackendError:
-    """The kernel line behind the first error in a compiler's log."""
+    """Return an error with the kernel line behind the first error in a compiler's log."""
     match = MESSAGE.search(log)
     span = listing.span_at(int(match.group(1))) if match else NOWHERE
     if span == NOWHERE:

@@ -1,7 +1,7 @@
-"""Draws: the host side of the rasteriser in raster.cl.
+"""Draws: the host side of the rasterizer in raster.cl.
 
-Vertices are transformed, triangles set up chunk by chunk, counted into tiles, listed by tile in order of
-submission, and each tile is drawn.  No atomics: what a pixel becomes never depends on timing.
+Vertices are transformed, triangles are set up in chunks, counted per tile and listed by tile in submission order; then
+each tile is drawn.  There are no atomics: results never depend on timing.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class DeviceMesh:
-    """Triangles, and the attributes that some vertex kernel has asked for; each is uploaded once."""
+    """Triangles, and the attributes that vertex kernels have requested; each is uploaded once."""
 
     def __init__(self, backend: OpenCLBackend, mesh: Geometry) -> None:
         self.backend = backend
@@ -35,7 +35,7 @@ class DeviceMesh:
         self.attributes: dict[str, Any] = {}
 
     def attribute(self, name: str) -> Any:
-        """The buffer of an attribute such as ``normal``."""
+        """Return the buffer of an attribute such as ``normal``."""
         if name not in self.attributes:
             self.attributes[name] = self._upload(vertex_attribute(self.mesh, name), name)
         return self.attributes[name]
@@ -48,22 +48,22 @@ class DeviceMesh:
         return buffer
 
 
-#: What raster.cl calls the sides that are left out.
+#: raster.cl's names of the culled sides.
 CULL = {"none": 0, "back": 1, "front": 2}
-#: Side of a tile in pixels: for CPUs (one work-item a tile) and for others (a work-group of 256).
+#: Side of a tile in pixels: for CPUs (one work-item per tile) and for others (a work-group of 256).
 TILE_SERIAL, TILE_PARALLEL = 32, 16
-#: Chunks that triangles are split into (a work-item each), on CPUs and on others.
+#: Chunks of triangles (a work-item each), on CPUs and on others.
 MAX_CHUNKS, MAX_CHUNKS_PARALLEL = 256, 4096
-#: The largest table of chunks by tiles, in entries.
+#: Most entries of the table of chunks by tiles.
 MAX_TABLE = 1 << 22
 #: Work-items of a group in kernels over vertices, chunks and tiles.
 GROUP = 64
-#: Slots and lists larger than this are made for parts of the mesh, one after the other.
+#: If slots or lists would be larger than this, the mesh is drawn in parts.
 MAX_SCRATCH_BYTES = 1 << 28
 
 
 class DrawPassRunner:
-    """One draw, compiled when it first meets storages of some formats."""
+    """One draw, compiled at first use for each combination of storage formats."""
 
     def __init__(self, backend: OpenCLBackend, step: DrawStep, *, serial: bool | None = None) -> None:
         self.backend, self.step = backend, step
@@ -73,7 +73,7 @@ class DrawPassRunner:
         self.tile = TILE_SERIAL if self.serial else TILE_PARALLEL
         self.tiles = -(-step.size[0] // self.tile), -(-step.size[1] // self.tile)
         vectors = backend.cl.cltypes
-        #: What raster.cl calls ``screen``, and the rest of what draws differ in there.
+        #: raster.cl's ``screen`` and other parameters of a draw.
         self.screen = vectors.make_int4(*step.size, *self.tiles)
         offset = vectors.make_float2(*step.state.polygon_offset)
         self.differing = self.screen, np.int32(CULL[step.state.cull]), offset, np.int32(len(step.varyings))
@@ -109,7 +109,7 @@ class DrawPassRunner:
             clip, sent = self._vertices(kernels, geometry, read)
             Triangles(self, kernels, geometry, clip, sent, resources).draw(0, geometry.triangle_count)
         if any(storage.is_borrowed for storage in (*images, *outputs)):
-            # Memory of the caller is lent for one run: nothing here keeps it.
+            # Memory of the caller is borrowed for one run: keep no reference.
             for name in ("pg_vertices", "pg_tiles"):
                 self.bound.pop(id(kernels[name]), None)
 
@@ -143,12 +143,12 @@ class DrawPassRunner:
         return clip, sent
 
     def launch(self, kernel: Any, items: int, arguments: Sequence[Any], group: int = GROUP) -> None:
-        """A kernel over so many work-items in a row, rounded up to whole groups."""
+        """Launch a kernel over a number of work-items in a row, rounded up to whole groups."""
         self.bind(kernel, arguments)
         self.backend.cl.enqueue_nd_range_kernel(self.backend.queue, kernel, (-(-items // group) * group,), (group,))
 
     def bind(self, kernel: Any, arguments: Sequence[Any]) -> None:
-        """Set a kernel's arguments where they are others than at its last launch."""
+        """Set a kernel's arguments if they differ from its last launch."""
         bound = self.bound.get(id(kernel), ())
         if len(bound) != len(arguments) or not all(map(_same, bound, arguments)):
             kernel.set_args(*arguments)
@@ -156,12 +156,12 @@ class DrawPassRunner:
 
 
 def _same(bound: Any, new: Any) -> bool:
-    """Numbers by value; buffers by identity, since a freed one's handle may come back as another's."""
+    """Compare numbers by value, buffers by identity, since a freed one's handle may be reused."""
     return bound is new or (isinstance(bound, np.int32) and isinstance(new, np.int32) and bool(bound == new))
 
 
 class Triangles:
-    """The triangles of one draw on their way to pixels, in parts where memory for all at once lacks."""
+    """The triangles of one draw, processed in parts if memory for all of them is lacking."""
 
     def __init__(
         self,
@@ -181,7 +181,7 @@ class Triangles:
         self.group = 1 if runner.serial else GROUP
 
     def draw(self, first: int, count: int) -> None:
-        """Triangles ``first`` to ``first + count``; halves of them where lists would be too long."""
+        """Draw triangles ``first`` to ``first + count``; in halves if lists would be too long."""
         most = MAX_CHUNKS if self.runner.serial else MAX_CHUNKS_PARALLEL
         chunks = max(1, min(count, most, MAX_TABLE // self.tile_count))
         chunk = -(-count // chunks)
@@ -233,7 +233,7 @@ class Triangles:
         return self._summed(totals, self.tile_count, "tile starts")
 
     def _summed(self, counts: Any, count: int, purpose: str) -> tuple[Any, int]:
-        """Running sums from 0 on, on the device, and the last of them."""
+        """Compute running sums from 0 on, on the device; return them and the last one."""
         read = np.empty(count, np.int32)
         self.backend.read(counts, read)
         sums = np.zeros(count + 1, np.int64)

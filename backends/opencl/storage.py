@@ -1,4 +1,4 @@
-"""Pictures on an OpenCL device: plain buffers in the layout of their format, or of somebody else's."""
+"""Pictures on an OpenCL device: buffers in the layout of their format, or in foreign layouts."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 from passgraph.cached import cached_property
 from passgraph.formats import Format
 
-#: The first index that no longer fits into int.
+#: The first index that exceeds int.
 INT_LIMIT = 1 << 31
 
 
 @dataclass(eq=False)
 class Storage:
-    """Interleaved channels, rows from the top, without padding unless ``placement`` says otherwise; the stencil in a
+    """Interleaved channels, rows from the top, without padding unless ``placement`` says otherwise; the stencil is in a
     buffer of its own.
 
-    ``lent`` is the caller's array whose memory the buffer is until it is released: for one run.  ``is_callers`` says
-    that the buffer is in memory of the caller's on the device, or a copy of their image.
+    ``lent`` is the caller's array whose memory the buffer uses for one run.  ``is_callers``: the buffer is in device
+    memory of the caller, or a copy of their image.
     """
 
     format: Format
@@ -38,7 +38,7 @@ class Storage:
 
     @property
     def is_borrowed(self) -> bool:
-        """Whether it is gone after the run, so that nothing may keep it."""
+        """Return True if it is valid for one run only, so no reference may be kept."""
         return self.lent is not None or self.is_callers
 
     @cached_property
@@ -52,9 +52,9 @@ class Placement:
 
     Attributes
     ----------
-    first : the place of the top left pixel
-    row, pixel : from one row, and one pixel, to the next; rows may lie from the bottom up
-    channels : the place of each channel in its pixel
+    first : position of the top left pixel
+    row, pixel : distance from row to row, and from pixel to pixel; negative rows are bottom up
+    channels : position of each channel in its pixel
     """
 
     first: int
@@ -63,14 +63,14 @@ class Placement:
     channels: tuple[int, ...]
 
     def span(self, size: tuple[int, int]) -> tuple[int, int]:
-        """The first place that a picture of (width, height) takes, and the one behind its last."""
+        """Return the first position of a picture of (width, height), and the one behind its last."""
         across, down = (size[0] - 1) * self.pixel, (size[1] - 1) * self.row
         low = self.first + min(across, 0) + min(down, 0) + min(self.channels)
         return low, self.first + max(across, 0) + max(down, 0) + max(self.channels) + 1
 
 
 def tight(channels: int, width: int) -> Placement:
-    """Interleaved channels without padding, from the first byte on."""
+    """Return interleaved channels without padding, from the first byte on."""
     return Placement(0, width * channels, channels, tuple(range(channels)))
 
 
@@ -92,7 +92,7 @@ class ImageLayout:
 
     @cached_property
     def index_type(self) -> str:
-        """The type in OpenCL C that every place in it fits into."""
+        """Return the OpenCL C type that can index all of it."""
         placement = self.placement or tight(self.channels, self.size[0])
         return "int" if placement.span(self.size)[1] < INT_LIMIT else "long"
 

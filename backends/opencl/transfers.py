@@ -1,5 +1,5 @@
-"""Pictures between the caller's memory and buffers: in place where the device is the processor, else straight, or
-through mapped memory where rows lie apart.  Kernels convert between numbers and float32."""
+"""Transfer pictures between the caller's memory and buffers: in place on CPUs, else directly, or through mapped memory
+if rows are not contiguous.  Kernels convert between numbers and float32."""
 
 from __future__ import annotations
 
@@ -36,16 +36,16 @@ __kernel void pg_move(__global const {source}* restrict from, __global {destinat
 
 
 def nearest_number(format_: Format, value: str) -> str:
-    """The number nearest to a value, as an expression; as in passgraph.backends.steps, NaN is held as 0."""
+    """Return the expression of the number nearest to a value; as in passgraph.backends.steps, NaN becomes 0."""
     if not format_.steps:
         return f"pg_store_half({value})" if format_.number == "f2" else value
-    # Comparisons and a plain conversion vectorise.
+    # Comparisons and a plain conversion vectorize.
     clamped = f"(0.0f < {value} ? (1.0f < {value} ? 1.0f : {value}) : 0.0f)"
     return f"({element(format_)})(int)rint({clamped} * {format_.steps}.0f)"
 
 
 def move_source(source: ImageLayout, destination: ImageLayout, run: int) -> str:
-    """``pg_move``: ``run`` pixels of a row in one work-item.  Alpha that the source lacks is 1."""
+    """Return ``pg_move``: ``run`` pixels of a row per work-item.  Alpha that the source lacks is 1."""
     rows = []
     for channel in range(destination.channels):
         if channel >= source.channels:
@@ -67,7 +67,7 @@ def move_source(source: ImageLayout, destination: ImageLayout, run: int) -> str:
 
 
 def move(backend: OpenCLBackend, source: tuple[Any, ImageLayout], destination: tuple[Any, ImageLayout]) -> None:
-    """A buffer's picture into another one of the same size."""
+    """Copy a buffer's picture into another one of the same size."""
     layouts = source[1], destination[1]
     width, height = layouts[0].size
     run = width if backend.is_cpu else 1
@@ -81,9 +81,9 @@ def move(backend: OpenCLBackend, source: tuple[Any, ImageLayout], destination: t
     backend.cl.enqueue_nd_range_kernel(backend.queue, kernel, (-(-width // run), height), group)
 
 
-#: Up to so many numbers the host converts sooner than a kernel begins.
+#: The host converts up to this many numbers faster than a kernel starts.
 SMALL = 1 << 14
-#: Numbers of one work-item: on CPUs enough to fill its vectors for a while, elsewhere one after another.
+#: Numbers per work-item: on CPUs enough for several vectors, elsewhere one.
 RUN, RUN_GPU = 1 << 12, 1
 
 _SOURCE = """
@@ -101,7 +101,7 @@ __kernel void pg_numbers(__global const float* restrict values, __global {number
 
 
 def source_of(format_: Format, run: int) -> str:
-    """Kernels between a format's numbers and values; as in passgraph.backends.steps, NaN is held as 0."""
+    """Return kernels between a format's numbers and values; as in passgraph.backends.steps, NaN becomes 0."""
     number = element(format_)
     value, nearest = load_expression(format_, "numbers", "i"), nearest_number(format_, "values[i]")
     return _SOURCE.format(number=number, run=run, value=value, nearest=nearest)
@@ -115,7 +115,7 @@ def _run(backend: OpenCLBackend) -> int:
 
 
 def adopted(backend: OpenCLBackend, array: Any, format_: Format) -> Storage | None:
-    """Memory of the caller as a storage until the run ends; None outside of a run, and where it does not fit."""
+    """Return memory of the caller as a storage until the run ends; None outside of a run, or if it does not fit."""
     if not backend.is_cpu or backend.lent is None or not isinstance(array, np.ndarray):
         return None
     plain = array.dtype == np.dtype(format_.number) and array.flags.c_contiguous and array.flags.aligned
@@ -125,10 +125,10 @@ def adopted(backend: OpenCLBackend, array: Any, format_: Format) -> Storage | No
     earlier = backend.lent.get(place)
     if earlier is not None and (earlier.format, earlier.size) == (format_, size):
         return earlier
-    # Of two buffers over one memory OpenCL promises nothing.
+    # OpenCL guarantees nothing about two buffers over one memory.
     if any(start < sum(place) and place[0] < start + length for start, length in backend.lent):
         return None
-    buffer = _over(backend, array)
+    buffer = _buffer_over(backend, array)
     if buffer is None:
         return None
     storage = Storage(format_, size, buffer, lent=array)
@@ -136,8 +136,8 @@ def adopted(backend: OpenCLBackend, array: Any, format_: Format) -> Storage | No
     return storage
 
 
-def _over(backend: OpenCLBackend, array: NDArray[Any]) -> Any | None:
-    """A buffer over an array's own memory; None where the driver refuses."""
+def _buffer_over(backend: OpenCLBackend, array: NDArray[Any]) -> Any | None:
+    """Return a buffer over an array's own memory; None if the driver fails."""
     cl = backend.cl
     access = cl.mem_flags.READ_WRITE if array.flags.writeable else cl.mem_flags.READ_ONLY
     try:
@@ -179,11 +179,11 @@ class Running:
                 _give_back(backend, storage.buffer, storage.lent)
 
 
-# Moved
+# Copied
 
 
 def send_values(backend: OpenCLBackend, storage: Storage, picture: FloatBlock) -> None:
-    """Values into a storage, to the nearest that it holds."""
+    """Upload values to a storage, rounded to its format."""
     values, format_ = _shaped(np.asarray(picture, np.float32), storage), storage.format
     if format_.number == "f4":
         send(backend, storage, values)
@@ -196,7 +196,7 @@ def send_values(backend: OpenCLBackend, storage: Storage, picture: FloatBlock) -
 
 
 def send(backend: OpenCLBackend, storage: Storage, numbers: NDArray[Any]) -> None:
-    """Numbers of its format into a storage."""
+    """Upload numbers in a storage's format."""
     array = _shaped(numbers, storage)
     if array.flags.c_contiguous and array.dtype == np.dtype(storage.format.number):
         backend.cl.enqueue_copy(backend.queue, storage.buffer, array, is_blocking=True)
@@ -206,10 +206,10 @@ def send(backend: OpenCLBackend, storage: Storage, numbers: NDArray[Any]) -> Non
 
 
 def receive(backend: OpenCLBackend, storage: Storage, into: NDArray[Any]) -> None:
-    """A storage into an array: values where that is float32, else numbers."""
+    """Download a storage into an array: as values for float32, else unconverted."""
     format_, destination = storage.format, _shaped(into, storage)
     if storage.lent is not None and storage.released:
-        # The run is over: what it wrote there is the caller's array.
+        # The run is over: its results are already in the caller's array.
         if into.dtype == np.float32:
             values_into(destination, storage.lent, format_)
         else:
@@ -227,7 +227,7 @@ def receive(backend: OpenCLBackend, storage: Storage, into: NDArray[Any]) -> Non
 
 def _receive_values(backend: OpenCLBackend, storage: Storage, destination: NDArray[np.float32]) -> None:
     buffer = (
-        _over(backend, destination)
+        _buffer_over(backend, destination)
         if backend.is_cpu and destination.flags.c_contiguous and destination.flags.aligned
         else None
     )
@@ -237,7 +237,7 @@ def _receive_values(backend: OpenCLBackend, storage: Storage, destination: NDArr
         finally:
             _give_back(backend, buffer, destination)
         return
-    buffer = backend.scratch_buffer("values on their way", destination.size * 4)
+    buffer = backend.scratch_buffer("converted values", destination.size * 4)
     _convert(backend, "pg_values", storage.format, storage.buffer, buffer, destination.size)
     _fetch(backend, buffer, destination, "f4")
 
@@ -254,7 +254,7 @@ def _fetch(backend: OpenCLBackend, buffer: Any, destination: NDArray[Any], numbe
 def _mapped(
     backend: OpenCLBackend, buffer: Any, shape: tuple[int, ...], number: str, *, writing: bool = False
 ) -> Iterator[NDArray[Any]]:
-    """A buffer's memory for the host to read, or to write whole."""
+    """Map a buffer's memory for the host, to read it or to overwrite it."""
     cl, queue = backend.cl, backend.queue
     flags = cl.map_flags.WRITE_INVALIDATE_REGION if writing else cl.map_flags.READ
     mapped, _ = cl.enqueue_map_buffer(queue, buffer, flags, 0, shape, np.dtype(number))
@@ -266,10 +266,10 @@ def _mapped(
 
 @contextmanager
 def _buffer_of(backend: OpenCLBackend, values: NDArray[np.float32]) -> Iterator[Any]:
-    """A buffer that holds an array: the array's own memory on CPUs."""
-    buffer = _over(backend, values) if backend.is_cpu and values.flags.aligned else None
+    """Return a buffer that holds an array: the array's own memory on CPUs."""
+    buffer = _buffer_over(backend, values) if backend.is_cpu and values.flags.aligned else None
     if buffer is None:
-        buffer = backend.scratch_buffer("values on their way", values.nbytes)
+        buffer = backend.scratch_buffer("converted values", values.nbytes)
         backend.cl.enqueue_copy(backend.queue, buffer, values, is_blocking=True)
         yield buffer
         return
@@ -284,8 +284,8 @@ def _buffer_of(backend: OpenCLBackend, values: NDArray[np.float32]) -> Iterator[
 
 
 def _exact(backend: OpenCLBackend, format_: Format) -> bool:
-    """Whether kernels turn numbers into the values that the host would: quotients rounded once, and halves below
-    2**-14 not lost on their way through denormals."""
+    """Return True if kernels convert numbers exactly as the host: quotients rounded once, and halves below 2**-14 not
+    flushed as denormals."""
     if format_.steps:
         return backend.programs.rounds_quotients
     return bool(backend.device.single_fp_config & backend.cl.device_fp_config.DENORM)

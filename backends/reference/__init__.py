@@ -1,9 +1,9 @@
-"""The reference backend: a float64 interpreter of the typed representation and an exact rasteriser.
+"""The reference backend: a float64 interpreter of the typed representation and an exact rasterizer.
 
-It is the meaning that other backends are held to.  In reading order: ``domain`` and ``interpreter`` (the
-walker), ``number_domain`` (float64), ``images`` and ``stage`` (what a kernel sees), ``pixel_pass``; then
-``draw_pass`` with ``raster_clip``, ``raster_setup``, ``raster_cover``, ``output_tests`` and ``output_merge``;
-``traced`` and ``traced_draw`` tell what a kernel and a draw do at one pixel.
+It defines the results that other backends must reproduce.  In reading order: ``domain`` and ``interpreter`` (the
+walker), ``number_domain`` (float64), ``images`` and ``stage`` (a kernel's inputs), ``pixel_pass``; then ``draw_pass``
+with ``raster_clip``, ``raster_setup``, ``raster_cover``, ``output_tests`` and ``output_merge``; ``traced`` and
+``traced_draw`` record a kernel and a draw at one pixel.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from passgraph.plan.data import DrawStep, PixelStep
 
 
 class ReferenceBackend(Backend):
-    """NumPy in float64; only stores round."""
+    """Computes with NumPy in float64; only stores round."""
 
     name: ClassVar[str] = "reference"
     optimises: ClassVar[bool] = False
@@ -62,10 +62,10 @@ class ReferenceBackend(Backend):
         return ReferenceDrawPass(step)
 
     def release(self, storage: Storage) -> None:
-        """Nothing to give back: the arrays go with the last reference to them."""
+        """Do nothing: the arrays are freed with the last reference to them."""
 
     def after_fork(self) -> bool:
         return True
 
     def close(self) -> None:
-        """Nothing to close."""
+        """Do nothing."""

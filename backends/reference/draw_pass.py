@@ -51,7 +51,7 @@ COMPARE: dict[str, Callable[..., Lanes]] = {
     "always": lambda a, b: np.ones(np.shape(b), np.bool_),
 }
 
-#: What a stencil operation makes of a stored byte.
+#: Stencil operation → new value of a stored byte.
 OPERATIONS: dict[str, Callable[[Bytes, int], Bytes]] = {
     "keep": lambda old, reference: old,
     "zero": lambda old, reference: np.zeros_like(old),
@@ -65,7 +65,7 @@ OPERATIONS: dict[str, Callable[[Bytes, int], Bytes]] = {
 
 
 def layers(pixel: Ints) -> Iterator[Ints]:
-    """Fragment numbers: the first of every pixel, then the second of every pixel that has one, and so on."""
+    """Yield fragment numbers: the first of every pixel, then the second of every pixel that has one, and so on."""
     order = np.argsort(pixel, kind="stable")
     ordered = pixel[order]
     starts = np.ones(len(pixel), np.bool_)
@@ -78,7 +78,7 @@ def layers(pixel: Ints) -> Iterator[Ints]:
 
 
 def last_of_each(pixel: Ints) -> Ints:
-    """The last fragment of every pixel, as fragment numbers in ascending order."""
+    """Return the last fragment of every pixel, as ascending fragment numbers."""
     _, first_from_behind = np.unique(pixel[::-1], return_index=True)
     return np.sort(len(pixel) - 1 - first_from_behind)
 
@@ -107,7 +107,7 @@ def passing(storage: Storage | None, state: DrawState, pixel: Ints, depth: Float
 
 
 def allows(stencil: Stencil, stored: Bytes) -> Lanes:
-    """Whether the stencil test lets fragments pass where these bytes are held."""
+    """Return True where the stencil test passes for these stored bytes."""
     return COMPARE[stencil.compare](np.int64(stencil.reference & stencil.read_mask), stored & stencil.read_mask)
 
 
@@ -127,7 +127,7 @@ Float64 = NDArray[np.float64]
 
 
 def write(storage: Storage, pixel: Ints, colours: Float64, mask: tuple[bool, ...], blend: Blend | None) -> None:
-    """Colours (n, channels) of fragments in the order of submission; without a blend, one a pixel."""
+    """Write colors (n, channels) of fragments in submission order; without a blend, one per pixel."""
     if blend is None:
         _put(storage, pixel, stored(storage.format, colours), mask)
         return
@@ -143,7 +143,7 @@ def _put(storage: Storage, pixel: Ints, values: NDArray[np.float32], mask: tuple
 
 
 def blended(blend: Blend, format_: Format, source: Float64, destination: Float64) -> Float64:
-    """Both (n, channels), and the result, which is not quantised yet."""
+    """Blend two arrays (n, channels); the result is not quantized."""
     program = blend_kernel(blend, format_)
     around = StageValues({"source": filled(source), "destination": filled(destination)})
     results, _ = Interpreter(program, NumberDomain(), around).run()
@@ -152,7 +152,7 @@ def blended(blend: Blend, format_: Format, source: Float64, destination: Float64
 
 
 def filled(values: NDArray[Any]) -> NDArray[Any]:
-    """(n, channels) as four channels; nothing hangs on those that a format lacks."""
+    """Return (n, channels) with four channels; missing ones have no effect on results."""
     return np.pad(values, ((0, 0), (0, 4 - values.shape[1])))
 
 
@@ -160,7 +160,7 @@ ALL_CHANNELS = (True, True, True, True)
 
 
 class ReferenceDrawPass:
-    """A draw, interpreted and rasterised by docs/rasterisation.md."""
+    """A draw, interpreted and rasterized by docs/rasterisation.md."""
 
     def __init__(self, step: DrawStep) -> None:
         self.step = step
@@ -208,7 +208,7 @@ class ReferenceDrawPass:
                 depth.stencil[...] = self.step.state.clear_stencil
 
     def _vertices(self, bound: BoundStage, geometry: Geometry) -> Vertices:
-        """The vertex kernel over all vertices; positions and varyings are float32 on every backend."""
+        """Run the vertex kernel over all vertices; positions and varyings are float32 on every backend."""
         attributes = vertex_builtins(geometry)
         count = len(geometry.positions)
         parts = [np.empty((0, max(columns.stop for columns, _ in self.varyings.values())))]
@@ -233,9 +233,9 @@ class ReferenceDrawPass:
     def _merge(
         self, covered: Covered, bound: BoundStage | None, outputs: Sequence[Storage], depth: Storage | None
     ) -> None:
-        """One batch of fragments through kernel, tests and output.
+        """Run one batch of fragments through kernel, tests and output.
 
-        The kernel runs first only where it may discard; else only for fragments whose colour can be seen.
+        The kernel runs first only if it may discard; else only for fragments that are visible.
         """
         state = self.step.state
         colours: list[Float64] | None = None
@@ -259,7 +259,7 @@ class ReferenceDrawPass:
 
 
 class Covered:
-    """Fragments with what the rules derive from their place in the triangle."""
+    """Covered fragments with the values that the rules derive from their position in the triangle."""
 
     def __init__(
         self, fragments: Fragments, screen: ScreenTriangles, vertices: Vertices, draw: ReferenceDrawPass
@@ -277,7 +277,7 @@ class Covered:
         return Covered(self.fragments[chosen], self.screen, self.vertices, self.draw)
 
     def shade(self, bound: BoundStage) -> tuple[list[Float64], NDArray[np.bool_]]:
-        """The fragment kernel's results (n, channels), and which fragments it keeps."""
+        """Return the fragment kernel's results (n, channels), and the mask of fragments that it keeps."""
         count = len(self.fragments)
         colours = [np.empty((count, component_count(r.type))) for r in bound.program.results]
         keep = np.ones(count, np.bool_)

@@ -1,8 +1,8 @@
-"""Walks the typed representation of a kernel, all lanes at once: the living definition of the language.
+"""Interpret the typed representation of a kernel on all lanes at once: the executable definition of the language.
 
-Control flow is masks.  Both sides of an ``if`` run under theirs; a lane that breaks leaves the mask of its
-loop, one that continues leaves it until the next trip.  Expressions are pure, so computing them in lanes that
-are not active does no harm.  Where few lanes still go round, a domain may have them computed alone (:class:`Part`).
+Control flow uses masks.  Both sides of an ``if`` run under their masks; a lane that breaks leaves the mask of its loop,
+and one that continues leaves it until the next iteration.  Expressions are pure, so computing them in inactive lanes is
+harmless.  When few lanes remain in a loop, a domain may compute them separately (:class:`Part`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from passgraph.language.operations import OPERATIONS
 from passgraph.language.types import Array, Type, Value, element_of, shape_of
 
 V = TypeVar("V")  # the values of many lanes (pixels, fragments, vertices) at once
-M = TypeVar("M")  # which lanes are meant
+M = TypeVar("M")  # a mask of lanes
 
 
 class Domain(ABC, Generic[V, M]):
@@ -29,95 +29,95 @@ class Domain(ABC, Generic[V, M]):
 
     @abstractmethod
     def constant(self, type_: Type, numbers: Sequence[ir.Number]) -> V:
-        """One value for all lanes, from numbers in component order."""
+        """Return one value for all lanes, from numbers in component order."""
 
     @abstractmethod
     def trips(self, start: V, stop: V, step: V) -> Iterator[tuple[V, M]]:
-        """Yield, for each trip of ``range(start, stop, step)``, its index and the lanes that have finished.
+        """Yield, for each iteration of ``range(start, stop, step)``, its index and the lanes that have finished.
 
-        The index never wraps; a step of 0 makes no trip.
+        The index never wraps; a step of 0 makes no iterations.
         """
 
     @abstractmethod
     def apply(self, operation: str, arguments: Sequence[V]) -> V:
-        """A row of the operations table; scalars beside vectors are spread."""
+        """Apply a row of the operations table; scalars are broadcast to vectors."""
 
     @abstractmethod
     def select(self, condition: V, then: V, orelse: V) -> V:
-        """``then`` in the lanes where ``condition`` (a bool) holds, ``orelse`` in the others."""
+        """Return ``then`` in the lanes where ``condition`` (a bool) holds, ``orelse`` in the others."""
 
     @abstractmethod
     def swizzle(self, value: V, components: tuple[int, ...]) -> V:
-        """Some components of a vector; a single one gives a scalar."""
+        """Return some components of a vector; a single one gives a scalar."""
 
     @abstractmethod
     def construct(self, type_: Value | Array, parts: Sequence[V]) -> V:
-        """All components of all parts in order."""
+        """Concatenate all components of all parts."""
 
     @abstractmethod
     def index(self, value: V, index: V) -> V:
-        """Element, column or entry; the index is clamped into range."""
+        """Return an element, column or entry; the index is clamped into range."""
 
     @abstractmethod
     def insert(self, value: V, index: V, element: V) -> V:
-        """``value`` with one element replaced; an index out of range changes nothing."""
+        """Return ``value`` with one element replaced; an index out of range changes nothing."""
 
     def widened(self, value: V, slack: V) -> V:
-        """A value from which a device may be so far."""
+        """Return a value widened by the possible error of a device."""
         return value
 
     # Masks
 
     @abstractmethod
     def everywhere(self) -> M:
-        """All lanes."""
+        """Return the mask of all lanes."""
 
     @abstractmethod
     def nowhere(self) -> M:
-        """No lane."""
+        """Return the empty mask."""
 
     @abstractmethod
     def some(self, mask: M) -> bool:
-        """Whether any lane is (perhaps) in the mask."""
+        """Return True if any lane is (or may be) in the mask."""
 
     @abstractmethod
     def narrow(self, mask: M, condition: V, holds: bool) -> M:
-        """The lanes of ``mask`` where ``condition`` is ``holds``."""
+        """Return the lanes of ``mask`` where ``condition`` is ``holds``."""
 
     @abstractmethod
     def join(self, one: M, other: M) -> M:
-        """Lanes of either."""
+        """Return the union of two masks."""
 
     @abstractmethod
     def without(self, mask: M, removed: M) -> M:
-        """Lanes of ``mask`` that are not in ``removed``."""
+        """Return the lanes of ``mask`` that are not in ``removed``."""
 
     @abstractmethod
     def merge(self, mask: M, new: V, old: V) -> V:
-        """``new`` in the lanes of the mask, ``old`` in the others."""
+        """Return ``new`` in the lanes of the mask, ``old`` in the others."""
 
     def focus(self, mask: M) -> None:
-        """Only these lanes will use what is computed from here on."""
+        """Declare that only these lanes will use later results."""
 
     def part(self, mask: M) -> Part[V] | None:
-        """Go on with the lanes of ``mask`` alone, where they are so few that moving them together is worth it."""
+        """Continue with the lanes of ``mask`` only, if they are few enough that compacting them pays."""
         return None
 
 
 class Part(ABC, Generic[V]):
-    """Some of the lanes, and a domain that knows of no others until :meth:`end`."""
+    """Some of the lanes; the domain computes only these until :meth:`end`."""
 
     @abstractmethod
     def take(self, value: V) -> V:
-        """A value of all lanes in these lanes."""
+        """Return these lanes of a value of all lanes."""
 
     @abstractmethod
     def put(self, new: V, old: V | None) -> V:
-        """``new`` in these lanes, ``old`` in the others; without one, what no other lane reads."""
+        """Return ``new`` in these lanes, ``old`` in the others; without ``old``, other lanes are undefined."""
 
     @abstractmethod
     def end(self) -> None:
-        """Go on with all lanes."""
+        """Return to all lanes."""
 
 
 class Surroundings(ABC, Generic[V]):
@@ -125,15 +125,15 @@ class Surroundings(ABC, Generic[V]):
 
     @abstractmethod
     def uniform(self, expression: ir.Uniform) -> V:
-        """A parameter, Const ones too."""
+        """Return a parameter, including Const ones."""
 
     @abstractmethod
     def builtin(self, expression: ir.Builtin) -> V:
-        """``pixel``, ``vertex.normal``, ``varying.uv`` …"""
+        """Return ``pixel``, ``vertex.normal``, ``varying.uv`` …"""
 
     @abstractmethod
     def texel(self, image: str, x: V, y: V, relative: bool) -> V:
-        """One texel as vec4 under the image's border rule."""
+        """Return one texel as vec4 under the image's border rule."""
 
     @abstractmethod
     def property(self, image: str, name: str) -> ir.Number:
@@ -141,24 +141,24 @@ class Surroundings(ABC, Generic[V]):
 
     @abstractmethod
     def size(self, image: str) -> V:
-        """Width and height as ivec2."""
+        """Return the width and height as ivec2."""
 
 
 Numbers: TypeAlias = NDArray[Any]
 Lanes: TypeAlias = NDArray[np.bool_]
 
-#: How each scalar type is held.  Ints are wrapped to 32 bits by the operations that can leave them, uints by NumPy.
+#: Host dtype of each scalar type.  Int operations that overflow wrap to 32 bits; NumPy wraps uints.
 KINDS: dict[str, type[np.generic]] = {"float": np.float64, "int": np.int64, "uint": np.uint32, "bool": np.bool_}
 
 
 def together(values: Sequence[Numbers]) -> list[Numbers]:
-    """The same values with one length on axis 0."""
+    """Return the same values with one length on axis 0."""
     count = max(len(value) for value in values)
     return [value if len(value) == count else np.broadcast_to(value, (count, *value.shape[1:])) for value in values]
 
 
 def spread(values: Sequence[Numbers]) -> list[Numbers]:
-    """Scalars with an axis for components where others are vectors."""
+    """Return the values with a component axis added to scalars if others are vectors."""
     depth = max(value.ndim for value in values)
     return [
         value if value.ndim == depth else value.reshape(value.shape + (1,) * (depth - value.ndim)) for value in values
@@ -166,12 +166,12 @@ def spread(values: Sequence[Numbers]) -> list[Numbers]:
 
 
 def shaped(numbers: Sequence[ir.Number] | Numbers, type_: Type) -> Numbers:
-    """Numbers in component order as one value of a type, for all lanes."""
+    """Return numbers in component order as one value of a type, for all lanes."""
     return np.asarray(numbers, KINDS[element_of(type_).name]).reshape(1, *shape_of(type_))
 
 
 class NumberDomain(Domain[Numbers, Lanes]):
-    """Each operation is its table row's reference meaning."""
+    """Each operation is computed by its table row's reference function."""
 
     def constant(self, type_: Type, numbers: Sequence[ir.Number]) -> Numbers:
         return shaped(numbers, type_)
@@ -179,7 +179,7 @@ class NumberDomain(Domain[Numbers, Lanes]):
     def trips(self, start: Numbers, stop: Numbers, step: Numbers) -> Iterator[tuple[Numbers, Lanes]]:
         start, stop, step = together([start, stop, step])
         forward = np.sign(step)
-        # As many steps as reach or pass the end, rounded up.
+        # The number of steps to reach or pass the end, rounded up.
         counts = -((forward * (start - stop)) // np.maximum(abs(step), 1))
         counts[step == 0] = 0
         for trip in range(max(0, int(counts.max()))):
@@ -221,7 +221,7 @@ class NumberDomain(Domain[Numbers, Lanes]):
         changed[lanes, index[lanes]] = element[lanes]
         return changed
 
-    # Masks are bool arrays, of length 1 where all lanes agree.
+    # Masks are bool arrays, of length 1 if all lanes agree.
 
     def everywhere(self) -> Lanes:
         return np.ones(1, np.bool_)
@@ -247,21 +247,21 @@ class NumberDomain(Domain[Numbers, Lanes]):
 
 @dataclass
 class _Loop(Generic[M]):
-    """The innermost loop: lanes that have left it."""
+    """The innermost loop: the lanes that have left it."""
 
     broken: M
 
 
 @dataclass(frozen=True)
 class _Together(Generic[V]):
-    """Lanes that still go round, by themselves: the variables of all lanes, and what was taken of them."""
+    """The remaining lanes of a loop, separately: the variables of all lanes, and their values in these lanes."""
 
     part: Part[V]
     everywhere: dict[str, V]
     taken: dict[str, V]
 
     def apart(self, values: Mapping[str, V]) -> dict[str, V]:
-        """Back to all lanes, with what the variables have become."""
+        """Return to all lanes, with the new values of the variables."""
         self.part.end()
         changed = {name: value for name, value in values.items() if self.taken.get(name) is not value}
         spread = {name: self.part.put(value, self.everywhere.get(name)) for name, value in changed.items()}
@@ -275,11 +275,11 @@ class Interpreter(Generic[V, M]):
         self.program, self.domain, self.surroundings = program, domain, surroundings
         self.locals: dict[str, V] = {}
         self.loops: list[_Loop[M]] = []
-        #: By which expression they are: loops come back to the same ones.
+        #: Cached constants by expression: loops evaluate them repeatedly.
         self._constants: dict[int, V] = {}
 
     def run(self) -> tuple[dict[str, V], V | None]:
-        """Results by name, and where fragments are kept (None: everywhere)."""
+        """Return results by name, and the mask of kept fragments (None: all)."""
         self.block(self.program.body, self.domain.everywhere())
         self.domain.focus(self.domain.everywhere())
         results = {result.name: self.value(result.value) for result in self.program.results}
@@ -288,9 +288,9 @@ class Interpreter(Generic[V, M]):
     # Statements
 
     def block(self, statements: tuple[ir.Stmt, ...], active: M) -> M:
-        """Run statements in the active lanes; gives the lanes that reach the end.
+        """Run statements in the active lanes; return the lanes that reach the end.
 
-        When none left on the way, that is the very mask that came in.
+        If no lane left on the way, that is the same mask object.
         """
         focused = False
         for statement in statements:
@@ -396,7 +396,7 @@ class Interpreter(Generic[V, M]):
 
 
 class StageValues(Surroundings[V]):
-    """Around programs that read stage values and nothing else."""
+    """Inputs of programs that read only stage values."""
 
     def __init__(self, values: Mapping[str, V]) -> None:
         self.values = values

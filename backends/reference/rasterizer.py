@@ -13,9 +13,9 @@ from passgraph.graph.draw_state import DrawState
 Float64 = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-#: |x| and |y| may reach this many times w before a triangle is clipped at the sides.
+#: Guard band: |x| and |y| may reach this many times w before a triangle is clipped at the sides.
 GUARD_BAND = 8.0
-#: Near, far, and the four sides of the guard band.
+#: Planes: near, far, and the four sides of the guard band.
 PLANES = 6
 #: Polygons clipped at once; each has up to 9 corners.
 POLYGONS_AT_ONCE = 1 << 14
@@ -33,17 +33,16 @@ class Vertices:
 
 
 def distances(clip: Float64) -> Float64:
-    """Signed distance of each position (…, 4) to each of the six planes (…, 6)."""
+    """Return the signed distance of each position (…, 4) to each of the six planes (…, 6)."""
     x, y, z, w = (clip[..., i] for i in range(4))
     wide = GUARD_BAND * w
     return np.stack([z + w, w - z, wide + x, wide - x, wide + y, wide - y], axis=-1)
 
 
 def clip_triangles(vertices: Vertices, triangles: Ints) -> tuple[Vertices, Ints, Ints]:
-    """Triangles (m, 3) cut down to what lies inside all planes, in the order of submission, and which each is of.
+    """Clip triangles (m, 3) to all planes, in submission order; also return the source of each.
 
-    Corners that cutting makes are added behind the vertices.  A triangle with a position that is not finite
-    is dropped.
+    Corners made by clipping are appended to the vertices.  A triangle with a position that is not finite is dropped.
     """
     finite = np.asarray(np.isfinite(vertices.clip).all(axis=1))
     inside = (distances(vertices.clip) >= 0) & finite[:, None]
@@ -68,7 +67,7 @@ def clip_triangles(vertices: Vertices, triangles: Ints) -> tuple[Vertices, Ints,
 
 
 def _clip_polygons(polygons: Float64) -> tuple[Float64, Ints]:
-    """(k, 3, row) triangles to (k, 9, row) polygons and their numbers of corners."""
+    """Clip (k, 3, row) triangles to (k, 9, row) polygons; also return their numbers of corners."""
     sizes = np.full(len(polygons), 3)
     for plane in range(PLANES):
         polygons, sizes = _clip_at(polygons, sizes, distances(polygons[..., :4])[..., plane])
@@ -76,9 +75,9 @@ def _clip_polygons(polygons: Float64) -> tuple[Float64, Ints]:
 
 
 def _clip_at(polygons: Float64, sizes: Ints, distance: Float64) -> tuple[Float64, Ints]:
-    """Sutherland and Hodgman (1974): each corner inside stays, each edge that crosses gives one more.
+    """Clip by Sutherland and Hodgman (1974): corners inside stay, each crossing edge adds one.
 
-    What lies inside is one run of corners, so at most two edges cross and a polygon grows by one corner.
+    The inside corners are contiguous, so at most two edges cross and a polygon grows by one corner.
     """
     count, width, row = polygons.shape
     place = np.arange(width)
@@ -102,9 +101,9 @@ def _clip_at(polygons: Float64, sizes: Ints, distance: Float64) -> tuple[Float64
 
 
 def _inside(distance: Float64, sizes: Ints) -> NDArray[np.bool_]:
-    """Corners inside that lie next to one another round the one that lies deepest.
+    """Return the inside corners that are contiguous around the deepest one.
 
-    Of a convex polygon these are all.  Rounding may put others inside; they lie on the plane but for that rounding.
+    For a convex polygon these are all.  Rounding may put others inside; they are on the plane up to rounding.
     """
     place, number = np.arange(distance.shape[1]), np.maximum(sizes, 1)[:, None]
     real = place < sizes[:, None]
@@ -119,23 +118,23 @@ def _inside(distance: Float64, sizes: Ints) -> NDArray[np.bool_]:
 
 
 def _fans(sizes: Ints, width: int) -> tuple[Ints, Ints]:
-    """Triangles (0, i, i + 1) of each polygon as rows of its corner table, and which polygon each is of."""
+    """Split polygons into triangles (0, i, i + 1), as rows of the corner table; also return the polygon of each."""
     owners, i = np.nonzero(np.arange(1, width - 1) < (sizes - 1)[:, None])
     base = owners * width
     return np.stack([base, base + i + 1, base + i + 2], axis=1), owners
 
 
-#: Positions are multiples of 1/256 pixel: 8 bits below the pixel, as GPUs have them.
+#: Positions are multiples of 1/256 pixel: 8 fractional bits, as on GPUs.
 SUBPIXELS = 256
-#: No corner lies farther than this many w from the centre: twice the guard band.
+#: Corners farther than this many w from the center are dropped: twice the guard band.
 FARTHEST = 16.0
-#: The smallest normal float32: depths below it have its exponent.
+#: The smallest normal float32; smaller depths use its exponent.
 SMALLEST_NORMAL = 2.0**-126
 
 
 @dataclass(frozen=True)
 class ScreenTriangles:
-    """Corners wound so that ``area`` is positive; coordinates in 1/256 pixel, row 0 on top."""
+    """Screen triangles wound so that ``area`` is positive; coordinates in 1/256 pixel, row 0 on top."""
 
     corners: Ints  # (m, 3) vertex numbers
     x: Ints  # (m, 3)
@@ -144,15 +143,15 @@ class ScreenTriangles:
     inverse_w: Float64  # (m, 3)
     area: Ints  # twice the area, in (1/256 pixel)²
     front: NDArray[np.bool_]
-    offset: Float64  # what polygon offset adds to the depth
-    source: Ints  # which of the triangles that came in each is
+    offset: Float64  # the depth added by the polygon offset
+    source: Ints  # the input triangle of each
 
     def __len__(self) -> int:
         return len(self.area)
 
 
 def to_window(vertices: Vertices, triangles: Ints, size: tuple[int, int], state: DrawState) -> ScreenTriangles:
-    """Snap, drop what has no area or is culled, and wind all one way."""
+    """Snap to the grid, drop triangles without area or culled, and wind all one way."""
     width, height = size
     used = np.unique(triangles)
     place = np.zeros(len(vertices.rows), np.int64)
@@ -161,8 +160,8 @@ def to_window(vertices: Vertices, triangles: Ints, size: tuple[int, int], state:
     w = clip[:, 3]
     window = np.stack([(clip[:, 0] / w * 0.5 + 0.5) * width, (0.5 - clip[:, 1] / w * 0.5) * height], axis=1)
     depth, inverse_w = clip[:, 2] / w * 0.5 + 0.5, 1.0 / w
-    # w = 0 passes near and far plane where z = 0 too: such a point has no place on the screen.  Where a triangle
-    # runs through the eye but for rounding, nor has a corner that rounding alone puts far beyond the guard band.
+    # w = 0 passes the near and the far plane if z = 0 too: such a point has no screen position.  Nor has a corner that
+    # rounding alone puts far beyond the guard band, when a triangle nearly contains the eye.
     placed = (w > 0) & (np.abs(clip[:, :2]) <= FARTHEST * w[:, None]).all(axis=1)
     placed &= np.isfinite(depth) & np.isfinite(inverse_w)
     snapped = np.rint(np.where(placed[:, None], window, 0.0) * SUBPIXELS).astype(np.int64)
@@ -188,10 +187,10 @@ def to_window(vertices: Vertices, triangles: Ints, size: tuple[int, int], state:
 
 
 def _offset(triangles: ScreenTriangles, polygon_offset: tuple[float, float]) -> Float64:
-    """factor · max(|∂z/∂x|, |∂z/∂y|) + units · 2^(e − 23), e the exponent of the largest depth as float32."""
+    """Return factor · max(|∂z/∂x|, |∂z/∂y|) + units · 2^(e − 23), e the exponent of the largest depth as float32."""
     factor, units = polygon_offset
-    # The barycentric coordinate of a corner changes along x as the opposite edge is high, along y as it is
-    # long.
+    # The barycentric coordinate of a corner changes along x with the height of the opposite edge, along y with its
+    # width.
     rise = np.roll(triangles.y, -2, axis=1) - np.roll(triangles.y, -1, axis=1)
     run = np.roll(triangles.x, -2, axis=1) - np.roll(triangles.x, -1, axis=1)
     per_pixel = SUBPIXELS / triangles.area.astype(np.float64)
@@ -203,13 +202,13 @@ def _offset(triangles: ScreenTriangles, polygon_offset: tuple[float, float]) -> 
 
 
 HALF = SUBPIXELS // 2
-#: Rows of triangles, and fragments, handled at once.
+#: Rows of triangles, and fragments, processed at once.
 ROWS_AT_ONCE = 1 << 18
 
 
 @dataclass(frozen=True)
 class Fragments:
-    """Covered pixel centres in the order of submission."""
+    """Covered pixel centers in submission order."""
 
     triangle: Ints
     x: Ints
@@ -229,7 +228,7 @@ class Fragments:
 
 
 def cover(triangles: ScreenTriangles, size: tuple[int, int]) -> Iterator[Fragments]:
-    """All fragments, in batches of bounded size; one triangle may fall into several."""
+    """Yield all fragments, in batches of bounded size; a triangle may be split."""
     width, height = size
     top = np.maximum(-((HALF - triangles.y.min(axis=1)) // SUBPIXELS), 0)
     bottom = np.minimum((triangles.y.max(axis=1) - HALF) // SUBPIXELS, height - 1)
@@ -242,7 +241,7 @@ def cover(triangles: ScreenTriangles, size: tuple[int, int]) -> Iterator[Fragmen
 
 
 def expand(lengths: Ints) -> Iterator[tuple[Ints, Ints]]:
-    """(i, j) for each i and each j below ``lengths[i]``, about BATCH pairs at a time."""
+    """Yield (i, j) for each i and each j below ``lengths[i]``, about BATCH pairs at a time."""
     ends = np.cumsum(lengths)
     first = 0
     while first < len(lengths):
@@ -257,19 +256,19 @@ def expand(lengths: Ints) -> Iterator[tuple[Ints, Ints]]:
 
 
 def _edge(triangles: ScreenTriangles, owner: Ints, k: int) -> tuple[Ints, Ints, Ints, Ints]:
-    """The edge opposite corner k: where it starts, and how far it goes along x and y."""
+    """Return the edge opposite corner k: its start, and its extent along x and y."""
     a, b = (k + 1) % 3, (k + 2) % 3
     x, y = triangles.x[owner, a], triangles.y[owner, a]
     return x, y, triangles.x[owner, b] - x, triangles.y[owner, b] - y
 
 
 def _spans(triangles: ScreenTriangles, owner: Ints, row: Ints, width: int) -> tuple[Ints, Ints]:
-    """First and last covered column (inclusive) of a row of each triangle; none where last < first."""
+    """Return the first and last covered column (inclusive) of a row of each triangle; none if last < first."""
     left, right = np.zeros(len(owner), np.int64), np.full(len(owner), width - 1, np.int64)
     centre_y = SUBPIXELS * row + HALF
     for k in range(3):
         x, y, dx, dy = _edge(triangles, owner, k)
-        # Inside is >= 0 at column i: start - slope * i >= 0.  Edges that own no centre on them need 1 more.
+        # Inside means >= 0 at column i: start - slope * i >= 0.  Edges that do not own centers on them need 1 more.
         owns_centre = (dy < 0) | ((dy == 0) & (dx > 0))
         start = dx * (centre_y - y) - dy * (HALF - x) - np.where(owns_centre, 0, 1)
         slope = dy * SUBPIXELS

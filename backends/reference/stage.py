@@ -1,4 +1,4 @@
-"""One stage over many lanes: its parameters, the pictures that it reads, and what targets hold of its results."""
+"""One stage over many lanes: its parameters, the pictures that it reads, and quantization of its results."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Storage:
 
     @property
     def flat(self) -> Float32:
-        """The pixels row by row, (pixels, channels): a view."""
+        """Return the pixels row by row, (pixels, channels): a view."""
         return self.pixels.reshape(-1, self.format.channels)
 
 
@@ -70,12 +70,12 @@ def stored(format_: Format, values: NDArray[Any]) -> Float32:
 
 Ints = NDArray[np.int64]
 
-#: What the channels that a picture lacks read as.
+#: Values of channels that a picture lacks.
 MISSING = (0.0, 0.0, 0.0, 1.0)
 
 
 class SampledImage:
-    """A stored picture (height, width, channels) under the facts of one pass."""
+    """A stored picture (height, width, channels) as one pass reads it."""
 
     def __init__(self, pixels: Float32, facts: ImageFacts) -> None:
         self.height, self.width, self.channels = pixels.shape
@@ -87,7 +87,7 @@ class SampledImage:
             self.texels = np.concatenate([colour, self.texels[:, 3:]], axis=1)
 
     def fetch(self, x: Ints, y: Ints) -> NDArray[np.float64]:
-        """Texels at integer positions, (lanes, 4) float64."""
+        """Return texels at integer positions, (lanes, 4) float64."""
         place = border_place(self.border, y, self.height) * self.width + border_place(self.border, x, self.width)
         result = np.empty((len(place), 4), np.float64)
         result[:, : self.channels] = self.texels[place]
@@ -98,21 +98,21 @@ class SampledImage:
         return result
 
     def everything(self) -> NDArray[np.float64]:
-        """All that a read can give, one a row."""
+        """Return all possible results of a read, one per row."""
         inside = self.fetch(*np.divmod(np.arange(self.width * self.height), self.width)[::-1])
         outside = self.fetch(np.array([-1]), np.array([-1]))
         return np.concatenate([inside, outside])
 
 
 def blank_image() -> SampledImage:
-    """Stands in for an image that only dead code reads."""
+    """Return a substitute for an image that only dead code reads."""
     return SampledImage(np.zeros((1, 1, 4), np.float32), ImageFacts())
 
 
-#: Lanes computed at once: temporaries of a wide kernel then stay in the tens of megabytes.
+#: Lanes computed at once, so that temporaries of a wide kernel stay in the tens of megabytes.
 LANES = 1 << 16
 
-#: Stage value → how to compute it for all lanes, asked only where the kernel reads it.
+#: Stage value → function that computes it for all lanes, called only if the kernel reads it.
 Builtins = Mapping[str, Callable[[], Numbers]]
 
 
@@ -120,14 +120,14 @@ Made = TypeVar("Made")
 
 
 def constant(value: NDArray[Any]) -> Callable[[], Numbers]:
-    """A stage value that is known already."""
+    """Return a stage value that is already known."""
     return lambda: value
 
 
 def on_quads(builtins_of: Callable[[str], Mapping[str, Callable[[], Made]]]) -> dict[str, Callable[[], Made]]:
     """Return the builtins of a draw at every pixel of a quad; ``of`` returns those at one pixel, by axes.
 
-    It is asked for another pixel only where a kernel reads there.
+    It is called for another pixel only if a kernel reads there.
     """
     at = cache(builtins_of)
 
@@ -140,13 +140,13 @@ def on_quads(builtins_of: Callable[[str], Mapping[str, Callable[[], Made]]]) -> 
 
 
 class Stage:
-    """A kernel, what the graph knows about it, and where its parameters lie."""
+    """A kernel, its facts from the graph, and the layout of its parameters."""
 
     def __init__(self, program: ir.TypedKernel, scalar: ScalarProgram, facts: Facts) -> None:
         self.program, self.facts = program, facts
         self.domain = NumberDomain()
         self.slots: dict[str, UniformSlot] = {slot.name: slot for slot in scalar.uniforms}
-        #: Parameters that are long arrays and lie in pictures.
+        #: Long array parameters, which are stored in pictures.
         self.long = {name for name, _ in scalar.buffers}
 
     def bind(self, block: Block, names: Sequence[str] = (), storages: Sequence[Storage] = ()) -> BoundStage:
@@ -162,7 +162,7 @@ class Stage:
 
 
 class BoundStage:
-    """A stage ready to run over lanes; values that all lanes share are read once."""
+    """A stage ready to run over lanes; uniform values are read once."""
 
     def __init__(
         self, stage: Stage, block: Block, images: dict[str, SampledImage], arrays: Mapping[str, Storage]
@@ -174,7 +174,7 @@ class BoundStage:
 
     @property
     def read(self) -> dict[str, Numbers]:
-        """Parameters that were read, by name."""
+        """Return the parameters that were read, by name."""
         return dict(self._uniforms)
 
     def image(self, name: str) -> SampledImage:
@@ -200,7 +200,7 @@ class BoundStage:
             return shaped(numbers_in(self.arrays[expression.name].pixels, array), array)
         slot = self.slots.get(expression.name)
         if slot is None:
-            # Lowering met it in no code that can run, so any value will do.
+            # Only dead code reads it, so any value will do.
             return shaped(np.zeros(component_count(expression.type)), expression.type)
         block: NDArray[Any] = self.block.floats if slot.block == "float" else self.block.ints
         return shaped(block[slot.offset : slot.offset + slot.count], expression.type)
@@ -208,7 +208,8 @@ class BoundStage:
     def run(
         self, count: int, builtins: Builtins, make: Callable[..., Interpreter[Numbers, Lanes]] = Interpreter
     ) -> tuple[list[Numbers], NDArray[np.bool_] | None]:
-        """Results as (count, …) arrays, and which lanes are kept (None: all).  ``make`` is what interprets."""
+        """Return results as (count, …) arrays, and the mask of kept lanes (None: all).  ``make`` creates the
+        interpreter."""
         with np.errstate(all="ignore"):
             interpreter = make(self.program, self.domain, _Lanes(self, builtins))
             values, keep = interpreter.run()

@@ -1,4 +1,4 @@
-"""One lane of a kernel, line by line: what variables take, which branches are taken, how often loops go round."""
+"""Trace one lane of a kernel line by line: values of variables, branches taken, iterations of loops."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from passgraph.language.source import Span
 from passgraph.language.types import IVEC2
 from passgraph.plan.data import DrawStep
 
-#: Trips of a loop that are kept at its beginning, and as many at its end.
+#: Iterations of a loop recorded at its beginning, and as many at its end.
 KEPT_TRIPS = 2
 
 
 @dataclass(frozen=True)
 class Taken:
-    """A variable takes a value, or a function returns one (``name`` is then empty, or the field of a result)."""
+    """A variable is assigned, or a function returns a value (``name`` is then empty, or the field of a result)."""
 
     span: Span
     name: str
@@ -38,7 +38,7 @@ class Taken:
 
 @dataclass(frozen=True)
 class Branch:
-    """An ``if``: whether its condition held."""
+    """An ``if`` and the value of its condition."""
 
     span: Span
     holds: bool
@@ -46,7 +46,7 @@ class Branch:
 
 @dataclass
 class Loop:
-    """A ``for``: how many trips it made; the first and the last :data:`KEPT_TRIPS` of them with their indices."""
+    """A ``for``: its number of iterations; the first and the last :data:`KEPT_TRIPS` of them with their indices."""
 
     span: Span
     name: str
@@ -61,12 +61,12 @@ _RESULT = re.compile(r"\w+\.result\.\d+((?:\.\w+)*)")
 
 
 def is_of_source(span: Span) -> bool:
-    """Return True for a line of the user's: not of functions that the language itself is written in."""
+    """Return True for a line of the user's source, False for the language's own library."""
     return span.line > 0 and span.file != LIBRARY
 
 
 def variable_of(local: str) -> tuple[str, bool] | None:
-    """What the source calls a local, and whether it is a function's result; None for the parser's own.
+    """Return a local's name in the source, and True for a function's result; None for the parser's own locals.
 
     >>> variable_of("a.3.xy"), variable_of("f.result.1"), variable_of("f.returned.2")
     (('a.xy', False), ('', True), None)
@@ -79,7 +79,7 @@ def variable_of(local: str) -> tuple[str, bool] | None:
 
 
 class Traced(Interpreter[Numbers, Lanes]):
-    """The interpreter over one lane, which notes what it does in the words of the source."""
+    """The interpreter on one lane, which records events in terms of the source."""
 
     def __init__(self, program: ir.TypedKernel, domain: NumberDomain, around: Surroundings[Numbers]) -> None:
         super().__init__(program, domain, around)
@@ -136,7 +136,7 @@ class Traced(Interpreter[Numbers, Lanes]):
 
 
 def traced(bound: BoundStage, builtins: Builtins) -> tuple[Traced, list[Numbers]]:
-    """One lane of a stage: what happened in it, and its results."""
+    """Trace one lane of a stage: return its events and results."""
     runs: list[Traced] = []
 
     def make(*parts: Any) -> Traced:
@@ -148,14 +148,14 @@ def traced(bound: BoundStage, builtins: Builtins) -> tuple[Traced, list[Numbers]
 
 
 def is_about_returns(condition: ir.Expr) -> bool:
-    """Whether a condition asks if the function has returned already, which no line of the source says."""
+    """Return True if a condition tests for an early return, which is no line of the source."""
     if isinstance(condition, ir.Apply) and condition.operation == "logical_not":
         condition = condition.arguments[0]
     return isinstance(condition, ir.Local) and ".returned." in condition.name
 
 
 def plain(value: Numbers) -> Any:
-    """The value of the only lane: a number, or nested tuples (of a matrix by columns)."""
+    """Return the value of the only lane: a number, or nested tuples (a matrix by columns)."""
 
     def tuples(part: Any) -> Any:
         return tuple(map(tuples, part)) if isinstance(part, list) else part
@@ -163,9 +163,9 @@ def plain(value: Numbers) -> Any:
     return tuples(np.asarray(value[0]).tolist())
 
 
-#: Triangles that are kept of the first that cover the pixel, and as many of the last.
+#: Triangles recorded of the first that cover the pixel, and as many of the last.
 KEPT_ENDS = 8
-#: Fragments whose lines are told.
+#: Most fragments with recorded lines.
 KEPT_RUNS = 4
 
 
@@ -181,8 +181,8 @@ class Corner:
 class Lines:
     """One run of the fragment kernel.
 
-    ``inputs`` are the stage values that it read: ``varying.uv``, ``varying@x.uv`` of the pixel beside it in its
-    quad, ``pixel``.  ``results`` are what it returns, in order; where it discards, nobody sees them.
+    ``inputs`` are the stage values that it read: ``varying.uv``, ``varying@x.uv`` of the neighbor in its quad,
+    ``pixel``.  ``results`` are its return values, in order; a discarded fragment's are not stored.
     """
 
     inputs: Mapping[str, Any]
@@ -196,14 +196,14 @@ class Fragment:
 
     Attributes
     ----------
-    order : how many triangles of the draw cover the pixel before it
-    triangle : its number in the mesh, from 0
-    front : whether it shows its front
+    order : number of earlier triangles of the draw that cover the pixel
+    triangle : its index in the mesh, from 0
+    front : True if it is front-facing
     depth : 0 (near) to 1 (far), float32, with polygon offset
     fate : "discarded", "stencil" or "depth" (the test that it fails), or "passed"
-    held : the depth it was tested against; None where there is no depth target and where it is discarded
-    corners : of the triangle in the mesh; empty where the fragment is not told
-    lines : what the fragment kernel does; None where that is not told, or the draw has none
+    held : the depth it was tested against; None without a depth target, or if it was discarded
+    corners : corners of the triangle in the mesh; empty if not recorded
+    lines : trace of the fragment kernel; None if not recorded, or without a fragment kernel
     """
 
     order: int
@@ -222,11 +222,11 @@ class Drawn:
 
     Attributes
     ----------
-    triangles : how many the mesh has
-    covering : how many of them cover the pixel
-    fragments : of these, in the order in which they are drawn, the first and the last `KEPT_ENDS` and those told
-    told : fragments with corners and lines, at most `KEPT_RUNS`: the last that passes, those before it, backwards,
-        then discarded ones
+    triangles : number of triangles in the mesh
+    covering : number of those that cover the pixel
+    fragments : covering triangles in draw order: the first and the last `KEPT_ENDS`, and those in ``told``
+    told : fragments with corners and lines, at most `KEPT_RUNS`: the last that passes, those before it, backwards, then
+        discarded ones
     state : tests and blending of the draw
     """
 
@@ -238,13 +238,13 @@ class Drawn:
 
     @property
     def visible(self) -> Fragment | None:
-        """The last fragment that passes its tests."""
+        """Return the last fragment that passes its tests."""
         return self.told[0] if self.told and self.told[0].fate == "passed" else None
 
 
 @dataclass(frozen=True)
 class _Batch:
-    """Fragments at the pixel, what became of each, and the depths they were tested against."""
+    """Fragments at the pixel, their fates, and the depths they were tested against."""
 
     covered: Covered
     fates: list[str]
@@ -255,7 +255,7 @@ class _Batch:
 
 
 class TracedDraw(ReferenceDrawPass):
-    """A draw that touches one pixel (x, y) and remembers how."""
+    """A draw restricted to one pixel (x, y), which it traces."""
 
     def __init__(self, step: DrawStep, pixel: tuple[int, int]) -> None:
         super().__init__(step)
@@ -279,7 +279,7 @@ class TracedDraw(ReferenceDrawPass):
         super()._merge(covered, bound, outputs, depth)
 
     def _tested(self, covered: Covered, depth: Storage | None) -> NDArray[np.bool_]:
-        """One after another; fragments that do not come here were discarded."""
+        """Test fragments one by one; those that never arrive here were discarded."""
         batch = self._batches[-1]
         places = np.searchsorted(batch.covered.fragments.triangle, covered.fragments.triangle)
         passed = np.ones(len(places), np.bool_)
@@ -298,7 +298,7 @@ class TracedDraw(ReferenceDrawPass):
             return True
         return bool(allows(stencil, depth.stencil.reshape(-1)[pixel].astype(np.int64))[0])
 
-    # What is told of it
+    # Results of the trace
 
     def drawn(self) -> Drawn:
         """Return the trace after the draw has run."""
@@ -326,7 +326,7 @@ class TracedDraw(ReferenceDrawPass):
         )
 
     def _corners(self, covered: Covered, triangle: int) -> tuple[Corner, ...]:
-        # Clipping adds its corners behind the vertices of the mesh, which stay where they are.
+        # Clipping appends corners after the vertices of the mesh, which keep their index.
         vertices = np.asarray(self.step.source.geometry.triangles).reshape(-1, 3)[triangle].tolist()
         return tuple(
             Corner(

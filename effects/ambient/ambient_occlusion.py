@@ -1,4 +1,4 @@
-"""Ambient occlusion: light from all around, dimmed where the depth picture shows something in its way."""
+"""Ambient occlusion: darken ambient light where the depth picture shows occluders."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -24,18 +24,18 @@ from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.views import Casters, View
 
 Method = Literal["gtao", "ssao"]
-#: Planes, taps and points of a search, and shares of its radius.
+#: Limits of slices, taps and points of a search, and fractions of its radius.
 Slices = Annotated[int, pg.Range(1, 64)]
 Steps = Annotated[int, pg.Range(1, 256)]
 Falloff = Annotated[float, pg.Range(0, 1, above=True)]
 Bias = Annotated[float, pg.Range(0, 1, "of the radius")]
-#: The radius where none is given, as a share of the diagonal of what stands in the scene.
+#: Default radius as a fraction of the diagonal of the scene's objects.
 RADIUS_SHARE = 0.08
 
 
 @pg.function
 def after_bounces(visibility: float, albedo: vec3) -> vec3:
-    """The share of light that arrives when what is hidden reflects light of the surface's own colour.
+    """Return the visible fraction of light after interreflections between surfaces of the same color.
 
     Source: J. Jimenez et al., 2016, the cubic fitted to path-traced scenes.
     """
@@ -59,7 +59,7 @@ def dim_ambient(lit: Image, base: Image, ambient: Image, occlusion: Image, bounc
 
 @pg.kernel
 def first_channel(mask: Image) -> float:
-    """Visibility without the depth that the blur needs; fused into its reader."""
+    """Drop the depth that the blur needs, and return the visibility; fused into its reader."""
     return mask[0, 0].r
 
 
@@ -69,12 +69,12 @@ class Occlusion:
 
     Attributes
     ----------
-    visibility : the result, of the size of the depth: the share of the light from all around that arrives, 0 to 1
-    raw : visibility as searched for, with the noise of few directions, in red, and the linear depth in green; half
-        the size with ``half_resolution``
+    visibility : the result, of the size of the depth: the fraction of ambient light that arrives, 0 to 1
+    raw : visibility before the blur, noisy, in red, and the linear depth in green; half the size with
+        ``half_resolution``
     denoised : of the size of ``raw``; ``raw`` itself without ``denoise``
-    linear_depth, normals : what was searched: 1 / depth in perspective, the depth in parallel views, 0 where there is
-        no surface
+    linear_depth, normals : inputs of the search: 1 / depth in perspective, the depth in parallel views, 0 where there
+        is no surface
     """
 
     visibility: pg.Target
@@ -90,11 +90,11 @@ class AmbientOcclusion:
 
     Attributes
     ----------
-    picture : what `ambient_occlusion` returns
-    lit : scene-linear, occlusion taken from its ambient light
-    unoccluded : the same before; `passgraph.effects.shadows.soft_shadow.SoftShadow.soft_shadow`
-    ambient : light from all around on white surfaces, scene-linear
-    occlusion : every target of the search, which takes normals from the depth
+    picture : the result of `ambient_occlusion`
+    lit : scene-linear, with occluded ambient light
+    unoccluded : the same without occlusion; `passgraph.effects.shadows.soft_shadow.SoftShadow.soft_shadow`
+    ambient : ambient light on white surfaces, scene-linear
+    occlusion : targets of the search, which takes normals from the depth
     depth, normals, base_color : see `passgraph.effects.surfaces.g_buffer.GBuffer`
     """
 
@@ -128,17 +128,17 @@ def occlusion(
     denoise: bool = True,
     prefix: str = "",
 ) -> Occlusion:
-    """Ambient visibility of every pixel from depth and normals alone, for any graph that has them.
+    """Compute the ambient visibility of every pixel from depth and normals, for any graph that has them.
 
     Parameters
     ----------
     depth : red is the distance along the view axis in scene units, 0 where there is no surface
-    normals : packed, of the camera's frame, in blue and alpha, as in `passgraph.effects.surfaces.g_buffer.GBuffer`
-    camera : which both were seen by, or the run value of it
-    radius : how far away things still take light, scene units
+    normals : packed, in the camera's frame, in blue and alpha, as in `passgraph.effects.surfaces.g_buffer.GBuffer`
+    camera : the camera of both, or its run value
+    radius : reach of occluders, scene units
     method, slices, steps, falloff, thickness, taps, bias, range_check, power, half_resolution, denoise :
         see `ambient_occlusion`
-    prefix : of all names, where a graph has several of these
+    prefix : prefix of all names, for graphs that use this several times
 
     Examples
     --------
@@ -160,7 +160,7 @@ def occlusion(
         searched = linearised_half(depth, normals, frame, into=small, name="half size")
     else:
         searched = linearised(depth, frame, into=pg.target(f"{prefix}linear depth", "r32f")), normals
-    # outside the picture nothing is known, and nothing taken away
+    # outside of the picture nothing is known, so nothing occludes
     seen = (searched[0].border("zero"), searched[1], frame, radius)
     into = pg.target(f"{prefix}raw visibility", "rg32f", like=searched[0])
     if method == "gtao":
@@ -200,7 +200,7 @@ def ambient_occlusion_passes(
     ambient: NotNegative | Color = 0.5,
     display: bool = True,
 ) -> AmbientOcclusion:
-    """`ambient_occlusion` with every target on the way; parameters as there."""
+    """Return `ambient_occlusion` with all intermediate targets; parameters as there."""
     light = (ambient, ambient, ambient) if isinstance(ambient, (int, float)) else ambient
     shaded = soft_shadow_passes(scene, ambient=light, display=False)
     camera = pg.Value("camera", pg.Camera, default=scene.camera)
@@ -230,29 +230,29 @@ def ambient_occlusion_passes(
 @effect("ambient-occlusion", "scene")
 @picture_of(ambient_occlusion_passes)
 def ambient_occlusion() -> None:
-    """Render a scene with soft shadows and with ambient light that corners and contacts darken.
+    """Render a scene with soft shadows and ambient occlusion.
 
     Parameters
     ----------
-    scene : what is drawn; the camera and the lights are values of each run
-    method : horizons, or points of a hemisphere. "gtao" finds, in ``slices`` planes through the line of sight, how
-        high things rise on both sides, and integrates the light between; "ssao" asks whether points of a hemisphere
-        are seen
-    radius : how far away things still take light; left out, 8 % of the diagonal of what stands in the scene
-    slices : of gtao: planes through the line of sight; each pixel of 4 by 4 turns them by another angle
-    steps : of gtao: taps to each side of a slice, closer together near the pixel
-    falloff : of gtao: the share of the radius, from its end, over which things fade out
-    thickness : of gtao: by how much a horizon sinks again toward each lower tap behind it; with 0 all that is
-        seen is endlessly thick
-    taps : of ssao: points of the hemisphere; each pixel of 4 by 4 turns them by another angle
-    bias : of ssao: how far before a point something must lie to hide it, as a share of the radius
-    range_check : of ssao: what lies farther before or behind than the radius fades out, and beyond twice the
-        radius counts nothing; off, a near thing darkens all that it is seen before
-    power : exponent on the visibility: 1 is physical, more is darker
-    half_resolution : search at half the width and height, then enlarge along surfaces
+    scene : the scene to draw; the camera and the lights are values of each run
+    method : horizons, or points of a hemisphere. "gtao" finds, in ``slices`` planes through the line of sight, how high
+        occluders rise on both sides, and integrates the light between; "ssao" tests if points of a hemisphere are
+        visible
+    radius : reach of occluders; default: 8 % of the diagonal of the scene's objects
+    slices : for gtao: planes through the line of sight; each pixel of 4 by 4 rotates them by another angle
+    steps : for gtao: taps to each side of a slice, closer together near the pixel
+    falloff : for gtao: fraction of the radius, at its end, over which occluders fade out
+    thickness : for gtao: by how much a horizon sinks again toward each lower tap behind it; with 0 all occluders are
+        infinitely thick
+    taps : for ssao: points of the hemisphere; each pixel of 4 by 4 rotates them by another angle
+    bias : for ssao: least distance of an occluder in front of a point, as a fraction of the radius
+    range_check : for ssao: occluders farther in front or behind than the radius fade out, and beyond twice the radius
+        have no effect; off, a near object darkens everything behind it
+    power : exponent of the visibility: 1 is physical, more is darker
+    half_resolution : search at half the width and height, then upsample along surfaces
     denoise : average over the 4 by 4 pixels of the noise, along surfaces
-    bounces : lighten by what hidden surfaces of the same colour would reflect
-    ambient : scene-linear light (or its red, green, blue) from all around, which alone is dimmed
+    bounces : lighten by interreflections between surfaces of the same color
+    ambient : scene-linear ambient light (or its red, green, blue); only this light is occluded
     display : return an 8-bit sRGB picture; off, the scene-linear HDR target
 
     A run takes ``camera=`` and the lights, as `passgraph.effects.shadows.soft_shadow.soft_shadow` does.
@@ -263,16 +263,15 @@ def ambient_occlusion() -> None:
 
     Source: J. Jimenez, X. Wu, A. Pesce, A. Jarabo, "Practical Real-Time Strategies for Accurate Indirect
     Occlusion", SIGGRAPH 2016 (gtao); M. Mittring, "Finding Next Gen: CryEngine 2", SIGGRAPH 2007, and
-    D. Filion, R. McNaughton, "Effects & Techniques", SIGGRAPH 2008 (ssao).  Deviations: slices are spread evenly
-    about the line of sight, not on the screen; a pixel's sum is divided by what its slices see of an open
-    hemisphere, so that open surfaces stay at 1; a tap's depth is carried over from its texel's centre along the
-    receiver's plane, so that planes do not hide themselves at any angle; normals are those of the depth, since
-    interpolated ones let the triangles of a coarse model hide themselves; there is no temporal filter; ssao
-    turns its points by a pattern computed from the pixel's place, not by a texture.
+    D. Filion, R. McNaughton, "Effects & Techniques", SIGGRAPH 2008 (ssao).  Deviations: slices are spread evenly about
+    the line of sight, not on the screen; a pixel's sum is divided by the sum for an open hemisphere, so that open
+    surfaces stay at 1; a tap's depth is moved from its texel's center along the receiver's plane, so that planes do not
+    occlude themselves at any angle; normals come from the depth, since interpolated ones make the triangles of a coarse
+    model occlude themselves; there is no temporal filter; ssao rotates its points by a pattern computed from the
+    pixel's position, not by a texture.
 
-    What a screen-space search cannot know stays: what is hidden or outside the picture takes no light, and
-    what is seen is taken to reach endlessly away from the eye.  `passgraph.effects.ambient.contact.contact` has
-    neither fault, on floors.
+    Limits of screen space: hidden objects and those outside of the picture do not occlude, and visible objects count as
+    infinitely deep.  `passgraph.effects.ambient.contact.contact` has neither limit, on floors.
 
     Examples
     --------
@@ -282,7 +281,7 @@ def ambient_occlusion() -> None:
 
 
 def _radius_in(scene: pg.Scene) -> float:
-    """RADIUS_SHARE of the diagonal of all that casts and is no ground."""
+    """Return RADIUS_SHARE of the diagonal of everything that casts shadows, without the ground."""
     nodes = Casters.of(scene).shadowing_nodes() or list(scene.nodes)
     low = np.min([node.bounds[0] for node in nodes], axis=0)
     high = np.max([node.bounds[1] for node in nodes], axis=0)

@@ -1,5 +1,5 @@
 # mypy: disable-error-code="no-any-return"
-"""Contact penumbra: a floor darkened where something stands on it or hangs just over it."""
+"""Contact penumbra: darken a floor near objects that stand on it or hang just above it."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from passgraph.scene.matrices import transform_points, translation
 
 Float64 = NDArray[np.float64]
 Darkness = Share | Mapping[str, Share]
-#: Of a node that a mapping of darkness leaves out.
+#: Darkness for nodes missing in a mapping.
 DARKNESS = 0.7
-#: What lies less than this share of the threshold under the floor counts as lying on it.
+#: Surfaces less than this fraction of the threshold under the floor count as on it.
 SLACK = 1e-3
 #: Height of the floor where there is none.
 NO_FLOOR = -1e30
@@ -45,19 +45,19 @@ class Layer:
 
 @pg.vertex
 def from_above(vertex: pg.Vertex, clip_from_local: mat4) -> Layer:
-    """The near plane lies at the threshold over the floor's highest place: what is higher is clipped."""
+    """The near plane is at the threshold above the floor's highest point: higher geometry is clipped."""
     return Layer(clip_from_local * vec4(vertex.position, 1.0), vertex.position.y, vertex.color)
 
 
 @pg.fragment
 def height_of(layer: Layer) -> float:
-    """The floor as a height map."""
+    """Write the floor as a height map."""
     return layer.y
 
 
 @pg.function
 def over_floor(heights: Image, y: float, threshold: float, has_heights: bool) -> float:
-    """0 on the floor, 1 at the threshold over it."""
+    """Return 0 on the floor, 1 at the threshold above it."""
     if has_heights:
         return (y - heights.texel(pixel()).r) / threshold
     return y / threshold
@@ -65,7 +65,7 @@ def over_floor(heights: Image, y: float, threshold: float, has_heights: bool) ->
 
 @pg.fragment
 def buried(layer: Layer, heights: Image, threshold: float, has_heights: Const[bool]) -> float:
-    """Faces under the floor, counted: more that look down than up where the floor lies inside a body."""
+    """Count the faces under the floor: more look down than up where the floor is inside a body."""
     if over_floor(heights, layer.y, threshold, has_heights) >= -SLACK:
         discard()
     return -1.0 if front_facing() else 1.0
@@ -76,10 +76,10 @@ def gradient(
     layer: Layer, heights: Image, inside: Image, threshold: float, darkness: float, solid: float,
     has_heights: Const[bool], has_inside: Const[bool],
 ) -> vec4:  # fmt: skip
-    """The share of the light that is left: all at the threshold, the least on the floor."""
+    """Return the remaining fraction of the light: all at the threshold, the least on the floor."""
     h = over_floor(heights, layer.y, threshold, has_heights)
     if h > 1.0 or (front_facing() and abs(h) <= SLACK):
-        discard()  # the second is the floor itself, where one mesh holds floor and bodies
+        discard()  # the second test skips the floor itself, if one mesh holds floor and bodies
     if has_inside and h < -SLACK and inside.texel(pixel()).r < 0.5:
         discard()  # under the floor, and the floor here is outside of the body
     through = layer.color.rgb * (1.0 - clamp(max(layer.color.a, solid), 0.0, 1.0))
@@ -92,7 +92,7 @@ class Window:
 
     Attributes
     ----------
-    origin : world position of its middle
+    origin : world position of its center
     half : half of its side, scene units
     """
 
@@ -101,7 +101,8 @@ class Window:
 
     @property
     def flat(self) -> Float64:
-        """Places relative to the origin to (x, y) in -1 to 1 and z in scene units over the origin."""
+        """Return the matrix from positions relative to the origin to (x, y) in -1 to 1 and z in scene units above the
+        origin."""
         k = 1.0 / self.half
         return np.array([[k, 0, 0, 0], [0, 0, -k, 0], [0, 1, 0, 0], [0, 0, 0, 1.0]])
 
@@ -114,13 +115,13 @@ class Window:
 
 @dataclass(frozen=True, eq=False)
 class ContactMap:
-    """Targets that `contact_map` draws, and where they lie.
+    """Targets of `contact_map`, and their position.
 
     Attributes
     ----------
-    map : rgba16f, share of the light that is left
-    heights : r32f, of the floor over the window's origin; None on a plane
-    window : the square that both show
+    map : rgba16f, remaining fraction of the light
+    heights : r32f, of the floor above the window's origin; None on a plane
+    window : the square that both cover
     """
 
     map: pg.Target
@@ -131,7 +132,7 @@ class ContactMap:
 def contact_map(
     scene: pg.Scene, floor: Sequence[pg.Node], height: float, threshold: float, darkness: Darkness, map_size: int
 ) -> ContactMap:
-    """Draw what is within ``threshold`` of a floor: a height field, or the plane at ``height`` without one."""
+    """Draw everything within ``threshold`` of a floor: a height field, or the plane at ``height`` without one."""
     bodies = [node for node in scene.nodes if node.casts and node not in floor]
     near = near_to_field(bodies, floor, threshold) if floor else near_to_plane(bodies, height, threshold)
     if not near:
@@ -183,7 +184,7 @@ def contact_map(
 
 
 def alike(nodes: Iterable[pg.Node], darkness: Darkness) -> dict[tuple[float, bool], list[pg.Node]]:
-    """Nodes by darkness, and by whether their colours' opacity means nothing."""
+    """Group nodes by darkness, and by True for colors whose opacity is meaningless."""
     groups: dict[tuple[float, bool], list[pg.Node]] = {}
     for node in nodes:
         dark = darkness.get(node.name, DARKNESS) if isinstance(darkness, Mapping) else darkness
@@ -192,7 +193,7 @@ def alike(nodes: Iterable[pg.Node], darkness: Darkness) -> dict[tuple[float, boo
 
 
 def near_to_plane(nodes: Iterable[pg.Node], height: float, threshold: float) -> list[pg.Node]:
-    """Nodes of which something is over the plane, and something less than the threshold over it."""
+    """Return the nodes with geometry above the plane and closer to it than the threshold."""
     return [
         node
         for node in nodes
@@ -201,7 +202,7 @@ def near_to_plane(nodes: Iterable[pg.Node], height: float, threshold: float) -> 
 
 
 def near_to_field(nodes: Iterable[pg.Node], floor: Iterable[pg.Node], threshold: float) -> list[pg.Node]:
-    """The same over a height field, by the floor's triangles that may lie under a node's box."""
+    """Return the same for a height field, by the floor's triangles that may be under a node's box."""
     corners = np.concatenate([transform_points(f.transform, f.mesh.positions)[f.mesh.triangles] for f in floor])
     low, high = corners.min(axis=1), corners.max(axis=1)
     found = []
@@ -214,7 +215,7 @@ def near_to_field(nodes: Iterable[pg.Node], floor: Iterable[pg.Node], threshold:
 
 
 def floor_nodes(scene: pg.Scene, name: str | None) -> list[pg.Node]:
-    """The nodes of this name; none where there is no name."""
+    """Return the nodes with this name; none for None."""
     found = [node for node in scene.nodes if node.name == name]
     if name is not None and not found:
         raise pg.GraphError(f"contact: floor: {_unknown(scene, name)}")
@@ -222,7 +223,7 @@ def floor_nodes(scene: pg.Scene, name: str | None) -> list[pg.Node]:
 
 
 def check_names(scene: pg.Scene, darkness: Darkness) -> None:
-    """Every name that of a node."""
+    """Check that every name belongs to a node."""
     for name in darkness if isinstance(darkness, Mapping) else ():
         if all(node.name != name for node in scene.nodes):
             raise pg.GraphError(f"contact: darkness: {_unknown(scene, name)}")
@@ -235,16 +236,16 @@ def _unknown(scene: pg.Scene, name: str) -> str:
     return f"scene {scene.name!r} has no node {name!r}{hint}"
 
 
-#: A pixel is the plane's where it lies this near to it, as a share of its distance from the eye.
+#: A pixel belongs to the plane if it is this near to it, as a fraction of its distance from the eye.
 ON_FLOOR = 1e-3
-#: The floor is drawn again over itself, pulled toward the eye: a vertex may be snapped to the next 1/256 of a
-#: pixel (times 4 for steep corners of a triangle), and a depth is rounded a few times.  More would show on feet.
+#: The floor is drawn again over itself, pulled toward the eye: a vertex may be snapped to the next 1/256 of a pixel
+#: (times 4 for steep corners of a triangle), and a depth is rounded a few times.  More would be visible at feet.
 AGAIN_OFFSET = (-4.0 / 256.0, -8.0)
 
 
 @pg.struct
 class Ground:
-    """A vertex of the floor as the camera sees it."""
+    """A vertex of the floor in the camera's view."""
 
     position: vec4
     place: vec2  # on the map, -1 to 1
@@ -252,7 +253,7 @@ class Ground:
 
 @pg.function
 def share_at(contacts: Image, place: vec2) -> vec3:
-    """World position times matrix is the texture coordinate; a filtered read, no depth test."""
+    """Read the map: world position times matrix is the texture coordinate; filtered, without a depth test."""
     if abs(place.x) > 1.0 or abs(place.y) > 1.0:
         return vec3(1.0)
     return contacts.sample(vec2(0.5 + 0.5 * place.x, 0.5 - 0.5 * place.y)).rgb
@@ -260,7 +261,7 @@ def share_at(contacts: Image, place: vec2) -> vec3:
 
 @pg.kernel
 def look_up(normals: Image, depth: Image, contacts: Image, frame: ViewFrame, map_from_view: mat4, up: vec3) -> vec4:
-    """On a plane its pixels are known by their place and normal."""
+    """Return the map's value for pixels of the plane, which are identified by position and normal."""
     z = depth[0, 0].r
     at = map_from_view * vec4(view_position(frame, pg.uv(), z), 1.0)
     level = pg.dot(unpack_normal(normals[0, 0].zw), up) > 0.9
@@ -272,14 +273,14 @@ def look_up(normals: Image, depth: Image, contacts: Image, frame: ViewFrame, map
 
 @pg.vertex
 def place_floor(vertex: pg.Vertex, clip_from_local: mat4, map_from_local: mat4) -> Ground:
-    """A height field is drawn, so that its pixels are known however steep it is."""
+    """Draw a height field, so that its pixels are identified however steep it is."""
     local = vec4(vertex.position, 1.0)
     return Ground(clip_from_local * local, (map_from_local * local).xy)
 
 
 @pg.fragment
 def look_up_floor(ground: Ground, contacts: Image) -> vec4:
-    """The share of the light that this place of the floor keeps."""
+    """Return the remaining fraction of the light at this place of the floor."""
     return vec4(share_at(contacts, ground.place), 1.0)
 
 
@@ -289,9 +290,9 @@ class Contact:
 
     Attributes
     ----------
-    picture : what `contact` returns
+    picture : the result of `contact`
     lit : scene-linear, darkened
-    share : what the floor keeps of its colour, on the screen; 1 elsewhere
+    share : remaining fraction of the floor's color, on the screen; 1 elsewhere
     map : the same from straight above, right is +x, down is +z
     heights : the floor from straight above, r32f, scene units; None on a plane
     scene : the scene with its soft shadows, not yet darkened
@@ -316,7 +317,7 @@ def contact_passes(
     map_size: Annotated[int, pg.Range(16, 4096, "texels")] = 256,
     display: bool = True,
 ) -> Contact:
-    """`contact` with every target on the way; parameters as there."""
+    """Return `contact` with all intermediate targets; parameters as there."""
     check_names(scene, darkness)
     ground = floor_nodes(scene, floor)
     field = contact_map(scene, ground, height, threshold, darkness, map_size)
@@ -335,12 +336,12 @@ def contact() -> None:
 
     Parameters
     ----------
-    scene : its floor is parallel to XOZ, or a height field
-    height : of the plane, world y; a height field has its own
-    floor : name of the node, or of the nodes, whose surface seen from above is the floor; left out, the plane
-    threshold : what is higher over the floor throws no contact shadow
-    darkness : share of the light that is taken at contact; linear to 0 at the threshold. A mapping
-        gives it by the name of the node that throws it, and 0.7 for names that are not in it
+    scene : a scene with a floor parallel to XOZ, or a height field
+    height : world y of the plane; a height field has its own
+    floor : name of the node, or of the nodes, whose surface seen from above is the floor; default: the plane
+    threshold : height above the floor from which on objects cast no contact shadow
+    darkness : fraction of the light that is removed at contact; falls linearly to 0 at the threshold. A mapping gives
+        it by the name of the casting node; names missing in it get 0.7
     map_size : texels along each side of the view from above; fewer are softer
     display : return an 8-bit sRGB picture; off, the scene-linear HDR target
 
@@ -349,14 +350,15 @@ def contact() -> None:
     Raises
     ------
     GraphError
-        For what is out of range, for names that no node has, and where nothing is near the floor.
+        For values out of range, for names that no node has, and if nothing is near the floor.
 
     Source: projective penumbrae on a floor: an orthographic view from above, clipped at the threshold by its
-    near plane, with the normalised height as colour; on a height field clipped for each texel by a height map
-    of the floor.  Deviations: where several surfaces lie over one texel the lowest counts (a minimum);
-    translucent surfaces let their own colour through; holes in textures count as solid.  What lies under the
-    floor darkens it only where the floor is inside the body, which is found by counting the faces below, so
-    that a body with a hole below the floor may leave light in it.
+    near plane, with the normalized height as color; on a height field clipped for each texel by a height map
+    near plane, with the normalized height as color; on a height field clipped for each texel by a height map of the
+    floor.  Deviations: where several surfaces cover one texel the lowest counts (a minimum); translucent surfaces let
+    their own color through; holes in textures count as solid.  Objects under the floor darken it only where the floor
+    is inside the body, which is found by counting the faces below, so that a body with a hole below the floor may leave
+    light in it.
 
     Examples
     --------

@@ -9,9 +9,9 @@ from passgraph import Const, Image, dot, ivec2, output_size, pixel, uv, vec2, ve
 from passgraph.effects.ambient.occlusion_search import plane_step
 from passgraph.effects.surfaces.geometry import ViewFrame, line_of_sight, linear_on_planes, pixel_step, spread
 
-#: A tap counts less the farther it lies off the receiver's plane, and not at all at this share of the radius.
+#: The weight of a tap falls with its distance from the receiver's plane, to 0 at this fraction of the radius.
 OFF_PLANE = 0.25
-#: Nor is it left out for less than the depth that this many pixels are wide.
+#: Least tolerance: the depth that this many pixels span.
 OFF_PLANE_PX = 2.0
 
 
@@ -24,23 +24,23 @@ def sharpness(frame: ViewFrame, far: float, radius: float, pixel_width: float) -
 
 @pg.kernel
 def linearised(depth: Image, frame: ViewFrame) -> float:
-    """`linear_on_planes` of a depth picture."""
+    """Return `linear_on_planes` of a depth picture."""
     return linear_on_planes(frame, depth[0, 0].r)
 
 
 @pg.kernel
 def linearised_half(depth: Image, normals: Image, frame: ViewFrame) -> tuple[float, vec4]:
-    """Every other pixel of every other row: a mean of depths would lie on no surface."""
+    """Return every other pixel of every other row; a mean of depths would not be on any surface."""
     p = pixel() * 2
     return linear_on_planes(frame, depth.texel(p).r), normals.texel(p)
 
 
 @pg.kernel
 def denoise(mask: Image, normals: Image, frame: ViewFrame, radius: float, dx: Const[int], dy: Const[int]) -> vec2:
-    """The mean over one pattern of the noise along a row or column, of taps on the plane through the centre.
+    """Average over one period of the noise along a row or column, for taps on the plane through the center.
 
-    The mask holds visibility and linear depth, so that a tap is one read.  The weights 1/2, 1, 1, 1, 1/2 take each
-    remainder modulo 4 once.
+    The mask holds visibility and linear depth, so a tap is one read.  The weights 1/2, 1, 1, 1, 1/2 take each remainder
+    modulo 4 once.
     """
     here = mask[0, 0].rg
     if here.y <= 0.0:
@@ -65,7 +65,7 @@ def denoise(mask: Image, normals: Image, frame: ViewFrame, radius: float, dx: Co
 
 @pg.kernel
 def enlarge(mask: Image, depth: Image, normals: Image, frame: ViewFrame, radius: float) -> float:
-    """Full size from half the size: bilinear, without the pixels that lie off the plane through the centre."""
+    """Upsample from half the size: bilinear, without the pixels off the plane through the center."""
     far = depth[0, 0].r
     if far <= 0.0:
         return 1.0
@@ -80,7 +80,7 @@ def enlarge(mask: Image, depth: Image, normals: Image, frame: ViewFrame, radius:
     least = 1e38
     for k in range(4):
         place = ivec2((p.x >> 1) + (k & 1), (p.y >> 1) + (k >> 1))
-        # in full pixels; an even one lies on its own tap, an odd one between two
+        # in full pixels; an even one is at a tap, an odd one between two
         away = vec2(place * 2 - p)
         window = max(1.0 - abs(away.x) * 0.5, 0.0) * max(1.0 - abs(away.y) * 0.5, 0.0)
         tap = mask.texel(place).rg
@@ -91,5 +91,5 @@ def enlarge(mask: Image, depth: Image, normals: Image, frame: ViewFrame, radius:
         w = window * max(1.0 - off, 0.0)
         total += tap.x * w
         weight += w
-    # where nothing fits, what fits best
+    # if no tap fits, the best one
     return total / weight if weight > 1e-3 else closest

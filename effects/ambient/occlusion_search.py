@@ -1,5 +1,5 @@
 # mypy: disable-error-code="no-any-return"
-"""Search for occlusion in a depth picture: by points in a hemisphere, or by horizons in slices."""
+"""Search for occlusion in a depth picture, by points in a hemisphere or by horizons in slices."""
 
 from __future__ import annotations
 
@@ -45,20 +45,21 @@ from passgraph.effects.surfaces.geometry import (
 )
 
 PI = pi
-#: Normals that are interpolated over a triangle may turn away from the eye where the triangle does not: below
-#: this cosine with the line of sight they are taken to be wrong …
+#: Interpolated normals may face away from the eye while the triangle does not: below this cosine with the line of sight
+#: they count as wrong …
 SMALLEST_COSINE = 0.002
-#: … and turned to about 45 degrees from it: unknown, they are then off by the least.
+#: … and are turned to about 45 degrees from it, which minimizes the error.
 TURNED_COSINE = 0.7
-#: The linear depth of a tap is moved along the receiver's plane by at most this share of the receiver's own.
+#: The linear depth of a tap is moved along the receiver's plane by at most this fraction of the receiver's own.
 LARGEST_SHIFT = 0.25
-#: A depth in parallel views that no radius reaches and whose square float32 holds.
+#: A depth in parallel views that no radius reaches, and whose square fits float32.
 FAR_AWAY = 1e15
 
 
 @pg.function
 def pattern(p: ivec2) -> vec2:
-    """Two numbers in [0, 1): the first takes each of 16 values once in every 4 by 4 pixels, the second each of 4.
+    """Return two numbers in [0, 1): the first takes each of 16 values once in every 4 by 4 pixels, the second each of
+    4.
 
     Source: J. Jimenez, X. Wu, A. Pesce, A. Jarabo, "Practical Real-Time Strategies for Accurate Indirect
     Occlusion", 2016, the spatial noise of its implementation.
@@ -69,13 +70,13 @@ def pattern(p: ivec2) -> vec2:
 
 @pg.function
 def unit(v: vec3) -> vec3:
-    """`normalize` of what is not near zero, by one division in place of three."""
+    """`normalize` for vectors that are not near zero, by one division instead of three."""
     return v * inversesqrt(dot(v, v))
 
 
 @pg.function
 def facing_normal(packed: vec2, v: vec3) -> vec3:
-    """The unit normal behind a packed one, turned toward the eye (unit direction) where it is none of what is seen."""
+    """Unpack a unit normal, turned toward the eye (unit direction) if it faces away from it."""
     n = unpack_normal(packed)
     cosine = dot(n, v)
     return n if cosine > SMALLEST_COSINE else unit(n + v * (TURNED_COSINE - cosine))
@@ -95,13 +96,13 @@ def linear_depth_step(frame: ViewFrame, n: vec3, ray: vec3, far: float, pixel: v
 
 @pg.function
 def shaped(visibility: float, power: float) -> float:
-    """A share from 0 to 1 to a power, as exact as float16 shows: ``**`` is so to the last bits of float32."""
+    """Raise a number in [0, 1] to a power, with float16 accuracy; ``**`` is accurate to the last bits of float32."""
     return exp2(power * log2(clamp(visibility, 1e-37, 1.0)))
 
 
 @pg.function
 def plane_step(frame: ViewFrame, packed: vec2, ray: vec3, far: float, pixel: vec2) -> vec2:
-    """`linear_depth_step` of the `facing_normal`, whose length cancels out and is left as it is."""
+    """Return `linear_depth_step` of the `facing_normal`, whose length cancels out and need not be 1."""
     n = unpack_normal(packed)
     toward = -dot(n, ray)
     ray_squared = dot(ray, ray)
@@ -115,7 +116,7 @@ def horizon_visibility(
     linear_depth: Image, normals: Image, frame: ViewFrame, radius: float, falloff: float, thickness: float,
     power: float, slices: Const[int], steps: Const[int],
 ) -> vec2:  # fmt: skip
-    """The share of the cosine-weighted light from all around that arrives (1 without a surface); the linear depth."""
+    """Return the cosine-weighted fraction of ambient light that arrives (1 without a surface); and the linear depth."""
     linear = linear_depth[0, 0].r
     if linear <= 0.0:
         return vec2(1.0, 0.0)
@@ -139,7 +140,7 @@ def horizon_visibility(
     n_v = dot(n, v)
     step_of_plane = linear_depth_step(frame, n, ray, far, size)
     reach_px = min(radius / (pixel_width * spread(frame, far)), float(output_size().x + output_size().y))
-    full = 1.0 / falloff  # what is nearer than radius * (1 - falloff) counts in full
+    full = 1.0 / falloff  # occluders nearer than radius * (1 - falloff) count in full
     noise = pattern(here)
     seen = 0.0
     unoccluded = 0.0
@@ -148,10 +149,10 @@ def horizon_visibility(
         d = across * cos(angle) + along * sin(angle)
         n_d = dot(n, d)
         bent = sqrt(n_d * n_d + n_v * n_v)  # length of the normal's part in the slice
-        # where the slice's direction leads on the screen
+        # the slice's direction on the screen
         screen = normalize(d.xy + ray.xy * d.z)
         toward = vec2(screen.x * (size.y / size.x), -screen.y)
-        # how a place one pixel on moves toward the eye and across the line of sight, at distance 1
+        # movement per pixel toward the eye and across the line of sight, at distance 1
         toward_eye = dot(vec3(screen, 0.0), v) * pixel_width
         sideways = dot(vec3(screen, 0.0), d) * pixel_width
         lowest = [-n_d / bent, n_d / bent]
@@ -162,17 +163,17 @@ def horizon_visibility(
             at = toward * away
             nearest = floor(at + 0.5)
             tap = ivec2(nearest)
-            # a texel's centre lies beside the slice: its depth is carried over along the receiver's plane
+            # a texel's center is next to the slice: its depth is moved along the receiver's plane
             carried = dot(at - nearest, step_of_plane)
             for side in range(2):
                 sign = 1 - 2 * side
                 found = linear_depth.texel(here + tap * sign).r
                 w = max(found + carried * float(sign) if found > 0.0 else nothing, 1e-20)
-                # from the pixel to the tap, in perspective both times w, which no cosine feels
+                # from the pixel to the tap, in perspective both times w, which cancels in cosines
                 up = lift * (gain * w - same) + away * float(sign) * toward_eye
                 off_slice = away * sideways
                 squared = up * up + off_slice * off_slice
-                # one division for two: by the distance, and of it by the radius
+                # one division instead of two: by the distance, and of it by the radius
                 most = radius * spread(frame, w)
                 scale = 1.0 / (sqrt(max(squared, 1e-30)) * most)
                 near = clamp((1.0 - squared * scale) * full, 0.0, 1.0)
@@ -190,12 +191,12 @@ def horizon_visibility(
 
 
 TURN = 2.0 * pi
-#: Angle between successive points, so that no two lie in line.
+#: Angle between successive points, so that no two are in line.
 GOLDEN_ANGLE = pi * (3.0 - math.sqrt(5.0))
 
 
 def hemisphere_points(count: int) -> tuple[tuple[float, float, float], ...]:
-    """Points of the unit hemisphere over z = 0, denser toward the pole (cosine) and toward the centre.
+    """Return points of the unit hemisphere over z = 0, denser toward the pole (cosine) and toward the center.
 
     >>> [round(v, 3) for v in hemisphere_points(1)[0]]
     [0.177, 0.0, 0.177]
@@ -203,7 +204,7 @@ def hemisphere_points(count: int) -> tuple[tuple[float, float, float], ...]:
     points = []
     for k in range(count):
         share = (k + 0.5) / count
-        # radii in the order of bit-reversed numbers, so that they do not go with the height
+        # radii in the order of bit-reversed numbers, so that they are not correlated with the height
         reach = _bit_reversed(k, count) ** 2
         flat = math.sqrt(share) * reach
         points.append(
@@ -213,7 +214,7 @@ def hemisphere_points(count: int) -> tuple[tuple[float, float, float], ...]:
 
 
 def _bit_reversed(k: int, count: int) -> float:
-    """The k-th number of the van der Corput sequence in base 2, in the middle of its part of ]0, 1[."""
+    """Return the k-th number of the van der Corput sequence in base 2, in the middle of its part of ]0, 1[."""
     value, scale = 0.0, 0.5
     while k:
         value += scale * (k & 1)
@@ -223,7 +224,7 @@ def _bit_reversed(k: int, count: int) -> float:
 
 @lru_cache(maxsize=16)
 def hemisphere_visibility(taps: int) -> Any:
-    """A kernel with this many points built in."""
+    """Return a kernel with this number of points built in."""
     points: Any = hemisphere_points(taps)  # vectors in the kernel
 
     @pg.kernel
@@ -231,7 +232,7 @@ def hemisphere_visibility(taps: int) -> Any:
         linear_depth: Image, normals: Image, frame: ViewFrame, radius: float, bias: float, power: float,
         range_check: Const[bool],
     ) -> vec2:  # fmt: skip
-        """The share of the points that is seen (1 without a surface); the linear depth."""
+        """Return the fraction of the points that is visible (1 without a surface); and the linear depth."""
         linear = linear_depth[0, 0].r
         if linear <= 0.0:
             return vec2(1.0, 0.0)
@@ -240,12 +241,12 @@ def hemisphere_visibility(taps: int) -> Any:
         n = facing_normal(normals[0, 0].zw, unit(-ray))
         step_of_plane = linear_depth_step(frame, n, ray, far, pixel_step(frame, output_size(), 1.0))
         noise = pattern(pixel())
-        # a frame round the normal, turned by the noise about it
+        # a frame around the normal, rotated by the noise
         turn = vec2(cos(TURN * noise.x), sin(TURN * noise.x))
         start = vec3(turn, 0.0) if abs(n.z) > 0.7 else vec3(turn.x, 0.0, turn.y)
         t = unit(start - n * dot(n, start))
         b = cross(n, t)
-        # x and y in pixels from this one, z as it is: of the pixel's own place and of the frame
+        # x and y in pixels from this one, z unscaled: for the pixel's own position and for the frame
         scale = vec2(0.5, -0.5) * vec2(output_size()) / half_extent(frame, output_size())
         t_px, b_px, n_px = t.xy * scale * radius, b.xy * scale * radius, n.xy * scale * radius
         middle = ray.xy * scale
@@ -256,11 +257,11 @@ def hemisphere_visibility(taps: int) -> Any:
         for k in range(taps):
             p = points[k]
             away = far - (t_z * p.x + b_z * p.y + n_z * p.z)
-            # behind the eye nothing is seen
+            # behind the eye nothing is visible
             share = 1.0 / spread(frame, max(away, 1e-6 * far))
             at = (middle * spread(frame, far) + t_px * p.x + b_px * p.y + n_px * p.z) * share - middle
             tap = floor(at + 0.5)
-            # the texel's centre lies beside the point: its depth is carried over along the receiver's plane
+            # the texel's center is next to the point: its depth is moved along the receiver's plane
             found = linear_depth.texel(pixel() + ivec2(tap)).r
             w = max(found + dot(at - tap, step_of_plane), 1e-20)
             seen = linear_on_planes(frame, w) if found > 0.0 else FAR_AWAY  # the depth there

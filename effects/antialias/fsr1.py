@@ -1,4 +1,4 @@
-"""FSR 1: a larger picture whose edges are smooth along and sharp across, and then sharpened."""
+"""FSR 1: enlarge a picture with smooth edges, then sharpen it."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -15,23 +15,23 @@ from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Share
 from passgraph.formats import FORMATS
 
-#: The twelve texels around a place, from the upper left one of the nearest four.
+#: The twelve texels around a position, starting at the upper left one of the nearest four.
 TAPS: Any = (
     (0, -1), (1, -1), (-1, 0), (0, 0), (1, 0), (2, 0), (-1, 1), (0, 1), (1, 1), (2, 1), (0, 2), (1, 2)
 )  # fmt: skip
-#: For each of the nearest four: itself, and above, left, right and below it, as numbers of taps.
+#: For each of the nearest four: the indices of itself and of the texels above, left, right and below it.
 CROSSES: Any = ((3, 0, 2, 4, 7), (4, 1, 3, 5, 8), (7, 3, 6, 8, 10), (8, 4, 7, 9, 11))
-#: Squared gradients below this have no direction; contrasts below that are divided by as much.
+#: Smaller squared gradients have no direction; smaller contrasts are divided by as much.
 FLAT, LEAST_CONTRAST = 1.0 / 32768.0, 1.0 / 65536.0
-#: The negative lobe of a kernel without an edge, and what an edge takes off.
+#: The negative lobe of a kernel without an edge, and its reduction by an edge.
 LOBE, LOBE_LESS = 0.5, 0.29
-#: The most that sharpening takes from each neighbor.
+#: The largest weight of a neighbor in sharpening.
 MOST = 0.1875
 
 
 @pg.function
 def edge_share(before: float, here: float, behind: float) -> float:
-    """1 where luma goes one way only, and 0 where both neighbors are alike."""
+    """Return 1 where luma is monotonic, and 0 where both neighbors are equal."""
     contrast = max(abs(behind - here), abs(here - before), LEAST_CONTRAST)
     share = saturate(abs(behind - before) / contrast)
     return share * share
@@ -39,8 +39,8 @@ def edge_share(before: float, here: float, behind: float) -> float:
 
 @pg.kernel
 def enlarged(color: Image) -> vec4:
-    """EASU: twelve texels by a Lanczos-like kernel that is turned to the edge, within the range of the nearest four."""
-    # places are whole numbers of half pixels of what is made: exact in ints
+    """EASU: twelve texels with a Lanczos-like kernel rotated to the edge, clamped to the range of the nearest four."""
+    # positions are integers in half pixels of the result: exact in ints
     made, size = output_size(), color.size
     across = (2 * pixel().x + 1) * size.x - made.x
     down = (2 * pixel().y + 1) * size.y - made.y
@@ -55,7 +55,7 @@ def enlarged(color: Image) -> vec4:
         colors[i] = color.texel(base + ivec2(TAPS[i][0], TAPS[i][1]))
         lumas[i] = 0.5 * colors[i].r + colors[i].g + 0.5 * colors[i].b
 
-    # gradient and edge of the nearest four, by how near they are
+    # gradient and edge of the nearest four, weighted by distance
     shares = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y)
     way, edge = vec2(0.0), 0.0
     for i in range(4):
@@ -88,7 +88,7 @@ def enlarged(color: Image) -> vec4:
 
 @pg.kernel
 def sharpened(color: Image, sharpness: float) -> vec4:
-    """RCAS: the four neighbors off, by as much as none of the channels leaves the range from 0 to 1."""
+    """RCAS: subtract the four neighbors, as much as keeps every channel in the range from 0 to 1."""
     c, n, w, e, s = color[0, 0], color[0, -1], color[-1, 0], color[1, 0], color[0, 1]
     lowest, highest = min(n, w, e, s).rgb, max(n, w, e, s).rgb
     share = -MOST
@@ -112,17 +112,17 @@ def fsr1(
 
     Parameters
     ----------
-    color : a picture for display, encoded, 0 to 1, with smooth edges: behind tone map and antialiasing. Alpha, which
-        should be premultiplied, is enlarged with the color. Outside the picture the rule of ``color.border(...)`` holds
-    scale : the new width and height as a share of the old ones; each is rounded up
+    color : a picture for display, encoded, 0 to 1, with smooth edges: after tone mapping and antialiasing. Alpha, which
+        should be premultiplied, is enlarged with the color. Outside of the picture, reads follow the rule of
+        ``color.border(...)``
+    scale : the new width and height relative to the old ones; each is rounded up
     sharpness : 1 sharpens most, 0 not at all: 2 to the power of minus AMD's stops
-    into : where it goes, whose size counts in place of ``scale`` where it has one; left out, float32 with the name
-        ``name``
-    name : of the passes and targets
+    into : destination target, whose size replaces ``scale`` if it has one; default: float32 named ``name``
+    name : name of the passes and targets
 
-    Source: AMD, "FidelityFX Super Resolution 1.0", 2021 (EASU: twelve texels by a Lanczos-like kernel that is turned
-    to the edge; RCAS: five texels, limited by the range of each channel). Deviations: divisions and roots are exact;
-    places are exact; where a channel leaves 0 to 1 nothing is sharpened.
+    Source: AMD, "FidelityFX Super Resolution 1.0", 2021 (EASU: twelve texels with a Lanczos-like kernel that is rotated
+    to the edge; RCAS: five texels, limited by the range of each channel). Deviations: divisions, roots and positions
+    are exact; where a channel leaves 0 to 1 nothing is sharpened.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""FXAA: jagged edges smoothed in the finished picture, without another look at the scene."""
+"""FXAA: smooth jagged edges in a finished picture."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -16,20 +16,20 @@ from passgraph.effects.color.tone_map import encode_srgb
 from passgraph.effects.quantities import Share
 
 Quality = Literal["12", "39"]
-#: Preset → steps of the search along an edge to either side, texels. Luma is read behind each but the last, which says
-#: where the edge is taken to end if no read found its end.
+#: Preset → steps of the search along an edge to either side, texels. Luma is read after each but the last, which is the
+#: assumed end of the edge if no read found it.
 STEPS: dict[Quality, tuple[float, ...]] = {
     "12": (1.0, 1.5, 2.0, 4.0, 12.0),
     "39": (1.0, 1.0, 1.0, 1.0, 1.0, 1.5, 2.0, 2.0, 2.0, 2.0, 4.0, 8.0),
 }
-#: Rows and columns, and ends of edges and their threshold, are often equal but for rounding: which counts is decided by
-#: this factor, not by a device's last digit.
+#: Rows and columns, and ends of edges and their threshold, are often equal up to rounding: this factor decides, not a
+#: device's last digit.
 NEARLY = 0.9999
 
 
 @pg.kernel
 def perceived(color: Image, weights: vec3, linear: Const[bool]) -> float:
-    """Luma as displays encode it, 0 to 1; NaN is black."""
+    """Return luma as displays encode it, 0 to 1; NaN is black."""
     c = color[0, 0].rgb
     y = min(1.0, max(0.0, dot(c, weights)))
     return encode_srgb(y) if linear else y
@@ -37,14 +37,14 @@ def perceived(color: Image, weights: vec3, linear: Const[bool]) -> float:
 
 @lru_cache(maxsize=len(STEPS))
 def _smoothing(quality: Quality) -> Any:
-    """The kernel of a preset."""
+    """Return the kernel of a preset."""
     *read, last = accumulate(STEPS[quality])
     places = tuple(read)
     farthest = last
 
     @pg.function
     def luma_at(luma: Image, at: ivec2, along: ivec2, across: ivec2, away: float) -> float:
-        """Luma on the border of two rows, so many texels along it: as a bilinear read there."""
+        """Return luma on the border of two rows at an offset along it, like a bilinear read there."""
         base = at + along * int(away)
         mean = luma.texel(base).r + luma.texel(base + across).r
         if fract(away) != 0.0:
@@ -61,7 +61,7 @@ def _smoothing(quality: Quality) -> Any:
             return color[0, 0]
         nw, ne, sw, se = luma[-1, -1].r, luma[1, -1].r, luma[-1, 1].r, luma[1, 1].r
 
-        # How far this pixel stands out of its neighbours
+        # How far this pixel differs from its neighbors
         mean = (2.0 * (n + s + w + e) + nw + ne + sw + se) / 12.0
         out = clamp(abs(mean - m) / spread, 0.0, 1.0)
         smoothed = (3.0 - 2.0 * out) * out * out
@@ -96,10 +96,10 @@ def _smoothing(quality: Quality) -> Any:
             if found_back and found_ahead:
                 break
         end = end_back if back < ahead else end_ahead
-        # Past the middle of the step it is the other row's pixels that move
+        # Past the middle of the step, the other row's pixels move
         if (end < 0.0) != (m - border < 0.0):
             shift = max(shift, 0.5 - min(back, ahead) / (back + ahead))
-        # Not where nothing moves: infinity times 0 is NaN
+        # Skip pixels that do not move: infinity times 0 is NaN
         return mix(color[0, 0], color.texel(at + across), shift) if shift > 0.0 else color[0, 0]
 
     return smooth
@@ -120,21 +120,21 @@ def fxaa(
 
     Parameters
     ----------
-    color : a picture for display, encoded as displays want it, 0 to 1: behind the tone map. Alpha, which should be
-        premultiplied, is smoothed with the colour
-    quality : how far and how finely edges are searched. "12" reads 8 texels to each side, "39" finds ends of edges to
-        the texel
-    subpixel : how far single pixels that stand out are smoothed; 0 leaves them
-    contrast : edges count from this share of the brightest neighbour's luma on
-    least_contrast : and from this luma on
-    linear : colours are linear light, as those of sRGB formats are when read. Luma is encoded then before edges are
-        looked for; what is brighter than 1 counts as 1
-    into : where it goes; left out, 8 bits a channel, in half floats with ``linear``, with the name ``name``
-    name : of the passes and targets
+    color : a picture for display, encoded, 0 to 1: after tone mapping. Alpha, which should be premultiplied, is
+        smoothed with the color
+    quality : length and precision of the search along edges. "12" reads 8 texels to each side, "39" finds ends of edges
+        to the texel
+    subpixel : strength of smoothing for single pixels that differ from their neighbors; 0 leaves them
+    contrast : least contrast of an edge, as a fraction of the brightest neighbor's luma
+    least_contrast : least contrast of an edge, as luma
+    linear : colors are linear light, as read from sRGB formats. Luma is then encoded before edges are searched; values
+        brighter than 1 count as 1
+    into : destination target; default: 8 bits per channel, half floats with ``linear``, named ``name``
+    name : name of the passes and targets
 
     Source: T. Lottes, "FXAA", NVIDIA white paper, 2009 and 2011, version 3.11, quality presets 12 and 39.
-    Deviations: luma is kept in a picture of its own, in float32, in place of alpha; equal but for rounding counts as
-    equal (of edges along rows and along columns the former).
+    Deviations: luma is stored in a picture of its own, in float32, in place of alpha; values that are equal up to
+    rounding count as equal (edges along rows win over edges along columns).
 
     Examples
     --------

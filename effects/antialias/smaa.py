@@ -1,4 +1,4 @@
-"""SMAA: jagged edges smoothed by the shapes that they form, found in the finished picture."""
+"""SMAA: smooth jagged edges in a finished picture by the shapes that they form."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -14,7 +14,7 @@ from passgraph.effects.checked import effect
 from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import Share
 
-#: An edge beside one that is so many times as strong does not count.
+#: An edge next to one that is stronger by this factor does not count.
 ADAPTATION = 2.0
 #: Rows and columns of the table of areas, each half of it.
 TABLE = 80
@@ -22,7 +22,8 @@ TABLE = 80
 
 @pg.kernel
 def edges(luma: Image, threshold: float) -> vec2:
-    """1 where luma changes to the left of the pixel (red) and above it (green), and nothing near changes far more."""
+    """Return 1 where luma changes to the left of the pixel (red) and above it (green), unless a neighbor changes far
+    more."""
     here, left, above = luma[0, 0].r, luma[-1, 0].r, luma[0, -1].r
     change = vec2(abs(here - left), abs(here - above))
     if max(change.x, change.y) < threshold:
@@ -39,13 +40,13 @@ def edges(luma: Image, threshold: float) -> vec2:
 
 @pg.function
 def is_edge(edges: Image, at: ivec2, down: Const[bool]) -> bool:
-    """Whether there is an edge above a pixel, or to its left where edges that run ``down`` are followed."""
+    """Return True if there is an edge above a pixel, or to its left if ``down`` edges are followed."""
     return edges.texel(at).r > 0.5 if down else edges.texel(at).g > 0.5
 
 
 @pg.function
 def crossings(edges: Image, at: ivec2, across: ivec2, down: Const[bool]) -> int:
-    """Edges across the followed one at the near side of a pixel: 1 beyond it, 3 on the pixel's own side."""
+    """Return the edges across the followed one at the near side of a pixel: 1 beyond it, 3 on the pixel's own side."""
     beyond = is_edge(edges, at - across, not down)
     return (3 if is_edge(edges, at, not down) else 0) + (1 if beyond else 0)
 
@@ -54,7 +55,7 @@ def crossings(edges: Image, at: ivec2, across: ivec2, down: Const[bool]) -> int:
 def straight_weights(
     edges: Image, table: Image, at: ivec2, steps: Const[int], corner: float, down: Const[bool]
 ) -> vec2:
-    """Shares of the pixel across the edge, in this pixel and in that one, by the ends of the edge."""
+    """Return the fractions of the color across the edge, in this pixel and in that one, from the ends of the edge."""
     along, across = (ivec2(0, 1) if down else ivec2(1, 0)), (ivec2(1, 0) if down else ivec2(0, 1))
     left, right = 0, 0
     for i in range(2 * steps - 1):
@@ -72,7 +73,7 @@ def straight_weights(
     place = vec2(STRAIGHT * first, STRAIGHT * last) + sqrt(vec2(left, right)) + 0.5
     weights = table.sample(place / vec2(2 * TABLE, TABLE)).rg
 
-    # a corner of the shape stays one: the edge across goes on beyond the nearer end
+    # a corner of the shape stays one: the edge across continues beyond the nearer end
     rounding = (1.0 - corner) * (0.5 if left == right else 1.0)
     kept = vec2(1.0)
     if left <= right:
@@ -86,7 +87,7 @@ def straight_weights(
 
 @pg.function
 def followed(edges: Image, at: ivec2, way: ivec2, rising: Const[bool], steps: Const[int]) -> ivec3:
-    """How many pixels a diagonal goes on; 1 where it goes on after all steps; 1 where the last has an edge above."""
+    """Return the length of a diagonal in pixels; 1 if it continues after all steps; 1 if the last has an edge above."""
     distance, goes_on, above = 0, 0, 0
     for i in range(1, steps + 1):
         there = at + way * i
@@ -100,20 +101,20 @@ def followed(edges: Image, at: ivec2, way: ivec2, rising: Const[bool], steps: Co
 
 @pg.function
 def one_of(edges: Image, above: ivec2, left: ivec2) -> int:
-    """Crossings at an end of a diagonal: 2 for the edge above the one pixel, 1 for that to the left of the other."""
+    """Return crossings at an end of a diagonal: 2 for the edge above one pixel, 1 for the edge left of the other."""
     return (2 if is_edge(edges, above, False) else 0) + (1 if is_edge(edges, left, True) else 0)
 
 
 @pg.function
 def diagonal_area(table: Image, before: ivec3, behind: ivec3, first: int, last: int) -> vec2:
-    """Nothing is known of an end that the search did not reach."""
+    """Return the areas of a diagonal; an end that the search did not reach counts as unknown."""
     column = TABLE + before.x + (DIAGONAL * first if before.y == 0 else 0)
     return table.texel(ivec2(column, behind.x + (DIAGONAL * last if behind.y == 0 else 0))).rg
 
 
 @pg.function
 def diagonal_weights(edges: Image, table: Image, at: ivec2, steps: Const[int]) -> vec2:
-    """The same of edges that step by one pixel up, and by one pixel down."""
+    """Return the same for edges that step up by one pixel, and down by one pixel."""
     weights = vec2(0.0)
     before = ivec3(0)
     if is_edge(edges, at, True):
@@ -139,7 +140,7 @@ def diagonal_weights(edges: Image, table: Image, at: ivec2, steps: Const[int]) -
 
 @pg.kernel
 def shares(edges: Image, table: Image, corner: float, steps: Const[int], diagonal_steps: Const[int]) -> vec4:
-    """Of the edge above: what this pixel takes from above, and the one above from here; the same to the left."""
+    """Return the color taken across the edge above, from above and from here, and the same for the edge to the left."""
     at, e = pixel(), edges[0, 0].rg
     above, left = vec2(0.0), vec2(0.0)
     is_diagonal = False
@@ -156,7 +157,7 @@ def shares(edges: Image, table: Image, corner: float, steps: Const[int], diagona
 
 @pg.kernel
 def blended(color: Image, shares: Image) -> vec4:
-    """With the neighbors to both sides, or above and below, by which edge is stronger."""
+    """Blend with the neighbors to both sides, or above and below, at the stronger edge."""
     c, own = color[0, 0], shares[0, 0]
     right, below, above, left = shares[1, 0].a, shares[0, 1].g, own.r, own.b
     across = max(right, left) > max(below, above)
@@ -164,7 +165,7 @@ def blended(color: Image, shares: Image) -> vec4:
     total = first + second
     if total < 1e-5:
         return c
-    # not where a share is 0: infinity times 0 is NaN
+    # skip fractions of 0: infinity times 0 is NaN
     smooth = vec4(0.0)
     if first > 0.0:
         smooth += mix(c, color[1, 0] if across else color[0, 1], first) * (first / total)
@@ -188,22 +189,22 @@ def smaa(
 
     Parameters
     ----------
-    color : a picture for display, encoded as displays want it, 0 to 1: behind the tone map. Alpha, which should be
-        premultiplied, is smoothed with the color
-    threshold : edges count from this difference of luma on
-    steps : edges are followed two pixels a step to either side
-    diagonal_steps : diagonals are followed one pixel a step; 0 leaves them to the search along rows and columns
-    corner : how much corners are rounded; 0 leaves them sharp, 1 treats them as any other shape
-    linear : colors are linear light, as those of sRGB formats are when read. Luma is encoded then before edges are
-        looked for; what is brighter than 1 counts as 1
-    into : where it goes; left out, 8 bits a channel, in half floats with ``linear``, with the name ``name``
-    name : of the passes and targets
+    color : a picture for display, encoded, 0 to 1: after tone mapping. Alpha, which should be premultiplied, is
+        smoothed with the color
+    threshold : least difference of luma at an edge
+    steps : length of the search along edges, two pixels per step, to either side
+    diagonal_steps : length of the search along diagonals, one pixel per step; 0 treats them as rows and columns
+    corner : rounding of corners; 0 leaves them sharp, 1 treats them as any other shape
+    linear : colors are linear light, as read from sRGB formats. Luma is then encoded before edges are searched; values
+        brighter than 1 count as 1
+    into : destination target; default: 8 bits per channel, half floats with ``linear``, named ``name``
+    name : name of the passes and targets
 
     The published presets are, as threshold, steps, diagonal steps and corner: low 0.15, 4, 0, 1; medium 0.1, 8, 0, 1;
     high 0.1, 16, 8, 0.25, which is the default; ultra 0.05, 32, 16, 0.25.
 
     Source: J. Jimenez, J. I. Echevarria, T. Sousa, D. Gutierrez, "SMAA: Enhanced Subpixel Morphological Antialiasing",
-    Eurographics 2012, version 2.8. Deviation: edges are read one by one, and need no table of searches.
+    Eurographics 2012, version 2.8. Deviation: edges are read one by one, without a search table.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""How much of a pixel lies beyond the line that an edge of pixels stands for: the table of SMAA.
+"""The area table of SMAA: the part of a pixel beyond the line that an edge of pixels approximates.
 
 Source: J. Jimenez, J. I. Echevarria, T. Sousa, D. Gutierrez, "SMAA: Enhanced Subpixel Morphological Antialiasing",
 2012, and their script that makes its texture.
@@ -17,11 +17,11 @@ Ints = NDArray[np.int64]
 Point = tuple[float, float]
 Pair = tuple[float, float]
 
-#: Distances along rows and columns are stored by their roots, up to this; diagonal ones as they are.
+#: Distances along rows and columns are stored as square roots, up to this; diagonal ones unchanged.
 STRAIGHT, DIAGONAL = 16, 20
 #: U-shaped patterns shorter than this, px, are smoothed more.
 SMOOTH_PX = 32.0
-#: Along each side of a pixel, places that are counted on the one or the other side of a diagonal.
+#: Samples along each side of a pixel, counted on one side of a diagonal.
 SAMPLES = 30
 NOTHING: Pair = (0.0, 0.0)
 #: Crossings at an end: none, below, above, both; three for above and one for below in the order of the table.
@@ -30,11 +30,12 @@ BELOW, ABOVE = 1, 3
 
 @lru_cache(maxsize=1)
 def areas() -> NDArray[np.uint8]:
-    """Shares of a pixel that take the color across the edge, and of the pixel across it: (80, 160, 2), 0 to 255.
+    """Return the fractions of a pixel that take the color across the edge, and of the pixel across it: (80, 160, 2), 0
+    to 255.
 
-    The left half is of edges along rows, at (16 a + root of the distance to the left, 16 b + to the right) with
-    crossings a and b at its ends: 1 below, 3 above, 4 both. The right half is of diagonals, at (20 a + distance, 20 b +
-    distance): 1 for an edge on one side of the end, 2 on the other, 3 on both.
+    The left half is for edges along rows, at (16 a + root of the distance to the left, 16 b + to the right) with
+    crossings a and b at its ends: 1 below, 3 above, 4 both. The right half is for diagonals, at (20 a + distance, 20 b
+    + distance): 1 for an edge on one side of the end, 2 on the other, 3 on both.
 
     >>> areas().shape, areas()[16 * 3, 16 * 1].tolist()
     ((80, 160, 2), [32, 32])
@@ -56,7 +57,7 @@ def areas() -> NDArray[np.uint8]:
 
 
 def straight_area(first: int, last: int, left: int, right: int) -> Pair:
-    """Of a pixel with so many to its left and right on the edge, and crossings at both ends."""
+    """Return the areas of a pixel with distances to the left and right end of the edge, and crossings at both ends."""
     length = left + right + 1.0
     middle, end = (0.5 * length, 0.0), length
     # a line begins or ends half a pixel above or below the edge, at the crossing
@@ -78,21 +79,21 @@ def straight_area(first: int, last: int, left: int, right: int) -> Pair:
             if first == 0
             else area_beside((0.0, height[first]), middle, left)
         )
-    # one end is crossed both ways: the line goes on to the side that the other end is not on
+    # one end is crossed both ways: the line continues to the side opposite to the other end
     if first in height:
         return area_beside((0.0, height[first]), (end, -height[first]), left)
     return area_beside((0.0, -height[last]), (end, height[last]), left)
 
 
 def smoothed(area: Pair, length: float) -> Pair:
-    """Short bumps are rounder."""
+    """Smooth short bumps more."""
     share = min(length / SMOOTH_PX, 1.0)
     a, b = (0.5 * sqrt(2.0 * one) * (1.0 - share) + one * share for one in area)
     return a, b
 
 
 def area_beside(begin: Point, end: Point, x: int) -> Pair:
-    """Between a line and y = 0 in the pixel from x to x + 1: above, where y is negative, and below."""
+    """Return the area between a line and y = 0 in the pixel from x to x + 1: above, where y is negative, and below."""
     slope = (end[1] - begin[1]) / (end[0] - begin[0])
     y1, y2 = (begin[1] + slope * (x + k - begin[0]) for k in (0.0, 1.0))
     if not (begin[0] <= x < end[0] or begin[0] < x + 1 <= end[0]):
@@ -108,7 +109,7 @@ def area_beside(begin: Point, end: Point, x: int) -> Pair:
     return (abs(a1), abs(a2)) if larger < 0.0 else (abs(a2), abs(a1))
 
 
-#: Crossings at both ends of a diagonal → the lines, each from (x, y) to (length + x, length + y), whose mean it is.
+#: Crossings at both ends of a diagonal → the lines to average, each from (x, y) to (length + x, length + y).
 _LINES = {
     (0, 0): ((1, 1, 1, 1), (1, 0, 1, 0)), (1, 0): ((1, 0, 0, 0), (1, 0, 1, 0)), (0, 2): ((0, 0, 1, 0), (1, 0, 1, 0)),
     (1, 2): ((1, 0, 1, 0),), (2, 0): ((1, 1, 0, 0), (1, 1, 1, 0)), (3, 0): ((1, 1, 0, 0), (1, 0, 1, 0)),
@@ -120,7 +121,7 @@ _LINES = {
 
 
 def diagonal_areas(first: int, last: int) -> Float64:
-    """Of each distance to the one end (columns) and to the other one (rows): (20, 20, 2)."""
+    """Return the areas for each distance to one end (columns) and to the other (rows): (20, 20, 2)."""
     left, right = np.arange(DIAGONAL)[None, :], np.arange(DIAGONAL)[:, None]
     length = left + right + 1
     lines = [
@@ -131,7 +132,7 @@ def diagonal_areas(first: int, last: int) -> Float64:
 
 
 def share_beyond(line: tuple[int, int, int, int], length: Ints, left: Ints, down: int) -> Float64:
-    """The share of the pixel at (1 + left, down + left) that lies to the right of a line, by samples."""
+    """Return the fraction of the pixel at (1 + left, down + left) to the right of a line, by sampling."""
     x1, y1 = float(line[0]), float(line[1])
     x2, y2 = line[2] + length, line[3] + length
     at = np.arange(SAMPLES) / (SAMPLES - 1.0)

@@ -1,4 +1,4 @@
-"""Supersampling: a picture computed at twice the size, four samples of it in each pixel."""
+"""Supersampling: compute a picture at twice the size, and average four samples per pixel."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -15,13 +15,13 @@ ACROSS = 2
 
 @pg.function
 def from_srgb(x: float) -> float:
-    """IEC 61966-2-1, x in [0, 1]."""
+    """Decode sRGB (IEC 61966-2-1), x in [0, 1]."""
     return x / 12.92 if x <= 0.04045 else pow((x + 0.055) / 1.055, 2.4)
 
 
 @pg.kernel
 def mean_of_four(color: Image, encoded: Const[bool], straight: Const[bool]) -> vec4:
-    """The mean of a pixel's four samples in linear light; of straight alpha each color counts by its own."""
+    """Return the mean of a pixel's four samples in linear light; straight alpha weights colors by alpha."""
     first = ACROSS * pixel()
     total = vec4(0.0)
     for y in range(ACROSS):
@@ -48,20 +48,20 @@ def supersampled(
     into: pg.TargetSpec | None = None,
     name: str = "supersampled",
 ) -> pg.Target:
-    """A picture of half the size: each pixel the mean of four samples, in linear light.
+    """Reduce a picture to half the size: each pixel is the mean of four samples, in linear light.
 
     Parameters
     ----------
-    color : what is smoothed, computed at twice the size that is wanted
-    encoded : colours are sRGB-encoded, 0 to 1, as behind a tone map, and so is the result; off, they are linear light
-        of any range
-    straight : color is not multiplied by alpha, and that of the result is not
-    into : where it goes; left out, half of ``color`` each way, 8 bits a channel where encoded, else float16, with the
-        name ``name``
-    name : of the pass
+    color : the picture to smooth, computed at twice the final size
+    encoded : colors are sRGB-encoded, 0 to 1, as after a tone map, and so is the result; off, they are linear light of
+        any range
+    straight : color is not multiplied by alpha, also in the result
+    into : destination target; default: half of ``color`` each way, 8 bits per channel if encoded, else float16, named
+        ``name``
+    name : name of the pass
 
-    Samples are averaged as they are shown, behind the tone map: in front of it one bright sample would hide the other
-    three, and edges of lamps stay jagged.  Compile at twice the size; what effects count in pixels is half as wide.
+    Samples are averaged after tone mapping: before it, one bright sample would dominate the other three, and edges of
+    lamps would stay jagged.  Compile at twice the size; sizes in pixels of earlier effects are halved.
 
     Examples
     --------

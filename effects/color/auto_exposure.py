@@ -1,4 +1,4 @@
-"""Auto exposure: a picture brought to middle grey by the light that most of it has."""
+"""Auto exposure: scale a picture so that its average becomes middle gray."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -11,11 +11,11 @@ from passgraph import Image, clamp, dot, exp2, isnan, ivec2, log2, mix, vec2, ve
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import Exposure, Share
 
-#: Of the histogram: its bins, and the stops from middle grey to its darkest end and from end to end.
+#: Histogram: number of bins, and the stops from middle gray to its darkest end and from end to end.
 BINS, DARKEST, STOPS = 256, -16.0, 32.0
-#: Scene-linear luminance that comes out as it is.
+#: Scene-linear luminance that stays unchanged.
 GREY = 0.18
-#: Of the pixels: the two together leave some.
+#: Limits of the ignored fractions of pixels: together they leave some.
 Clipped = Annotated[float, pg.Range(0, 0.49)]
 
 
@@ -29,7 +29,7 @@ def stops_of(color: Image) -> float:
 
 @pg.kernel
 def metered(counts: Image, dark: float, bright: float, least: float, most: float) -> float:
-    """The exposure, in stops, of the mean of the logarithms between two shares of the pixels."""
+    """Return the exposure, in stops, from the mean logarithm between two fractions of the pixels."""
     total = 0.0
     for i in range(BINS):
         total += counts.texel(ivec2(i, 0)).r
@@ -47,7 +47,7 @@ def metered(counts: Image, dark: float, bright: float, least: float, most: float
 
 @pg.kernel
 def settled(wanted: Image, last: Image, share: float) -> vec2:
-    """A share of the way from last run's exposure, and that there is one; the first run has none."""
+    """Move a fraction of the way from last run's exposure, and set the flag for one; the first run has none."""
     before = last[0, 0]
     return vec2(mix(before.r, wanted[0, 0].r, share) if before.g > 0.0 else wanted[0, 0].r, 1.0)
 
@@ -74,16 +74,17 @@ def auto_exposure(
     Parameters
     ----------
     color : scene-linear, Rec. 709 primaries, any range
-    dark_share : of the pixels, the darkest that do not count
-    bright_share : of the pixels, the brightest that do not count
-    least_stops : the exposure is no lower
-    most_stops : the exposure is no higher
-    settle_share : of the way to the new exposure that each run takes; 1 goes there at once, and with
-        1 - exp(-seconds / time) an eye adapts. The first run goes there at once
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    dark_share : fraction of the pixels, the darkest ones, to ignore
+    bright_share : fraction of the pixels, the brightest ones, to ignore
+    least_stops : lower limit of the exposure
+    most_stops : upper limit of the exposure
+    settle_share : fraction of the way to the new exposure in each run; 1 goes there at once, and 1 - exp(-seconds /
+        time) adapts like an eye. The first run goes there at once
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
-    A histogram of logarithms decides, so that small lamps and black corners do not; its bins are an eighth of a stop.
+    The exposure comes from a histogram of logarithms, so small lamps and black corners matter little; its bins are an
+    eighth of a stop.
     Source: the percentile-clipped histogram of common engines; K. Narkowicz, "Automatic Exposure", 2016.
 
     Examples

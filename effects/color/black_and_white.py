@@ -17,7 +17,7 @@ REC601 = (0.299, 0.587, 0.114)
 
 @pg.kernel
 def luma(color: Image, weights: vec3) -> vec4:
-    """Weighted sum of red, green and blue."""
+    """Return the weighted sum of red, green and blue."""
     here = color[0, 0]
     y = dot(here.rgb, weights)
     return vec4(y, y, y, here.a)
@@ -33,9 +33,9 @@ def black_and_white(
 
     Parameters
     ----------
-    frame : a picture in any colour space; linear light gives luminance, encoded values give luma
-    weights : shares of red, green and blue, which should add up to 1
-    into : where it goes; left out, a float32 target "black_and_white"
+    frame : a picture in any color space; linear light gives luminance, encoded values give luma
+    weights : weights of red, green and blue, which should add up to 1
+    into : destination target; default: a float32 target "black_and_white"
 
     Source: Rec. ITU-R BT.709-6 (2015), item 3.2.
 

@@ -1,4 +1,4 @@
-"""Color grading: the white of the light, contrast, tints of shadows and highlights, lift, gamma, gain, saturation."""
+"""Color grading: white balance, contrast, split toning, lift, gamma, gain, saturation."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -16,12 +16,12 @@ from passgraph.effects.checked import effect
 from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import NotNegative, combined
 
-#: Of D65, the white of Rec. 709: color temperature, and distance from the Planckian locus in CIE 1960 (u, v).
+#: D65, the white of Rec. 709: color temperature, and distance from the Planckian locus in CIE 1960 (u, v).
 D65_K, D65_DUV = 6504.0, 0.0032
 #: Linear Rec. 709 to CIE XYZ (IEC 61966-2-1), and XYZ to the cone responses of Bradford.
 XYZ_FROM_RGB = ((0.4124, 0.3576, 0.1805), (0.2126, 0.7152, 0.0722), (0.0193, 0.1192, 0.9505))
 BRADFORD = ((0.8951, 0.2664, -0.1614), (-0.7502, 1.7135, 0.0367), (0.0389, -0.0685, 1.0296))
-#: u and v of the Planckian locus as quotients of polynomials in the temperature: numerators, then denominators.
+#: Planckian locus: u and v as quotients of polynomials in the temperature: numerators, then denominators.
 KRYSTEK = (
     ((0.860117757, 1.54118254e-4, 1.28641212e-7), (0.317398726, 4.22806245e-5, 4.20481691e-8)),
     ((1.0, 8.42420235e-4, 7.08145163e-7), (1.0, -2.89741816e-5, 1.61456053e-7)),
@@ -36,14 +36,14 @@ Float64 = NDArray[np.float64]
 
 
 def planckian(kelvin: float) -> tuple[float, float]:
-    """CIE 1960 (u, v) of a black body."""
+    """Return CIE 1960 (u, v) of a black body."""
     terms = (1.0, kelvin, kelvin * kelvin)
     over, under = ([sum(a * t for a, t in zip(row, terms, strict=True)) for row in part] for part in KRYSTEK)
     return over[0] / under[0], over[1] / under[1]
 
 
 def white_of(kelvin: float, duv: float) -> Float64:
-    """CIE XYZ, with Y = 1, of a light by its color temperature and its distance from the Planckian locus."""
+    """Return CIE XYZ, with Y = 1, of a light by its color temperature and its distance from the Planckian locus."""
     (u, v), (u1, v1) = planckian(kelvin), planckian(kelvin + 0.5)
     # across the locus; v is larger on the green side
     across = duv / hypot(u1 - u, v1 - v)
@@ -52,7 +52,7 @@ def white_of(kelvin: float, duv: float) -> Float64:
 
 
 def balance(kelvin: float, duv: float) -> Float64:
-    """Linear Rec. 709 to itself: what this light shows as white becomes white."""
+    """Return the matrix from linear Rec. 709 to itself that turns this light's white into white."""
     cones = np.array(BRADFORD) @ np.array(XYZ_FROM_RGB)
     gains = (np.array(BRADFORD) @ white_of(D65_K, D65_DUV)) / (np.array(BRADFORD) @ white_of(kelvin, duv))
     return np.asarray(np.linalg.solve(cones, gains[:, None] * cones))
@@ -69,7 +69,7 @@ def signed_power(x: vec3, exponent: float) -> vec3:
 
 @pg.function
 def power_above_0(x: float, exponent: float) -> float:
-    """Numbers from 0 down stay."""
+    """Raise numbers above 0 to a power; others stay."""
     return pow(x, exponent) if x > 0.0 else x
 
 
@@ -86,7 +86,7 @@ def graded(
     gain: vec3,
     saturation: float,
 ) -> vec4:
-    """All steps in the order of the parameters."""
+    """Apply all steps in the order of the parameters."""
     weights = vec3(REC709[0], REC709[1], REC709[2])
     c = balance * color[0, 0].rgb
     if contrast != 1.0:
@@ -122,27 +122,27 @@ def color_grade(
     Parameters
     ----------
     color : scene-linear light, Rec. 709 primaries, any range; alpha stays
-    temperature_k : color temperature of the light in the scene, which is shown as white. Below 6504 the picture
-        turns bluer, as it was lit by a warmer light than daylight
-    duv : distance of that light from the Planckian locus. 0 is a lamp that glows, 0.0032 daylight; more is greener
-        light, which makes the picture more magenta
-    contrast : exponent on color divided by the pivot
-    pivot : scene-linear value that contrast leaves, and where split toning is half of each tint
-    shadows : color that dark pixels are multiplied by; only its hue and saturation count
-    highlights : color that bright pixels are multiplied by; only its hue and saturation count
-    lift : what black becomes
-    gamma : exponent 1 / gamma on what is above 0
-    gain : what 1 becomes, but for the gamma
-    saturation : distance of each channel from luminance is multiplied by it; 0 is gray
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    temperature_k : color temperature of the scene's light, which becomes white. Below 6504 the picture turns bluer, as
+        the light was warmer than daylight
+    duv : distance of that light from the Planckian locus: 0 for incandescent lamps, 0.0032 for daylight; more for
+        greener light, which makes the picture more magenta
+    contrast : exponent of color divided by the pivot
+    pivot : scene-linear value that contrast leaves unchanged, and where split toning is half of each tint
+    shadows : color that multiplies dark pixels; only its hue and saturation count
+    highlights : color that multiplies bright pixels; only its hue and saturation count
+    lift : result for black
+    gamma : exponent 1 / gamma for values above 0
+    gain : result for 1, before gamma
+    saturation : factor of each channel's distance from luminance; 0 is gray
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
     Steps, with the luminance Y of Rec. 709: Bradford's matrix from the scene's white to D65; ``pivot * (c / pivot) **
-    contrast`` with the sign of ``c``; a tint from ``shadows`` to ``highlights``, each with the luminance 1, by
-    ``Y / (Y + pivot)``; ``(c * (gain - lift) + lift) ** (1 / gamma)``; ``Y + saturation * (c - Y)``.
+    contrast`` with the sign of ``c``; a tint from ``shadows`` to ``highlights``, each with the luminance 1, by ``Y / (Y
+    + pivot)``; ``(c * (gain - lift) + lift) ** (1 / gamma)``; ``Y + saturation * (c - Y)``.
 
     Source: K. M. Lam, "Metamerism and Colour Constancy", 1985 (Bradford); M. Krystek, "An Algorithm to Calculate
-    Correlated Colour Temperature", 1985 (Planckian locus, below 15,000 K within 1e-4); ASC CDL 1.2 with the slope
+    Correlated Color Temperature", 1985 (Planckian locus, below 15,000 K within 1e-4); ASC CDL 1.2 with the slope
     ``gain - lift``, the offset ``lift`` and the power ``1 / gamma``, without its clamps.
 
     Examples

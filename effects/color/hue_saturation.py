@@ -1,4 +1,4 @@
-"""Hue and saturation: colors turned around gray, and their distance from it."""
+"""Hue and saturation: rotate colors around gray, and scale their distance from it."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -11,14 +11,14 @@ from passgraph import Image, dot, mix, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import NotNegative, axis_of, mapped
 
-#: Luma, and what a quarter turn adds, as SVG has them.
+#: Luma, and the matrix of a quarter turn, as in SVG.
 LUMA = (0.213, 0.715, 0.072)
 QUARTER_TURN: Any = ((-0.213, -0.715, 0.928), (0.143, 0.140, -0.283), (-0.787, 0.715, 0.072))
 
 
 @pg.kernel
 def turned(color: Image, axis: vec2, saturation: float) -> vec4:
-    """Turn by the angle of ``axis``, then move away from luma."""
+    """Rotate by the angle of ``axis``, then scale the distance from luma."""
     c, weights = color[0, 0].rgb, vec3(LUMA[0], LUMA[1], LUMA[2])
     gray = vec3(dot(c, weights))
     quarter = vec3(dot(QUARTER_TURN[0], c), dot(QUARTER_TURN[1], c), dot(QUARTER_TURN[2], c))
@@ -34,15 +34,15 @@ def hue_saturation(
     into: pg.TargetSpec | None = None,
     name: str = "hue_saturation",
 ) -> pg.Target:
-    """Turn the hue of colors and change their saturation; luma stays.
+    """Rotate the hue of colors and change their saturation; luma stays.
 
     Parameters
     ----------
     color : encoded for display, any range; results are not clamped, and alpha stays
-    hue_rad : angle around gray; 2.09, a third of a turn, takes red to green and green to blue
-    saturation : factor on the distance from luma; 0 is gray
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    hue_rad : angle around gray; 2.09, a third of a turn, turns red into green and green into blue
+    saturation : factor of the distance from luma; 0 is gray
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
     Source: W3C, "Filter Effects Module Level 1", 2018: ``hueRotate``, then ``saturate`` of ``feColorMatrix``, which are
     ``hue-rotate()`` and ``saturate()`` in CSS.

@@ -1,4 +1,4 @@
-"""Sepia: the brown of old photographs."""
+"""Sepia: tone a picture brown like an old photograph."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -11,13 +11,13 @@ from passgraph import Image, dot, mix, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import Share
 
-#: Shares of red, green and blue in each channel.
+#: Weights of red, green and blue in each channel.
 BROWN: Any = ((0.393, 0.769, 0.189), (0.349, 0.686, 0.168), (0.272, 0.534, 0.131))
 
 
 @pg.kernel
 def toned(color: Image, amount: float) -> vec4:
-    """Between the color and its brown."""
+    """Interpolate between the color and its brown."""
     c = color[0, 0].rgb
     brown = vec3(dot(BROWN[0], c), dot(BROWN[1], c), dot(BROWN[2], c))
     return vec4(mix(c, brown, amount), color[0, 0].a)
@@ -35,9 +35,9 @@ def sepia(
     Parameters
     ----------
     color : encoded for display, any range; results are not clamped, and alpha stays
-    amount : share of the toned color; 0 leaves the picture as it is
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    amount : fraction of the toned color; 0 leaves the picture unchanged
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
     Source: W3C, "Filter Effects Module Level 1", 2018: ``sepia()``.
 

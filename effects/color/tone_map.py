@@ -1,4 +1,4 @@
-"""Tone mapping: scene-linear HDR to what a display shows."""
+"""Tone mapping: convert scene-linear HDR for display."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -19,24 +19,24 @@ BRIGHTEST = 65504.0
 #: Hable's white point: the input that becomes 1.
 HABLE_WHITE = 11.2
 
-#: AgX: log2 of the darkest and brightest scene values that it tells apart, -10 and +6.5 stops about middle grey 0.18.
+#: AgX: log2 of the darkest and brightest scene values that it distinguishes, -10 and +6.5 stops about middle gray 0.18.
 AGX_DARKEST, AGX_STOPS = _log2(0.18) - 10.0, 16.5
-#: Where middle grey lies on that scale; the curve takes it to 0.5 with a slope of 2.
+#: Position of middle gray on that scale; the curve maps it to 0.5 with a slope of 2.
 AGX_PIVOT, AGX_SLOPE = 10.0 / 16.5, 2.0
 AGX_TOE, AGX_SHOULDER = 3.0, 3.25
-#: AgX mixes a fifth of this mean of the channels into each of them before the curve, and takes it out behind.
+#: AgX mixes a fifth of this mean of the channels into each of them before the curve, and removes it after it.
 AGX_MEAN, AGX_SHARE = (0.21200536, 0.39218251, 0.39581213), 0.2
-#: AgX's result is meant for a display with this exponent.
+#: AgX's result is for a display with this exponent.
 AGX_DISPLAY = 2.2
 
-#: PBR Neutral: Fresnel reflection of common materials (index 1.5) at normal incidence, which whitens base colours.
+#: PBR Neutral: Fresnel reflection of common materials (index 1.5) at normal incidence, which desaturates base colors.
 NEUTRAL_FRESNEL = 0.04
-#: Where its highlights begin to be compressed, and how fast they lose their saturation.
+#: Start of highlight compression, and its rate of desaturation.
 NEUTRAL_START, NEUTRAL_DESATURATION = 0.8 - NEUTRAL_FRESNEL, 0.15
 
 
 def _limit(way: float, rise: float, power: float) -> float:
-    """s of y = u / (1 + (u / s)^power)^(1 / power), u = AGX_SLOPE · x, such that y(way) = rise."""
+    """Return s of y = u / (1 + (u / s)^power)^(1 / power), u = AGX_SLOPE · x, such that y(way) = rise."""
     return float((rise**-power - (AGX_SLOPE * way) ** -power) ** (-1.0 / power))
 
 
@@ -46,19 +46,19 @@ AGX_SHOULDER_LIMIT = _limit(1.0 - AGX_PIVOT, 0.5, AGX_SHOULDER)
 
 @pg.function
 def finite(x: float) -> float:
-    """0 for NaN and below 0, BRIGHTEST at most."""
+    """Clamp to 0 to BRIGHTEST; NaN becomes 0."""
     return min(x if x > 0.0 else 0.0, BRIGHTEST)
 
 
 @pg.function
 def hable(x: float) -> float:
-    """Hable's filmic curve before it is scaled by the white point, as one fraction: 0 at 0 with nothing to cancel."""
+    """Hable's filmic curve before scaling by the white point, as one fraction: exactly 0 at 0."""
     return x * (0.14 * x + 1.0 / 60.0) / (x * (0.15 * x + 0.5) + 0.06)
 
 
 @pg.function
 def agx_sigmoid(x: float) -> float:
-    """Log-encoded [0, 1] to display-encoded [0, 1]: a line of slope 2 through the pivot that bends to both ends."""
+    """Map log-encoded [0, 1] to display-encoded [0, 1]: slope 2 at the pivot, bending toward both ends."""
     away = AGX_SLOPE * (x - AGX_PIVOT)
     dark = away < 0.0
     share = abs(away) / (AGX_TOE_LIMIT if dark else AGX_SHOULDER_LIMIT)
@@ -69,20 +69,20 @@ def agx_sigmoid(x: float) -> float:
 
 @pg.function
 def agx_channel(x: float) -> float:
-    """Scene-linear to display-encoded."""
+    """Map one channel from scene-linear to display-encoded."""
     stops = log2(max(x, exp2(AGX_DARKEST))) - AGX_DARKEST
     return agx_sigmoid(min(stops / AGX_STOPS, 1.0))
 
 
 @pg.function
 def agx_mean(c: vec3) -> vec3:
-    """The grey that the inset mixes in."""
+    """Return the gray that the inset mixes in."""
     return vec3(AGX_MEAN[0] * c.r + AGX_MEAN[1] * c.g + AGX_MEAN[2] * c.b)
 
 
 @pg.function
 def agx(c: vec3) -> vec3:
-    """Each channel through the sigmoid, in narrower primaries: what gets brighter turns white instead of garish."""
+    """Apply the sigmoid to each channel, in narrower primaries, so that bright colors become white."""
     inset = mix(c, agx_mean(c), AGX_SHARE)
     y = vec3(agx_channel(inset.r), agx_channel(inset.g), agx_channel(inset.b))
     outset = clamp((y - AGX_SHARE * agx_mean(y)) / (1.0 - AGX_SHARE), 0.0, 1.0)
@@ -91,7 +91,7 @@ def agx(c: vec3) -> vec3:
 
 @pg.function
 def pbr_neutral(c: vec3) -> vec3:
-    """Base colours as they are, less the Fresnel reflection; highlights compressed by their peak, toward white."""
+    """Keep base colors, less the Fresnel reflection; compress highlights by their peak, toward white."""
     low = min(c.r, c.g, c.b)
     offset = NEUTRAL_FRESNEL
     if low <= 2.0 * NEUTRAL_FRESNEL:
@@ -109,7 +109,7 @@ def pbr_neutral(c: vec3) -> vec3:
 
 @pg.function
 def compress(x: float, curve: int) -> float:
-    """One channel through the curve, to [0, 1]."""
+    """Map one channel to [0, 1] by a curve."""
     y = x
     if curve == 1:
         y = x / (1.0 + x)
@@ -122,7 +122,7 @@ def compress(x: float, curve: int) -> float:
 
 @pg.function
 def compressed(c: vec3, curve: int) -> vec3:
-    """A colour through the curve, to [0, 1]."""
+    """Map a color to [0, 1] by a curve."""
     shown = c
     if curve < 4:
         shown = vec3(compress(c.r, curve), compress(c.g, curve), compress(c.b, curve))
@@ -135,13 +135,13 @@ def compressed(c: vec3, curve: int) -> vec3:
 
 @pg.function
 def encode_srgb(x: float) -> float:
-    """IEC 61966-2-1, x in [0, 1]."""
+    """Encode as sRGB (IEC 61966-2-1), x in [0, 1]."""
     return 12.92 * x if x <= 0.0031308 else 1.055 * pow(x, 1.0 / 2.4) - 0.055
 
 
 @pg.kernel
 def tone(color: Image, exposure_stops: float, curve: Const[int], encode: Const[bool]) -> vec4:
-    """Exposure, curve, encoding."""
+    """Apply exposure, curve and encoding."""
     here = color[0, 0]
     lit = here.rgb * exp2(exposure_stops)
     shown = compressed(vec3(finite(lit.r), finite(lit.g), finite(lit.b)), curve)
@@ -159,24 +159,24 @@ def tone_map(
     into: pg.TargetSpec | None = None,
     name: str = "tone_map",
 ) -> pg.Target:
-    """Map scene-linear light to a display. NaN and negative values become black, infinity white.
+    """Map scene-linear light to a display; NaN and negative values become black, infinity white.
 
     Parameters
     ----------
     frame : scene-linear, Rec. 709 primaries, any range
-    exposure_stops : brightness before the curve, factor 2 a stop
-    curve : how high values are compressed. "linear" clips at 1; "reinhard" x / (1 + x); "hable" filmic, white at
-        11.2; "aces" Narkowicz's fit; "agx" 16.5 stops, bright colours turn white; "pbr-neutral" keeps base colours,
-        compresses highlights alone
+    exposure_stops : brightness before the curve, factor 2 per stop
+    curve : compression of high values. "linear" clips at 1; "reinhard" x / (1 + x); "hable" filmic, white at 11.2;
+        "aces" Narkowicz's fit; "agx" 16.5 stops, bright colors turn white; "pbr-neutral" keeps base colors and
+        compresses only highlights
     encode : sRGB-encode the result, for display and 8-bit files; off leaves it linear in [0, 1]
-    into : where it goes; left out, 8 bits a channel where encoded, else float16, with the name ``name``
-    name : of the pass
+    into : destination target; default: 8 bits per channel if encoded, else float16, named ``name``
+    name : name of the pass
 
     Source: E. Reinhard et al., "Photographic Tone Reproduction for Digital Images", 2002, eq. 3; J. Hable,
     "Uncharted 2: HDR Lighting", GDC 2010; K. Narkowicz, "ACES Filmic Tone Mapping Curve", 2015; T. Sobotka and
     J. Smith, "AgX", 2022 (sigmoid, range, slope, powers); Khronos Group, "PBR Neutral Tone Mapper", 2024.
-    Deviations: AgX's inset is a fifth of a mean, which leaves grey exactly grey and is within 1.5e-4 of the
-    published matrix; its curve is the sigmoid itself in place of a table.
+    Deviations: AgX's inset is a fifth of a mean, which leaves gray exactly gray and is within 1.5e-4 of the published
+    matrix; its curve is the sigmoid itself instead of a table.
 
     Examples
     --------

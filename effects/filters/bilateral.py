@@ -1,4 +1,4 @@
-"""Bilateral filter: the mean of pixels around that are alike, which smooths areas and keeps edges."""
+"""Bilateral filter: average nearby pixels of similar color, which smooths areas and keeps edges."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -14,7 +14,7 @@ from passgraph.effects.pictures.decoded import decoded
 
 @pg.kernel
 def mean_of_like(color: Image, radius: Const[int], sigma_px: float, sigma_color: float) -> vec4:
-    """Weights fall with distance and with the difference in color; what differs by NaN or infinity has none."""
+    """Weights fall with distance and with the difference in color; pixels with NaN or infinity get none."""
     center = color[0, 0]
     total, weight = center, 1.0
     far, unlike = -0.5 / (sigma_px * sigma_px), -0.5 / (sigma_color * sigma_color)
@@ -39,19 +39,19 @@ def bilateral(
     into: pg.TargetSpec | None = None,
     name: str = "bilateral",
 ) -> pg.Target:
-    """Smooth areas and keep edges: a Gaussian blur over pixels whose color is alike.
+    """Smooth areas and keep edges: a Gaussian blur over pixels of similar color.
 
     Parameters
     ----------
-    color : any picture; encoded values suit one ``sigma_color`` for dark and bright. Outside it the rule of
-        ``color.border(...)`` holds
-    radius_px : of the disc of pixels that are read, 49 of them at 4
+    color : any picture; with encoded values one ``sigma_color`` suits dark and bright areas. Outside of it, reads
+        follow the rule of ``color.border(...)``
+    radius_px : radius of the disc of pixels that are read, 49 pixels for 4
     sigma_px : standard deviation of the weight by distance
-    sigma_color : standard deviation of the weight by the distance of red, green and blue, in the picture's values
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    sigma_color : standard deviation of the weight by the distance in red, green and blue, in the picture's values
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
-    A pixel that is NaN or infinite stays, and has no part in others.
+    Pixels that are NaN or infinite stay, and do not affect others.
     Source: C. Tomasi, R. Manduchi, "Bilateral Filtering for Gray and Color Images", 1998, equation 5.
 
     Examples

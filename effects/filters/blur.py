@@ -13,14 +13,14 @@ from passgraph import Const, Image, vec4
 from passgraph.effects.checked import effect
 from passgraph.formats import FORMATS
 
-#: A Gaussian beyond three standard deviations holds 0.3 % of the whole.
+#: A Gaussian has 0.3 % of its weight beyond three standard deviations.
 SIGMAS = 3.0
-#: Longest kernel to each side: more taps cost more than a smaller picture blurred and scaled up.
+#: Most taps to each side: for wider kernels, blurring a smaller picture and scaling it up is cheaper.
 MAX_RADIUS_PX = 300
 
 
 def gaussian_weights(sigma_px: float, radius_px: int) -> tuple[float, ...]:
-    """Weights of the centre and of each distance up to ``radius_px``; with both sides they add up to 1.
+    """Return the weights of the center and of each distance up to ``radius_px``; with both sides they add up to 1.
 
     >>> gaussian_weights(2.0, 0)
     (1.0,)
@@ -34,7 +34,7 @@ def gaussian_weights(sigma_px: float, radius_px: int) -> tuple[float, ...]:
 
 @lru_cache(maxsize=64)
 def _symmetric(weights: tuple[float, ...]) -> Any:
-    """A kernel with these weights built in, for one direction a pass."""
+    """Return a kernel with these weights built in, for one direction per pass."""
     count = len(weights)
 
     @pg.kernel
@@ -59,11 +59,11 @@ def gaussian_blur(
 
     Parameters
     ----------
-    color : any picture, linear light; outside it the rule of ``color.border(...)`` holds
+    color : any picture, linear light; outside of it, reads follow the rule of ``color.border(...)``
     sigma_px : standard deviation; 0 returns ``color`` itself
-    radius_px : taps to each side (7 makes 15 taps); left out, three sigma; 0 returns ``color`` itself
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    radius_px : taps to each side (7 makes 15 taps); default: three sigma; 0 returns ``color`` itself
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
     Source: the separable sampled Gaussian, weights summed in float64 on the host.
 
@@ -85,14 +85,14 @@ def gaussian_blur(
 
 
 def _between(spec: pg.TargetSpec) -> str:
-    """A float format with the result's channels, as precise as the result's."""
+    """Return a float format with the result's channels and precision."""
     letters = "rgb" if spec.format.channels == 3 else "rgba"
     return letters + ("16f" if spec.format.unit >= FORMATS["rgba16f"].unit else "32f")
 
 
 @lru_cache(maxsize=64)
 def _edge_aware(radius: int) -> Any:
-    """A kernel of this radius that leaves out what does not lie on the surface seen at the centre."""
+    """Return a kernel of this radius that skips taps off the surface at the center."""
 
     @pg.kernel
     def blur(mask: Image, depth: Image, tolerance: float, dx: Const[int], dy: Const[int]) -> vec4:
@@ -131,19 +131,19 @@ def depth_aware_blur(
 
     Parameters
     ----------
-    mask : what is blurred, any range
+    mask : the picture to blur, any range
     depth : red is the distance along the view axis in scene units, above 0; of the size of ``mask``
     radius_px : taps to each side; 0 returns ``mask`` itself
-    tolerance : how far a tap may lie off the plane through the centre, as a share of the centre's distance
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    tolerance : largest distance of a tap from the plane through the center, as a fraction of the center's distance
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    The weight of a tap is (1 - t²)² for the distance t (1 = radius + 1), times how well its depth fits the
-    plane through the centre, so that slanted floors are blurred as well as upright walls. The centre
-    counts always, which keeps the sum of weights at 1 or more.
+    The weight of a tap is (1 - t²)² for the distance t (1 = radius + 1), times how well its depth fits the plane
+    through the center, so that slanted floors are blurred like upright walls. The center always counts, so the sum of
+    weights is at least 1.
 
-    Source: C. Tomasi, R. Manduchi, "Bilateral Filtering for Gray and Color Images", 1998, with a plane in
-    place of a constant.
+    Source: C. Tomasi, R. Manduchi, "Bilateral Filtering for Gray and Color Images", 1998, with a plane instead of a
+    constant.
 
     Examples
     --------

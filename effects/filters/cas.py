@@ -1,4 +1,4 @@
-"""CAS: sharpening that is strongest where neighbors differ little, so that edges do not ring."""
+"""CAS: sharpen most where neighbors differ little, so that edges do not ring."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -10,13 +10,13 @@ from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Share
 
-#: Weight of each of the four neighbors at most, as 1 through this: least and most sharp.
+#: Largest weight of each of the four neighbors, as a reciprocal: for the least and the most sharpness.
 LEAST, MOST = 8.0, 5.0
 
 
 @pg.kernel
 def adapted(color: Image, sharpness: float) -> vec4:
-    """Take the four neighbors off; green decides by how much."""
+    """Subtract the four neighbors, with a weight from the green channel."""
     c, n, w, e, s = color[0, 0], color[0, -1], color[-1, 0], color[1, 0], color[0, 1]
     lowest, highest = min(n.g, w.g, c.g, e.g, s.g), max(n.g, w.g, c.g, e.g, s.g)
     room = min(lowest, 1.0 - highest)
@@ -38,17 +38,17 @@ def cas(
 
     Parameters
     ----------
-    color : linear light, 0 to 1, Rec. 709 primaries; where green around a pixel is outside of that range, the pixel
-        stays. Outside the picture the rule of ``color.border(...)`` holds
+    color : linear light, 0 to 1, Rec. 709 primaries; pixels with green outside of that range around them stay. Outside
+        of the picture, reads follow the rule of ``color.border(...)``
     sharpness : 0 sharpens least, 1 most
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
-    Each pixel less its four neighbors, with the weight -sqrt(min(least, 1 - most) / most) / (8 to 5) of the least and
-    the most green among the five.
-    Source: T. Lottes, "FidelityFX CAS", AMD, 2019: its faster way with five reads and one weight for all channels.
-    Deviations: divisions and roots are exact; values outside 0 to 1 are kept; alpha, which should be premultiplied, is
-    filtered with the color.
+    Subtracts the four neighbors, with the weight -sqrt(min(least, 1 - most) / most) / (8 to 5) of the least and the
+    most green among the five.
+    Source: T. Lottes, "FidelityFX CAS", AMD, 2019: its faster variant with five reads and one weight for all channels.
+    Deviations: divisions and roots are exact; values outside of 0 to 1 are kept; alpha, which should be premultiplied,
+    is filtered with the color.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Non-local means: each pixel is the mean of pixels whose surroundings look like its own, which takes noise away."""
+"""Non-local means: remove noise by averaging pixels with similar neighborhoods."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -16,7 +16,7 @@ from passgraph.effects.quantities import NotNegative
 
 
 def patch_weights(radius_px: int) -> tuple[float, ...]:
-    """Weights of a patch's pixels, row by row: a Gaussian whose deviation is half its radius; they add up to 1.
+    """Return weights of a patch's pixels, row by row: a Gaussian whose deviation is half its radius; they add up to 1.
 
     >>> [round(weight, 3) for weight in patch_weights(1)[:5]]
     [0.011, 0.084, 0.011, 0.084, 0.619]
@@ -28,7 +28,7 @@ def patch_weights(radius_px: int) -> tuple[float, ...]:
 
 @lru_cache(maxsize=16)
 def filter_by_patches(radius: int) -> Any:
-    """A kernel that compares patches of this radius."""
+    """Return a kernel that compares patches of this radius."""
     weights, side = patch_weights(radius), 2 * radius + 1
 
     @pg.kernel
@@ -71,19 +71,19 @@ def denoise(
 
     Parameters
     ----------
-    color : any picture; encoded values suit one ``strength`` for dark and bright
-    strength : difference of two patches, as the root of their mean square in the picture's values, at which the weight
-        is 1/e; about 0.8 times the noise where ``noise`` is given, and above it where it is not
-    noise : standard deviation that the picture's noise is known to have; its part in differences is left out
-    patch_radius_px : of the square around each pixel that is compared; 1 is 3 by 3 pixels
-    search_radius_px : of the square of pixels that are averaged. The work grows with the square of both radii
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    color : any picture; with encoded values one ``strength`` suits dark and bright areas
+    strength : root mean square difference of two patches, in the picture's values, at which the weight is 1/e; about
+        0.8 times the noise if ``noise`` is given, and more if it is not
+    noise : known standard deviation of the picture's noise; it is subtracted from differences
+    patch_radius_px : radius of the compared square around each pixel; 1 is 3 by 3 pixels
+    search_radius_px : radius of the square of averaged pixels. The work grows with the square of both radii
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
-    The weight of a pixel is ``exp(-max(d² - 2 noise², 0) / strength²)``. d² is the mean square over red, green and blue
-    of what two patches differ by, weighted by a Gaussian whose deviation is half the patch's radius. Patches that reach
-    out of the picture follow the rule of ``color.border(...)``; only pixels inside are averaged.  Patches that hold NaN
-    or infinity are like no other, so that around these pixels stay as they are.
+    The weight of a pixel is ``exp(-max(d² - 2 noise², 0) / strength²)``. d² is the mean square difference of two
+    patches over red, green and blue, weighted by a Gaussian whose deviation is half the patch's radius. Patches that
+    extend beyond the picture follow the rule of ``color.border(...)``; only pixels inside are averaged.  Patches with
+    NaN or infinity match no other, so pixels around these stay unchanged.
     Source: A. Buades, B. Coll, J.-M. Morel, "A Non-Local Algorithm for Image Denoising", 2005; the correction by the
     noise from their "Non-Local Means Denoising", IPOL 2011. ``strength`` is their h.
 

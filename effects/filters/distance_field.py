@@ -1,4 +1,4 @@
-"""Distance field: how far each pixel is from a shape, found by flooding in steps that halve."""
+"""Distance field: the distance of each pixel to a shape, found by jump flooding."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -11,13 +11,13 @@ from passgraph import Const, Image, dot, pixel, sqrt, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.color.black_and_white import REC709
 
-#: Stands for a place of no shape: farther away than any picture is wide.
+#: A position for "no shape": farther away than any picture is wide.
 NOWHERE = -1.0e6
 
 
 @pg.kernel
 def places(color: Image, threshold: float, by_alpha: Const[bool]) -> vec4:
-    """This pixel's place, as one of the shape (red, green) or of what is outside of it (blue, alpha)."""
+    """Return this pixel's position, as inside of the shape (red, green) or outside of it (blue, alpha)."""
     c = color[0, 0]
     value = c.a if by_alpha else dot(c.rgb, vec3(REC709[0], REC709[1], REC709[2]))
     here, nowhere = vec2(pixel()), vec2(NOWHERE)
@@ -26,7 +26,7 @@ def places(color: Image, threshold: float, by_alpha: Const[bool]) -> vec4:
 
 @pg.kernel
 def flooded(found: Image, step: Const[int], signed: Const[bool]) -> vec4:
-    """The nearest of the places that this pixel and eight around it, a step away, have found."""
+    """Return the nearest of the positions that this pixel and its eight neighbors at a step's distance have found."""
     here, best = vec2(pixel()), found[0, 0]
     inside, outside = best.xy - here, best.zw - here
     nearest, other = dot(inside, inside), dot(outside, outside)
@@ -48,7 +48,7 @@ def flooded(found: Image, step: Const[int], signed: Const[bool]) -> vec4:
 
 @pg.kernel
 def measured(found: Image, reach: float, unit: float, signed: Const[bool]) -> vec4:
-    """Distance to the shape, less the distance from inside it."""
+    """Return the distance to the shape, minus the distance from inside it."""
     inside, outside = found[0, 0].xy - vec2(pixel()), found[0, 0].zw - vec2(pixel())
     distance = min(sqrt(dot(inside, inside)), reach)
     if signed:
@@ -71,18 +71,18 @@ def distance_field(
 
     Parameters
     ----------
-    color : any picture; the shape is where it is bright, or opaque
+    color : any picture; the shape is its bright, or opaque, part
     channel : luminance, with the weights of Rec. 709, or alpha
-    threshold : of the channel; pixels above it are the shape. NaN is outside
-    signed : also inside, where distances to the nearest pixel outside are below 0; off, they are 0
-    reach_px : distances are no longer; a pass for each doubling, and two more
+    threshold : threshold of the channel; pixels above it are the shape. NaN is outside
+    signed : inside the shape, distances to the nearest pixel outside are negative; off, they are 0
+    reach_px : largest distance; costs a pass for each doubling, and two more
     unit_px : the distance that is shown as 1; for a display about ``reach_px``
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    From middle to middle of pixels, the same in red, green and blue.  Where there is no shape, ``reach_px``.
+    Distances are between pixel centers, the same in red, green and blue; ``reach_px`` if there is no shape.
     Source: G. Rong, T.-S. Tan, "Jump Flooding in GPU with Applications to Voronoi Diagram and Distance Transform",
-    2006, its variant JFA+2. It finds the nearest pixel of the shape, or, for few pixels in ten thousand, one that is
+    2006, its variant JFA+2. It finds the nearest pixel of the shape, or, for a few pixels in ten thousand, one that is
     farther by less than 1.
 
     Examples

@@ -1,4 +1,4 @@
-"""Fill holes of a picture from what is around them, over a pyramid: pull means up, and push them down into holes."""
+"""Fill holes of a picture from their surroundings by a pyramid: pull means up, and push them down into holes."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -13,7 +13,7 @@ from passgraph.effects.checked import effect
 
 @pg.kernel
 def known(color: Image, mask: Image, has_mask: Const[bool]) -> vec4:
-    """Color times the share of this pixel that is known, and that share."""
+    """Return the color times the known fraction of this pixel, and that fraction."""
     c = color[0, 0]
     share = 1.0 - (clamp(mask[0, 0].r, 0.0, 1.0) if has_mask else 0.0)
     return c * share if isfinite(c.r + c.g + c.b + c.a) and share > 0.0 else vec4(0.0)
@@ -21,7 +21,7 @@ def known(color: Image, mask: Image, has_mask: Const[bool]) -> vec4:
 
 @pg.kernel
 def pulled(fine: Image) -> vec4:
-    """Half the size: the mean of what is known, and how much that is; one pixel of four is enough."""
+    """Halve the size: return the mean of the known pixels, and its weight; one pixel of four is enough."""
     first, total = 2 * pixel(), vec4(0.0)
     for y in range(2):
         for x in range(2):
@@ -31,7 +31,7 @@ def pulled(fine: Image) -> vec4:
 
 @pg.kernel
 def pushed(fine: Image, coarse: Image) -> vec4:
-    """What is known, and for the rest of it what half the size has here."""
+    """Return the known part, and for the rest the value at half the size."""
     c, around = fine[0, 0], coarse.sample(0.5 * (vec2(pixel()) + 0.5) / vec2(coarse.size))
     return c + around * ((1.0 - c.a) / around.a) if c.a < 1.0 and around.a > 0.0 else c
 
@@ -48,18 +48,17 @@ def fill(
 
     Parameters
     ----------
-    color : any picture, any range, multiplied by alpha, which is the share of a pixel that is known
-    mask : picture of the size of ``color``; red is the share of a pixel that is to be filled, 0 to 1
-    levels : halvings; a hole is filled where something is known within ``2 ** levels`` pixels, and is transparent black
-        where nothing is
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    color : any picture, any range, multiplied by alpha, which is the known fraction of a pixel
+    mask : picture of the size of ``color``; red is the fraction of a pixel to fill, 0 to 1
+    levels : number of halvings; a hole is filled if something is known within ``2 ** levels`` pixels, else it is
+        transparent black
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    Opaque pixels that no mask covers stay as they are, to the bit; the result is opaque.  Half the size is the mean of
-    the known shares of four pixels, as known as these together, and 1 at most; holes take it, bilinearly, from
-    coarse to fine.
+    Opaque pixels outside of the mask stay bit-identical; the result is opaque.  Each level is the mean of the known
+    parts of four pixels, with the sum of their weights, at most 1; holes are filled from coarse to fine, bilinearly.
     Source: S. J. Gortler, R. Grzeszczuk, R. Szeliski, M. F. Cohen, "The Lumigraph", SIGGRAPH 1996, 3.4: push and pull.
-    Deviation: half the size is the mean of 2 by 2 pixels, without the rim of the paper's B-spline.
+    Deviation: half the size is the mean of 2 by 2 pixels, without the margin of the paper's B-spline.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Median: the middle one of the numbers around a pixel, which takes out specks and keeps edges."""
+"""Median filter: remove specks and keep edges."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -15,8 +15,8 @@ def _pairs(text: str) -> Any:
     return tuple(tuple(map(int, pair.split("-"))) for pair in text.split())
 
 
-#: Exchanges, the smaller number to the first place and the larger to the second, that bring the middle one of 9 numbers
-#: to place 4, and that of 25 to place 12.
+#: Exchanges (the smaller number to the first place, the larger to the second) that move the median of 9 numbers to
+#: place 4, and that of 25 to place 12.
 NINE = _pairs("1-2 4-5 7-8 0-1 3-4 6-7 1-2 4-5 7-8 0-3 5-8 4-7 3-6 1-4 2-5 4-7 4-2 6-4 4-2")
 TWENTY_FIVE = _pairs(
     "0-1 3-4 2-4 2-3 6-7 5-7 5-6 9-10 8-10 8-9 12-13 11-13 11-12 15-16 14-16 14-15 18-19 17-19 17-18 21-22 20-22 20-21 "
@@ -25,8 +25,8 @@ TWENTY_FIVE = _pairs(
     "15-24 6-24 6-15 7-16 7-19 13-21 15-23 7-13 7-15 1-9 3-11 5-17 11-17 9-17 4-10 6-12 7-14 4-6 4-7 12-14 10-14 6-7 "
     "10-12 6-10 6-17 12-17 7-17 7-10 12-18 7-12 10-18 12-20 10-20 10-12"
 )
-#: All exchanges; and of each loop over them the first one, and the one behind its last: for 9 numbers one loop, for 25
-#: two, as loops of more than 64 trips do not become straight code.
+#: All exchanges, and the first and the end of each loop over them: one loop for 9 numbers, two for 25, as loops of more
+#: than 64 iterations are not unrolled.
 EXCHANGES = NINE + TWENTY_FIVE
 LOOPS = _pairs("0-19 19-69 69-118")
 
@@ -40,7 +40,7 @@ def middle_within(color: Image, channel: int, reach: int) -> float:
         sorted_values[i] = color[i % side - reach, i // side - reach][channel]
     for loop in range(reach - 1, 2 * reach - 1):
         first, end = LOOPS[loop].x, LOOPS[loop].y
-        for i in range(first, min(end, first + 64)):  # whose limit is known where nothing is simplified, too
+        for i in range(first, min(end, first + 64)):  # the limit is known even without simplification
             a, b = sorted_values[EXCHANGES[i].x], sorted_values[EXCHANGES[i].y]
             sorted_values[EXCHANGES[i].x] = min(a, b)
             sorted_values[EXCHANGES[i].y] = max(a, b)
@@ -76,17 +76,17 @@ def median(
     into: pg.TargetSpec | None = None,
     name: str = "median",
 ) -> pg.Target:
-    """Remove specks by the median of the pixels around each one; edges stay in place.
+    """Remove specks by the median around each pixel; edges stay in place.
 
     Parameters
     ----------
-    color : any picture without NaN, any range; what lies beyond its edge follows the border rule of the handle
+    color : any picture without NaN, any range; outside of it, reads follow the handle's border rule
     size_px : side of the square around a pixel
-    into : where it goes, of its channels the first ones; left out, four of float32 with the name ``name``.  Stored as
-        the picture is, such as r8 of an r8, nothing is converted on the way, which is quickest
-    name : of the pass
+    into : destination target, which gets the first channels; default: four of float32 named ``name``.  With the
+        picture's own format, such as r8 for an r8, nothing is converted, which is fastest
+    name : name of the pass
 
-    Every channel by itself, alpha too; exact, as no number is computed.
+    Filters every channel separately, alpha too; results are exact.
     Source: N. Devillard, "Fast median search: an ANSI C implementation", 1998: the exchanges for 9 and 25 numbers.
 
     Examples

@@ -1,4 +1,4 @@
-"""Morphology: the least or largest number around each pixel, which makes bright shapes thinner or thicker."""
+"""Morphology: the least or largest number around each pixel, which shrinks or grows bright shapes."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -11,7 +11,7 @@ from passgraph import Const, Image, vec4
 from passgraph.effects.checked import effect
 
 Operation = Literal["erode", "dilate", "open", "close"]
-#: Whether each step takes the largest numbers.
+#: For each step, True if it takes the largest numbers.
 STEPS: dict[Operation, tuple[bool, ...]] = {
     "erode": (False,),
     "dilate": (True,),
@@ -42,15 +42,15 @@ def morphology(
 
     Parameters
     ----------
-    color : any picture, any range; outside it the rule of ``color.border(...)`` holds
+    color : any picture, any range; outside of it, reads follow the rule of ``color.border(...)``
     operation : "erode" takes the least number of each channel in a square around the pixel, "dilate" the largest;
-        "open" erodes, then dilates, which takes out small bright shapes; "close" takes out small dark ones
-    radius_px : the square is twice this and 1 wide; 0 returns ``color`` itself
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+        "open" erodes, then dilates, which removes small bright shapes; "close" removes small dark ones
+    radius_px : the square is 2 * radius_px + 1 wide; 0 returns ``color`` itself
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    Exact, as no number is computed. NaN has no part in other pixels.
-    Source: J. Serra, "Image Analysis and Mathematical Morphology", 1982; a square is a row of columns.
+    Results are exact. NaN does not affect other pixels.
+    Source: J. Serra, "Image Analysis and Mathematical Morphology", 1982; a square is separated into rows and columns.
 
     Examples
     --------

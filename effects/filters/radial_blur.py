@@ -1,4 +1,4 @@
-"""Radial blur: what a camera sees that zooms or rolls while its shutter is open."""
+"""Radial blur: the motion blur of a camera that zooms or rolls."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -18,7 +18,7 @@ READS = 8
 
 
 def steps_of(zoom: float, spin_rad: float, times: float) -> list[tuple[float, float]]:
-    """Factors on the way from the middle, as complex numbers, at even times around that of the picture.
+    """Return complex factors from the center at even times around that of the picture.
 
     >>> [round(x, 3) for x, y in steps_of(0.5, 0.0, 1 / 8)]
     [0.837, 0.881, 0.927, 0.975, 1.026, 1.079, 1.135, 1.194]
@@ -29,7 +29,7 @@ def steps_of(zoom: float, spin_rad: float, times: float) -> list[tuple[float, fl
 
 @pg.kernel
 def along_way(color: Image, middle: vec2, steps: Array[vec2, Literal[8]]) -> vec4:
-    """The mean of places that the same zoom and turn move here at different times."""
+    """Return the mean of positions that the same zoom and rotation move here at different times."""
     size, total = vec2(output_size()), vec4(0.0)
     away = vec2(pixel()) + 0.5 - middle * size
     for i in range(READS):
@@ -52,18 +52,18 @@ def radial_blur(
 
     Parameters
     ----------
-    color : any picture, linear light; outside it the rule of ``color.border(...)`` holds
-    zoom : by how much the picture grows in the time of exposure, as a share of its size
-    spin_rad : by how much it turns in that time
-    x : of the place that stays, as a share of the width from the left edge; below 0 and above 1 it is outside
-    y : of the place that stays, as a share of the height from the upper edge
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    color : any picture, linear light; outside of it, reads follow the rule of ``color.border(...)``
+    zoom : growth of the picture during the exposure, as a fraction of its size
+    spin_rad : rotation during the exposure
+    x : the fixed point, as a fraction of the width from the left edge; below 0 and above 1 it is outside
+    y : the fixed point, as a fraction of the height from the upper edge
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    The mean of 64 times around that of the picture, at even ratios of size and angles. Two passes read 8 places each,
-    the second in the means of the first.
+    The result is the mean of 64 times around that of the picture, at even ratios of size and angles. Two passes read 8
+    positions each; the second reads the means of the first.
     Source: M. Potmesil, I. Chakravarty, "Modeling Motion Blur in Computer-Generated Images", SIGGRAPH 1983, for a
-    motion of all pixels by one zoom and turn.
+    motion of all pixels by one zoom and rotation.
 
     Examples
     --------

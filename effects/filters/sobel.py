@@ -1,4 +1,4 @@
-"""Sobel: how steeply luminance rises, which is large at edges."""
+"""Sobel filter: the gradient of luminance, which is large at edges."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -13,19 +13,19 @@ from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import NotNegative
 
 Weights = Literal["sobel", "scharr", "prewitt"]
-#: Shares of the middle row and of each row beside it in the mean of three differences.
+#: Weights of the middle row and of each row next to it in the mean of three differences.
 MIDDLE: dict[Weights, float] = {"sobel": 0.5, "scharr": 0.625, "prewitt": 1.0 / 3.0}
 
 
 @pg.kernel
 def luminances(color: Image) -> float:
-    """Relative luminance of each pixel."""
+    """Return the relative luminance of each pixel."""
     return dot(color[0, 0].rgb, vec3(REC709[0], REC709[1], REC709[2]))
 
 
 @pg.kernel
 def steepness(light: Image, middle: float, strength: float) -> vec4:
-    """The root mean square of both slopes, in luminance per two pixels."""
+    """Return the root mean square of both slopes, in luminance per two pixels."""
     side_weight = 0.5 - 0.5 * middle
     dx = middle * (light[1, 0].r - light[-1, 0].r)
     dx += side_weight * (light[1, -1].r - light[-1, -1].r + light[1, 1].r - light[-1, 1].r)
@@ -46,13 +46,13 @@ def sobel(
 
     Parameters
     ----------
-    color : any picture, Rec. 709 primaries, any range; premultiplied, edges are those over black. Outside it the rule
-        of ``color.border(...)`` holds
-    weights : of the three rows that slopes are the mean of: 1, 2, 1 for "sobel", 3, 10, 3 for "scharr", which knows
-        directions better, 1, 1, 1 for "prewitt"
-    strength : factor on the result; without it a vertical step from 0 to 1 is shown as 0.71
-    into : where it goes; left out, float32 with the name ``name``. It is opaque
-    name : of the passes and targets
+    color : any picture, Rec. 709 primaries, any range; premultiplied, edges are those over black. Outside of it, reads
+        follow the rule of ``color.border(...)``
+    weights : weights of the three averaged rows: 1, 2, 1 for "sobel", 3, 10, 3 for "scharr", which is more accurate in
+        direction, 1, 1, 1 for "prewitt"
+    strength : factor of the result; 1 shows a vertical step from 0 to 1 as 0.71
+    into : destination target; default: float32 named ``name``. The result is opaque
+    name : name of the passes and targets
 
     Source: I. Sobel, G. Feldman, "A 3x3 Isotropic Gradient Operator for Image Processing", 1968; H. Scharr, "Optimal
     Operators in Digital Image Processing", 2000. Scaled as in scikit-image.

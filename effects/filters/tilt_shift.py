@@ -1,4 +1,4 @@
-"""Tilt-shift: a band of the picture is sharp, and what is to its sides blurred, as in photographs of models."""
+"""Tilt-shift: keep a band of the picture sharp and blur its sides, as in photographs of models."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -14,14 +14,14 @@ from passgraph.effects.filters.blur import SIGMAS
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Place, Share, axis_of, mapped
 
-#: Blurs by less than this many pixels are none.
+#: Blurs of less than this many pixels are skipped.
 LEAST_PX = 0.1
 
 
 @pg.function
 def sigma_here(across: vec2, y: float, half: float, most: float) -> float:
-    """Standard deviation at this pixel, px: it grows with the distance from the band, half a picture's height away to
-    the most."""
+    """Return the standard deviation at this pixel, px: it grows with the distance from the band, to its maximum at half
+    a picture's height."""
     size = vec2(output_size())
     away = abs(dot(vec2(pixel()) + 0.5 - size * vec2(0.5, y), across)) / size.y
     return most * min(max(away - half, 0.0) / 0.5, 1.0)
@@ -61,17 +61,17 @@ def tilt_shift(
 
     Parameters
     ----------
-    color : any picture, linear light; outside it the rule of ``color.border(...)`` holds
-    y : where the middle of the band crosses the middle of the picture, as a share of the height from the upper edge
-    angle_rad : of the band, counterclockwise from horizontal
-    band : its width, which stays as it is, as a share of the height
-    sigma_px : standard deviation of the blur half the picture's height away from the band, and farther; 0 returns
+    color : any picture, linear light; outside of it, reads follow the rule of ``color.border(...)``
+    y : where the middle of the band crosses the middle of the picture, as a fraction of the height from the upper edge
+    angle_rad : angle of the band, counterclockwise from horizontal
+    band : width of the sharp band, as a fraction of the height
+    sigma_px : standard deviation of the blur at half the picture's height from the band, and farther; 0 returns
         ``color`` itself
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
     The blur grows linearly from the band, as it does where a tilted plane of focus meets an upright wall. Each pixel is
-    the mean around it, by a Gaussian of its own width, along rows and then along columns.
+    a Gaussian mean of its own width, along rows and then along columns.
     Source: H. M. Merklinger, "Focusing the View Camera", 1993 (the blur of a tilted plane of focus); K. Turkowski,
     "Incremental Computation of the Gaussian", GPU Gems 3, chapter 40, 2007.
 

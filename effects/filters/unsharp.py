@@ -1,4 +1,4 @@
-"""Unsharp mask: detail is what a blur takes away, and more of it is added."""
+"""Unsharp mask: add the detail that a blur removes."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -16,7 +16,7 @@ from passgraph.effects.quantities import NotNegative
 
 @pg.kernel
 def sharpened(color: Image, soft: Image, amount: float, threshold: float) -> vec4:
-    """Add the difference from the mean of what is visible around; alpha stays."""
+    """Add the difference from the mean of visible pixels around; alpha stays."""
     c, mean = color[0, 0], soft[0, 0]
     detail = c.rgb - mean.rgb * (c.a / mean.a if mean.a > 0.0 else 1.0)
     return vec4(c.rgb + amount * (detail - clamp(detail, -threshold, threshold)), c.a)
@@ -36,13 +36,13 @@ def unsharp(
     Parameters
     ----------
     color : any picture, any range; encoded values give light and dark halos of the same strength. Alpha, which should
-        be premultiplied, stays: color is held against the mean of the visible color around it, so that outlines of
+        be premultiplied, stays: color is compared with the mean of the visible color around it, so that outlines of
         cut-out pictures get no halo
-    amount : factor on the detail that is added; 0 leaves the picture as it is
+    amount : factor of the added detail; 0 leaves the picture unchanged
     sigma_px : standard deviation of the Gaussian; detail is finer than this
-    threshold : differences in a channel up to this add nothing, such as noise; it is taken from larger ones
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    threshold : differences in a channel up to this count as noise; it is subtracted from larger ones
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
     Source: R. Gonzalez, R. Woods, "Digital Image Processing", 4th ed., 2018, 3.6, "Unsharp masking and highboost
     filtering". Results are not clamped.

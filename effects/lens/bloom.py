@@ -1,4 +1,4 @@
-"""Bloom: what is brighter than a threshold glows around itself."""
+"""Bloom: a glow around bright areas."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -34,7 +34,7 @@ def overlap(texel: float, begin: float, length: float) -> float:
 
 @pg.function
 def tent_below(x: float) -> float:
-    """The share of a tent (1 at 0, 0 from -1 and 1 on) that lies below x."""
+    """Return the fraction of a tent (1 at 0, 0 from -1 and 1 on) below x."""
     t = clamp(x, -1.0, 1.0)
     return 0.5 + t - 0.5 * t * abs(t)
 
@@ -47,7 +47,7 @@ def tent_share(low: float, high: float, centre: float) -> float:
 
 @pg.function
 def wide_share(low: float, high: float, centre: float) -> float:
-    """The same of three reads, a texel apart, the middle one four times."""
+    """Return the same for three reads, a texel apart, the middle one four times."""
     sides = tent_share(low, high, centre - 1.0) + tent_share(low, high, centre + 1.0)
     return (4.0 * tent_share(low, high, centre) + sides) / 6.0
 
@@ -72,9 +72,9 @@ def covered(size: ivec2, target_size: ivec2) -> Covered:
 
 @pg.kernel(known_sizes=True)
 def down(color: Image) -> vec4:
-    """Half the size: half of it the mean of what a pixel covers, half that of twice the width around.
+    """Halve the size: average the mean of the area that a pixel covers with that of twice the width.
 
-    Where the size halves exactly these are bilinear reads, four times the centre and once the diagonal neighbours.
+    Where the size halves exactly, these are bilinear reads: four times the center and once the diagonal neighbors.
     """
     size, target_size = color.size, output_size()
     if size.x == 2 * target_size.x and size.y == 2 * target_size.y:
@@ -83,7 +83,7 @@ def down(color: Image) -> vec4:
         total += color.sample(at + vec2(d.x, d.y)) + color.sample(at + vec2(-d.x, d.y))
         total += color.sample(at + vec2(d.x, -d.y)) + color.sample(at - d)
         return total / 8.0
-    # In texels: where twice the width begins, as a whole number and a rest, and how many a pixel covers.
+    # In texels: the start of twice the width, as integer and fraction, and the texels that a pixel covers.
     begin = (2 * pixel() - 1) * size
     first = begin // (2 * target_size)
     rest = vec2(begin - first * (2 * target_size)) / vec2(2 * target_size)
@@ -101,9 +101,9 @@ def down(color: Image) -> vec4:
 
 @pg.kernel(known_sizes=True)
 def up(color: Image) -> vec4:
-    """Twice the size: eight bilinear reads on a diamond, the diagonal ones twice.
+    """Double the size: eight bilinear reads on a diamond, the diagonal ones twice.
 
-    Where the size is not doubled exactly it is the mean over a pixel of three bilinear reads each way, as wide.
+    Where the size is not doubled exactly, it is the mean over a pixel of three bilinear reads each way, as wide.
     """
     size, target_size = color.size, output_size()
     if 2 * size.x == target_size.x and 2 * size.y == target_size.y:
@@ -125,9 +125,9 @@ def up(color: Image) -> vec4:
 
 @pg.kernel(known_sizes=True)
 def add_glow(color: Image, glow: Image, intensity: float) -> vec4:
-    """The picture and the glow, scaled up the last time, bilinearly; alpha is the picture's.
+    """Add the glow, upsampled bilinearly, to the picture; alpha is the picture's.
 
-    A glow of half the size rounded up is not read where the pixel lies but over all of it.
+    A glow of half the size, rounded up, is stretched over the whole picture.
     """
     c = color[0, 0]
     size, target_size = glow.size, output_size()
@@ -159,19 +159,19 @@ def bloom(
     Parameters
     ----------
     color : any picture, linear light
-    threshold : what is above it glows, scene-linear
-    intensity : factor on the glow; 0 leaves the picture as it is
-    levels : halvings; each doubles the glow's width
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    threshold : only light above it glows, scene-linear
+    intensity : factor of the glow; 0 leaves the picture unchanged
+    levels : number of halvings; each doubles the glow's width
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    The glow of a spot holds as much light as the spot has above the threshold, at every size and in every place,
-    corners too; so a moving spot does not flicker.  Sizes that halve exactly cost least: where one is odd, filters are
-    means over the areas that pixels cover.  NaN does not glow, and infinity as the largest float16.
+    The glow of a spot has as much light as the spot has above the threshold, at every size and position, even in
+    corners, so a moving spot does not flicker.  Sizes that halve exactly cost least: where one is odd, filters average
+    the areas that pixels cover.  NaN does not glow, and infinity glows as the largest float16.
 
     Source: M. Bjørge, "Bandwidth-Efficient Rendering", SIGGRAPH 2015 (dual filtering).
-    Deviation: from two levels on the last doubling, to full size, is bilinear: the glow is smooth by then, and eight
-    reads of every pixel cost more than all other passes together.
+    Deviation: from two levels on, the last doubling, to full size, is bilinear: the glow is smooth by then, and eight
+    reads of every pixel would cost more than all other passes together.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Chromatic aberration: a lens shows red larger than blue, or smaller."""
+"""Chromatic aberration: color fringes from different magnifications of red and blue."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -14,7 +14,7 @@ from passgraph.effects.pictures.decoded import decoded
 
 @pg.kernel
 def dispersed(color: Image, spread: float, samples: Const[int]) -> vec4:
-    """The picture at as many sizes as there are wavelengths, blue to red, none of them smaller than this one."""
+    """Average the picture at one size per wavelength, blue to red, none smaller than the original."""
     away = uv() - 0.5
     light, light_weight = vec3(0.0), vec3(0.0)
     alpha = 0.0
@@ -40,17 +40,18 @@ def chromatic_aberration(
 
     Parameters
     ----------
-    color : linear light, any range; alpha, which should be premultiplied, goes with green
-    spread : how much larger blue is shown than red, as a share of the size. 0.002 is a good lens, 0.01 a bad one
-    samples : wavelengths. 3 show three pictures apart, 9 a spectrum for edges up to some 10 pixels wide
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    color : linear light, any range; alpha, which should be premultiplied, moves with green
+    spread : how much larger blue is than red, as a fraction of the size; 0.002 is a good lens, 0.01 a bad one
+    samples : number of wavelengths. 3 show three separate pictures, 9 a spectrum for edges up to some 10 pixels wide
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
-    Lateral aberration; what lies in the middle stays sharp.  The shares of the wavelengths add up to 1 in each channel,
-    so that what is even stays as it is.  The least magnified colour fills the picture and the others reach beyond it:
-    nothing outside is read and borders have no rim.
+    The aberration is lateral: the center stays sharp.  The weights of the wavelengths add up to 1 in each channel, so
+    uniform areas stay unchanged.  The least magnified color fills the picture and the others extend beyond it, so
+    nothing outside is read and borders have no fringe.
 
-    Deviation from eyes: red, green and blue see wavelengths as tents over the spectrum, so that no channel is negative.
+    Deviation from eyes: the sensitivities of red, green and blue are tents over the spectrum, so no channel is
+    negative.
 
     Examples
     --------

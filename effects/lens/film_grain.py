@@ -1,4 +1,4 @@
-"""Film grain: noise that is strongest where light is neither dark nor bright."""
+"""Film grain: noise that is strongest in mid-tones."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -13,7 +13,7 @@ from passgraph.effects.checked import effect
 from passgraph.effects.filters.blur import SIGMAS, gaussian_blur, gaussian_weights
 from passgraph.effects.quantities import Share, mapped
 
-#: Four bytes by chance add up to this on average, and deviate by this (variance of n equal steps: (n² - 1) / 12).
+#: Mean and deviation of the sum of four random bytes (variance of n equal steps: (n² - 1) / 12).
 BYTES_MEAN, BYTES_DEVIATION = 510, (4.0 * (256.0**2 - 1.0) / 12.0) ** 0.5
 #: Pictures of a run are counted from 0.
 Index = Annotated[int, pg.Range(0)]
@@ -21,7 +21,7 @@ Index = Annotated[int, pg.Range(0)]
 
 @pg.struct
 class Hashed:
-    """Three ints by chance."""
+    """Three pseudo-random ints."""
 
     x: int
     y: int
@@ -30,13 +30,13 @@ class Hashed:
 
 @pg.function
 def folded(bits: int) -> int:
-    """The upper half onto the lower."""
+    """Fold the upper half onto the lower."""
     return bits ^ ((bits >> 16) & 0xFFFF)
 
 
 @pg.function
 def hashed(x0: int, y0: int, z0: int) -> Hashed:
-    """pcg3d of M. Jarzynski and M. Olano, "Hash Functions for GPU Rendering", 2020, section 3."""
+    """Hash by pcg3d of M. Jarzynski and M. Olano, "Hash Functions for GPU Rendering", 2020, section 3."""
     x, y, z = x0 * 1664525 + 1013904223, y0 * 1664525 + 1013904223, z0 * 1664525 + 1013904223
     x += y * z
     y += z * x
@@ -50,14 +50,14 @@ def hashed(x0: int, y0: int, z0: int) -> Hashed:
 
 @pg.function
 def bell(bits: int) -> float:
-    """Four bytes, added: whole numbers from -510 to 510, nearly normal."""
+    """Return the sum of four bytes: integers from -510 to 510, nearly normally distributed."""
     total = (bits & 255) + ((bits >> 8) & 255) + ((bits >> 16) & 255) + ((bits >> 24) & 255)
     return float(total - BYTES_MEAN)
 
 
 @pg.kernel
 def noise(index: int, seed: int, colored: Const[bool]) -> vec4:
-    """Whole numbers by chance, new ones for each pixel and index."""
+    """Return pseudo-random integers, new ones for each pixel and index."""
     at = pixel()
     hashes = hashed(at.x, at.y, index ^ (seed * 0x9E3779B9))
     first = bell(hashes.x)
@@ -66,7 +66,7 @@ def noise(index: int, seed: int, colored: Const[bool]) -> vec4:
 
 @pg.kernel
 def grained(color: Image, grain: Image, amplitude: float) -> vec4:
-    """The grain added, times the parabola over the light that is 1 in the middle and 0 at both ends."""
+    """Add the grain, weighted by the parabola over the light that is 1 in the middle and 0 at both ends."""
     c = color[0, 0]
     y = clamp(c.rgb, 0.0, 1.0)
     return vec4(c.rgb + grain[0, 0].rgb * (y * (1.0 - y)) * (4.0 * amplitude), c.a)
@@ -88,18 +88,17 @@ def film_grain(
     Parameters
     ----------
     color : encoded for display, 0 to 1
-    strength : standard deviation where a channel is 0.5; up to 0.07 nothing leaves 0 to 1, so that the average stays
+    strength : standard deviation where a channel is 0.5; up to 0.07 nothing leaves 0 to 1, so the average stays
     size_px : width of a grain; 0 makes each pixel a grain of its own, the same bits on every backend
-    colored : red, green and blue have grains of their own; off, they have the same
+    colored : red, green and blue have separate grains; off, they share one
     index : the picture's number in its sequence, for new grain in each. `passgraph.frames` gives it as
         ``values=lambda number: {"index": number}``
-    seed : another number, other grain
-    into : where it goes; left out, 8 bits a channel, with the name ``name``
-    name : of the passes and targets
+    seed : another seed gives other grain
+    into : destination target; default: 8 bits a channel, named ``name``
+    name : name of the passes and targets
 
-    Source: the noise of areas that are covered or not, with a share p, has the variance p (1 - p) (E. W. H. Selwyn,
-    1935); the parabola is that, over encoded values. Noise is hashed from the pixel, the index and the seed: nothing
-    repeats.
+    Source: the noise of areas that are covered with probability p has the variance p (1 - p) (E. W. H. Selwyn, 1935);
+    the parabola is that, over encoded values. Noise is hashed from the pixel, the index and the seed: nothing repeats.
 
     Examples
     --------
@@ -116,7 +115,8 @@ def film_grain(
     if size_px > 0.0:
         sigma, radius = 0.5 * size_px, ceil(0.5 * SIGMAS * size_px)
         first, *rest = gaussian_weights(sigma, radius)
-        # of the mean of independent numbers; repeated, the picture's border has as many of them as its middle
+        # standard deviation of the mean of independent numbers; repeated, so that the border averages as many as the
+        # middle
         deviation *= first**2 + 2.0 * sum(weight**2 for weight in rest)
         wide = pg.target(f"{name}_grain", "rgba32f", like=color)
         grain = gaussian_blur(grain.border("repeat"), sigma, radius, into=wide, name=f"{name}_grain")

@@ -1,4 +1,4 @@
-"""God rays: light of the sky that is seen in the air between the things that hide it."""
+"""God rays: beams of light from the sky between occluders."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -14,13 +14,13 @@ from passgraph.effects.quantities import NotNegative, Place, Share, combined, ma
 
 #: Passes over half the picture, each over the sums of the one before, and reads in each.
 PASSES, READS = 3, 6
-#: Largest half float: brighter light counts as this much. The largest distance is what infinity was replaced by.
+#: Largest half float, the limit of light. The largest distance stands for infinity.
 BRIGHTEST, FARTHEST = 65504.0, 3.4028234e38
 
 
 @pg.kernel
 def shining(color: Image, occluders: Image, threshold: float, has_occluders: Const[bool]) -> vec4:
-    """Half the size: the light of what is bright and, where distances are known, of no surface."""
+    """Halve the size: return bright light and, where distances are known, only that of the sky."""
     total = vec3(0.0)
     for y in range(2):
         for x in range(2):
@@ -35,7 +35,7 @@ def shining(color: Image, occluders: Image, threshold: float, has_occluders: Con
 
 @pg.kernel
 def gathered(source: Image, light: vec2, nearer: float, kept: float, strides: Const[int]) -> vec4:
-    """The mean over places on the way to the light, each a share nearer and of less weight than the one before."""
+    """Average positions on the way to the light, each nearer by a fraction and of less weight than the one before."""
     step, fall = pow(nearer, float(strides)), pow(kept, float(strides))
     away, weight = uv() - light, 1.0
     total, weights = vec3(0.0), 0.0
@@ -49,7 +49,7 @@ def gathered(source: Image, light: vec2, nearer: float, kept: float, strides: Co
 @pg.kernel
 def lit_air(color: Image, rays: Image, intensity: float) -> vec4:
     c = color[0, 0]
-    # where a side is odd, half of it ends beyond the picture
+    # for an odd side, half of it ends beyond the picture
     return vec4(c.rgb + rays.sample(0.5 * (vec2(pixel()) + 0.5) / vec2(rays.size)).rgb * intensity, c.a)
 
 
@@ -71,26 +71,26 @@ def god_rays(
     Parameters
     ----------
     color : any picture, linear light
-    x : of the light, as a share of the width from the left edge; below 0 and above 1 it is outside the picture
-    y : of the light, as a share of the height from the upper edge
-    intensity : factor on the beams; 0 leaves the picture as it is
-    threshold : luminance above which the picture shines, scene-linear. With ``occluders`` it may be 0
-    density : share of the way to the light along which light is gathered
-    decay : weight of the last place on that way, the pixel's own being 1; less makes shorter beams
-    occluders : depth picture of the size of ``color``. Red is the distance, and 0, infinity or NaN where there is no
-        surface, which is the only place that shines then; left out, brightness alone decides
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    x : position of the light, as a fraction of the width from the left edge; may be outside of 0 to 1
+    y : position of the light, as a fraction of the height from the upper edge
+    intensity : factor of the beams; 0 leaves the picture unchanged
+    threshold : least luminance of a light source, scene-linear. With ``occluders`` it may be 0
+    density : fraction of the way to the light along which light is gathered
+    decay : weight of the last position on that way, relative to the pixel's own; less makes shorter beams
+    occluders : depth picture of the size of ``color``. Red is the distance, and 0, infinity or NaN for the sky, which
+        is then the only light source; default: brightness alone decides
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    The beams are the weighted mean of 216 places between a pixel and the light, at half the size: an even sky adds
-    ``intensity`` times its own light.  What is outside of the picture is dark.  NaN and infinity do not shine.
+    The beams are the weighted mean of 216 positions between a pixel and the light, at half the size: a uniform sky adds
+    ``intensity`` times its own light.  The outside of the picture is dark.  NaN and infinity are ignored.
     Source: K. Mitchell, "Volumetric Light Scattering as a Post-Process", GPU Gems 3, chapter 13, 2007.
-    Deviations: weights add up to 1. Steps shrink toward the light, each by the same share, so that three passes, each
-    over the sums of the one before, need 18 reads for 216 places (T. Sousa, "Crysis Next Gen Effects", GDC 2008).
+    Deviations: weights add up to 1. Steps shrink toward the light by a constant factor, so that three passes, each over
+    the sums of the one before, need 18 reads for 216 positions (T. Sousa, "Crysis Next Gen Effects", GDC 2008).
 
     Examples
     --------
-    A lamp at the left, and an even part of its light at the right, on the way from there:
+    A lamp at the left, and a constant fraction of its light at the right, on the way from there:
 
     >>> import numpy as np
     >>> lamp = np.where(np.arange(64) < 8, 4.0, 0.0).astype(np.float32)[None, :, None] * np.ones((8, 64, 4))

@@ -1,4 +1,4 @@
-"""Dirt on the lens over what is bright; `passgraph.effects.light2d.lens_spots` has it where lamps are."""
+"""Dirt on the lens over bright areas; `passgraph.effects.light2d.lens_spots` shows it at lamps."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -12,21 +12,21 @@ from passgraph.effects.checked import checked, effect
 from passgraph.effects.pictures.stretched import drawn
 from passgraph.effects.quantities import NotNegative
 
-#: The dirt is source, what is lit the destination: dirt × destination + destination.
+#: The dirt is source, the lit picture destination: dirt × destination + destination.
 OVER_BRIGHT = pg.Blend("destination_color", "one", source_alpha="zero", destination_alpha="one")
 
 Float64 = NDArray[np.float64]
-#: Of the dirt that comes with the effect, px.
+#: Size of the built-in dirt texture, px.
 DIRT_SIZE = (960, 540)
 
 
 def dirt_texture(size: tuple[int, int], seed: int = 1) -> NDArray[np.float32]:
-    """Dust, smears and rings as a picture: how much light the dirt scatters, (height, width, 4), 0 to 1, linear.
+    """Return a texture of dust, smears and rings: the light that dirt scatters, (height, width, 4), 0 to 1, linear.
 
     Parameters
     ----------
     size : (width, height), px
-    seed : another number, other dirt
+    seed : another seed gives other dirt
 
     >>> dirt_texture((32, 18)).shape
     (18, 32, 4)
@@ -38,7 +38,7 @@ def dirt_texture(size: tuple[int, int], seed: int = 1) -> NDArray[np.float32]:
     dirt = np.zeros((height, width), np.float64)
 
     def seen_from(radius: float) -> tuple[tuple[slice, slice], Float64, Float64]:
-        """The pixels around a place by chance, and their way from it."""
+        """Return the pixels around a random position, and their offset from it."""
         cx, cy = rng.uniform((0, 0), (wide, 1))
         left, right = (int(np.clip((cx + side * radius) * height, 0, width)) for side in (-1, 1))
         top, bottom = (int(np.clip((cy + side * radius) * height, 0, height)) for side in (-1, 1))
@@ -49,7 +49,7 @@ def dirt_texture(size: tuple[int, int], seed: int = 1) -> NDArray[np.float32]:
         radius, dark = rng.uniform(0.002, 0.009), rng.uniform(0.15, 0.6)
         part, u, v = seen_from(radius)
         dirt[part] += dark * np.clip(2.0 - 2.0 * np.hypot(u, v) / radius, 0, 1)
-    for _ in range(40):  # drops that have dried: a disc with a brighter rim
+    for _ in range(40):  # dried drops: a disc with a brighter rim
         radius, dark = rng.uniform(0.015, 0.06), rng.uniform(0.03, 0.14)
         part, u, v = seen_from(radius)
         dirt[part] += dark * _dried(np.hypot(u, v) / radius)
@@ -65,7 +65,7 @@ def dirt_texture(size: tuple[int, int], seed: int = 1) -> NDArray[np.float32]:
 
 
 def _dried(t: Float64) -> Float64:
-    """A drop's profile over the way from its middle, 1 at its rim."""
+    """Return a drop's profile over the distance from its center, 1 at its rim."""
     return np.asarray(np.clip(8.0 - 8.0 * t, 0, 1) * (0.35 + 0.65 * np.clip(t, 0, 1) ** 6))
 
 
@@ -82,10 +82,10 @@ def dirty_lens(
     Parameters
     ----------
     color : any picture, linear light
-    dirt : how much light the dirt scatters, as it is stored, any size; left out, `dirt_texture`
-    strength : factor on the dirt
-    into : where it goes; left out, float16 of the picture's size with the name ``name``
-    name : of the passes and targets
+    dirt : the light that the dirt scatters, as stored, any size; default: `dirt_texture`
+    strength : factor of the dirt
+    into : destination target; default: float16 of the picture's size named ``name``
+    name : name of the passes and targets
 
     Examples
     --------
@@ -108,14 +108,14 @@ def dirty_lens_bright(
     into: pg.TargetSpec | None = None,
     name: str = "lens",
 ) -> pg.Target:
-    """Dirt shows where the picture is bright, lamp or not: cheap, and wrong in scenes that are bright all over.
+    """Show dirt where the picture is bright, lamp or not: cheap, and wrong in scenes that are bright everywhere.
 
     Parameters
     ----------
     scene, dirt : linear pictures; the dirt is stretched over the scene
-    strength : factor on the dirt
-    into : where it goes; left out, float16 of the scene's size with the name ``name``
-    name : of the passes and targets
+    strength : factor of the dirt
+    into : destination target; default: float16 of the scene's size named ``name``
+    name : name of the passes and targets
     """
     copy = drawn(scene, into or pg.target(name, "rgba16f", like=scene), f"{name}_scene")
     return drawn(dirt, copy, name, strength, blend=OVER_BRIGHT)

@@ -1,4 +1,4 @@
-"""Lens distortion: straight lines as a lens bends them, and back."""
+"""Lens distortion: bend straight lines like a lens, or straighten them."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -12,17 +12,17 @@ from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import mapped, tan_half
 
-#: Steps of Newton's method, each of which doubles the digits that are right.
+#: Steps of Newton's method, each of which doubles the number of correct digits.
 STEPS = 8
-#: Where the polynomial is flat or falls the lens shows no such ray: the least slope that a step takes, and the largest
-#: radius, as a multiple of that on the lens.
+#: Where the polynomial is flat or falls, the lens has no such ray: the least slope for a step, and the largest radius
+#: relative to the distorted one.
 LEAST_SLOPE, FARTHEST = 0.05, 3.0
 Coefficient = Annotated[float, pg.Range(-1, 1)]
 
 
 @pg.function
 def undistorted(radius: float, k1: float, k2: float, k3: float) -> float:
-    """Share of a radius as the lens shows it that is its radius without the lens."""
+    """Return the undistorted radius as a fraction of a distorted one."""
     r = radius
     for _ in range(STEPS):
         q = r * r
@@ -61,20 +61,19 @@ def lens_distortion(
 
     Parameters
     ----------
-    color : any picture, any range; beyond its edge the rule of ``color.border(...)`` holds. Alpha should be
+    color : any picture, any range; outside of it, reads follow the rule of ``color.border(...)``. Alpha should be
         premultiplied
-    k1, k2, k3 : coefficients of the second, fourth and sixth power of the distance from the middle, as OpenCV's
-        calibration gives them. Below 0 the picture bulges like a barrel
-    vertical_fov_rad : angle of view without distortion, from the picture's bottom to its top; distances are 1 at 45
-        degrees from the axis
-    zoom : factor on the size of what is shown; above 1 it hides corners that the lens does not see
-    undo : straighten a picture that was bent with the same numbers
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    k1, k2, k3 : coefficients of the second, fourth and sixth power of the distance from the center, as in OpenCV's
+        calibration. Negative ones give barrel distortion
+    vertical_fov_rad : undistorted vertical angle of view; distances are 1 at 45 degrees from the axis
+    zoom : magnification of the result; above 1 it hides corners that the lens does not see
+    undo : undistort a picture that was distorted with the same numbers
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    ``distorted = r (1 + k1 r² + k2 r⁴ + k3 r⁶)``; bending asks for r at each pixel, by Newton's method.  Where the
-    polynomial falls again, far out, the lens shows no ray, and what is seen is drawn out from farther inside.
-    Texels are weighted bilinearly.
+    ``distorted = r (1 + k1 r² + k2 r⁴ + k3 r⁶)``; distorting solves for r at each pixel by Newton's method.  Where the
+    polynomial falls again, far out, the lens has no ray, and pixels farther inside are stretched.  Sampling is
+    bilinear.
     Source: D. C. Brown, "Decentering Distortion of Lenses", 1966, its radial part.
 
     Examples

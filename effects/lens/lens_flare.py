@@ -1,4 +1,4 @@
-"""Lens flare: ghosts and a halo that bright light leaves in a lens, found in the picture itself."""
+"""Lens flare: ghosts and a halo of bright light, computed from the picture itself."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -13,22 +13,23 @@ from passgraph.effects.filters.blur import gaussian_blur
 from passgraph.effects.lens.god_rays import lit_air, shining
 from passgraph.effects.quantities import NotNegative, Share
 
-#: Ghosts are gone this far from the middle, as a share of the picture's size; half the width of the halo, in heights.
+#: Distance from the center at which ghosts vanish, relative to the picture's size; half the width of the halo, in
+#: heights.
 GHOST_END, HALO_HALF = 0.75, 0.1
-#: Standard deviation of the blur over what the lens shows, in pixels of half the size.
+#: Standard deviation of the blur of the flare, in pixels of half the size.
 SOFT_PX = 1.5
 
 
 @pg.function
 def dispersed(source: Image, at: vec2, apart: float) -> vec3:
-    """Red, green and blue of places beside one another, on the line to the middle."""
+    """Return red, green and blue from neighboring positions on the line to the center."""
     way = normalize(0.5 - at) * apart
     return vec3(source.sample(at + way).r, source.sample(at).g, source.sample(at - way).b)
 
 
 @pg.kernel
 def in_lens(source: Image, ghosts: Const[int], spacing: float, halo: float, radius: float, apart: float) -> vec4:
-    """Ghosts and the halo of the picture, upside down."""
+    """Return ghosts and the halo of the picture, upside down."""
     at, total = 1.0 - uv(), vec3(0.0)
     for i in range(ghosts):
         there = at + (0.5 - at) * (spacing * float(i))
@@ -56,30 +57,32 @@ def lens_flare(
     into: pg.TargetSpec | None = None,
     name: str = "lens_flare",
 ) -> pg.Target:
-    """Add what bright light leaves in a lens: ghosts on the line through the middle, and a halo.
+    """Add lens flare: ghosts on the line through the center, and a halo.
 
     Parameters
     ----------
     color : any picture, linear light
-    threshold : luminance above which light flares, scene-linear
-    intensity : factor on the flare; 0 leaves the picture as it is
-    ghosts : how many there are
-    spacing : of ghosts. Light at a way w from the middle has its ghost number i at ``-w / (1 - i spacing)``
-    halo : factor on the halo beside that of the ghosts
-    halo_radius : of the halo of a light in the middle, as a share of the picture's height
-    dispersion : distance of red from green, and of green from blue, as a share of the picture's size
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    threshold : least luminance of light that flares, scene-linear
+    intensity : factor of the flare; 0 leaves the picture unchanged
+    ghosts : number of ghosts
+    spacing : spacing of ghosts. Light at a distance w from the center has its ghost number i at ``-w / (1 - i
+        spacing)``
+    halo : factor of the halo relative to the ghosts
+    halo_radius : radius of the halo of a light in the center, as a fraction of the picture's height
+    dispersion : distance of red from green, and of green from blue, as a fraction of the picture's size
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    Ghosts fade toward their source's rim of the picture, the halo within a tenth of the height from its radius. What is
-    outside the picture does not flare, nor do NaN and infinity.  The flare is made at half the size, and blurred.
+    Ghosts fade as their source approaches the picture's border, the halo within a tenth of the height from its radius.
+    Light outside of the picture does not flare, nor do NaN and infinity.  The flare is computed at half the size, and
+    blurred.
     Source: J. Chapman, "Screen Space Lens Flare", 2017.
-    Deviations: lights do not come in again at the opposite side; no starburst, and no dirt, for which there is
+    Deviations: lights do not reappear at the opposite side; no starburst, and no dirt, for which there is
     ``dirty_lens_bright``.
 
     Examples
     --------
-    A lamp at the left has its first ghost at the right, as far from the middle:
+    A lamp at the left has its first ghost at the right, as far from the center:
 
     >>> import numpy as np
     >>> frame = np.zeros((32, 64, 4), np.float32)

@@ -1,4 +1,4 @@
-"""Light streaks: lines of light through bright points, as anamorphic lenses and filters on a lens draw them."""
+"""Light streaks: lines of light through bright points, as from anamorphic lenses and star filters."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -17,19 +17,19 @@ from passgraph.effects.quantities import Color, NotNegative, axis_of, combined
 READS = 4
 #: Passes along one streak; each has `READS` times the stride of the one before, so that they reach 1,024 texels.
 PASSES = 5
-#: The logarithm of the share of light that is left at the end of a streak, a hundredth.
+#: The logarithm of the remaining fraction of light at the end of a streak, a hundredth.
 LOG_END = log(0.01)
 
 
 @pg.function
 def share_left(texels: float, length: float, rows: int) -> float:
-    """The share of a streak's light that is left after some texels, where ``length`` is a share of so many rows."""
+    """Return the remaining fraction of a streak's light after some texels; ``length`` is a fraction of ``rows``."""
     return exp(texels * LOG_END / max(length * float(rows), 1.0))
 
 
 @pg.kernel
 def streaked(source: Image, along: vec2, length: float, stride: Const[int]) -> vec4:
-    """The sum of texels in a direction, a stride apart; each has less weight than the one before."""
+    """Return the sum of texels in a direction, a stride apart, with falling weights."""
     share = share_left(float(stride), length, output_size().y)
     step, total, weight = along * float(stride) / vec2(source.size), vec3(0.0), 1.0
     for i in range(READS):
@@ -40,9 +40,9 @@ def streaked(source: Image, along: vec2, length: float, stride: Const[int]) -> v
 
 @pg.kernel
 def with_streak(color: Image, streak: Image, strength: vec3, length: float) -> vec4:
-    """Add a streak of half the size, as much light as its source has, times ``strength``."""
+    """Add a streak of half the size, with as much light as its source, times ``strength``."""
     c = color[0, 0]
-    # where a side is odd, half of it ends beyond the picture
+    # for an odd side, half of it ends beyond the picture
     light = streak.sample(0.5 * uv() * vec2(output_size()) / vec2(streak.size)).rgb
     return vec4(c.rgb + light * strength * (1.0 - share_left(1.0, length, streak.size.y)), c.a)
 
@@ -59,23 +59,23 @@ def light_streaks(
     into: pg.TargetSpec | None = None,
     name: str = "light_streaks",
 ) -> pg.Target:
-    """Draw lines of light through what is bright: two make an anamorphic lens, four or six a star filter.
+    """Draw lines of light through bright points: two make an anamorphic lens, four or six a star filter.
 
     Parameters
     ----------
     color : any picture, linear light
-    threshold : luminance above which light makes streaks, scene-linear
-    intensity : the share of that light that all streaks together add
-    length : where a hundredth of a streak's light is left, as a share of the picture's height
-    streaks : how many run out of a point, at even angles
-    angle_rad : of the first, counterclockwise from the right
-    tint : factors on red, green and blue of the streaks, scene-linear; anamorphic lenses are known for
-        ``(0.3, 0.5, 1.0)``
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    threshold : least luminance of light that makes streaks, scene-linear
+    intensity : fraction of that light that all streaks together add
+    length : length at which a hundredth of a streak's light remains, as a fraction of the picture's height
+    streaks : number of streaks from a point, at equal angles
+    angle_rad : angle of the first, counterclockwise from the right
+    tint : factors of red, green and blue of the streaks, scene-linear; typical of anamorphic lenses is ``(0.3, 0.5,
+        1.0)``
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    Light falls off exponentially along a streak.  It adds up in five passes of four reads each at half the size, of
-    which each reads four times as far as the one before. NaN and infinity make no streaks.
+    Light falls off exponentially along a streak.  It is summed in five passes of four reads each at half the size, each
+    reading four times as far as the one before. NaN and infinity make no streaks.
     Source: M. Kawase, "Frame Buffer Postprocessing Effects in DOUBLE-S.T.E.A.L (Wreckless)", GDC 2003.
 
     Examples

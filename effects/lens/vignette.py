@@ -1,4 +1,4 @@
-"""Vignette: lenses show less light toward the corners."""
+"""Vignette: darkening toward the corners."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -14,7 +14,7 @@ from passgraph.effects.quantities import NotNegative, mapped, tan_half
 
 @pg.kernel
 def darkened(color: Image, tan_half: float, strength: float) -> vec4:
-    """The colour times the fourth power of the cosine between this pixel's ray and the axis."""
+    """Multiply the color by the fourth power of the cosine between this pixel's ray and the axis."""
     size = vec2(output_size())
     ray = (2.0 * vec2(pixel()) + 1.0 - size) * (tan_half / size.y)
     share = pow(1.0 + dot(ray, ray), -2.0 * strength)
@@ -35,11 +35,11 @@ def vignette(
     Parameters
     ----------
     color : linear light, any range
-    vertical_fov_rad : angle of view, from the picture's bottom to its top
-    strength : exponent on the law; 1 is an ideal thin lens, 0 leaves the picture as it is, lenses with hoods and many
-        elements come to 2 and more
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    vertical_fov_rad : vertical angle of view
+    strength : exponent of the law; 1 is an ideal thin lens, 0 leaves the picture unchanged, lenses with hoods and many
+        elements reach 2 and more
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
     Source: R. Kingslake, "Optics in Photography", SPIE, 1992, "the cos⁴ law" of natural vignetting.
 

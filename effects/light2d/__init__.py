@@ -1,4 +1,4 @@
-"""Light and shadow of flat worlds: a light map computed once, and what changes in each frame.
+"""Light and shadow of flat worlds: a light map computed once, and per-frame updates.
 
 Reading order: world, shapes, penumbra, tiles, smoothing, light_map, grid, sprites,
 world_file, lens_spots, picture, bake.

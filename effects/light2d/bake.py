@@ -1,4 +1,4 @@
-"""Light maps baked into the vertex colours of static 3-D geometry, once, when it is loaded."""
+"""Bake light maps into the vertex colors of static 3-D geometry, once, when it is loaded."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -25,18 +25,18 @@ class Baked:
 
 @pg.vertex
 def placed(vertex: pg.Vertex, view_projection: mat4) -> Baked:
-    """Vertex colours carry the light."""
+    """Vertex colors hold the light."""
     return Baked(view_projection * vec4(vertex.position, 1.0), vertex.color)
 
 
 @pg.fragment
 def lit_surface(baked: Baked, albedo: vec3) -> vec4:
-    """The surface's colour in the baked light."""
+    """Return the surface's color in the baked light."""
     return vec4(albedo * baked.color.rgb, 1.0)
 
 
 def light_at(light: NDArray[np.float32], window: Window, places: Float64) -> NDArray[np.float32]:
-    """A light map's bilinear sample at places of the world (n, 2): (n, 4), the map's edge going on outside.
+    """Sample a light map bilinearly at places of the world (n, 2): (n, 4), clamped to the map's edge.
 
     >>> ramp = np.repeat(np.arange(4, dtype=np.float32), 4).reshape(1, 4, 4)
     >>> light_at(ramp, Window(0, 0, 4, 1), np.array([[1.0, 0.5], [9.0, 0.5]]))[:, 0].tolist()
@@ -54,15 +54,15 @@ def light_at(light: NDArray[np.float32], window: Window, places: Float64) -> NDA
 
 
 def baked(mesh: Mesh, light: NDArray[np.float32], window: Window) -> Mesh:
-    """A mesh whose vertex colours are the light of their places, times the colours it had.
+    """Return a mesh whose vertex colors are its old ones times the light at the vertices.
 
     Parameters
     ----------
     mesh : y up; the flat world's x and y are its x and -z, as seen from above
-    light : a light map that has been read, (height, width, 4), linear
-    window : of the light map
+    light : a light map that was read back, (height, width, 4), linear
+    window : the window of the light map
 
-    Light between vertices is interpolated: triangles should be as small as the shadows that they show.
+    Light between vertices is interpolated: triangles should be as small as the shadow details.
     """
     places = np.column_stack([mesh.positions[:, 0], -mesh.positions[:, 2]]).astype(np.float64)
     return replace(mesh, colors=light_at(light, window, places) * mesh.colors, has_colors=True)

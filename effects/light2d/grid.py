@@ -1,4 +1,4 @@
-"""The distance grid, and the dark rims along walls that it makes."""
+"""The distance grid, and the dark rims along walls computed from it."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from passgraph.effects.quantities import Share
 
 #: Side of a cell of a grid.
 Cell = Annotated[float, pg.Range(0, None, "world units", above=True)]
-#: Black over the scene by the rims' opacity; alpha is the scene's.
+#: Blend black over the scene by the rims' opacity; alpha is the scene's.
 DARKER = pg.Blend("source_alpha", "one_minus_source_alpha", source_alpha="zero", destination_alpha="one")
 
 
 @checked
 def distance_grid(window: Window, walls: Sequence[Wall], cell: Cell = 1.5) -> NDArray[np.float32]:
-    """Distance of each cell's middle to the nearest wall, world units; 0 inside closed walls, infinite without walls.
+    """Return the distance of each cell's center to the nearest wall, world units; 0 inside closed walls, else infinity.
 
     Parameters
     ----------
-    window : the part of the world; a last cell that juts out of it counts
+    window : the part of the world; a last cell that extends beyond it counts
     walls : obstacles
     cell : side of a cell
 
     Returns
     -------
-    (rows, columns), row 0 on top, as pictures are
+    (rows, columns), row 0 on top, as in pictures
 
     >>> distance_grid(Window(0, 0, 4, 2), [Wall.box(0, 0, 1, 2)], 1.0)
     array([[0. , 0.5, 1.5, 2.5],
@@ -57,7 +57,7 @@ def distance_grid(window: Window, walls: Sequence[Wall], cell: Cell = 1.5) -> ND
 
 
 def inside(wall: Wall, place: Point) -> bool:
-    """Whether a closed wall holds a place: a ray to the right crosses its outline an odd number of times."""
+    """Return True if a place is in a closed wall: a ray to the right crosses its outline an odd number of times."""
     if not wall.closed or len(wall.points) < 3:
         return False
     x, y = place
@@ -88,16 +88,16 @@ def occlusion(
     name: str = "occlusion",
     over: tuple[Window, float] | None = None,
 ) -> pg.Target:
-    """A scene darkened near walls: one texel a cell, black where the wall is near, stretched bilinearly over it.
+    """Darken a scene near walls: one texel per cell, black where a wall is near, stretched bilinearly over it.
 
     Parameters
     ----------
-    scene : any picture of the window; where ``over`` is left out, the window must end with the grid's last cells
+    scene : any picture of the window; without ``over``, the window must end with the grid's last cells
     grid : from `distance_grid`
     threshold : cells nearer to a wall are black
     darkness : opacity of black
-    into : where it goes; left out, float16 of the scene's size with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float16 of the scene's size named ``name``
+    name : name of the passes and targets
     over : the grid's window and the side of its cells
     """
     cells = arguments.numbers(grid, f"{name}: grid", "be an array (rows, columns), from distance_grid", pg.GraphError)

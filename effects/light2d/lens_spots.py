@@ -1,4 +1,4 @@
-"""Dirt on the lens where lamps are: over spots of light drawn anew, or over a map of spots."""
+"""Dirt on the lens at lamps: over spots of light drawn for the view, or over a map of spots."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -16,20 +16,20 @@ from passgraph.effects.light2d.world import Light2D, Window
 
 @pg.kernel
 def added(scene: Image, glow: Image) -> vec4:
-    """The scene and the glow on the dirt; alpha is the scene's."""
+    """Add the glow on the dirt to the scene; alpha is the scene's."""
     c = scene[0, 0]
     return vec4(c.rgb + glow.sample(uv()).rgb, c.a)
 
 
 @pg.kernel
 def dirt_times(spots: Image, dirt: Image) -> vec4:
-    """The light that the dirt scatters, doubled as in `modulate2x`."""
+    """Return the light that the dirt scatters, doubled as in `modulate2x`."""
     return spots[0, 0] * dirt.sample(uv()) * 2.0
 
 
 @pg.kernel
 def modulate2x(scene: Image, dirt: Image, spots: Image, corner: vec2, across: vec2) -> vec4:
-    """Two textures multiplied and doubled, the second at the view's own coordinates."""
+    """Multiply and double two textures, the second at the view's own coordinates."""
     c = scene[0, 0]
     glow = dirt.sample(uv()).rgb * spots.sample(corner + uv() * across).rgb * 2.0
     return vec4(c.rgb + glow, c.a)
@@ -43,12 +43,12 @@ def light_spots(
     share: Annotated[float, pg.Range(0, 1, above=True)] = 0.4,
     name: str = "spots",
 ) -> pg.Target:
-    """All lamps as spots without shadows, ``share`` of their radius wide; it reads no input, so it is drawn once.
+    """Draw all lamps as spots without shadows, ``share`` of their radius wide; it reads no input, so it runs once.
 
     Parameters
     ----------
     window, lights, size, name : as in `light_map`
-    share : of each light's radius
+    share : fraction of each light's radius
     """
     smaller = [Light2D(light.position, light.color, light.radius * share) for light in lights]
     return light_map(window, smaller, (), size, name=name)
@@ -58,14 +58,14 @@ def light_spots(
 def dirty_lens_spots(
     scene: pg.Target, dirt: pg.Target, spots: pg.Target, into: pg.TargetSpec | None = None, name: str = "lens"
 ) -> pg.Target:
-    """Dirt shows where lamps are: a buffer of spots as this view sees them, times the dirt, doubled, is added.
+    """Show dirt where lamps are: add a buffer of spots in this view times the dirt, doubled.
 
     Parameters
     ----------
     scene, dirt : linear pictures; the dirt is stretched over the scene
-    spots : `light_spots` of the view's own window, to be made anew when the view moves
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    spots : `light_spots` of the view's own window, drawn again when the view moves
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
     """
     glow = dirt_times(spots, dirt, into=pg.target(f"{name}_glow", "rgba16f", like=spots), name=f"{name}_glow")
     return added(scene, glow, into=into or pg.target(name, "rgba32f"), name=name)
@@ -81,16 +81,16 @@ def dirty_lens_map(
     into: pg.TargetSpec | None = None,
     name: str = "lens",
 ) -> pg.Target:
-    """The same by one map of the whole level: in each frame only the view's corners change.
+    """Show dirt where lamps are, by one map of the whole level: only the view's corners change per frame.
 
     Parameters
     ----------
     scene, dirt : linear pictures; the dirt is stretched over the scene
-    spots : `light_spots` of the window ``level``, made once
+    spots : `light_spots` of the window ``level``, drawn once
     level : the window of the map
-    view : the window of the scene; may be a ``pg.Value`` that runs bring
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    view : the window of the scene; may be a ``pg.Value`` set by runs
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
     Source: S. Hargreaves, "DualTextureEffect", 2010 (two textures multiplied and doubled).
     """

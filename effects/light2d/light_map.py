@@ -1,4 +1,4 @@
-"""The static light map: what each light sheds, with walls' shadows, added up once; multiplied onto the scene."""
+"""The static light map: the sum of all lights with walls' shadows, computed once and multiplied onto the scene."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from passgraph.effects.quantities import Color
 
 Penumbra = Literal["exact", "none", "rotate", "move", "mixed"]
 PENUMBRAS: tuple[Penumbra, ...] = get_args(Penumbra)
-#: How often shadows are drawn.
+#: Number of times that shadows are drawn.
 Draws = Annotated[int, pg.Range(2, 64)]
 #: Side of a tile.
 Tile = Annotated[int, pg.Range(4, 256, "px")]
-#: The scene is destination, the light map source: scene × light, for colour and alpha.
+#: The scene is destination, the light map source: scene × light, for color and alpha.
 ONTO_SCENE = pg.Blend("zero", "source_color")
 
 
@@ -41,28 +41,28 @@ def light_map(
     tile_px: Tile = 16,
     name: str = "light_map",
 ) -> pg.Target:
-    """Everything that the lights shed, shadows included; it reads no input, so a program computes it once.
+    """Return the light of all lamps, shadows included; it reads no input, so a program computes it once.
 
     Parameters
     ----------
     window : the part of the world in the picture
-    lights : any number; with "exact" one pass takes them all, otherwise each takes a buffer of its own, cleared,
-        lit, darkened by shadows, and added
+    lights : any number; with "exact" one pass computes them all, otherwise each has a buffer of its own, cleared, lit,
+        darkened by shadows, and added
     walls : obstacles; the inside of a closed one is dark
     size : (width, height) of the map, px
-    penumbra : "exact" computes the visible share of each lamp's angle; walls must not reach into a lamp, and
-        180 edges may stand between it and one tile.  "none" takes lamps as points.  "rotate" draws the shadows several
-        times, turned about the lamp, "move" with the lamp's middle moved across its disc.  "mixed" blurs a
-        point's shadow by halved pictures, sharp at the wall and softer with the way behind it
-    draws : of "rotate" and "move"
+    penumbra : "exact" computes the visible fraction of each lamp's angle; walls must not reach into a lamp, and at most
+        180 edges may be between it and one tile.  "none" treats lamps as points.  "rotate" draws the shadows several
+        times, rotated about the lamp, "move" with the lamp's center moved across its disc.  "mixed" blurs a point's
+        shadow by halved pictures, sharp at the wall and softer with the distance behind it
+    draws : for "rotate" and "move"
     ambient : linear RGB everywhere
-    format : of the map and its buffers, four channels, blendable; alpha is 1
-    tile_px : of "exact": side of the tiles for which it is found out which edges may stand before which light
-    name : of the map and, with the light's number, of its buffers
+    format : format of the map and its buffers, four channels, blendable; alpha is 1
+    tile_px : for "exact": side of the tiles for which lights and occluding edges are listed
+    name : name of the map and, with the light's number, of its buffers
 
-    Source: for "exact", the angle that segments leave of a disc, by a sweep over their intervals; a place's
-    light is proportional to the angle, which holds for a lamp that is equally bright from every side.  Lists of
-    lights for tiles as in O. Olsson, U. Assarsson, "Tiled Shading", 2011.
+    Source: for "exact", the angle of a disc that segments leave uncovered, by a sweep over their intervals; light is
+    proportional to that angle, which holds for a lamp that is equally bright from every side.  Lists of lights for
+    tiles as in O. Olsson, U. Assarsson, "Tiled Shading", 2011.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def _values(window: Window, light: Light2D) -> dict[str, object]:
 
 
 def _hard(window: Window, light: Light2D, source: Point, edges: Float64, into: pg.TargetSpec, name: str) -> pg.Target:
-    """A cleared buffer, the light's gradient, and over it shadows as from a point."""
+    """Draw a cleared buffer, the light's gradient, and over it shadows as from a point."""
     lit: pg.Target = pg.draw(
         around(light.position, light.radius), vertex=in_window, fragment=gradient, into=into, name=name,
         values=_values(window, light),
@@ -117,11 +117,11 @@ def _spread(light: Light2D, edges: Float64, how: Penumbra, draws: int) -> list[t
     """Return the light's position in each draw, and the edges that cast its shadows."""
     x, y = light.position
     if how == "move":
-        # equal parts of the disc's area on a spiral: even from every side
+        # equal parts of the disc's area on a spiral: uniform from every side
         golden = pi * (3.0 - 5.0**0.5)
         steps = [(light.size * ((i + 0.5) / draws) ** 0.5, i * golden) for i in range(draws)]
         return [((x + r * cos(t), y + r * sin(t)), edges) for r, t in steps]
-    # the lamp's half angle as the nearest wall sees it
+    # the lamp's half angle as seen from the nearest wall
     near = (
         max(min(hypot(ex - x, ey - y) for e in edges for ex, ey in (e[:2], e[2:])), light.size) if len(edges) else 1.0
     )
@@ -142,13 +142,13 @@ def lit(
     into: pg.TargetSpec | None = None,
     name: str = "lit",
 ) -> pg.Target:
-    """A scene under a light map: the scene is drawn, and the map over it with factors zero and source_color.
+    """Light a scene by a light map: draw the scene, and the map over it with factors zero and source_color.
 
     Parameters
     ----------
-    scene : the picture without light, linear
+    scene : the unlit picture, linear
     light : the map, any size; stretched bilinearly
-    into : where it goes; left out, float16 of the scene's size with the name ``name``
+    into : destination target; default: float16 of the scene's size named ``name``
     name : of the passes and target
     """
     copy = drawn(scene, into or pg.target(name, "rgba16f", like=scene), f"{name}_scene")

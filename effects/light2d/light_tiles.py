@@ -26,7 +26,7 @@ from passgraph.effects.light2d.world import (
 )
 from passgraph.effects.quantities import Color
 
-#: The walk through edges is a loop of lights · (2 · edges + 1) · edges trips, of which a kernel may have this many.
+#: Most loop iterations of a kernel; walking through edges takes lights · (2 · edges + 1) · edges.
 TRIPS = 1 << 16
 
 
@@ -39,15 +39,15 @@ def most_edges(lights: int) -> int:
     return int((-1.0 + sqrt(1.0 + 8.0 * TRIPS / lights)) / 4.0)
 
 
-#: Most lights with edges before them in one tile, for passes with many lights and for those with many edges.
+#: Most lights with edges in front of them in one tile, for passes with many lights and for those with many edges.
 LAYERS = (31, 1)
-#: Rows of 1024 texels: the largest picture that every OpenGL 3.3 driver of note holds.
+#: Rows of 1024 texels: the largest picture that every common OpenGL 3.3 driver supports.
 MAX_TABLE_ROWS = 1 << 14
-#: Most lights without edges before them in one tile.
+#: Most lights without edges in front of them in one tile.
 MOST_OPEN = 4096
-#: Most pairs of a tile and an edge that are compared for all lights together: some tens of seconds.
+#: Most pairs of a tile and an edge compared for all lights together: some tens of seconds.
 MAX_COMPARED = 1 << 28
-#: Pairs that are compared at a time: some 20 arrays of doubles of this length are held.
+#: Pairs compared at a time: some 20 arrays of doubles of this length are in memory.
 COMPARED_AT_ONCE = 1 << 18
 
 
@@ -57,9 +57,9 @@ class TileTables:
 
     Attributes
     ----------
-    tiles : for each pass, (rows, columns, 3): where a tile's list begins, its free and its shaded lights
-    layers : for each pass, the most lights with edges before them in one tile
-    bounds : for each pass, at least as many as any tile has: free lights, shaded lights, edges before one
+    tiles : for each pass, (rows, columns, 3): start of a tile's list, numbers of its unoccluded and its shaded lights
+    layers : for each pass, the most lights with edges in front of them in one tile
+    bounds : for each pass, upper bounds of any tile's unoccluded lights, shaded lights, edges in front of one
     table : (rows, 1024, 4), lights and edges
     """
 
@@ -75,8 +75,8 @@ class _Pairs:
 
     tile: NDArray[np.int64]
     light: NDArray[np.int64]
-    count: NDArray[np.int64]  # edges that may stand between
-    edges: NDArray[np.int64]  # of all rows, one after another
+    count: NDArray[np.int64]  # edges that may be between
+    edges: NDArray[np.int64]  # edges of all rows, one after another
 
 
 def tile_tables(
@@ -87,10 +87,10 @@ def tile_tables(
     side: int,
     layers: tuple[int, ...] = LAYERS,
 ) -> TileTables:
-    """Lists for every tile of ``side`` × ``side`` pixels.
+    """Return lists for every tile of ``side`` × ``side`` pixels.
 
-    An edge is on a tile's list where it meets the hull of the tile's circle and the lamp: nothing else can stand
-    between a pixel of the tile and a point of the lamp.
+    An edge is in a tile's list if it meets the hull of the tile's circle and the lamp: only such an edge can be between
+    a pixel of the tile and a point of the lamp.
     """
     outlines = outlines_of(walls)
     columns, rows = (size[0] + side - 1) // side, (size[1] + side - 1) // side
@@ -101,14 +101,14 @@ def tile_tables(
         compared += int(reach.tile.size * reach.near.size)
         _check_work(compared, which + 1, len(outlines.edges))
         found.append(_reached(light, which, outlines, reach))
-        # each light is judged before the next one costs anything
+        # each light is checked before the next one costs anything
         _check_most(int(found[-1].count.max(initial=0)), most_edges(layers[-1]), side)
         texels += _texels(found[-1])
         _check_table(texels)
     pairs = _joined(found)
     kind = np.where(pairs.count <= most_edges(layers[0]), 0, len(layers) - 1)
     shaded = pairs.count > 0
-    # the how-many-th of its kind a row is in its tile decides the pass
+    # the rank of a row among those of its kind in its tile decides the pass
     rank = _rank(pairs.tile * 4 + kind * 2 + shaded)
     layer = np.where(shaded, rank // np.array(layers)[kind], 0) * len(layers) + kind
     order = np.lexsort((shaded, pairs.tile, layer))
@@ -132,13 +132,13 @@ def tile_tables(
 
 
 def _rounded(count: int) -> int:
-    """The next power of two: worlds that are alike share kernels."""
+    """Round up to a power of two, so that similar worlds share kernels."""
     return 1 << max(count - 1, 0).bit_length()
 
 
 @dataclass(frozen=True, eq=False)
 class _Reach:
-    """The tiles that a light may reach, and the edges that may stand in its way."""
+    """The tiles that a light may reach, and the edges that may occlude it."""
 
     tile: NDArray[np.int64]
     middles: Float64  # (tiles, 2), world units
@@ -150,24 +150,24 @@ def _check_work(compared: int, lights: int, edges: int) -> None:
     if compared > MAX_COMPARED:
         raise pg.GraphError(
             f"light map: the first {lights} lights and {edges} edges make {compared} pairs of a tile and an edge in a "
-            f"light's radius, and {MAX_COMPARED} may; give lights shorter radii, take larger tiles, join walls, "
-            "or choose penumbra='move'"
+            f"light's radius, and at most {MAX_COMPARED} are allowed; give lights shorter radii, take larger "
+            "tiles, join walls, or choose penumbra='move'"
         )
 
 
 def _check_most(edges: int, most: int, side: int) -> None:
     if edges > most:
         raise pg.GraphError(
-            f"light map: {edges} edges stand between one light and a tile of {side} pixels, and "
-            f"{most} may; join walls, take smaller tiles, or choose penumbra='move'"
+            f"light map: {edges} edges are between one light and a tile of {side} pixels, and "
+            f"at most {most} are allowed; join walls, take smaller tiles, or choose penumbra='move'"
         )
 
 
 def _check_table(texels: int) -> None:
     if -(-texels // (1 << ROW_BITS)) > MAX_TABLE_ROWS:
         raise pg.GraphError(
-            f"light map: the lists of its tiles take {texels} texels or more, and {MAX_TABLE_ROWS << ROW_BITS} may; "
-            "take larger tiles"
+            f"light map: the lists of its tiles take {texels} texels or more, and at most "
+            f"{MAX_TABLE_ROWS << ROW_BITS} are allowed; take larger tiles"
         )
 
 
@@ -190,7 +190,7 @@ def _reach(window: Window, light: Light2D, outlines: Outlines, size: tuple[int, 
 
 
 def _reached(light: Light2D, number: int, outlines: Outlines, reach: _Reach) -> _Pairs:
-    """The tiles that one light reaches, with the edges between; some tiles at a time."""
+    """Return the tiles that one light reaches, with the edges between; some tiles at a time."""
     edges, sides = outlines.edges[reach.near], _solid_sides(outlines, light.position)[reach.near]
     counts, found = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
     step = max(COMPARED_AT_ONCE // max(len(edges), 1), 1)
@@ -203,7 +203,7 @@ def _reached(light: Light2D, number: int, outlines: Outlines, reach: _Reach) -> 
 
 
 def _between(middles: Float64, around: float, light: Light2D, edges: Float64) -> NDArray[np.bool_]:
-    """(tiles, edges): whether an edge meets the hull of a tile's circle and the lamp."""
+    """Return (tiles, edges): True if an edge meets the hull of a tile's circle and the lamp."""
     ax, ay, bx, by = edges.T[:, None, :]
     mx, my = middles[:, 0, None], middles[:, 1, None]
     lx, ly = light.position
@@ -217,8 +217,8 @@ def _between(middles: Float64, around: float, light: Light2D, edges: Float64) ->
         t = np.clip(((px - ax) * ex + (py - ay) * ey) / square, 0.0, 1.0)
         found |= (px - ax - t * ex) ** 2 + (py - ay - t * ey) ** 2 <= radius * radius
     square = np.maximum(wx * wx + wy * wy, 1e-300)
-    # the hull's sides lean by the difference of the radii, and are farther off the axis by 1 / cos of the angle;
-    # with circles in one another it is inside the larger one's way along the axis
+    # the hull's sides lean by the difference of the radii, and are farther off the axis by 1 / cos of the angle; with
+    # nested circles it is inside the larger one's extent along the axis
     narrow = (light.size - around) ** 2
     apart = square > 2.0 * narrow
     wider = np.where(apart, square / np.maximum(square - narrow, 1e-300), 1.0)
@@ -230,7 +230,7 @@ def _between(middles: Float64, around: float, light: Light2D, edges: Float64) ->
 
 
 def _solid_sides(outlines: Outlines, lamp: Point) -> NDArray[np.int64]:
-    """`Outlines.sides`, and 0 for walls around the lamp."""
+    """Return `Outlines.sides`, with 0 for walls around the lamp."""
     ax, ay, bx, by = outlines.edges.T
     inside = outlines.sides * ((bx - ax) * (lamp[1] - ay) - (by - ay) * (lamp[0] - ax)) >= 0
     around = np.bincount(outlines.walls, ~inside) == 0
@@ -238,9 +238,9 @@ def _solid_sides(outlines: Outlines, lamp: Point) -> NDArray[np.int64]:
 
 
 def _before(middles: Float64, around: float, edges: Float64, sides: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """(tiles, edges): whether a convex wall's edge faces all of a tile.
+    """Return (tiles, edges): True if a convex wall's edge faces all of a tile.
 
-    The wall's other edges cover the same stretch of a lamp outside it, so this one can be left out.
+    The wall's other edges cover the same part of a lamp outside it, so this one can be skipped.
     """
     ax, ay, bx, by = edges.T[:, None, :]
     side = sides / np.maximum(np.hypot(bx - ax, by - ay), 1e-300)
@@ -259,7 +259,7 @@ def _joined(parts: Sequence[_Pairs]) -> _Pairs:
 
 
 def _rank(keys: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The how-many-th of its equals each key is."""
+    """Return the rank of each key among equal ones."""
     order = np.argsort(keys, kind="stable")
     _, first, again = np.unique(keys[order], return_index=True, return_inverse=True)
     rank = np.empty(len(keys), np.int64)
@@ -291,7 +291,7 @@ def _table(pairs: _Pairs, starts: NDArray[np.int64], lights: Sequence[Light2D], 
 
 @pg.kernel
 def flat(color: vec4) -> vec4:
-    """One colour."""
+    """Return one color."""
     return color
 
 
@@ -305,7 +305,7 @@ def tiled_light(
     side: int,
     name: str,
 ) -> pg.Target:
-    """The light of all lamps with exact soft shadows, in one pass wherever its lists allow; see `light_map`."""
+    """Compute the light of all lamps with exact soft shadows, in one pass wherever its lists allow; see `light_map`."""
     tables = tile_tables(window, lights, walls, size, side)
     table = _static(f"{name}_table", "rgba32f", tables.table)
     total = _ambient(ambient, size, name)
@@ -342,17 +342,17 @@ class LiveLight:
         Raises
         ------
         passgraph.GraphError
-            For more than there is room for.
+            If the tables are too small.
         """
         tables = tile_tables(self.window, lights, walls, self.size, self.tile_px, (self.shaded,))
         if len(tables.layers) > 1:
             raise pg.GraphError(
-                f"{self.name}: a tile of {self.tile_px} pixels has more than {self.shaded} lights with edges before "
-                "them; raise shaded, or take smaller tiles or shorter lights"
+                f"{self.name}: a tile of {self.tile_px} pixels has more than {self.shaded} lights with edges in "
+                "front of them; raise shaded, or take smaller tiles or shorter lights"
             )
         if len(tables.table) > self.rows:
             raise pg.GraphError(
-                f"{self.name}: the lists take {tables.table.size // 4} texels, and there is room for "
+                f"{self.name}: the lists take {tables.table.size // 4} texels, and the limit is "
                 f"{self.rows << ROW_BITS}; raise room"
             )
         table = np.zeros((self.rows, 1 << ROW_BITS, 4), np.float32)
@@ -371,14 +371,14 @@ def live_light_map(
     shaded: Annotated[int, pg.Range(1, 1024)] = 31,
     name: str = "live_light",
 ) -> LiveLight:
-    """An exact light map for lamps and walls that move: one pass a frame, lists found anew on the host.
+    """Return an exact light map for moving lamps and walls: one pass per frame, lists computed on the host.
 
     Parameters
     ----------
     window, size, ambient, format, name : as in `light_map`
     room : texels for the lists: one edge, or half a light, of one tile each
     tile_px : side of a tile; smaller ones take more time on the host and less on the device
-    shaded : most lights with edges before them in one tile; 31 may have 32 edges each, 64 have 22
+    shaded : most lights with edges in front of them in one tile; 31 may have 32 edges each, 64 have 22
 
     Examples
     --------
@@ -399,7 +399,7 @@ def live_light_map(
 
 
 def _corner(window: Window, size: tuple[int, int]) -> tuple[float, float, float, float]:
-    """The upper left corner, and the way from pixel to pixel."""
+    """Return the upper left corner, and the step from pixel to pixel."""
     return window.left, window.top, (window.right - window.left) / size[0], (window.bottom - window.top) / size[1]
 
 

@@ -1,4 +1,4 @@
-"""The exact shadow of a luminous disc in the plane: which share of its angle is in sight."""
+"""The exact shadow of a luminous disc in the plane: the fraction of its angle that is visible."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -16,14 +16,14 @@ STEEP = 1e9
 
 @pg.function
 def falloff(distance: float, radius: float) -> float:
-    """(1 - (distance / radius)²)², 0 from the radius on."""
+    """Return (1 - (distance / radius)²)², 0 from the radius on."""
     t = min(distance / radius, 1.0)
     return (1.0 - t * t) * (1.0 - t * t)
 
 
 @pg.function
 def falloff_squared(distance2: float, radius: float) -> float:
-    """The same of the squared distance."""
+    """Return the same for the squared distance."""
     t2 = min(distance2 / (radius * radius), 1.0)
     return (1.0 - t2) * (1.0 - t2)
 
@@ -35,7 +35,7 @@ def cross2(a: vec2, b: vec2) -> float:
 
 @pg.fragment
 def gradient(spot: Spot, color: vec3, light: vec4) -> vec4:
-    """The light without shadows; ``light`` is (x, y, radius, size)."""
+    """Return the light without shadows; ``light`` is (x, y, radius, size)."""
     return vec4(color * falloff(length(spot.place - light.xy), light.z), 0.0)
 
 
@@ -46,7 +46,7 @@ def entry(table: Image, at: int) -> vec4:
 
 @pg.function
 def slope(end: vec2, other: vec2, turn: float) -> float:
-    """Tangent of the angle of an edge's end off the axis; of an end behind this place, where the edge comes forward.
+    """Return the tangent of the angle of an edge's end off the axis; for an end behind, where the edge comes forward.
 
     Ends are (along the axis, across it); ``turn`` is cross2(end, other).
     """
@@ -57,9 +57,9 @@ def slope(end: vec2, other: vec2, turn: float) -> float:
 
 @pg.function
 def covered(edge: vec4, place: vec2, axis: vec2, lamp: vec3) -> vec2:
-    """Tangents between which an edge covers the lamp; ``lamp`` is (distance², size², tangent of half its angle).
+    """Return tangents between which an edge covers the lamp; ``lamp`` is (distance², size², tangent of half its angle).
 
-    Nothing covered is (STEEP, -STEEP).
+    (STEEP, -STEEP) if it covers nothing.
     """
     a = edge.xy - place
     b = edge.zw - place
@@ -91,10 +91,10 @@ def tile_light(
     most_shaded: Const[int],
     most_edges: Const[int],
 ) -> vec4:
-    """The light of one layer, added to what is there; ``corner`` is x and y of the upper left, then a pixel's size.
+    """Add the light of one layer to the target; ``corner`` is x and y of the upper left, then a pixel's size.
 
-    Red of a tile is where its list begins, green how many lights stand free, blue how many have edges before them.
-    A light is (x, y, radius, size), then (red, green, blue, number of edges), then its edges.
+    A tile has the start of its list in red, the number of unoccluded lights in green, of shaded ones in blue. A light
+    is (x, y, radius, size), then (red, green, blue, number of edges), then its edges.
     """
     place = corner.xy + (vec2(pixel()) + 0.5) * corner.zw
     tile = tiles.texel(pixel() // side)
@@ -124,7 +124,7 @@ def tile_light(
         # tangent of half the lamp's angle
         wide = light.w / sqrt(max(far2 - size2, 1e-30))
         lamp = vec3(far2, size2, wide)
-        # walk from one end of the lamp to the other, through covered stretches and gaps in turn
+        # walk from one end of the lamp to the other, through covered intervals and gaps in turn
         here = -wide
         seen = 0.0
         outside = far2 > size2 and far2 < light.z * light.z

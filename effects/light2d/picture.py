@@ -21,13 +21,13 @@ from passgraph.effects.pictures.stretched import Spot, in_window, quads
 from passgraph.effects.quantities import Exposure, NotNegative, Share
 
 Lens = Literal["none", "bright", "spots", "map"]
-#: Linear colour of moving things.
+#: Linear color of moving things.
 BODY = (0.35, 0.12, 0.08)
 
 
 @pg.kernel
 def tiled_floor(corner: vec4, color: vec3) -> vec4:
-    """Square tiles of one world unit in two shades; ``corner`` is the place of the upper left, then a pixel's size."""
+    """Draw square tiles of one world unit in two shades; ``corner`` is the upper left position, then a pixel's size."""
     place = corner.xy + (vec2(pixel()) + 0.5) * corner.zw
     tile = ivec2(floor(place))
     shade = 1.0 - 0.12 * float((tile.x + tile.y) % 2)
@@ -36,13 +36,13 @@ def tiled_floor(corner: vec4, color: vec3) -> vec4:
 
 @pg.fragment
 def body(spot: Spot, light: Image, color: vec3) -> vec4:
-    """The top of a moving thing in the light of its place."""
+    """Draw the top of a moving thing in the light at its position."""
     return vec4(color * light.sample(uv()).rgb, 1.0)
 
 
 @pg.kernel
 def exposed(color: Image, stops: float) -> vec4:
-    """The linear result."""
+    """Apply the exposure."""
     c = color[0, 0]
     return vec4(c.rgb * exp2(stops), c.a)
 
@@ -67,16 +67,16 @@ def light2d(
     ----------
     world : see `World2D.load`
     size : (width, height) of the picture, px
-    penumbra : of lamps: the exact angle in sight, none, or shadows drawn several times or blurred. See `light_map`
-    draws : of penumbrae "rotate" and "move"
+    penumbra : of lamps: the exact visible angle, none, or shadows drawn several times or blurred. See `light_map`
+    draws : for penumbrae "rotate" and "move"
     rims : darkness of the rims along walls
-    near : of shadows of moving things near a lamp: fade, or more sprites. See `moving_shadows`
-    lens : dirt on the lens: where it is bright, at spots of light, or by a map of them. "none"; "bright" where the
-        picture is bright; "spots" by spots of light drawn for this view; "map" by a map of spots of the world
-    lens_strength : factor on the dirt
-    exposure_stops : brightness: factor 2 a stop
+    near : shadows of moving things near a lamp: fade, or more sprites. See `moving_shadows`
+    lens : dirt on the lens. "none"; "bright" where the picture is bright; "spots" by spots of light drawn for this
+        view; "map" by a map of spots of the world
+    lens_strength : factor of the dirt
+    exposure_stops : brightness: factor 2 per stop
     display : sRGB; off: the linear HDR result
-    name : of the result
+    name : name of the result
 
     Examples
     --------

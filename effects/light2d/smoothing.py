@@ -1,4 +1,5 @@
-"""Soft shadows from hard ones by smaller pictures: an even mix of them, and one that knows how soft each place is."""
+"""Soft shadows from hard ones by smaller pictures: a uniform mix, and one that depends on the softness at each
+place."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -14,19 +15,19 @@ from passgraph.effects.light2d.sprites import shadow_of
 from passgraph.effects.light2d.world import Float64, Light2D, Window
 from passgraph.effects.pictures.stretched import Spot, drawn, in_window
 
-#: A halving scaled up by splines turns a hard edge into one about this many of its texels wide: of 2, 2.25, 2.5 and 3
-#: the one that comes nearest to the exact penumbra.
+#: A halving upsampled by splines turns a hard edge into one about this many of its texels wide: of 2, 2.25, 2.5 and 3
+#: the one nearest to the exact penumbra.
 TEXELS_PER_EDGE = 2.25
 
 
 @pg.kernel
 def stretched(picture: Image) -> vec4:
-    """Another size, four texels weighted bilinearly."""
+    """Resample to another size, bilinearly."""
     return picture.sample(uv())
 
 
 def _halves(picture: pg.Target, levels: int, name: str) -> list[pg.Target]:
-    """The picture and its halvings, ``levels`` together."""
+    """Return the picture and its halvings, ``levels`` in all."""
     chain = [picture]
     for level in range(1, levels):
         label = f"{name}_half{level}"
@@ -39,7 +40,7 @@ def _halves(picture: pg.Target, levels: int, name: str) -> list[pg.Target]:
 def smoothed(
     light: pg.Target, levels: Annotated[int, pg.Range(1, 6)] = 3, format: str = "rgba16f", name: str = "smoothed"
 ) -> pg.Target:
-    """A light map mixed in equal parts with its halvings, each scaled up bilinearly and added.
+    """Mix a light map in equal parts with its halvings, each upsampled bilinearly and added.
 
     Parameters
     ----------
@@ -57,13 +58,14 @@ def smoothed(
 
 @pg.function
 def place_in(at: vec2, clip: vec4) -> vec2:
-    """World place of a point of the picture, ``at`` from 0 to 1; ``clip`` is `Window.clip`."""
+    """Return the world position of a point of the picture, ``at`` from 0 to 1; ``clip`` is `Window.clip`."""
     return vec2((2.0 * at.x - 1.0 - clip.z) / clip.x, (1.0 - 2.0 * at.y - clip.w) / clip.y)
 
 
 @pg.fragment
 def shadow_width(spot: Spot, clip: vec4, light: vec4, pixels_per_unit: float) -> vec4:
-    """Red is shadow; green how wide the soft edge is here, px: the lamp's width, as seen through the wall's edge."""
+    """Return shadow in red; in green the width of the soft edge here, px: the lamp's width seen through the wall's
+    edge."""
     ray = place_in(uv(), clip) - light.xy
     along = spot.edge.zw - spot.edge.xy
     # how many times farther from the lamp than the wall this place is
@@ -73,7 +75,7 @@ def shadow_width(spot: Spot, clip: vec4, light: vec4, pixels_per_unit: float) ->
 
 @pg.function
 def spline(picture: Image, at: vec2) -> vec4:
-    """A picture stretched by cubic B-splines, as four bilinear reads: bilinear ones show the texels as facets.
+    """Sample a picture by cubic B-splines, as four bilinear reads: plain bilinear ones show the texels as facets.
 
     Source: C. Sigg, M. Hadwiger, "Fast Third-Order Texture Filtering", GPU Gems 2, 2005, chapter 20.
     """
@@ -99,13 +101,13 @@ def spline(picture: Image, at: vec2) -> vec4:
 
 @pg.kernel
 def gathered(sofar: Image, half: Image) -> vec4:
-    """Sums of shadow and of width over the halvings: their ratio is a width also beside the shadow."""
+    """Sum shadow and width over the halvings: their ratio is a width even outside of the shadow."""
     return sofar[0, 0] + spline(half, uv())
 
 
 @pg.kernel
 def blended(sofar: Image, half: Image, width: Image, level: float) -> vec4:
-    """A step toward a smaller picture, where the edge is as wide as its texels."""
+    """Move toward a smaller picture where the edge is as wide as its texels."""
     w = width[0, 0]
     wanted = log2(max(w.g / max(w.r, 1e-6), 1e-6) / TEXELS_PER_EDGE)
     return sofar[0, 0] + (spline(half, uv()) - sofar[0, 0]) * saturate(wanted - level + 1.0)
@@ -113,7 +115,7 @@ def blended(sofar: Image, half: Image, width: Image, level: float) -> vec4:
 
 @pg.kernel
 def shaded(shadow: Image, clip: vec4, light: vec4, color: vec3) -> vec4:
-    """The light's gradient, less the shadow."""
+    """Return the light's gradient, minus the shadow."""
     far = length(place_in(uv(), clip) - light.xy)
     return vec4(color * (falloff(far, light.z) * (1.0 - saturate(shadow[0, 0].r))), 0.0)
 
@@ -127,10 +129,10 @@ def mixed_light(
     levels: Annotated[int, pg.Range(2, 8)] = 6,
     name: str = "mixed",
 ) -> pg.Target:
-    """One light whose shadows are sharp at the wall and soft far behind it, by choosing among halvings.
+    """Compute one light whose shadows are sharp at the wall and soft far behind it, by selecting among halvings.
 
-    A point's shadow is drawn with the width that its soft edge would have; halvings carry that width past
-    the edge, and each place takes the halving whose texels are as wide as it asks.
+    A point's shadow is drawn with the width of its soft edge; halvings spread that width past the edge, and each place
+    uses the halving whose texels are as wide.
 
     Parameters
     ----------
@@ -139,7 +141,7 @@ def mixed_light(
     edges : (n, 4) as x, y, x, y, n above 0
     size : (width, height) of the picture, px
     levels : the shadow itself and its halvings
-    name : of the passes and targets
+    name : name of the passes and targets
     """
     where = {"clip": window.clip, "light": (*light.position, light.radius, light.size)}
     mask: pg.Target = pg.draw(

@@ -1,5 +1,5 @@
 # mypy: disable-error-code="no-any-return,valid-type"
-"""Shadows of moving things: one or two sprites a thing, of which only place, angle and scale change."""
+"""Shadows of moving things: one or two sprites each, of which only position, angle and scale change."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from passgraph.effects.checked import checked
 from passgraph.effects.light2d.world import Float64, Light2D, Point, Window
 from passgraph.effects.pictures.stretched import Shape, Spot, quads, shape_of
 
-#: Far ends of shadows lie this many times farther from the light than the edge.
+#: The far ends of shadows are this many times farther from the light than the edge.
 FAR = 2.0**20
 
 
 def shadow_of(edges: Float64, light: Point) -> Shape:
     """Return the shadow volume of edges (n, 4) seen from a light: one unbounded quad an edge.
 
-    Neighbouring edges share their corners to the last bit, so no light passes between their quads.  Every
-    vertex carries its edge (ax, ay, bx, by) as its color.
+    Neighboring edges share their corners to the last bit, so no light passes between their quads.  Every vertex stores
+    its edge (ax, ay, bx, by) as its color.
     """
     ends = edges.reshape(-1, 2, 2)
     away = ends - np.array(light)
@@ -39,22 +39,22 @@ def shadow_of(edges: Float64, light: Point) -> Shape:
 
 
 def around(center: Point, half: float) -> Shape:
-    """An upright square."""
+    """Return an upright square."""
     x, y = center
     return quads([[(x - half, y - half), (x + half, y - half), (x + half, y + half), (x - half, y + half)]])
 
 
-#: Angles in radians under which a lamp sees a thing: below the first the two sprites are one.
+#: Angle in radians of a thing seen from a lamp, below which the two sprites are one.
 ONE_SPRITE = 0.12
 #: From the first angle on the shadow fades; at the second it is gone.
 FADE = (1.0, 1.6)
-#: Sprites of a thing nearer than that where they are many, and those that each thing may have.
+#: Sprites of a thing nearer than that with "fan", and the most per thing.
 FAN = 5
 Near = Literal["fade", "fan"]
 SPRITES: dict[Near, int] = {"fade": 2, "fan": FAN}
 #: Opacity of one sprite's core.
 CORE = 0.65
-#: The sprite: opaque in the middle of its width, fading along its length; its pivot is the middle of the left side.
+#: The sprite: opaque along the center of its width, fading along its length; its pivot is the middle of the left side.
 SPRITE = CORE * np.outer([0.3, 1.0, 1.0, 0.3], [1.0, 0.85, 0.5, 0.0])
 
 
@@ -64,9 +64,9 @@ class Mover:
 
     Attributes
     ----------
-    position : its middle, world units
+    position : its center, world units
     half : half its width and half its height, world units, above 0
-    angle_rad : turned counter-clockwise by this
+    angle_rad : rotation, counterclockwise
     """
 
     position: Point
@@ -83,13 +83,13 @@ class Mover:
             check_fields(self)
 
     def across(self, x: float, y: float) -> float:
-        """Length of its projection on the axis perpendicular to the unit direction (x, y)."""
+        """Return the length of its projection on the axis perpendicular to the unit direction (x, y)."""
         c, s = cos(self.angle_rad), sin(self.angle_rad)
         return 2.0 * (self.half[0] * abs(c * y - s * x) + self.half[1] * abs(s * y + c * x))
 
     @property
     def corners(self) -> tuple[Point, Point, Point, Point]:
-        """Counter-clockwise, world units."""
+        """Return the corners, counterclockwise, world units."""
         c, s = cos(self.angle_rad), sin(self.angle_rad)
         (x, y), (w, h) = self.position, self.half
         ways = ((-w, -h), (w, -h), (w, h), (-w, h))
@@ -98,7 +98,7 @@ class Mover:
 
 
 def nearest(lights: Sequence[Light2D], place: Point) -> Light2D | None:
-    """The lamp nearest to a place, of those that reach it."""
+    """Return the nearest lamp that reaches a place; None if there is none."""
     near, best = None, inf
     for light in lights:
         way = hypot(place[0] - light.position[0], place[1] - light.position[1])
@@ -108,11 +108,11 @@ def nearest(lights: Sequence[Light2D], place: Point) -> Light2D | None:
 
 
 class LampCache:
-    """The nearest lamp of each cell of a grid, found when a place in it is first asked for.
+    """A cache of the nearest lamp of each cell of a grid, computed at first use.
 
     Attributes
     ----------
-    computed : how often a nearest lamp has been looked for
+    computed : number of nearest lamps computed
 
     >>> cache = LampCache([Light2D((0, 0)), Light2D((8, 0))], cell=1.0)
     >>> [cache((x, 0.2)).position for x in (1.2, 1.7, 6.5)], cache.computed
@@ -127,13 +127,13 @@ class LampCache:
         self._near: dict[tuple[int, int], Light2D | None] = {}
 
     def change(self, lights: Sequence[Light2D]) -> None:
-        """Other lamps; nothing is forgotten where they are the same."""
+        """Set other lamps; the cache is kept if they are equal."""
         if tuple(lights) != self.lights:
             self.lights = tuple(lights)
             self._near.clear()
 
     def __call__(self, place: Point) -> Light2D | None:
-        """The lamp nearest to the middle of the place's cell, of those that reach it."""
+        """Return the nearest lamp that reaches the center of the place's cell."""
         key = floor(place[0] / self.cell), floor(place[1] / self.cell)
         if key not in self._near:
             self.computed += 1
@@ -142,7 +142,7 @@ class LampCache:
 
 
 def _turns(angle: float, near: Near) -> list[tuple[float, float]]:
-    """Turn and opacity of each sprite of a thing that the lamp sees under an angle."""
+    """Return the rotation and opacity of each sprite of a thing seen from the lamp under an angle."""
     if angle < ONE_SPRITE:
         return [(0.0, 2.0)]
     if near == "fade" or angle <= FADE[0]:
@@ -158,20 +158,20 @@ def sprite_table(
     count: int,
     near: Near = "fade",
 ) -> NDArray[np.float32]:
-    """Sprites for each of ``count`` things, two rows each: pivot and opacity, then both axes; absent ones are 0.
+    """Return sprites for each of ``count`` things, two rows each: pivot and opacity, then both axes; absent ones are 0.
 
     Parameters
     ----------
     movers : ``count`` or fewer
-    lights : each thing is shaded by the nearest alone; or a cache of the nearest
+    lights : lamps (only the nearest one shades a thing), or a cache of the nearest
     reach : longest shadow from a place, world units: the distance grid's value plus the thinnest wall
-    count : room in the table
-    near : what happens near a lamp, see `moving_shadows`
+    count : capacity of the table
+    near : behavior near a lamp, see `moving_shadows`
 
-    The table is (2 · sprites · count, 4), with 2 sprites a thing for "fade" and `FAN` for "fan".
+    The table is (2 · sprites · count, 4), with 2 sprites per thing for "fade" and `FAN` for "fan".
     """
     if len(movers) > count:
-        raise pg.GraphError(f"moving shadows: {len(movers)} things, and there is room for {count}")
+        raise pg.GraphError(f"moving shadows: {len(movers)} things exceed count={count}")
     sprites = SPRITES[near]
     lamp_of = lights if isinstance(lights, LampCache) else partial(nearest, lights)
     table = np.zeros((2 * sprites * count, 4), np.float32)
@@ -188,7 +188,7 @@ def sprite_table(
         turns = _turns(angle, near)
         length = min(reach(mover.position), light.radius - way)
         if len(turns) > 1:
-            # beyond this the inner sides of neighbouring sprites part, and light would show between them
+            # beyond this the inner sides of neighboring sprites separate, and light would show between them
             length = min(length, way * (len(turns) - 1))
         for side, (turn, opacity) in enumerate(turns):
             c, s = cos(turn) / way, sin(turn) / way
@@ -215,19 +215,19 @@ def _placed(rows: int) -> Any:
 
 @pg.fragment
 def shadow_sprite(spot: Spot, sprite: Image) -> vec4:
-    """Black, as opaque as the sprite."""
+    """Return black, as opaque as the sprite."""
     return vec4(0.0, 0.0, 0.0, min(sprite.sample(spot.uv).r * spot.edge.a, 1.0))
 
 
 @pg.kernel
 def faded(before: Image, now: Image, share: float) -> vec4:
-    """A step from the last frame's shadow to this one's."""
+    """Move from the last frame's shadow toward this one's."""
     return before[0, 0] + (now[0, 0] - before[0, 0]) * share
 
 
 @pg.kernel
 def darkened(scene: Image, shadow: Image) -> vec4:
-    """The scene behind the shadow; alpha is the scene's."""
+    """Darken the scene by the shadow; alpha is the scene's."""
     c = scene[0, 0]
     return vec4(c.rgb * (1.0 - shadow.sample(uv()).a), c.a)
 
@@ -245,24 +245,24 @@ def moving_shadows(
     into: pg.TargetSpec | None = None,
     name: str = "moving_shadows",
 ) -> pg.Target:
-    """A scene with shadows of moving things, two sprites each.
+    """Draw a scene with shadows of moving things, two sprites each.
 
     Parameters
     ----------
     scene : any picture of the window
     window : as in `light_map`
     lights : the lamps, or a `LampCache` of them
-    movers : a value that runs bring: a sequence of `Mover`
+    movers : a value set by runs: a sequence of `Mover`
     count : most things at once
     reach : longest shadow from a place, world units, such as `passgraph.effects.light2d.grid.reach`
-    share : how far shadows go from the last frame's to this one's; below 1 a shadow that
-        jumps to another lamp fades over, and one that moves leaves a trail
-    near : where a lamp sees a thing under more than 1 radian, two sprites part: "fade" lets the shadow fade, to
-        nothing at 1.6; "fan" takes five sprites
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    share : fraction of the way from the last frame's shadows to the new ones; below 1 a shadow that jumps to another
+        lamp cross-fades, and one that moves leaves a trail
+    near : if a thing seen from its lamp spans more than 1 radian, two sprites separate: "fade" lets the shadow fade, to
+        nothing at 1.6; "fan" uses five sprites
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    A pair's shadow is at most as long as the way from the lamp, where the sprites' inner sides meet.
+    A pair's shadow is at most as long as the distance from the lamp, where the sprites' inner sides meet.
     """
     sprite = pg.Input(f"{name}_sprite", "r32f", (4, 4), static=True, default=SPRITE.astype(np.float32))
     layer: pg.Target = pg.draw(
@@ -280,7 +280,7 @@ def moving_shadows(
 
 
 def _unit_quads(count: int) -> Shape:
-    """Quads from (0, -1) to (1, 1), numbered in z."""
+    """Return quads from (0, -1) to (1, 1), numbered in z."""
     corners = np.tile([[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0]], (count, 1))
     positions = np.column_stack([corners, np.repeat(np.arange(count), 4)]).astype(np.float32)
     triangles = (4 * np.arange(count)[:, None] + [0, 1, 2, 0, 2, 3]).reshape(-1, 3).astype(np.int32)

@@ -1,4 +1,4 @@
-"""Lights and walls of a flat world, and where they lie in a picture."""
+"""Lights and walls of a flat world, and their position in a picture."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Window:
             raise pg.GraphError(f"window {self} needs left < right and bottom < top")
 
     def pixels(self, place: Point, size: tuple[int, int]) -> Point:
-        """A place of the world in pixels of a (width, height) picture; the first pixel's centre is (0.5, 0.5)."""
+        """Return a world position in pixels of a (width, height) picture; the first pixel's center is (0.5, 0.5)."""
         x = (place[0] - self.left) / (self.right - self.left) * size[0]
         return x, (self.top - place[1]) / (self.top - self.bottom) * size[1]
 
@@ -51,7 +51,7 @@ class Window:
 
     @property
     def clip(self) -> tuple[float, float, float, float]:
-        """(scale x, scale y, offset x, offset y) from the world to clip space."""
+        """Return (scale x, scale y, offset x, offset y) from the world to clip space."""
         sx, sy = 2.0 / (self.right - self.left), 2.0 / (self.top - self.bottom)
         return sx, sy, -1.0 - sx * self.left, -1.0 - sy * self.bottom
 
@@ -66,9 +66,9 @@ class Light2D:
 
     Attributes
     ----------
-    position : its middle, world units
+    position : its center, world units
     color : linear RGB at the middle, each 0 or more
-    radius : where its light ends, world units, above 0; it falls as (1 - (distance / radius)²)²
+    radius : radius of its light, world units, above 0; it falls as (1 - (distance / radius)²)²
     size : radius of the luminous disc, world units, 0 or more and below ``radius``; 0 casts hard shadows
     """
 
@@ -83,7 +83,7 @@ class Light2D:
             finite = all(isfinite(v) for v in (*self.position, *self.color, self.radius, self.size))
         except (TypeError, ValueError, OverflowError):
             wrong = finite = True
-        if wrong:  # the dear way, which names the field
+        if wrong:  # the slow check, which names the field
             check_fields(self)
         if not finite:
             raise pg.GraphError(f"{self}: every number must be finite")
@@ -98,7 +98,7 @@ class Light2D:
 
 @dataclass(frozen=True, slots=True)
 class Wall:
-    """An obstacle that lets no light through: an outline of straight edges.
+    """An opaque obstacle: an outline of straight edges.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ class Wall:
 
     @classmethod
     def box(cls, left: float, bottom: float, right: float, top: float) -> Wall:
-        """An upright rectangle."""
+        """Return an upright rectangle."""
         return cls(((left, bottom), (right, bottom), (right, top), (left, top)))
 
     @property
@@ -131,7 +131,7 @@ class Wall:
 
 
 def all_edges(walls: Iterable[Wall]) -> Float64:
-    """The edges (n, 4) as x, y, x, y, without those of no length."""
+    """Return the edges (n, 4) as x, y, x, y, without those of zero length."""
     edges = [(*a, *b) for wall in walls for a, b in wall.edges if a != b]
     return np.array(edges, np.float64).reshape(-1, 4)
 
@@ -143,8 +143,8 @@ class Outlines:
     Attributes
     ----------
     edges : (n, 4) as x, y, x, y
-    walls : (n,) the number of the wall of each
-    sides : (n,) 1 where a convex wall lies on the edge's left, -1 on its right; 0 for every other wall
+    walls : (n,) index of each edge's wall
+    sides : (n,) 1 where a convex wall is to the left of the edge, -1 to the right; 0 for all other walls
     """
 
     edges: Float64
@@ -153,7 +153,7 @@ class Outlines:
 
 
 def outlines_of(walls: Iterable[Wall]) -> Outlines:
-    """The edges of some walls, and on which side of them walls are solid.
+    """Return the edges of walls, and the side of each on which its wall is.
 
     >>> outlines_of([Wall.box(0, 0, 1, 1), Wall(((0, 0), (1, 0)))]).sides.tolist()
     [1, 1, 1, 1, 0]
@@ -164,7 +164,7 @@ def outlines_of(walls: Iterable[Wall]) -> Outlines:
         x, y = own[:, 2] - own[:, 0], own[:, 3] - own[:, 1]
         next_x, next_y = np.roll(x, -1), np.roll(y, -1)
         turns = np.arctan2(x * next_y - y * next_x, x * next_x + y * next_y)
-        # once around, never the other way: convex
+        # exactly one turn in one direction: convex
         convex = (
             wall.closed and abs(abs(turns.sum()) - 2 * pi) < 1e-6 and bool((turns >= 0).all() or (turns <= 0).all())
         )
@@ -180,7 +180,7 @@ def in_reach(edges: Float64, light: Light2D) -> Float64:
 
 
 def distance_to_edges(place: Point, edges: Float64) -> Float64:
-    """Distance of a place to each of the edges (n, 4), world units.
+    """Return the distance of a place to each of the edges (n, 4), world units.
 
     >>> distance_to_edges((0.0, 2.0), np.array([[-1.0, 0.0, 1.0, 0.0], [3.0, 2.0, 3.0, 2.0]]))
     array([2., 3.])

@@ -1,4 +1,4 @@
-"""Flat worlds as JSON files: parsed, checked and bounded, never executed."""
+"""Flat worlds as JSON files: parsed, validated and bounded, never executed."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class World2D:
 
     Attributes
     ----------
-    window : the part that pictures show
+    window : the part shown in pictures
     walls, lights, movers : obstacles, lamps, and things whose shadows are sprites
-    ambient : linear RGB of light everywhere
+    ambient : linear RGB of ambient light
     floor : linear RGB of the floor
     """
 
@@ -50,7 +50,7 @@ class World2D:
 
     @classmethod
     def load(cls, path: str | PathLike[str]) -> World2D:
-        """A world from a JSON file.
+        """Load a world from a JSON file.
 
         An object of: ``window`` [left, bottom, right, top], y up, required; ``ambient`` and ``floor`` [r, g, b],
         linear; ``walls``, a list of {"box": [left, bottom, right, top]}, {"polygon": [[x, y], …]}, closed, or
@@ -61,7 +61,7 @@ class World2D:
         Raises
         ------
         passgraph.InputError
-            For what is not such a file, with the file and the place in it.
+            For an invalid file, with the file and the position in it.
         """
         path = arguments.path(path, "the world to load")
         text = read_text(path, "a world file", MAX_FILE_BYTES)
@@ -73,7 +73,7 @@ class World2D:
 
     @classmethod
     def shipped(cls) -> World2D:
-        """The world that comes with passgraph.
+        """Return the world that comes with passgraph.
 
         >>> len(World2D.shipped().lights)
         4
@@ -82,7 +82,7 @@ class World2D:
         return world_from(json.loads(text), "world2d.json")
 
     def fitted(self, size: tuple[int, int]) -> Window:
-        """The window, widened or heightened about its middle until pixels are square.
+        """Return the window, extended about its center until pixels are square.
 
         >>> World2D(Window(0, 0, 4, 4)).fitted((8, 4))
         Window(left=-2.0, bottom=0.0, right=6.0, top=4.0)
@@ -95,7 +95,7 @@ class World2D:
 
 
 def world_from(given: object, where: str) -> World2D:
-    """A world from what JSON holds; ``where`` begins the texts of errors."""
+    """Return a world from parsed JSON; ``where`` begins error messages."""
     root = _object(given, where, {"window"}, {"walls", "lights", "movers", "ambient", "floor"})
     window = _numbers(root["window"], 4, f"{where}: window")
     walls = tuple(_wall(item, at) for item, at in _items(root, "walls", MAX_WALLS, where))
@@ -160,7 +160,7 @@ def _items(root: Mapping[str, Any], name: str, most: int, where: str) -> list[tu
 
 
 def _number(given: object, where: str) -> float:
-    # JSON's whole numbers may be too large for floats
+    # JSON's integers may be too large for floats
     if isinstance(given, bool) or not isinstance(given, (int, float)) or not abs(given) < 1e9 or not isfinite(given):
         raise pg.InputError(f"{where}: expected a number of magnitude below 1e9, got {str(given)[:40]!r}")
     return float(given)

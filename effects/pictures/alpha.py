@@ -1,4 +1,4 @@
-"""Alpha around an effect: pictures with straight alpha through effects that filter premultiplied color."""
+"""Convert alpha around an effect: apply effects on premultiplied color to pictures with straight alpha."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -18,27 +18,27 @@ from passgraph.formats import FORMATS
 
 @pg.kernel
 def premultiply(color: Image) -> vec4:
-    """Color times alpha; nothing where alpha is 0, infinite color too."""
+    """Multiply color by alpha; 0 where alpha is 0, even for infinite color."""
     c = color[0, 0]
     return vec4(c.rgb * c.a if c.a != 0.0 else vec3(0.0), c.a)
 
 
 @pg.kernel
 def unpremultiply(color: Image) -> vec4:
-    """Color divided by alpha; where alpha is 0 color stays."""
+    """Divide color by alpha; where alpha is 0 color stays."""
     c = color[0, 0]
     return vec4(c.rgb / c.a if c.a != 0.0 else c.rgb, c.a)
 
 
 @pg.kernel
 def opaque(color: Image) -> vec4:
-    """Color with alpha 1."""
+    """Set alpha to 1."""
     return vec4(color[0, 0].rgb, 1.0)
 
 
 @pg.kernel
 def with_alpha(color: Image, original: Image) -> vec4:
-    """Color with the alpha of another picture."""
+    """Take alpha from another picture."""
     return vec4(color[0, 0].rgb, original[0, 0].a)
 
 
@@ -48,18 +48,19 @@ def on_straight_alpha(effect: Callable[..., pg.Target], alpha: Alpha | None = No
     Parameters
     ----------
     effect : a function from a target, and more, to a target
-    alpha : what the effect gets, see `passgraph.effects.checked.effect`; left out, what it asks for. "premultiplied":
-        color is multiplied by alpha before the effect and divided behind it, in all pictures that it takes but depth.
-        "straight": the effect itself. "ignored": the effect gets alpha 1, the result has the first picture's alpha
+    alpha : alpha mode of the effect, see `passgraph.effects.checked.effect`; default: the one it declares.
+        "premultiplied": color is multiplied by alpha before the effect and divided after it, in all its input pictures
+        except depth. "straight": the effect itself. "ignored": the effect gets alpha 1, the result has the first
+        picture's alpha
 
     Returns
     -------
-    A function that takes what ``effect`` takes; ``into`` is where the result goes. Results without alpha are not
-    divided.
+    A function with the arguments of ``effect``; ``into`` is the destination of the result. Results without alpha are
+    not divided.
 
     Examples
     --------
-    Opaque blue beside transparent red: what nobody sees has no part in the blur.
+    Opaque blue next to transparent red: invisible color does not affect the blur.
 
     >>> import numpy as np
     >>> from passgraph.effects import gaussian_blur
@@ -93,7 +94,7 @@ def on_straight_alpha(effect: Callable[..., pg.Target], alpha: Alpha | None = No
             return result
         name = f"{spec.name}_{mode}"
         if takes_into:
-            # Divided by a small alpha, steps of 8 bits would show.
+            # Dividing 8-bit values by a small alpha would show steps.
             format = spec.format if not spec.format.steps else FORMATS["rgba32f"]
             result = effect(inner, *taken, into=replace(spec, name=name, format=format), **given)
             into = into or spec

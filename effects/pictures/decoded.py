@@ -11,14 +11,14 @@ from passgraph.effects.color.tone_map import encode_srgb
 
 @pg.kernel
 def as_it_is(color: Image) -> vec4:
-    """The same."""
+    """Return the color unchanged."""
     return color[0, 0]
 
 
 def decoded(color: pg.Target, name: str, stored: str = "rgba16f") -> pg.Target:
-    """A picture of an sRGB format as floats of linear light, any other as it is.
+    """Convert a picture of an sRGB format to floats of linear light; return others unchanged.
 
-    Each read of an sRGB format takes a power for each channel; half floats hold its 256 steps apart.
+    Each read of an sRGB format costs a power per channel; half floats distinguish its 256 steps.
 
     >>> decoded(pg.Input("frame", "rgba8"), "light").name, decoded(pg.Input("frame", "rgba8_srgb"), "light").name
     ('frame', 'light')

@@ -1,4 +1,4 @@
-"""Flat shapes of homogeneous corners, and pictures stretched over targets with fixed-function blending."""
+"""Flat shapes with homogeneous corners, and pictures stretched over targets with fixed-function blending."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -15,14 +15,14 @@ from passgraph import Image, vec2, vec4
 
 Point = tuple[float, float]
 Float64 = NDArray[np.float64]
-#: Clip space itself, the whole picture: its corners, and scale and offset from there to clip space.
+#: The whole picture in clip space: its corners, and the scale and offset from there to clip space.
 _CORNERS: tuple[Point, ...] = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 WHOLE_CLIP = (1.0, 1.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Triangles whose positions are homogeneous: (x, y, w), the place being (x / w, y / w)."""
+    """Triangles with homogeneous positions (x, y, w), for the point (x / w, y / w)."""
 
     positions: NDArray[np.float32]
     triangles: NDArray[np.int32]
@@ -32,7 +32,7 @@ class Shape:
 
 @pg.struct
 class Spot:
-    """A point of the world on its way to a pixel."""
+    """A point of the world, as passed to the fragment kernel."""
 
     position: vec4
     place: vec2
@@ -42,7 +42,7 @@ class Spot:
 
 @pg.vertex
 def in_window(vertex: pg.Vertex, clip: vec4) -> Spot:
-    """Homogeneous world places to clip space; ``clip`` is (scale x, scale y, offset x, offset y)."""
+    """Transform homogeneous world positions to clip space; ``clip`` is (scale x, scale y, offset x, offset y)."""
     w = vertex.position.z
     x = vertex.position.x * clip.x + w * clip.z
     y = vertex.position.y * clip.y + w * clip.w
@@ -50,7 +50,7 @@ def in_window(vertex: pg.Vertex, clip: vec4) -> Spot:
 
 
 def quads(corners: Sequence[Sequence[Point]]) -> Shape:
-    """Four corners each, in order; texture coordinates run (0, 1), (1, 1), (1, 0), (0, 0) around them."""
+    """Return quads of four corners in order; texture coordinates run (0, 1), (1, 1), (1, 0), (0, 0) around them."""
     places = np.array(corners, np.float64).reshape(-1, 2)
     count = len(places) // 4
     positions = np.column_stack([places, np.ones(len(places))])
@@ -59,7 +59,7 @@ def quads(corners: Sequence[Sequence[Point]]) -> Shape:
 
 
 def shape_of(positions: Float64, uvs: Float64, colors: Float64) -> Shape:
-    """Two triangles for every four corners."""
+    """Return two triangles for every four corners."""
     first = 4 * np.arange(len(positions) // 4, dtype=np.int32)[:, None]
     triangles = (first + np.array([0, 1, 2, 0, 2, 3], np.int32)).reshape(-1, 3)
     return Shape(
@@ -69,18 +69,18 @@ def shape_of(positions: Float64, uvs: Float64, colors: Float64) -> Shape:
 
 @pg.fragment
 def black(spot: Spot) -> vec4:
-    """Shadow: no light at all."""
+    """Return black: full shadow."""
     return vec4(0.0, 0.0, 0.0, 0.0)
 
 
 @pg.fragment
 def copied(spot: Spot, picture: Image, factor: float = 1.0) -> vec4:
-    """A picture stretched over the quad, times a factor."""
+    """Return a picture stretched over the quad, times a factor."""
     return picture.sample(spot.uv) * factor
 
 
 def whole() -> Shape:
-    """A quad over the whole picture."""
+    """Return a quad over the whole picture."""
     return quads([_CORNERS])
 
 
@@ -91,7 +91,7 @@ def drawn(
     factor: float = 1.0,
     blend: str | pg.Blend | None = None,
 ) -> pg.Target:
-    """A picture stretched over a target."""
+    """Draw a picture stretched over a target."""
     values: dict[str, object] = {"clip": WHOLE_CLIP, "picture": picture, "factor": factor}
     stretched: pg.Target = pg.draw(
         whole(), vertex=in_window, fragment=copied, into=into, name=name, values=values, blend=blend

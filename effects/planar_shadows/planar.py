@@ -1,5 +1,6 @@
 # mypy: disable-error-code="no-any-return"
-"""Planar shadows: matrices that flatten a scene onto planes, the kernels, and the draws, one flattened copy a light."""
+"""Planar shadows: matrices that flatten a scene onto planes, the kernels, and the draws, one flattened copy per
+light."""
 
 from __future__ import annotations
 
@@ -32,7 +33,7 @@ LIGHTS_MOST = 4
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """The plane as a node, and everything else."""
+    """The node of the plane, and all other nodes."""
 
     height: float
     node: pg.Node
@@ -40,7 +41,7 @@ class Ground:
 
 
 def ground_of(scene: pg.Scene, height: float) -> Ground:
-    """The largest flat node at this height, or else a square under the scene, twice as wide."""
+    """Return the largest flat node at this height, or else a square under the scene, twice as wide."""
     low, high = scene.bounds()
     extent = float(np.linalg.norm(high - low))
     flat = [node for node in scene.nodes if float(np.abs(node.bounds[:, 1] - height).max()) <= 1e-6 * extent]
@@ -57,14 +58,15 @@ def ground_of(scene: pg.Scene, height: float) -> Ground:
 
 
 def mirror(level: float) -> Float64:
-    """The reflection in y = ``level``."""
+    """Return the reflection in y = ``level``."""
     matrix = np.diag([1.0, -1.0, 1.0, 1.0])
     matrix[1, 3] = 2.0 * level
     return matrix
 
 
 def projection(light: Float64, level: float) -> Float64:
-    """Onto y = ``level``, away from a light: (x, y, z, 1) of a position, (x, y, z, 0) toward a direction.
+    """Return the projection onto y = ``level``, away from a light: (x, y, z, 1) for a position, (x, y, z, 0) for a
+    direction.
 
     Between the plane and the light w is above 0.  For the plane's row p the matrix is (p·l) I - l pᵀ.
 
@@ -88,25 +90,25 @@ def homogeneous(light: pg.Light, origin: Float64) -> Float64:
 
 
 def side_of(light: pg.Light, origin: Float64, level: float) -> float:
-    """1 where a light is on or over y = ``level`` relative to ``origin``, -1 under it."""
+    """Return 1 if a light is on or above y = ``level`` relative to ``origin``, -1 if below."""
     place = homogeneous(light, origin)
     return 1.0 if place[1] - level * place[3] >= 0.0 else -1.0
 
 
 def sees_top(camera: pg.Camera, height: float) -> bool:
-    """Whether the upper face of y = ``height`` is the one that is seen; of parallel rays the way decides."""
+    """Return True if the upper face of y = ``height`` is visible; with parallel rays their direction decides."""
     return float(camera.forward[1]) <= 0.0 if camera.orthographic else camera.eye[1] >= height
 
 
 def cone(light: pg.Light) -> tuple[float, float]:
-    """Cosines of the outer and inner half angle; below all cosines where there is no cone."""
+    """Return the cosines of the outer and inner half angle; below all cosines without a cone."""
     return (cos(light.cone_outer_rad), cos(light.cone_inner_rad)) if light.kind == "spot" else (-3.0, -2.0)
 
 
 def lights_from(camera: pg.Camera, *lights: pg.Light) -> tuple[Float64, Float64, Float64]:
-    """Places, colours and axes as columns, world axes, relative to the eye.
+    """Return positions, colors and axes as columns, in world axes, relative to the eye.
 
-    The last row holds the kind by its number, the cosine of the inner and that of the outer half angle.
+    The last row has the kind's number, and the cosines of the inner and the outer half angle.
     """
     places, colors, axes = np.zeros((4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
     for column, light in enumerate(lights):
@@ -120,12 +122,12 @@ def lights_from(camera: pg.Camera, *lights: pg.Light) -> tuple[Float64, Float64,
 
 @pg.struct
 class Lit:
-    """A vertex with world axes, the eye at the origin."""
+    """A vertex in world axes, with the eye at the origin."""
 
     position: vec4
     normal: vec3
     place: vec3
-    height: float  # over the plane, scene units
+    height: float  # above the plane, scene units
     uv: vec2
     color: vec4
 
@@ -135,7 +137,7 @@ class Shade:
     """A caster's vertex, flattened onto the plane."""
 
     position: vec4
-    above: float  # the plane, on the side of the light
+    above: float  # above the plane, on the side of the light
     beyond: float  # positive between the plane and the light
     place: vec4  # on the plane, relative to the light, homogeneous
     color: vec4
@@ -161,7 +163,7 @@ def one_light(light: vec4, color: vec4, axis: vec4, place: vec3, n: vec3) -> vec
 
 @pg.function
 def light_on(lights: mat4, colors: mat4, axes: mat4, place: vec3, normal: vec3, ambient: vec3) -> vec3:
-    """All lights: one column each, black where there are fewer."""
+    """Return the light of all lights: one column each, black for missing ones."""
     n = normalize(normal)
     total = ambient
     for i in range(LIGHTS_MOST):
@@ -174,7 +176,7 @@ def lit_object(
     surface: Lit, base_map: Image, lights: mat4, colors: mat4, axes: mat4, ambient: vec3, keep: float,
     has_map: Const[bool], cutoff: float,
 ) -> vec4:  # fmt: skip
-    """A lit surface; ``keep`` is the side of the plane that is drawn, 0 for both."""
+    """Shade a lit surface; ``keep`` is the side of the plane that is drawn, 0 for both."""
     if surface.height * keep < 0.0:
         discard()
     color = surface.color
@@ -190,7 +192,7 @@ def lit_plane(
     surface: Lit, base_map: Image, lights: mat4, colors: mat4, axes: mat4, ambient: vec3, face: vec4, side: float,
     has_map: Const[bool],
 ) -> vec4:  # fmt: skip
-    """The face of the plane that the eye sees, with that face's colour and opacity."""
+    """Shade the visible face of the plane, with that face's color and opacity."""
     color = face.rgb
     if has_map:
         color = color * base_map.sample(surface.uv).rgb
@@ -201,7 +203,7 @@ def lit_plane(
 def flatten(
     vertex: pg.Vertex, clip_from_local: mat4, above_row: vec4, beyond_row: vec4, spot_from_local: mat4
 ) -> Shade:
-    """A caster onto the plane, away from the light."""
+    """Flatten a caster onto the plane, away from the light."""
     local = vec4(vertex.position, 1.0)
     above, beyond = dot(above_row, local), dot(beyond_row, local)
     return Shade(clip_from_local * local, above, beyond, spot_from_local * local, vertex.color)
@@ -209,10 +211,10 @@ def flatten(
 
 @pg.fragment
 def darken(shade: Shade, darkness: float, axis: vec3, cone: vec2, translucent: Const[bool]) -> vec4:
-    """The share of the colour that a shadow leaves; what is not between plane and light throws none."""
+    """Return the fraction of the color that a shadow leaves; casters not between plane and light have no shadow."""
     if shade.above < 0.0 or shade.beyond <= 0.0:
         discard()
-    # where a spot's light does not fall there is none to take away
+    # outside of a spot's cone there is no light to remove
     taken = vec3(darkness * smoothstep(cone.x, cone.y, dot(normalize(shade.place.xyz / shade.place.w), axis)))
     if translucent:
         taken *= 1.0 - shade.color.rgb * (1.0 - clamp(shade.color.a, 0.0, 1.0))
@@ -221,7 +223,7 @@ def darken(shade: Shade, darkness: float, axis: vec3, cone: vec2, translucent: C
 
 @pg.kernel
 def fogged(color: Image, depth: Image, holds: DepthFrame, fog_color: vec3, fog: vec3, kind: Const[int]) -> vec4:
-    """OpenGL's fog over the distance along the view axis; ``fog`` is start, end, density."""
+    """Apply OpenGL's fog over the distance along the view axis; ``fog`` is start, end, density."""
     z = distance_held(depth[0, 0].r, holds)
     f = (fog.y - z) / (fog.y - fog.x)
     if kind == 2:
@@ -259,7 +261,7 @@ class Draws:
         }
 
     def plane(self, into: Any, depth: Any, name: str, face: object, **state: Any) -> Any:
-        """The plane's node, whatever side the eye is on."""
+        """Draw the plane's node, on whichever side the eye is."""
         node = self.ground.node
         origin = node.bounds.mean(axis=0)
         mesh = merged([node], origin)
@@ -275,7 +277,7 @@ class Draws:
         )
 
     def objects(self, into: Any, name: str, mirrored: bool) -> Any:
-        """All objects; mirrored ones inside the stencil, with the other winding, from the eye's side only."""
+        """Draw all objects; mirrored ones inside the stencil, with the other winding, from the eye's side only."""
         for batch in self.batches:
             material, blends = batch.material, batch.material.alpha_mode == "blend"
             matrix = mirror(self.ground.height - float(batch.origin[1])) if mirrored else np.eye(4)
@@ -295,10 +297,10 @@ class Draws:
         return into
 
     def shadows(self, into: Any, darkness: float, lift: float) -> Any:
-        """Each light has its own bit of the stencil, which the first triangle on a pixel turns over."""
+        """Draw shadows: each light has its own stencil bit, which the first triangle on a pixel flips."""
         objects = self.ground.objects
         casting = [node for node in objects.nodes if node.casts] if objects is not None else []
-        # solid ones first: where their shadow lies, a translucent one adds nothing
+        # solid ones first: where their shadow is, a translucent one adds nothing
         for translucent in (False, True):
             nodes = [node for node in casting if (node.material.alpha_mode == "blend") == translucent]
             if nodes:
@@ -327,7 +329,7 @@ class Draws:
         return into
 
     def _flattened(self, value: pg.Value, origin: Float64, lift: float) -> dict[str, object]:
-        """Matrices and rows of `flatten` for casters relative to ``origin``."""
+        """Return matrices and rows of `flatten` for casters relative to ``origin``."""
         level = self.ground.height - float(origin[1])
 
         def clip(camera: pg.Camera, light: pg.Light, size: tuple[int, int]) -> Float64:
@@ -350,7 +352,7 @@ class Draws:
         }
 
     def _darkness_on(self, origin: Float64, darkness: float) -> Callable[[pg.Camera, pg.Light], float]:
-        """None where the eye sees the face that the light does not reach."""
+        """Return a function of camera and light: 0 if the eye sees the face that the light does not reach."""
         height = self.ground.height
 
         def seen(camera: pg.Camera, light: pg.Light) -> float:
@@ -378,11 +380,11 @@ FOGS: tuple[Fog, ...] = get_args(Fog)
 
 @dataclass(frozen=True)
 class Planar:
-    """Every step's colour: the same target after each draw.
+    """The color target after every step: the same target after each draw.
 
     Attributes
     ----------
-    picture : what `planar` returns
+    picture : the result of `planar`
     reflection : steps 1 and 2, the mirrored objects inside the plane's stencil
     objects : step 3 and 4, plane and objects without shadows
     shadowed : steps 5 and 6
@@ -415,7 +417,7 @@ def planar_passes(
     fog_density: Annotated[float, pg.Range(0, None, "per scene unit")] = 0.05,
     display: bool = True,
 ) -> Planar:
-    """`planar` with every step; parameters as there."""
+    """Return `planar` with every step; parameters as there."""
     if not fog_start < fog_end:
         raise pg.GraphError(f"planar: fog_start must be below fog_end, got {fog_start!r} and {fog_end!r}")
     if len(scene.lights) > LIGHTS_MOST:
@@ -457,33 +459,34 @@ def planar() -> None:
 
     Parameters
     ----------
-    scene : a flat node at ``height`` is the plane (with its base colour map); without one, a square is made
-    height : of the plane, world y
-    top : linear colour of the plane's upper face; a texture multiplies it
-    top_opacity : what is left over shows the reflection
-    bottom : linear colour of the plane's lower face; a texture multiplies it
-    bottom_opacity : what is left over shows the reflection
-    darkness : share of the colour that the shadow of each light takes, once a pixel
-    lift : of the shadows over the plane; with 0 they speckle. Beside it they have a polygon offset; with 0 they
-        have neither: here to be seen
-    ambient : scene-linear light from all around
+    scene : a flat node at ``height`` is the plane (with its base color map); without one, a square is added
+    height : world y of the plane
+    top : linear color of the plane's upper face; a texture multiplies it
+    top_opacity : opacity of the upper face; the rest shows the reflection
+    bottom : linear color of the plane's lower face; a texture multiplies it
+    bottom_opacity : opacity of the lower face; the rest shows the reflection
+    darkness : fraction of the color that the shadow of each light removes, once per pixel
+    lift : height of the shadows above the plane. They also have a polygon offset; with 0 they have neither, to
+        demonstrate z-fighting
+    ambient : scene-linear ambient light
     fog : OpenGL's fog modes
     fog_color : scene-linear; also where there is no surface
-    fog_start : of linear fog, along the view axis
-    fog_end : of linear fog, beyond ``fog_start``
-    fog_density : of the exponential ones
+    fog_start : for linear fog, along the view axis
+    fog_end : for linear fog, beyond ``fog_start``
+    fog_density : for the exponential modes
     display : return an 8-bit sRGB picture; off, the scene-linear HDR target
 
     Returns
     -------
-    The target "picture", or the scene-linear one with ``display=False``.  A run takes ``camera=``, and
-    ``light=`` (with several lights ``light0=``, ``light1=`` …, four at most).
+    The target "picture", or the scene-linear one with ``display=False``.  A run takes ``camera=``, and ``light=`` (with
+    several lights ``light0=``, ``light1=`` …, at most four).
 
     Source: J. Blinn, "Me and My (Fake) Shadow", 1988; M. Woo et al., "OpenGL Programming Guide" (the red
     book), 3rd edition, chapter 14, shadows and reflections; OpenGL 2.1, section 3.10 (fog).  Deviations: a
-    bit of the stencil for each light, so that the shadows of two lights add up and those of two objects do
-    not; the reflection's fog is that of the plane it is seen in; a spot's shadows end with its cone; the
-    shadow of a translucent object lets its colour through, and where several overlap one of them counts.
+    book), 3rd edition, chapter 14, shadows and reflections; OpenGL 2.1, section 3.10 (fog).  Deviations: a stencil bit
+    for each light, so that the shadows of two lights add up and those of two objects do not; the reflection has the fog
+    of the plane it is seen in; a spot's shadows end with its cone; the shadow of a translucent object lets its color
+    through, and where several overlap one of them counts.
 
     Examples
     --------

@@ -1,1 +1,1 @@
-"""Effects from what an engine has: its picture and its depth buffer."""
+"""Effects on an engine's picture and depth buffer."""

@@ -10,20 +10,20 @@ from math import cos, pi, sin, sqrt
 import passgraph as pg
 from passgraph.arguments import shown
 
-#: Places one behind the other lie this far apart around the middle: the golden angle, which leaves no rows.
+#: Angle between successive points about the center: the golden angle, which forms no rows.
 GOLDEN_ANGLE = pi * (3.0 - sqrt(5.0))
 MM_PER_M = 1000.0
 
 
 @dataclass(frozen=True)
 class ThinLens:
-    """A thin lens before a sensor.
+    """A thin lens in front of a sensor.
 
     Attributes
     ----------
-    f_number : focal length through the diameter of the aperture
+    f_number : focal length divided by the diameter of the aperture
     focal_length_mm, sensor_height_mm : the picture's vertical angle of view is 2 atan(height / (2 focal length))
-    unit_m : metres of a scene unit
+    unit_m : meters of a scene unit
     """
 
     f_number: float
@@ -54,11 +54,11 @@ class ThinLens:
 def aperture_places(
     count: int, blades: int, rotation_rad: float = 0.0, crowded: bool = False
 ) -> tuple[tuple[float, float, float, float], ...]:
-    """Places all over an aperture as wide as 1: x, y, how far out, 1 being the rim, and the area that each stands for.
+    """Return points in an aperture of radius 1: x, y, distance (1 at the rim), and the area that each represents.
 
-    A round one, or a polygon of so many blades with the area of the round one, standing on a corner where it is not
-    turned.  Areas are 1 on average: of equal size, or ``crowded`` toward the middle, as many within each distance as
-    far out as that is.
+    The aperture is round, or a polygon with this number of blades and the same area, standing on a corner if not
+    rotated.  Areas are 1 on average: of equal size, or with ``crowded`` denser toward the center, with the number of
+    points within a distance proportional to it.
 
     >>> [round(value, 2) for value in aperture_places(4, 0)[3]]
     [0.74, 0.57, 0.94, 1.0]
@@ -81,7 +81,7 @@ def _rim(angle: float, blades: int) -> float:
 
 
 def corner_radius(blades: int) -> float:
-    """How far out the corners of an aperture are: those of the polygon whose area is that of a disc of radius 1.
+    """Return the distance of the aperture's corners: a polygon with the area of a disc of radius 1.
 
     >>> corner_radius(0), round(corner_radius(4), 3)
     (1.0, 1.253)

@@ -1,4 +1,4 @@
-"""Short shadows from a picture's own depth: what a shadow map is too coarse for."""
+"""Short shadows from a picture's own depth, for details too fine for a shadow map."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -29,13 +29,13 @@ from passgraph.effects.surfaces.geometry import (
 from passgraph.effects.surfaces.views import View
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
-#: Over this share of the way, at its end, and of the thickness what is met counts less: a shadow ends softly.
+#: Occluders near the end of the ray, and of the thickness, fade over this fraction, so that shadows end softly.
 FADE = 0.5
-#: The way ends at this share of the distance to the eye, where the picture has no room for it.
+#: The ray ends at this fraction of the distance to the eye, if the picture has no space for it.
 NEAREST = 0.1
 #: A sun from the upper left.
 DEFAULT_LIGHT = pg.Light.directional((0.5, -0.8, -0.4))
-#: A step of the way lies before a surface while it is less than this many pixels behind it.
+#: A step of the ray counts as in front of a surface while it is less than this many pixels behind it.
 SLACK_PX = 1.0
 
 
@@ -44,9 +44,9 @@ def way_to_light(
     linear_depth: Image, normals: Image, frame: ViewFrame, toward: vec4, reach: float, thickness: float,
     steps: Const[int],
 ) -> vec2:  # fmt: skip
-    """The share of the light that passes what the depth shows before it (1 without a surface); the linear depth.
+    """Return the fraction of the light not occluded by the depth picture (1 without a surface); and the linear depth.
 
-    ``toward`` is the light in the camera's frame: a place (w = 1), or the direction toward it (w = 0).
+    ``toward`` is the light in the camera's frame: a position (w = 1), or the direction toward it (w = 0).
     """
     linear = linear_depth[0, 0].r
     if linear <= 0.0:
@@ -57,14 +57,14 @@ def way_to_light(
     offset = toward.xyz - position * toward.w
     away = max(length(offset), 1e-20)
     way = offset * (min(reach, away if toward.w > 0.0 else reach) / away)
-    # where the surface faces away from the light the picture is dark already
+    # where the surface faces away from the light, the picture is dark already
     if dot(n, way) <= 0.0:
         return vec2(1.0, linear)
-    # not behind the eye: distances along the way are positive
+    # not behind the eye: distances along the ray are positive
     way = way * min((1.0 - NEAREST) * far / max(way.z, 1e-20), 1.0)
     size = pixel_step(frame, output_size(), 1.0)
     step_of_plane = linear_depth_step(frame, n, line_of_sight(frame, uv()), far, size)
-    # straight on the screen too, and linear there in the linear depth
+    # a straight line on the screen too, and linear there in the linear depth
     last = picture_place(frame, position + way)
     across = (last - uv()) * vec2(output_size())
     along = linear_on_planes(frame, far - way.z) - linear
@@ -75,7 +75,7 @@ def way_to_light(
         at = across * t
         nearest = floor(at + 0.5)
         found = linear_depth.texel(pixel() + ivec2(nearest)).r
-        # the texel's centre lies beside the way: its depth is carried over along the receiver's plane
+        # the texel's center is next to the ray: its depth is moved along the receiver's plane
         w = found + dot(at - nearest, step_of_plane)
         passing = linear_on_planes(frame, linear + along * t)
         behind = passing - linear_on_planes(frame, max(w, 1e-20))
@@ -89,7 +89,7 @@ def way_to_light(
 
 @pg.kernel
 def take_light(color: Image, share: Image, darkness: float) -> vec4:
-    """A picture of which shadows take a part."""
+    """Remove the shadow's part of the light from a picture."""
     here = color[0, 0]
     return vec4(here.rgb * mix(1.0, share[0, 0].r, darkness), here.a)
 
@@ -116,21 +116,21 @@ def contact_shadow(
     ----------
     color : any picture, linear light
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
-        ``color``. Of an engine's depth buffer it is made by `passgraph.effects.surfaces.engine_depth.distances`
-    light : which throws them, in the world, or a run value of it; left out, a sun from the upper left
-    reach : length of the way toward the light
-    thickness : of what is seen: a way that passes farther behind it is free
-    darkness : share of the picture's light that a shadow takes: what this light brings, of all
-    steps : along the way; each pixel of 4 by 4 begins at another place
+        ``color``. `passgraph.effects.surfaces.engine_depth.distances` computes it from an engine's depth buffer
+    light : the light, in world space, or its run value; default: a sun from the upper left
+    reach : length of the ray toward the light
+    thickness : of visible surfaces: a ray that passes farther behind them is free
+    darkness : fraction of the picture's light that a shadow removes: the contribution of this light
+    steps : steps along the ray; each pixel of 4 by 4 begins at another place
     denoised : average over the 4 by 4 pixels of the noise, along surfaces
-    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
-        out, one of ``vertical_fov_rad`` at the origin
+    camera : the camera of both, from `passgraph.Camera.from_matrices` for an engine's, or its run value. Default: one
+        with ``vertical_fov_rad`` at the origin
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the last pass and target
+    into : destination target; default: float32 named ``name``
+    name : name of the last pass and target
 
-    What is outside the picture or behind something seen throws none.  Surfaces that face away from the light stay as
-    they are: they have none of it.
+    Objects outside of the picture or hidden cast none.  Surfaces that face away from the light stay unchanged, as they
+    are not lit.
 
     Examples
     --------

@@ -1,5 +1,5 @@
 # mypy: disable-error-code="no-any-return"
-"""Depth of field: what is out of focus is blurred as a lens does it."""
+"""Depth of field: blur what is out of focus, like a lens."""
 
 from __future__ import annotations
 
@@ -14,23 +14,24 @@ from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Reach, Share
 from passgraph.effects.screen.aperture import ThinLens, aperture_places, corner_radius
 
-#: Half the size: blurred pictures have no detail that they would lose by it.
+#: Half the size: blurred pictures lose no detail by it.
 HALF = 0.5
-#: Half-size pixels along a tile, whose widest blur is known.
+#: Half-size pixels along a tile with a known widest blur.
 TILE = 8
-#: Places of the second pass over each layer, and how far it reaches, in ways between the taps of the first.
+#: Taps of the second pass over each layer, and its reach, in distances between the taps of the first.
 FILL_TAPS, FILL_GAPS = 8, 2.0
-#: Largest half float: brighter light is not blurred as what it is.
+#: Largest half float; brighter light is clamped before the blur.
 BRIGHTEST = 65504.0
-#: Radii, px: up to the first blurs are gathered at full size, from the second on at half size, between as both.
+#: Radii, px: up to the first blurs are gathered at full size, from the second on at half size, between them both are
+#: mixed.
 SMALL, LARGE = 2.0, 4.0
-#: How far blurs at full size reach, px.
+#: Reach of blurs at full size, px.
 WINDOW = 2
 
 
 @pg.kernel
 def circle(depth: Image, blur: vec2, widest: float) -> float:
-    """The radius by which each pixel is blurred, px, negative before the plane of focus; nothing drawn is far away."""
+    """Return the blur radius of each pixel, px, negative in front of the plane of focus; the sky is infinitely far."""
     z = depth[0, 0].r
     nearness = 1.0 / z if z > 0.0 else 0.0
     return clamp((blur.x - blur.y * nearness) * float(output_size().y), -widest, widest)
@@ -38,7 +39,7 @@ def circle(depth: Image, blur: vec2, widest: float) -> float:
 
 @pg.function
 def nearer(radius: float) -> float:
-    """The share in which a pixel counts as one of the layer before the plane of focus."""
+    """Return the fraction in which a pixel belongs to the layer in front of the plane of focus."""
     return smoothstep(SMALL, LARGE, -radius)
 
 
@@ -52,13 +53,14 @@ def disc(radius: float, away: float) -> float:
 
 @pg.kernel
 def blurred_a_little(color: Image, circles: Image) -> vec4:
-    """Blurs of a few pixels, gathered at full size: pixels as far as they reach, and no farther than what they hide."""
+    """Gather blurs of a few pixels at full size: pixels as far as they reach, and no farther than the blur of
+    occluders."""
     here = circles[0, 0].r
     total, weight = vec3(0.0), 0.0
     for y in range(-WINDOW, WINDOW + 1):
         for x in range(-WINDOW, WINDOW + 1):
             there = circles[x, y].r
-            # what lies behind this pixel is seen around it as far as this pixel itself is blurred
+            # pixels behind this one are visible around it as far as this pixel itself is blurred
             own = min(abs(there), abs(here)) if there > here else abs(there)
             seen = disc(min(own, SMALL), sqrt(float(x * x + y * y))) * (1.0 - nearer(there))
             total += min(vec3(BRIGHTEST), max(vec3(0.0), color[x, y].rgb)) * seen
@@ -68,10 +70,10 @@ def blurred_a_little(color: Image, circles: Image) -> vec4:
 
 @pg.kernel
 def halved(color: Image, circles: Image) -> tuple[vec4, vec4, float]:
-    """Half the size, two layers: what is in focus or behind, with its radius, and what is before it, with its share.
+    """Halve the size into two layers: in focus or behind, with the radius; and in front, with its fraction.
 
-    Radii are of half-size pixels; of the farther layer -1 where there is none.  Of several distances each layer keeps
-    one side of: the farthest, and the nearest.
+    Radii are in half-size pixels; -1 in the farther layer if it is empty.  At depth edges each layer keeps one side:
+    the farthest, or the nearest.
     """
     first = 2 * pixel()
     far, near = -1.0, 0.0
@@ -96,7 +98,7 @@ def halved(color: Image, circles: Image) -> tuple[vec4, vec4, float]:
 
 @pg.kernel
 def widest_of_tile(reach: Image) -> float:
-    """The largest radius of a tile."""
+    """Return the largest radius of a tile."""
     found = 0.0
     for y in range(TILE):
         for x in range(TILE):
@@ -106,9 +108,9 @@ def widest_of_tile(reach: Image) -> float:
 
 @lru_cache(maxsize=16)
 def widest_around_by(tiles: int) -> Any:
-    """A kernel for the largest radius of a tile and so many around it, one more than blurs reach.
+    """Return a kernel for the largest radius of the tiles around a tile, one tile farther than blurs reach.
 
-    Read between tiles it is nowhere less than what reaches there, and has no steps.
+    Sampled between tiles it is nowhere less than the blurs there, and has no steps.
     """
 
     @pg.kernel
@@ -124,17 +126,17 @@ def widest_around_by(tiles: int) -> Any:
 
 @lru_cache(maxsize=16)
 def gathers(taps: int, blades: int, rotation_rad: float, cats_eye: float) -> tuple[Any, Any]:
-    """The kernels that gather the layer behind and the layer before the plane of focus."""
+    """Return the kernels that gather the layers behind and in front of the plane of focus."""
     places = aperture_places(taps, blades, rotation_rad)
-    # blurs much smaller than the widest around are to be met by some
+    # blurs much smaller than the widest around need some taps too
     crowded = aperture_places(taps, blades, rotation_rad, crowded=True)
     rim = corner_radius(blades)
 
     @pg.function
     def passed(at: vec2, size: ivec2, place: vec2, radius: float) -> float:
-        """Whether the lens's front rim lets light of a place of the picture through to a place of the aperture.
+        """Return True if the lens's front rim lets light from a picture position through to an aperture position.
 
-        Seen from the side, the rim is a circle that is shifted against the aperture; its edge is as wide as a pixel.
+        Seen from the side, the rim is a circle shifted against the aperture; its edge is as wide as a pixel.
         """
         shift = cats_eye * (2.0 * at - vec2(size)) / length(vec2(size))
         return clamp((rim - length(place + shift)) * radius + 0.5, 0.0, 1.0)
@@ -150,7 +152,7 @@ def gathers(taps: int, blades: int, rotation_rad: float, cats_eye: float) -> tup
             # lenses show points behind the plane of focus upside down
             at = vec2(pixel()) + 0.5 - vec2(places[i][0], places[i][1]) * radius
             there = back.texel(ivec2(floor(at)))
-            # what is sharper lies in front, and is seen here as far as its own blur reaches
+            # sharper pixels are in front, and visible here as far as their own blur reaches
             own = min(there.a, radius)
             seen = disc(own, places[i][2] * radius) * (radius * radius) if own >= 0.0 else 0.0
             if cats_eye > 0.0:
@@ -162,7 +164,7 @@ def gathers(taps: int, blades: int, rotation_rad: float, cats_eye: float) -> tup
 
     @pg.kernel
     def before(front: Image, reach: Image, back: Image, widest: Image) -> tuple[vec4, vec4]:
-        """Light and share of the lens that what is near covers, and what is behind it."""
+        """Return light and coverage of near objects, and the light behind them."""
         most = widest.sample((vec2(pixel()) + 0.5) / float(TILE) / vec2(widest.size)).r
         if most == 0.0:
             return vec4(0.0), vec4(0.0)
@@ -178,11 +180,11 @@ def gathers(taps: int, blades: int, rotation_rad: float, cats_eye: float) -> tup
                     seen *= passed(vec2(at) + 0.5, front.size, place * (around / max(own, 0.5)), own)
                 covered += front.texel(at) * seen
             if cats_eye > 0.0:
-                # what the rim hides is no part of the lens
+                # the part hidden by the rim is no part of the lens
                 lens += crowded[i][3] * passed(vec2(pixel()) + 0.5, front.size, place, around)
             hidden = back.texel(at)
             if hidden.a >= 0.0:
-                # a guess must not invent light: lamps count little
+                # an estimate must not invent light: lamps get little weight
                 filled += vec4(hidden.rgb, 1.0) * crowded[i][3] / (1.0 + max(hidden.r, hidden.g, hidden.b))
         covered = covered / (max(lens, 0.5) if cats_eye > 0.0 else float(taps))
         return covered / max(covered.a, 1.0), filled / float(taps)
@@ -192,9 +194,9 @@ def gathers(taps: int, blades: int, rotation_rad: float, cats_eye: float) -> tup
 
 @lru_cache(maxsize=16)
 def fillings(taps: int) -> tuple[Any, Any]:
-    """The kernels that fill in what lies between taps, where few of them met what is small and bright."""
+    """Return the kernels that fill in between taps, which may miss small bright spots."""
     places = aperture_places(FILL_TAPS, 0)
-    # of the way between neighbouring taps
+    # distance between neighboring taps
     gap = FILL_GAPS / _sqrt(taps)
 
     @pg.function
@@ -221,7 +223,7 @@ def fillings(taps: int) -> tuple[Any, Any]:
 
 @pg.function
 def enlarged(half: Image) -> vec4:
-    """A picture of half the size where this pixel is, bilinearly."""
+    """Upsample a picture of half the size bilinearly."""
     return half.sample((vec2(pixel()) + 0.5) * HALF / vec2(half.size))
 
 
@@ -236,7 +238,7 @@ def together(little: Image, circles: Image, far: Image, near: Image, hidden: Ima
             shown = mix(shown, blurred.rgb / blurred.a, smoothstep(SMALL, LARGE, radius))
     over = enlarged(near)
     if over.a > 0.0:
-        # a pixel before the plane of focus shows what it hides where its own layer lets the lens through
+        # a pixel in front of the plane of focus shows hidden pixels where its own layer lets light through
         open_share = max(nearer(radius) - over.a, 0.0)
         rest = 1.0 - over.a - open_share
         if open_share > 0.0:
@@ -269,24 +271,24 @@ def depth_of_field(
 
     Parameters
     ----------
-    color : linear light, any range; in front of the tone map. Alpha stays
+    color : linear light, any range; before tone mapping. Alpha stays
     depth : red is the distance along the view axis in scene units, 0 where nothing is drawn; of the size of ``color``
-    focus_distance : of what is sharp
-    f_number : focal length through the aperture's diameter; 1.4 blurs much, 16 little
-    focal_length_mm : of the lens. The picture's vertical angle of view is 2 atan(sensor height / (2 focal length))
+    focus_distance : distance of the plane of focus
+    f_number : focal length divided by the aperture's diameter; 1.4 blurs much, 16 little
+    focal_length_mm : focal length. The picture's vertical angle of view is 2 atan(sensor height / (2 focal length))
     sensor_height_mm : 24 is full frame
-    unit_m : metres of a scene unit
+    unit_m : meters of a scene unit
     blades : corners of the aperture, and of highlights; 0 is round, else 3 or more
-    rotation_rad : of the blades, counterclockwise from standing on a corner
-    cats_eye : how much the lens's front rim narrows highlights off the axis: its shift against the aperture in the
+    rotation_rad : rotation of the blades, counterclockwise from standing on a corner
+    cats_eye : narrowing of highlights off the axis by the lens's front rim: its shift against the aperture in the
         picture's corners, in radii. Only their shape changes; corners do not darken
-    widest_px : radii above this are cut off
-    taps : places at which the aperture is sampled
-    into : where it goes; left out, float16 with the name ``name``
-    name : of the passes and targets
+    widest_px : limit of blur radii
+    taps : samples of the aperture
+    into : destination target; default: float16 named ``name``
+    name : name of the passes and targets
 
-    What is sharp does not bleed into what is blurred behind it, and what is near is blurred over what is sharp, where
-    it covers that share of the lens.  What lies hidden behind a near thing's blurred rim is guessed from around it.
+    Sharp pixels do not bleed into blurred ones behind them, and near objects blur over sharp ones, with their coverage
+    of the lens.  Areas hidden behind a near object's blurred rim are estimated from around it.
 
     Source: M. Potmesil, I. Chakravarty, "A Lens and Aperture Camera Model for Synthetic Image Generation", 1981 (circle
     of confusion); J. Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH 2014

@@ -17,15 +17,15 @@ from passgraph.scene.camera import DEFAULT_FOV_RAD
 
 #: Below this the mean of an exponential is a series; its next term is 5e-8 there, and the quotient's rounding 5e-7.
 SERIES = 0.25
-#: Distance of what is endlessly far, whose square float32 holds.
+#: Distance of the sky, whose square fits float32.
 ENDLESS = 1e18
-#: e to this, times any distance, is all the fog that float32 can tell.
+#: e to this, times any distance, is the most fog that float32 can express.
 DENSEST = log(1e18)
 
 
 @pg.function
 def mean_of_exponential(x: float) -> float:
-    """The mean of exp(-t) for t from 0 to x, x ≥ 0: (1 - exp(-x)) / x without cancellation near 0."""
+    """Return the mean of exp(-t) for t from 0 to x, x ≥ 0: (1 - exp(-x)) / x without cancellation near 0."""
     t = min(x, SERIES)
     series = 1.0 + t * (-1.0 / 2.0 + t * (1.0 / 6.0 + t * (-1.0 / 24.0 + t * (1.0 / 120.0 - t / 720.0))))
     return series if x < SERIES else (1.0 - exp(-x)) / max(x, SERIES)
@@ -33,10 +33,10 @@ def mean_of_exponential(x: float) -> float:
 
 @pg.function
 def optical_depth(density: float, falloff: float, height: float, rise: float, way: float) -> float:
-    """Fog along a straight way of this length that begins at ``height`` over the base and rises by ``rise``.
+    """Return the fog along a ray of this length that begins at ``height`` above the base and rises by ``rise``.
 
-    Of density · exp(-falloff · height) the closed integral is that at the lower end, times the mean of an exponential
-    that falls from there: neither is more than the result, so that nothing overflows and nothing cancels.
+    The closed integral of density · exp(-falloff · height) is the density at the lower end, times the mean of an
+    exponential that falls from there: neither exceeds the result, so nothing overflows or cancels.
     """
     lowest = min(-falloff * (height + min(rise, 0.0)), DENSEST)
     return density * exp(lowest) * mean_of_exponential(falloff * abs(rise)) * way
@@ -47,12 +47,12 @@ def fogged(
     color: Image, depth: Image, frame: ViewFrame, up: vec3, eye_height: float, fog_color: vec3, density: float,
     falloff: float, start: float, back: float, most: float, sky: float,
 ) -> vec4:  # fmt: skip
-    """A picture behind its fog; ``back`` is clear too, as it lies behind the engine's eye."""
+    """Return a picture behind its fog; ``back`` is clear too, as it is behind the engine's eye."""
     here = color[0, 0]
     z = depth[0, 0].r
     if z <= 0.0 and sky <= 0.0:
         return here
-    # where sight begins: at the eye, or beside it where rays are parallel
+    # start of the ray: at the eye, or beside it where rays are parallel
     begin = view_position(frame, uv(), 0.0)
     ray = line_of_sight(frame, uv()) * (z if z > 0.0 else ENDLESS)
     far = length(ray)
@@ -87,23 +87,23 @@ def fog(
     ----------
     color : any picture, linear light
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
-        ``color``. Of an engine's depth buffer it is made by `passgraph.effects.surfaces.engine_depth.distances`
-    density : of the fog at ``height``, for each scene unit of a way: after 1 / density a share 1 / e is still seen
-    falloff : how fast it thins upward, for each scene unit: 1 / falloff higher it has 1 / e of its density. With 0 it
-        is alike everywhere
-    height : world y at which it has its density
-    start : distance from the eye that is clear
+        ``color``. `passgraph.effects.surfaces.engine_depth.distances` computes it from an engine's depth buffer
+    density : density of the fog at ``height``, per scene unit: after 1 / density a fraction 1 / e is still visible
+    falloff : decrease of density with height, per scene unit: 1 / falloff higher it is 1 / e. With 0 it is uniform
+    height : world y with the given density
+    start : distance from the eye without fog
     fog_color : scene-linear light of the fog itself
-    most : share of the fog's colour that nothing exceeds
-    sky : whether fog lies before what is endlessly far, where there is no surface
-    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
-        out, one of ``vertical_fov_rad`` at the origin
+    most : largest fraction of the fog's color
+    sky : True to apply fog to the sky, where there is no surface
+    camera : the camera of both, from `passgraph.Camera.from_matrices` for an engine's, or its run value. Default: one
+        with ``vertical_fov_rad`` at the origin
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass and target
+    into : destination target; default: float32 named ``name``
+    name : name of the pass and target
 
     Source: C. Wenzel, "Real-time Atmospheric Effects in Games", SIGGRAPH 2006, the integral of exponential height
-    fog. Deviation: it is taken from the lower end of the ray, where it neither overflows nor, on level rays, cancels.
+    fog. Deviation: it is computed from the lower end of the ray, where it neither overflows nor, on level rays,
+    cancels.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A picture dimmed by the occlusion that its depth shows."""
+"""Darken a picture by the ambient occlusion of its depth."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -16,7 +16,7 @@ from passgraph.scene.camera import DEFAULT_FOV_RAD
 
 @pg.kernel
 def dim(color: Image, occlusion: Image) -> vec4:
-    """A picture whose light cannot be told apart."""
+    """Darken all light of a picture, as its parts are unknown."""
     here = color[0, 0]
     return vec4(here.rgb * occlusion[0, 0].r, here.a)
 
@@ -44,22 +44,22 @@ def occluded(
     ----------
     color : any picture, linear light
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
-        ``color``. Of an engine's depth buffer it is made by `passgraph.effects.surfaces.engine_depth.distances`
-    radius : how far away things still take light
+        ``color``. `passgraph.effects.surfaces.engine_depth.distances` computes it from an engine's depth buffer
+    radius : reach of occluders
     method : horizons, or points of a hemisphere. See `passgraph.effects.ambient.ambient_occlusion.ambient_occlusion`
-    slices : of gtao: planes through the line of sight
-    steps : of gtao: taps to each side of a slice
-    thickness : of gtao: by how much a horizon sinks again toward each lower tap behind it
-    power : exponent on the visibility: 1 is physical, more is darker
-    half_resolution : search at half the width and height, then enlarge along surfaces
-    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
-        out, one of ``vertical_fov_rad``
+    slices : for gtao: planes through the line of sight
+    steps : for gtao: taps to each side of a slice
+    thickness : for gtao: by how much a horizon sinks again toward each lower tap behind it
+    power : exponent of the visibility: 1 is physical, more is darker
+    half_resolution : search at half the width and height, then upsample along surfaces
+    camera : the camera of both, from `passgraph.Camera.from_matrices` for an engine's, or its run value. Default: one
+        with ``vertical_fov_rad``
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the last pass and target
+    into : destination target; default: float32 named ``name``
+    name : name of the last pass and target
 
-    Normals are made from the depth; all light is dimmed, since what comes from all around cannot be told
-    from the rest.  `passgraph.effects.ambient.ambient_occlusion.occlusion` gives the visibility itself.
+    Normals are computed from the depth.  All light is dimmed, since ambient light cannot be separated from the rest.
+    `passgraph.effects.ambient.ambient_occlusion.occlusion` returns the visibility itself.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Outlines: lines where what is seen ends before something farther away, and along creases."""
+"""Outlines: draw lines along silhouettes and creases."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -17,9 +17,9 @@ from passgraph.effects.surfaces.geometry import ViewFrame, linear_on_planes, spr
 from passgraph.effects.surfaces.views import View
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
-#: Distance of the sky where rays are parallel; float32 holds differences from it.
+#: Distance of the sky where rays are parallel; float32 can represent differences from it.
 ENDLESS = 1e18
-#: Lines reach full strength where steps are this many times what counts.
+#: Lines reach full strength at this multiple of the threshold.
 FULL = 1.5
 
 
@@ -32,7 +32,7 @@ def linear_or_sky(frame: ViewFrame, distance: float) -> float:
 
 @pg.function
 def step_back(frame: ViewFrame, depth: Image, here: float, by: ivec2) -> float:
-    """Return how far the neighbors on both sides lie behind this pixel's plane, scene units; negative in front.
+    """Return how far the neighbors on both sides are behind this pixel's plane, scene units; negative in front.
 
     Second differences vanish on planes at any angle.  At the picture's border no plane is known.
     """
@@ -51,7 +51,7 @@ def lined(
     color: Image, depth: Image, normals: Image, frame: ViewFrame, line_color: vec3, opacity: float, jump: float,
     crease_cosine: float, width: Const[int],
 ) -> vec4:  # fmt: skip
-    """A picture with lines inside what they surround."""
+    """Draw lines inside of the outlined objects."""
     c, here = color[0, 0], depth[0, 0].r
     if here <= 0.0:
         return c
@@ -92,23 +92,23 @@ def outlines(
     ----------
     color : any picture
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
-        ``color``. Of an engine's depth buffer it is made by `passgraph.effects.surfaces.engine_depth.distances`
-    line_color : of the lines, in the picture's own encoding
-    opacity : of the lines
-    width_px : of the lines, which lie inside what they surround
-    jump : what counts as an edge: a step in distance of this share of the height that is seen there
+        ``color``. `passgraph.effects.surfaces.engine_depth.distances` computes it from an engine's depth buffer
+    line_color : color of the lines, in the picture's own encoding
+    opacity : opacity of the lines
+    width_px : width of the lines, which are inside the outlined objects
+    jump : threshold of an edge: a step in distance, as a fraction of the visible height there
     crease_rad : surfaces that meet at a larger angle than this have a line between them; pi draws none
-    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's; a run may bring another.
-        Left out, one of ``vertical_fov_rad`` at the origin
+    camera : the camera of both, from `passgraph.Camera.from_matrices` for an engine's; a run may set another. Default:
+        one with ``vertical_fov_rad`` at the origin
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the last pass and target
+    into : destination target; default: float32 named ``name``
+    name : name of the last pass and target
 
-    Steps are departures from the plane through a pixel, so that floors have no lines at any angle, up to the horizon.
-    Lines have hard edges: `fxaa` behind it smooths them.  A depth buffer of 16 bits has steps of its own far away.
+    Steps are deviations from the plane through a pixel, so floors have no lines at any angle, up to the horizon. Lines
+    have hard edges, which `fxaa` can smooth.  A 16-bit depth buffer has steps of its own far away.
 
     Source: T. Saito, T. Takahashi, "Comprehensible Rendering of 3-D Shapes", SIGGRAPH 1990 (profiles and edges from
-    differences of depth). Deviation: of second differences of what is linear on planes, and on the near side only.
+    differences of depth). Deviation: second differences of a quantity that is linear on planes, on the near side only.
 
     Examples
     --------
@@ -122,7 +122,7 @@ def outlines(
     """
     seen_by = camera_of(camera, vertical_fov_rad)
     normals = depth_normals(depth, seen_by, f"{name}_normals")
-    # below any cosine where creases are left out
+    # below any cosine if creases are off
     cosine = cos(crease_rad) if crease_rad < pi else -2.0
     drawing: Any = lined(
         color, depth, normals, View(seen_by).frame(), line_color, opacity, jump, cosine, width_px,

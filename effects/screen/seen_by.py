@@ -1,4 +1,4 @@
-"""The camera of effects that take a picture and its depth."""
+"""The camera of effects on a picture and its depth."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import passgraph as pg
 
 
 def camera_of(camera: pg.Camera | pg.Value | None, vertical_fov_rad: float) -> pg.Camera | pg.Value:
-    """The camera given, or one at the origin that only knows its angle.
+    """Return the given camera, or one at the origin with this angle of view.
 
     >>> camera_of(None, 0.5).vertical_fov_rad
     0.5

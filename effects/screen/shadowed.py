@@ -1,4 +1,4 @@
-"""Soft shadows of meshes on what an engine has drawn, of which only the picture and the depth are known."""
+"""Soft shadows of meshes on an engine's picture, given its depth."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -31,7 +31,7 @@ def shares(free: Image, shadowed: Image, depth: Image) -> vec4:
 
 @pg.kernel
 def take_shares(color: Image, shares: Image) -> vec4:
-    """A picture of which each channel keeps its share."""
+    """Multiply each channel of a picture by the remaining fraction of light."""
     here = color[0, 0]
     return vec4(here.rgb * shares[0, 0].rgb, here.a)
 
@@ -50,24 +50,23 @@ def shadowed(
     into: pg.TargetSpec | None = None,
     name: str = "shadowed",
 ) -> pg.Target:
-    """An engine's picture with the soft shadows of meshes: what receives them is known by its depth alone.
+    """Add soft shadows of meshes to an engine's picture, whose surfaces are known by depth only.
 
     Parameters
     ----------
-    color : the picture, linear light, of surfaces under the same lights without shadows
+    color : the picture, linear light, with surfaces lit by the same lights without shadows
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
-        ``color``. Of an engine's depth buffer it is made by `passgraph.effects.surfaces.engine_depth.distances`
-    casters : meshes that throw shadows, in the engine's world, and the lights; whatever they stand on need not be among
-        them
+        ``color``. `passgraph.effects.surfaces.engine_depth.distances` computes it from an engine's depth buffer
+    casters : meshes that cast shadows, in the engine's world space, and the lights; receivers need not be among them
     softness, filter, map_size : see `passgraph.effects.shadows.soft_shadow.soft_shadow`
-    ambient : scene-linear light (or its red, green, blue) from all around that the picture holds beside the lights'
-        on a white surface; no shadow takes it away
-    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's; a run may bring another. Left
-        out, that of ``casters``
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the last pass and target
+    ambient : scene-linear ambient light (or its red, green, blue) in the picture, in addition to the lights, on a white
+        surface; shadows do not affect it
+    camera : the camera of both, from `passgraph.Camera.from_matrices` for an engine's; a run may set another. Default:
+        that of ``casters``
+    into : destination target; default: float32 named ``name``
+    name : name of the last pass and target
 
-    Normals are made from the depth.  Maps hold all casters: what the camera may see of receivers is not known before.
+    Normals are computed from the depth.  Maps contain all casters, as the visible receivers are unknown in advance.
 
     Returns
     -------
@@ -76,7 +75,7 @@ def shadowed(
     Raises
     ------
     GraphError
-        Where there are no casters or no lights.
+        If there are no casters or no lights.
 
     Examples
     --------
@@ -95,7 +94,7 @@ def shadowed(
         camera if isinstance(camera, pg.Value) else pg.Value("camera", pg.Camera, default=camera or casters.camera)
     )
     chosen = decided(Auto() if filter is None else filter, casters, softness)
-    # a floor below all other casters shadows what the engine has under it
+    # a floor below all other casters shadows the engine's geometry under it
     thrown = Casters(nodes, casters.bounds())
     lights, notes = lights_of(casters), list[str]()
     seen = GBuffer(color, depth_normals(depth, view.camera, f"{name} normals"), depth)

@@ -1,4 +1,4 @@
-"""Screen-space reflections: mirrors that show what the picture shows elsewhere."""
+"""Screen-space reflections: mirrors that reflect other parts of the picture."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -26,15 +26,15 @@ from passgraph.effects.surfaces.geometry import (
 from passgraph.effects.surfaces.views import View
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
-#: A way begins this many pixels before its surface, and ends at this share of the distance to the eye.
+#: A ray begins this many pixels in front of its surface, and ends at this fraction of the distance to the eye.
 START_PX, NEAREST = 0.5, 0.05
-#: Halvings of the step that met a surface; share of the reach over which reflections fade at its end.
+#: Halvings of the step that hit a surface; fraction of the reach over which reflections fade at its end.
 HALVINGS, END = 6, 0.2
 
 
 @pg.function
 def share_inside(first: float, across: float, size: float) -> float:
-    """Of a way from ``first`` on the share before it leaves the numbers from 0 to ``size``."""
+    """Return the fraction of a ray from ``first`` on before it leaves the range from 0 to ``size``."""
     return ((size if across > 0.0 else 0.0) - first) / across if across != 0.0 else 1.0
 
 
@@ -43,7 +43,7 @@ def mirrored(
     color: Image, depth: Image, normals: Image, mask: Image, frame: ViewFrame, reflectance: float, reach: float,
     thickness: float, fade: float, steps: Const[int], has_mask: Const[bool],
 ) -> vec4:  # fmt: skip
-    """The picture, and in it what the reflected line of sight meets."""
+    """Add to the picture what the reflected line of sight hits."""
     here, far = color[0, 0], depth[0, 0].r
     if far <= 0.0:
         return here
@@ -53,9 +53,9 @@ def mirrored(
     cosine = dot(n, v)
     ray = n * (2.0 * cosine) - v
     start = position + n * (START_PX * pixel_step(frame, output_size(), far).y)
-    # not behind the eye: distances along the way are positive
+    # not behind the eye: distances along the ray are positive
     way = ray * (reach * min((1.0 - NEAREST) * far / max(reach * ray.z, 1e-20), 1.0))
-    # straight on the screen too, and linear there in what is linear on planes
+    # a straight line on the screen too, with a linear `linear_on_planes`
     first, last = picture_place(frame, start) * size, picture_place(frame, start + way) * size
     near = linear_on_planes(frame, -start.z)
     change = linear_on_planes(frame, -start.z - way.z) - near
@@ -71,7 +71,7 @@ def mirrored(
         found = depth.texel(at).r
         behind = distance - found
         apart = at.x != pixel().x or at.y != pixel().y
-        # a step that goes deeper than what is seen is thick may begin before it
+        # a step that goes deeper than the surface's thickness may begin in front of it
         if found > 0.0 and apart and behind >= 0.0 and behind <= max(thickness, distance - before):
             met = t
             break
@@ -93,9 +93,9 @@ def mirrored(
     around = depth.gather(there / size, 0)
     farthest = max(around.x, around.y, around.z, around.w)
     nearest = min(around.x, around.y, around.z, around.w)
-    # beside an edge, what is behind it has no part
+    # next to an edge, the background does not count
     light = color.sample(there / size) if nearest > 0.0 and farthest - nearest <= thickness else color.texel(at)
-    # the back of what is seen may look otherwise
+    # the back of a visible surface may look different
     faces = dot(unpack_normal(normals.texel(at).zw), ray) < 0.0
     inside = at.x >= 0 and at.y >= 0 and at.x < output_size().x and at.y < output_size().y
     if not (faces and inside and distance - found <= thickness and isfinite(light.r + light.g + light.b)):
@@ -127,35 +127,35 @@ def ssr(
     into: pg.TargetSpec | None = None,
     name: str = "ssr",
 ) -> pg.Target:
-    """Mirrors that show what the picture shows elsewhere (screen-space reflections).
+    """Add screen-space reflections: mirrors that reflect other parts of the picture.
 
     Parameters
     ----------
     color : any picture, linear light
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
-        ``color``. Of an engine's depth buffer it is made by `passgraph.effects.surfaces.engine_depth.distances`
-    reflectance : share of the light that surfaces mirror where they are seen straight on, 1 at grazing angles: 0.04 is
-        water, glass and lacquer, 0.5 to 1 metal
-    mask : of which surfaces reflect; red is a factor on their share, 0 to 1. Left out, all do
-    reach : length of the reflected ways; they fade over the last fifth
-    thickness : of what is seen: a way that passes farther behind it goes on
-    fade : share of the picture's size over which reflections of what is near its border fade
-    steps : along the way, at least a pixel long; more find what is thin
-    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
-        out, one of ``vertical_fov_rad`` at the origin
+        ``color``. `passgraph.effects.surfaces.engine_depth.distances` computes it from an engine's depth buffer
+    reflectance : reflected fraction of the light at normal incidence, 1 at grazing angles: 0.04 is water, glass and
+        lacquer, 0.5 to 1 metal
+    mask : reflecting surfaces; red is a factor of their reflectance, 0 to 1. Default: all reflect
+    reach : length of the reflected rays; they fade over the last fifth
+    thickness : of visible surfaces: a ray that passes farther behind them continues
+    fade : fraction of the picture's size over which reflections of objects near its border fade
+    steps : steps along the ray, each at least a pixel; more find thin objects
+    camera : the camera of both, from `passgraph.Camera.from_matrices` for an engine's, or its run value. Default: one
+        with ``vertical_fov_rad`` at the origin
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the last pass and target
+    into : destination target; default: float32 named ``name``
+    name : name of the last pass and target
 
-    What is outside the picture, hidden or seen from behind is not reflected, nor is the sky: there the picture stays
-    as it is.  Normals are made from the depth, and mirrors are smooth.
+    Objects outside of the picture, hidden or seen from behind are not reflected, nor is the sky: there the picture
+    stays unchanged.  Normals are computed from the depth, and mirrors are smooth.
     Source: M. McGuire, M. Mara, "Efficient GPU Screen-Space Ray Tracing", JCGT 2014; C. Schlick, "An Inexpensive BRDF
-    Model for Physically-based Rendering", 1994. Deviations: steps are as long as the way in the picture needs, and the
-    one that meets a surface is halved six times.
+    Model for Physically-based Rendering", 1994. Deviations: steps are as long as the ray in the picture needs, and the
+    one that hits a surface is halved six times.
 
     Examples
     --------
-    A wall that faces the eye reflects what stands behind the eye, which is in no picture:
+    A wall that faces the eye reflects objects behind the eye, which are in no picture:
 
     >>> import numpy as np
     >>> made = ssr(pg.Input("frame"), pg.Input("depth"), reflectance=1.0)

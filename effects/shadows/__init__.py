@@ -1,1 +1,1 @@
-"""Shadows of lights: maps, filters, and the effects made of them."""
+"""Shadows of lights: maps, filters, and effects that use them."""

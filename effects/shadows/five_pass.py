@@ -27,9 +27,9 @@ from passgraph.effects.surfaces.views import Casters, LightFrame, MapView, View
 from passgraph.srgb import linear_to_srgb
 
 MaskFormat = Literal["r8", "r16f", "r32f"]
-#: What a comparison counts that finds a caster, so that the mask runs from here to 1.
+#: Result of a comparison that finds a caster, so that the mask runs from here to 1.
 DARKEST = 0.1
-#: Width of the spotlight's picture, texels, and the share of its radius over which it fades.
+#: Width of the spotlight's picture, texels, and the fraction of its radius over which it fades.
 SPOT_TEXELS = 64
 SPOT_RIM = 0.35
 
@@ -40,7 +40,7 @@ class FivePass:
 
     Attributes
     ----------
-    shadow_map : pass 1, r32f, distance along the light's axis in scene units, 1e30 where nothing is
+    shadow_map : pass 1, r32f, distance along the light's axis in scene units, 1e30 where there is no caster
     mask : pass 2, 0.1 in shadow to 1 in light; 1 where there is no surface
     mask_x, mask_blurred : passes 3 and 4
     picture : pass 5
@@ -59,7 +59,7 @@ def compared(
     light_texel: float, light_bias: float, cutoff: float,
     kind: Const[int], double_sided: Const[bool], receives: Const[bool], masked: Const[bool], has_base: Const[bool],
 ) -> float:  # fmt: skip
-    """Pass 2: nine texels of the shadow map, compared one by one and averaged."""
+    """Pass 2: compare nine texels of the shadow map one by one, and average."""
     if masked and surface.color.a * (base_map.sample(surface.uv).a if has_base else 1.0) < cutoff:
         discard()
     if not receives:
@@ -84,13 +84,13 @@ def lit(
     light_color: vec3, ambient: float, cutoff: float,
     kind: Const[int], double_sided: Const[bool], masked: Const[bool], has_base: Const[bool], display: Const[bool],
 ) -> vec4:  # fmt: skip
-    """Pass 5: light per pixel times the mask times the spotlight's picture."""
+    """Pass 5: multiply light per pixel by the mask and the spotlight's picture."""
     color = surface.color
     if has_base:
         color = color * base_map.sample(surface.uv)
     if masked and color.a < cutoff:
         discard()
-    # the spotlight's picture stands for the cone: the light itself shines to all sides
+    # the spotlight's picture replaces the cone: the light itself shines in all directions
     arriving = light_color * facing(sided(surface.normal, double_sided), light_place)
     if kind != 0:
         offset = light_place - surface.view
@@ -122,7 +122,7 @@ def five_pass_targets(
     spotlight: pg.Texture | None = None,
     display: bool = True,
 ) -> FivePass:
-    """`five_pass` with every target on the way; parameters as there."""
+    """Return `five_pass` with all intermediate targets; parameters as there."""
     _check(scene)
     default = scene.lights[0]
     casters = Casters.of(scene)
@@ -182,25 +182,25 @@ def five_pass() -> None:
 
     Parameters
     ----------
-    scene : what is drawn; it has one light, which has to see all casters in one view
-    kernel : of the blur, normalised or faithful to the print. "normalised" blurs symmetrically with weights that add
-        up to 1; "faithful" blurs as printed: each pass makes the mask 1.0665 times as bright (1.137 both) and moves
-        it 0.408 texel, to the left and up
+    scene : the scene to draw, with one light, which must see all casters in one view
+    kernel : kernel of the blur, normalized or as printed. "normalised" blurs symmetrically with weights that add up to
+        1; "faithful" blurs as printed: each pass makes the mask 1.0665 times as bright (1.137 both) and moves it 0.408
+        texel, to the left and up
     weights : computed by the "host", or by the "kernel" for each pixel
     map_size : texels along each side of the shadow map
-    mask_format : of the mask and its blurs; "r8" cuts what the faithful kernel brightens beyond 1
-    ambient : scene-linear light that neither shadow nor spotlight takes away
-    background : scene-linear colour where there is no surface
-    spotlight : a picture that the light projects, over the whole shadow map; left out, a soft round spot
+    mask_format : format of the mask and its blurs; "r8" clips values that the faithful kernel brightens beyond 1
+    ambient : scene-linear light that neither shadow nor spotlight affects
+    background : scene-linear color where there is no surface
+    spotlight : a picture that the light projects, over the whole shadow map; default: a soft round spot
     display : return an 8-bit sRGB picture; off, scene-linear rgba16f
 
     Returns
     -------
-    The target "picture". A run takes ``camera=`` and ``light=``; what is left out is as in the scene.
+    The target "picture". A run takes ``camera=`` and ``light=``; defaults are those of the scene.
 
-    Source: "Soft-Edged Shadows", GameDev.net article 2193, 2005. Deviations: comparisons against the plane of
-    the receiver in place of a constant offset; the texture matrix is applied for each pixel; translucent
-    surfaces are left out; ambient light, 0 there.
+    Source: "Soft-Edged Shadows", GameDev.net article 2193, 2005. Deviations: comparisons against the plane of the
+    receiver instead of a constant offset; the texture matrix is applied for each pixel; translucent surfaces are
+    skipped; ambient light, 0 there.
 
     Examples
     --------
@@ -211,17 +211,17 @@ def five_pass() -> None:
 
 
 def round_spot() -> pg.Texture:
-    """The spotlight's picture where none is given: white, fading to black toward a circle inside the border."""
+    """Return the default spotlight picture: white, fading to black toward a circle inside the border."""
     at = (np.arange(SPOT_TEXELS) + 0.5) / SPOT_TEXELS * 2.0 - 1.0
     radius = np.hypot(*np.meshgrid(at, at))
-    # the map is a little wider than the cone, and its outermost texels have to be black
+    # the map is a little wider than the cone, and its outermost texels must be black
     t = np.clip((1.0 - 3.0 / SPOT_TEXELS - radius) / SPOT_RIM, 0.0, 1.0)
     bright = np.rint(255.0 * t * t * (3.0 - 2.0 * t)).astype(np.uint8)
     return pg.Texture.make(bright, "linear", "round spot")
 
 
 def _surface(batch: Batch, view: View, stand_in: pg.Target) -> dict[str, object]:
-    """Values of both draws; ``stand_in`` is where there is no base colour map, whose code is left out."""
+    """Return the values of both draws; ``stand_in`` replaces a missing base color map, whose code is removed."""
     material = batch.material
     texture = material.base_color_texture
     return {
@@ -251,6 +251,6 @@ def _check(scene: pg.Scene) -> None:
     if len(scene.lights) > 1:
         names = ", ".join(repr(light.name) for light in scene.lights)
         raise pg.GraphError(
-            f"five_pass: one light, and scene {scene.name!r} has {len(scene.lights)}: {names}; choose with "
+            f"five_pass needs one light, and scene {scene.name!r} has {len(scene.lights)}: {names}; choose with "
             "scene.with_(lights=[...]), or use soft_shadow, which takes any number"
         )

@@ -1,4 +1,4 @@
-"""The blur of the five passes: 15 taps, every other texel, as printed at the time and as it was meant."""
+"""The blur of the five passes: 15 taps, every other texel, as printed at the time and corrected."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -21,11 +21,11 @@ ROOT_TAU = sqrt(2.0 * pi)
 
 
 def tap_weights(kernel: BlurKernel = "normalised") -> tuple[float, ...]:
-    """Weights of the texels at 0, +1, -1, +3, -3 … +13, -13.
+    """Return the weights of the texels at 0, +1, -1, +3, -3 … +13, -13.
 
-    The centre has 1·G(0; rho=2), the others 2·G(i; rho=3), with G(x; rho) = exp(-x²/(2 rho²)) / sqrt(2 pi rho²).
-    "faithful" weights the texel at -i with 2·G(i + 1; 3) and leaves the sum as it is; "normalised" weights both
-    sides alike and divides by the sum.
+    The center has 1·G(0; rho=2), the others 2·G(i; rho=3), with G(x; rho) = exp(-x²/(2 rho²)) / sqrt(2 pi rho²).
+    "faithful" weights the texel at -i with 2·G(i + 1; 3) and does not normalize; "normalised" weights both sides alike
+    and divides by the sum.
 
     >>> round(sum(tap_weights("faithful")), 4), round(sum(tap_weights()), 12)
     (1.0665, 1.0)
@@ -44,7 +44,7 @@ def tap_weights(kernel: BlurKernel = "normalised") -> tuple[float, ...]:
 
 @pg.kernel
 def blur_with(mask: Image, weights: Array[float, Literal[15]], dx: Const[int], dy: Const[int]) -> float:
-    """Weights from the host."""
+    """Blur with weights from the host."""
     total = mask[0, 0].r * weights[0]
     for pair in range(PAIRS):
         i = 2 * pair + 1
@@ -54,13 +54,13 @@ def blur_with(mask: Image, weights: Array[float, Literal[15]], dx: Const[int], d
 
 @pg.function
 def gaussian(x: float, rho: float) -> float:
-    """One-dimensional, its integral is 1."""
+    """Return a one-dimensional Gaussian with integral 1."""
     return pg.exp(-x * x / (2.0 * rho * rho)) / (ROOT_TAU * rho)
 
 
 @pg.kernel
 def blur_computing(mask: Image, slip: Const[int], dx: Const[int], dy: Const[int]) -> float:
-    """Weights computed for each pixel; with ``slip`` 1 those as printed, with 0 normalised ones."""
+    """Blur with weights computed for each pixel; ``slip`` 1 gives those as printed, 0 normalized ones."""
     weight = gaussian(0.0, CENTER_RHO)
     total = mask[0, 0].r * weight
     for pair in range(PAIRS):
@@ -76,11 +76,11 @@ def blur_computing(mask: Image, slip: Const[int], dx: Const[int], dy: Const[int]
 def blur_mask(
     mask: pg.Target, kernel: BlurKernel = "normalised", weights: WeightsFrom = "host", mask_format: str = "r32f"
 ) -> tuple[pg.Target, pg.Target]:
-    """Passes 3 and 4: the red channel blurred horizontally, then vertically.
+    """Run passes 3 and 4: blur the red channel horizontally, then vertically.
 
     Parameters
     ----------
-    mask : any picture; outside it the rule of ``mask.border(...)`` holds
+    mask : any picture; outside of it, reads follow the rule of ``mask.border(...)``
     kernel : see `tap_weights`
     weights : computed by the "host" in float64, or in the "kernel" for each pixel
     mask_format : of both targets

@@ -1,4 +1,4 @@
-"""All lights of a scene: their shadow maps, and the light that they bring with and without shadows."""
+"""All lights of a scene: their shadow maps, and their light with and without shadows."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from passgraph.effects.surfaces.views import Casters, MapView, View
 
 @dataclass
 class Lighting:
-    """Adds one light after another to the two sums."""
+    """Adds one light after another to both sums."""
 
     scene: pg.Scene
     view: View
@@ -41,15 +41,15 @@ class Lighting:
     map_blur_px: int
     notes: list[str]
     filter: DecidedFilter
-    to_view: bool  # whether maps are fitted to what the camera sees
-    width: object  # half that of edges in scene units: a number, a value, or None for 0
+    to_view: bool  # True if maps are fitted to the camera's view
+    width: object  # half the width of edges in scene units: a number, a value, or None for 0
 
     def __post_init__(self) -> None:
         self.maps: list[pg.Target] = []
         self._fit = self._fitted() if self.to_view else None
 
     def sums(self, ambient: tuple[float, float, float]) -> tuple[pg.Target, pg.Target]:
-        """Light on white surfaces without and with shadows."""
+        """Return the light on white surfaces without and with shadows."""
         free, shadowed = ambient_light(
             self.seen.normals, ambient, self.view.up(), into=_pair("ambient"), name="ambient light"
         )
@@ -72,7 +72,7 @@ class Lighting:
                 frame, seen_by = look.frame(self.view, self.map_size), self.view.frame()
                 if needed:
                     map_, by = self._map(look, meshes, name)
-                    # what does not search leaves out the code that reads it
+                    # filters without a search drop the code that reads it
                     nearest = (
                         nearest_casters(map_, self.map_size, name) if isinstance(self.filter, SearchingFilter) else map_
                     )
@@ -130,7 +130,7 @@ class Lighting:
         """Return the inputs of a lookup: the map of one light, and the run values of the filter."""
         map_ = shadow_map(look, meshes, self.map_size, f"shadow map of {name}")
         self.maps.append(map_)
-        # does not soften shadows (see soft_shadow); without a radius it is the map itself
+        # it does not soften shadows (see soft_shadow); without a radius it is the map itself
         map_ = gaussian_blur(map_, self.map_blur_px / 2.0, self.map_blur_px, name=f"blurred map of {name}")
         if isinstance(look, MomentView) and isinstance(self.filter, MomentFilter):
             by = look.filter_frame(self.filter)
@@ -152,7 +152,7 @@ class Lighting:
         )  # fmt: skip
 
     def _faces(self, light: pg.Light) -> Sequence[int]:
-        """One map where the light sees all casters in one view, else the six faces of a cube."""
+        """Return one map if the light sees all casters in one view, else the six faces of a cube."""
         if light.kind == "point" and light.fitted_frustum(self.casters.bounds_for(light)) is None:
             return range(6)
         return (-1,)

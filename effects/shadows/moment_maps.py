@@ -1,4 +1,4 @@
-"""Shadow maps turned into maps of moments, and blurred once a light."""
+"""Convert shadow maps to maps of moments, and blur them once per light."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -25,16 +25,16 @@ from passgraph.effects.shadows.shadow_moments import (
 from passgraph.effects.surfaces.views import Float64, LightFrame, MapView, Seen, View
 from passgraph.scene.matrices import translation
 
-#: A blur reaches no farther than this share of the map's width to each side.
+#: Largest radius of a blur as a fraction of the map's width.
 WIDEST = 1.0 / 8.0
-#: Bounds of loops that end early.  Drivers write out loops that are short (Mesa up to 32 rounds), and then make every
-#: read: on llvmpipe a narrow blur takes twice the time.
+#: Bounds of loops that exit early.  Drivers unroll short loops (Mesa up to 32 iterations), and then execute every read:
+#: on llvmpipe a narrow blur takes twice the time.
 NOT_WRITTEN_OUT = 64
 
 
 @dataclass(frozen=True, eq=False)
 class MomentView(MapView):
-    """The view of a map of moments: wider than a map of depths by the radius of the blur.
+    """The view of a map of moments: wider than a depth map by the radius of the blur.
 
     ``width`` is half that of edges in scene units: a number or a value.
     """
@@ -58,7 +58,7 @@ class MomentView(MapView):
         share = self.width * float(projection[0, 0])
         if light.kind != "directional":
             share /= 0.5 * (near + far)
-        # the casters keep size - 2 (radius + 2) texels, and the width is this share of half of them
+        # the casters have size - 2 (radius + 2) texels, and the width is this fraction of half of them
         radius = 0.5 * share * (self.map_size - 4.0) / (1.0 + share)
         return min(radius, WIDEST * self.map_size)
 
@@ -90,7 +90,7 @@ class MomentView(MapView):
 
 
 def depths_of(projection: Float64) -> tuple[float, float]:
-    """Near and far, scene units."""
+    """Return near and far, scene units."""
     scale, shift = float(projection[2, 2]), float(projection[2, 3])
     if projection[3, 3] == 1.0:
         return (shift + 1.0) / scale, (shift - 1.0) / scale
@@ -99,7 +99,7 @@ def depths_of(projection: Float64) -> tuple[float, float]:
 
 @pg.function
 def depth_at(map: Image, by: FilterFrame) -> float:
-    """-1 to 1; a blur reads outside the map, where the outermost texels are repeated: they are empty."""
+    """Return the depth from -1 to 1; outside of the map the outermost texels are repeated, which are empty."""
     p, last = pixel(), output_size() - 1
     border = p.x == 0 or p.y == 0 or p.x == last.x or p.y == last.y
     return 1.0 if border and by.radius > 0.0 else normalised(map[0, 0].r, by)
@@ -107,38 +107,38 @@ def depth_at(map: Image, by: FilterFrame) -> float:
 
 @pg.kernel
 def variance_map(map: Image, by: FilterFrame) -> vec2:
-    """Depth and its square."""
+    """Return depth and its square."""
     return two_moments(depth_at(map, by))
 
 
 @pg.kernel
 def exponential_map(map: Image, by: FilterFrame) -> vec4:
-    """Two warps of the depth, and their squares."""
+    """Return two warps of the depth, and their squares."""
     return warped_moments(depth_at(map, by), by.exponent)
 
 
 @pg.kernel
 def moment_map(map: Image, by: FilterFrame) -> vec4:
-    """Four powers of the depth."""
+    """Return four powers of the depth."""
     return four_moments(depth_at(map, by))
 
 
 @pg.kernel
 def pack(moments: Image) -> vec4:
-    """Four powers for 16 bits."""
+    """Pack four powers into 16 bits."""
     return packed_moments(moments[0, 0])
 
 
 def block_of(radius: float) -> int:
-    """Texels to each side of a block's middle: blocks of about √radius texels make for the fewest reads."""
+    """Return the texels to each side of a block's center: blocks of about √radius texels need the fewest reads."""
     return max(int((radius**0.5 - 1.0) / 2.0), 0)
 
 
 @dataclass(frozen=True)
 class BoxKernels:
-    """A box in one direction, in two passes: `block`, the mean of a few texels, and `box`, of blocks side by side.
+    """A box blur in one direction, in two passes: `block` averages a few texels, and `box` averages adjacent blocks.
 
-    About 4 √radius reads a texel, where one pass takes 2 radius.
+    It needs about 4 √radius reads per texel, where one pass needs 2 radius.
     """
 
     block: Any  # (map, by, dx, dy)
@@ -149,10 +149,10 @@ class BoxKernels:
 def box_kernels(reach: int, channels: int) -> BoxKernels:
     """Return box kernels for any half width from half a texel to ``reach`` texels. Two channels or four.
 
-    The outermost texels count by the part of them that the box covers.
+    The outermost texels are weighted by the part that the box covers.
     """
     longest = max(2 * block_of(reach) + 1, NOT_WRITTEN_OUT)
-    most = max(int(reach**0.5) + 4, NOT_WRITTEN_OUT)  # blocks to each side: more than √reach where they are just short
+    most = max(int(reach**0.5) + 4, NOT_WRITTEN_OUT)  # blocks to each side: more than √reach if they are barely shorter
 
     @pg.function
     def block_mean(map: Image, reach: int, dx: int, dy: int) -> vec4:
@@ -167,7 +167,7 @@ def box_kernels(reach: int, channels: int) -> BoxKernels:
     @pg.function
     def box_mean(blocks: Image, map: Image, radius: float, reach: int, dx: int, dy: int) -> vec4:
         here = pixel()
-        # shares first: every partial sum then stays below the largest value
+        # weights are applied first, so that every partial sum stays below the largest value
         share = 1.0 / (2.0 * radius)
         length = 2 * reach + 1
         of_block = share * float(length)
@@ -210,21 +210,21 @@ def box_kernels(reach: int, channels: int) -> BoxKernels:
 def blurred_moments(
     map: pg.Target, filter_: MomentFilter, by: pg.Derived, blurred: bool, map_size: int, name: str
 ) -> pg.Target:
-    """The moments of a shadow map, blurred by a box.
+    """Compute the moments of a shadow map, blurred by a box.
 
     Parameters
     ----------
     map : depths, see `passgraph.effects.shadows.shadow_map.shadow_map`
-    of : which moments
+    of : kind of moments
     by : see `MomentView.filter_frame`
-    blurred : off where the width is known to be 0
+    blurred : False if the width is known to be 0
     map_size : texels along each side
-    name : of the light
+    name : name of the light
 
     Returns
     -------
-    rg32f, rgba32f, or with ``Msm(format="rgba16")`` what
-    `passgraph.effects.shadows.shadow_moments.packed_moments` says.
+    rg32f, rgba32f, or with ``Msm(format="rgba16")`` the result of
+    `passgraph.effects.shadows.shadow_moments.packed_moments`.
     """
     two = isinstance(filter_, Vsm)
     kernel = variance_map if two else exponential_map if isinstance(filter_, Evsm4) else moment_map

@@ -1,9 +1,9 @@
 """Bounds for the search for casters: the least depth around each block of a shadow map.
 
-A caster can be in the way of a light with an extent only within the cone from the receiver to the light, which is the
-wider the nearer the caster is to the light.  How wide a search has to be is a fact of the casters before that
-receiver; the depth where all casters of a scene begin says little about it: one floor whose border reaches the plane
-of the lamp would make every search as wide as the map.
+A caster can occlude an area light only within the cone from the receiver to the light, which is wider the nearer the
+caster is to the light.  So the necessary search width depends on the casters in front of that receiver.  The least
+depth of all casters in a scene is a poor bound: one floor that extends to the plane of the lamp would make every search
+as wide as the map.
 """
 
 # mypy: disable-error-code="no-any-return"
@@ -16,18 +16,18 @@ from passgraph.effects.shadows.shadow_filters import Receiver, reach_of
 from passgraph.effects.shadows.shadow_map import NOTHING
 from passgraph.effects.surfaces.views import LightFrame
 
-#: Texels along each side of a block that has one nearest depth, at least; larger ones are put together from such.
+#: Least texels along each side of a block with one nearest depth; larger blocks combine several.
 LEAST_BLOCK = 8
-#: How far about a receiver's block the four depths look, in blocks.
+#: Reach of the four depths around a receiver's block, in blocks.
 AROUND = (1.0, 4.0, 16.0, 64.0)
-#: Blocks along each side of a map, at most: the farthest look then covers half the map whatever its size, which is as
-#: far as a filter reaches (see `passgraph.effects.shadows.shadow_filters.FARTHEST`).
+#: Most blocks along each side of a map: the farthest depth then covers half the map at any size, which is the reach of
+#: a filter (see `passgraph.effects.shadows.shadow_filters.FARTHEST`).
 MOST_BLOCKS = 128
 
 
 @pg.kernel
 def nearest_of_blocks(map: Image, side: Const[int]) -> float:
-    """The least depth of each block; beyond the map's border its last texels count again."""
+    """Return the least depth of each block; beyond the map's border its last texels are repeated."""
     first = pixel() * side
     nearest = NOTHING
     for y in range(side):
@@ -38,7 +38,7 @@ def nearest_of_blocks(map: Image, side: Const[int]) -> float:
 
 @pg.kernel
 def within_one(blocks: Image) -> float:
-    """The least of 3 × 3 blocks."""
+    """Return the least depth of 3 × 3 blocks."""
     nearest = NOTHING
     for y in range(-1, 2):
         for x in range(-1, 2):
@@ -48,7 +48,7 @@ def within_one(blocks: Image) -> float:
 
 @pg.kernel
 def within_four(one: Image) -> vec2:
-    """And that of 9 × 9, put together from 3 × 3 of the above."""
+    """Add the least depth of 9 × 9 blocks, combined from 3 × 3 of the previous."""
     nearest = NOTHING
     for y in range(-1, 2):
         for x in range(-1, 2):
@@ -58,7 +58,7 @@ def within_four(one: Image) -> vec2:
 
 @pg.kernel
 def within_sixteen(two: Image) -> vec3:
-    """And that of 33 × 33, put together from 4 × 4 of the above."""
+    """Add the least depth of 33 × 33 blocks, combined from 4 × 4 of the previous."""
     nearest = NOTHING
     for y in range(4):
         for x in range(4):
@@ -68,7 +68,7 @@ def within_sixteen(two: Image) -> vec3:
 
 @pg.kernel
 def within_sixty_four(three: Image) -> vec4:
-    """And that of 129 × 129, put together from 4 × 4 of the above."""
+    """Add the least depth of 129 × 129 blocks, combined from 4 × 4 of the previous."""
     nearest = NOTHING
     for y in range(4):
         for x in range(4):
@@ -77,12 +77,12 @@ def within_sixty_four(three: Image) -> vec4:
 
 
 def nearest_casters(map: pg.Target, map_size: int, name: str) -> pg.Target:
-    """The least depths about each block of a shadow map.
+    """Compute the least depths around each block of a shadow map.
 
     Returns
     -------
-    rgba32f, a texel for every block of the map: the least depth up to 1, 4, 16 and 64 blocks from it.  A block has
-    8 × 8 texels in maps of up to 1024, and whole times as many in larger ones, so that there are MOST_BLOCKS at most.
+    rgba32f, a texel for every block of the map: the least depth up to 1, 4, 16 and 64 blocks from it.  A block has 8 ×
+    8 texels in maps of up to 1024, and an integer multiple in larger ones, so that there are at most MOST_BLOCKS.
     """
     said = f"nearest casters of {name}"
     side = -(-map_size // LEAST_BLOCK)
@@ -100,24 +100,24 @@ def nearest_casters(map: pg.Target, map_size: int, name: str) -> pg.Target:
 
 @pg.function
 def block_of(map: Image, nearest: Image) -> int:
-    """Texels along each side of a block.
+    """Return the texels along each side of a block.
 
-    The sizes of both pictures say it exactly where there are as many blocks to a side as a block has texels; where
-    there are fewer, the map is small and its blocks are the least.
+    The sizes of both pictures determine it if there are at least as many blocks per side as texels per block; with
+    fewer blocks, the map is small and its blocks have the least size.
     """
     return max(LEAST_BLOCK, (map.size.x + nearest.size.x - 1) // nearest.size.x)
 
 
 @pg.function
 def search_reach(map: Image, nearest: Image, light: LightFrame, receiver: Receiver, kind: int) -> float:
-    """Scene units about the receiver within which every caster lies that can be in its light's way.
+    """Return the distance from the receiver, scene units, within which all its casters are.
 
     All casters up to some distance are no nearer to the light than the least depth there; a search as wide as that
-    depth asks finds all that matter, wherever it ends before that distance.
+    depth requires finds all that matter, if it ends before that distance.
     """
     inside = clamp(receiver.place, vec2(0.5), vec2(map.size) - 0.5)
     outside = length(receiver.place - inside)
-    # a scene unit; a reach that is half the map must not be more by rounding
+    # a scene unit; a reach of half the map must not exceed it by rounding
     texels = 0.999 * max(length(receiver.right), abs(receiver.above.y))
     block = block_of(map, nearest)
     least = nearest.texel(ivec2(floor(inside)) // block)

@@ -1,4 +1,4 @@
-"""Percentage-closer soft shadows: how wide a filter is, its casters say."""
+"""Percentage-closer soft shadows: the casters' distance determines the width of the filter."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -23,7 +23,7 @@ from passgraph.effects.surfaces.views import LightFrame
 
 
 def pcss(taps: int) -> Any:
-    """The lookup of "pcss"; the search and the filter have so many taps each."""
+    """Return the lookup of "pcss"; the search and the filter have ``taps`` taps each."""
     places: Any = vogel_disc(taps)
 
     @pg.function
@@ -38,10 +38,10 @@ def pcss(taps: int) -> Any:
         kind: int,
         face: int,
     ) -> float:
-        """Comparisons over as much of the map as the light's size and the casters' mean depth make a penumbra.
+        """Compare over a disc as large as the penumbra from the light's size and the casters' mean depth.
 
         Source: R. Fernando, "Percentage-Closer Soft Shadows", 2005. Deviation: the search is as wide as the casters
-        about the receiver ask, see `passgraph.effects.shadows.nearest_casters`.
+        around the receiver require, see `passgraph.effects.shadows.nearest_casters`.
         """
         receiver = receiver_at(map, light, position, surface, lift, kind)
         if receiver.share >= 0.0:

@@ -1,4 +1,4 @@
-"""Shadows of lights with an extent, searched for in half the size, and sharpened in full size where they are sharp."""
+"""Shadows of area lights, searched for at half the size, and sharpened at full size where they are sharp."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -38,38 +38,38 @@ from passgraph.effects.surfaces.geometry import (
 )
 from passgraph.effects.surfaces.views import LightFrame
 
-#: Half widths of penumbrae, in pixels of the side that the view shortens, up to which full size decides, and from which
-#: half the size does: the small picture's pixels are 2 wide, and of a penumbra that is hardly wider they catch a point
-#: or two.
+#: Half widths of penumbrae, in pixels of the foreshortened side: below the first, full size decides; above the second,
+#: half size. The small picture's pixels are 2 wide, and would sample a narrow penumbra at only one or two points.
 SHARP_PX, SOFT_PX = 1.5, 4.0
-#: Comparisons for each place of the search: a mean of few has steps that show as bands in wide penumbrae.
+#: Comparisons per search point: a mean of few has steps that are visible as bands in wide penumbrae.
 COMPARED = 2
-#: Comparisons of each pixel in full size: enough for a penumbra of SOFT_PX.
+#: Comparisons of each pixel at full size: enough for a penumbra of SOFT_PX.
 FEW = 12
 FEW_PLACES: Any = vogel_disc(FEW)
-#: In full size casters count from so many texels before the receiver on where it lies behind the plane of the foremost,
-#: or where all comparisons find one; else from DEPTH_SLACK_TEXELS on, as what meets in a hollow edge is no caster.
+#: At full size casters count from this many texels in front of the receiver on if it is behind the plane of the
+#: foremost one, or if all comparisons find one; else from DEPTH_SLACK_TEXELS on, as surfaces that meet in a concave
+#: edge are no casters.
 NEAR_SLACK_TEXELS = 0.5
-#: How far a pixel of the small picture may lie off the plane of one that it is blended into.
+#: Largest distance of a half-size pixel from the plane of a pixel that it is blended into.
 SAME_PLANE_PX = 2.0
-#: Half width of the least filter, in texels: an edge in a map is only known to a texel, and straightened by that much.
+#: Half width of the smallest filter, in texels: edges in a map are known to one texel, and smoothed by that much.
 LEAST = 0.6
-#: A texel is met by rays that pass its middle by up to half its diagonal.
+#: A texel is hit by rays that pass its center within half its diagonal.
 HALF_DIAGONAL = 0.75
-#: A comparison counts for casters whose own penumbra is so many times narrower at most: the ray passes others nearer to
-#: the receiver's place.
+#: Largest ratio of the penumbra to that of a caster that a comparison counts: the ray passes nearer ones closer to the
+#: receiver's position.
 WIDER = 2.0
-#: Casters are near ones where their penumbra is so many times narrower than the widest that a search could find, and
-#: the search is wider than so many texels.
+#: Casters count as near if their penumbra is narrower by this factor than the widest that a search could find, and the
+#: search is wider than this many texels.
 FAR_AND_NEAR = 0.25
 LAYERED_TEXELS = 4.0
-#: Places of the search crowd toward the middle with this power of their number; 0.5 would spread them evenly. Most
-#: casters are near the receiver, and can be in its way only near its own place.
+#: Search points are denser toward the center, with this power of their index; 0.5 would spread them uniformly. Most
+#: casters are near the receiver, and can occlude it only near its own position.
 CROWDING = 1.25
 
 
 def search_disc(taps: int) -> tuple[tuple[float, float], ...]:
-    """Points of a disc of radius 1, closer together toward its middle.
+    """Return points of a disc of radius 1, denser toward its center.
 
     >>> [round(math.hypot(x, y), 3) for x, y in search_disc(4)]
     [0.074, 0.293, 0.556, 0.846]
@@ -81,16 +81,16 @@ def search_disc(taps: int) -> tuple[tuple[float, float], ...]:
 
 @pg.struct
 class Layers:
-    """Half widths of the penumbrae of the casters that a receiver has before it, scene units."""
+    """Half widths of the penumbrae of the casters in front of a receiver, scene units."""
 
-    far: float  # of casters far from it; -1 where there is none
-    near: float  # of those near it; -1 where there is none
-    split: float  # far casters have at least this
+    far: float  # of casters far from it; -1 if there are none
+    near: float  # of casters near it; -1 if there are none
+    split: float  # least half width of far casters
 
 
 @pg.function
 def facing_light(light: LightFrame, position: vec3, n: vec3, kind: int) -> bool:
-    """Whether the light's middle lies over the surface."""
+    """Return True if the light's center is above the surface."""
     return dot(n, toward_light(light, position, kind)) > 0.0
 
 
@@ -102,14 +102,14 @@ def step_aside(size: ivec2, frame: ViewFrame) -> vec2:
 
 @lru_cache(maxsize=64)
 def find_penumbrae(taps: int) -> Any:
-    """A kernel for every other pixel of every other row: the share of the light that arrives, and the penumbra's half
-    width in pixels.
+    """Return a kernel for every other pixel of every other row: the fraction of the light that arrives, and the
+    penumbra's half width in pixels.
 
-    The width is 0 where nothing is in the way, and -1 where no light can arrive or there is no surface.
+    The width is 0 where nothing occludes, and -1 where no light can arrive or there is no surface.
 
-    Source: R. Fernando, "Percentage-Closer Soft Shadows", 2005. Deviations: of the casters found only those count
-    that lie in the cone from the receiver to the light, for their mean and for the comparisons; the mean is harmonic
-    in their distance, as the nearest bound the light; places of the search crowd toward the middle.
+    Source: R. Fernando, "Percentage-Closer Soft Shadows", 2005. Deviations: of the casters found only those in the cone
+    from the receiver to the light count, for their mean and for the comparisons; the mean is harmonic in their
+    distance, as the nearest ones bound the light; search points are denser toward the center.
     """
     search_places: Any = search_disc(taps)
     compared = COMPARED * taps
@@ -119,7 +119,7 @@ def find_penumbrae(taps: int) -> Any:
     def casters_about(
         map: Image, nearest: Image, light: LightFrame, receiver: Receiver, kind: int, face: int
     ) -> Layers:
-        """Harmonic means of the distances to the casters in the cone to the light, far ones and near ones."""
+        """Return harmonic means of the distances to the casters in the cone to the light, far ones and near ones."""
         search = search_reach(map, nearest, light, receiver, kind)
         margin = HALF_DIAGONAL * receiver.texel
         split = search * FAR_AND_NEAR if search > LAYERED_TEXELS * receiver.texel else 0.0
@@ -144,12 +144,12 @@ def find_penumbrae(taps: int) -> Any:
 
     @pg.function
     def share_of_rays(map: Image, light: LightFrame, receiver: Receiver, layers: Layers, kind: int, face: int) -> float:
-        """The mean over rays to places of the light; each is compared once or twice, at the map's depths there.
+        """Average over rays to points of the light; each is compared once or twice with the map's depths on its way.
 
-        A ray that meets nothing where it passes the widest layer is compared again where it passes the near one. One
-        that meets a caster too near to the receiver to be in its way there is compared where it passes that caster's
-        depth: what the map shows there is either that caster or hides it, and it is taken to go on below. Where a
-        farther caster hides the near layer and nothing is known of it, near casters are as common as elsewhere.
+        A ray that hits nothing in the widest layer is compared again in the near layer. One that hits a caster too near
+        to the receiver to occlude it there is compared at that caster's depth: the map shows either that caster or
+        something in front of it, and the caster is assumed to continue below. Where a farther caster hides the near
+        layer, near casters are assumed to be as common as elsewhere.
         """
         margin = HALF_DIAGONAL * receiver.texel
         widest = max(max(layers.far, layers.near), LEAST * receiver.texel)
@@ -202,24 +202,24 @@ def find_penumbrae(taps: int) -> Any:
 
 @pg.function
 def own_plane(frame: ViewFrame, flat: vec2, far: float, slope: vec2, smooth: vec3, toward: vec3) -> vec3:
-    """The normal of the triangle's plane where that faces the light and the smooth normal, which decides, does too."""
+    """Return the triangle's own normal if it faces the light and the smooth normal, which decides, does too."""
     plane = normalize(across_plane(frame, flat, far, slope))
     return plane if dot(plane, toward) > 0.0 and dot(smooth, toward) > 0.0 else smooth
 
 
 @pg.struct
 class Found:
-    """A texel of the map, and what lies there."""
+    """A texel of the map, and the caster there."""
 
     texel: ivec2
-    away: vec2  # of its centre from the receiver's place, in texels
-    depth: float  # of the caster; NOTHING beyond the map's border
-    before: float  # by how much that lies before the receiver's plane and cone, scene units
+    away: vec2  # offset of its center from the receiver's position, in texels
+    depth: float  # depth of the caster; NOTHING beyond the map's border
+    before: float  # how far it is in front of the receiver's plane and cone, scene units
 
 
 @pg.function
 def found_at(map: Image, receiver: Receiver, offset: vec2, kind: int, face: int) -> Found:
-    """The caster ``offset`` scene units beside a receiver."""
+    """Return the caster at an offset of ``offset`` scene units from a receiver."""
     place = floor(receiver.place + at_offset(receiver, offset))
     texel, away = ivec2(place), place + 0.5 - receiver.place
     limit = limit_at(receiver, away, kind)
@@ -231,9 +231,9 @@ def found_at(map: Image, receiver: Receiver, offset: vec2, kind: int, face: int)
 
 @pg.function
 def behind_plane(map: Image, receiver: Receiver, caster: Found) -> bool:
-    """Whether a receiver lies behind the plane of a caster, which the texels beyond it show.
+    """Return True if a receiver is behind the plane of a caster, given by the texels beyond it.
 
-    In a hollow edge the plane of the one surface ends on the other, and all of that lies before it.
+    In a concave edge the plane of one surface ends on the other, all of which is in front of it.
     """
     onward = ivec2(1 if caster.away.x > 0.0 else -1, 1 if caster.away.y > 0.0 else -1)
     across = map.texel(caster.texel + ivec2(onward.x, 0)).r - caster.depth
@@ -243,17 +243,17 @@ def behind_plane(map: Image, receiver: Receiver, caster: Found) -> bool:
 
 @pg.function
 def sharp_share(map: Image, receiver: Receiver, reach: float, soft: bool, kind: int, face: int) -> float:
-    """The mean of FEW comparisons over a disc; of the first alone where it is lit and nothing is near.
+    """Average FEW comparisons over a disc; only the first one if it is lit and nothing is near.
 
-    Where two surfaces meet, some of the places see the receiver's own surface, and it lies before the plane of the
-    other; else a caster that nearly touches the receiver is one.
+    Where two surfaces meet, some of the points see the receiver's own surface, which is in front of the plane of the
+    other; otherwise a caster that nearly touches the receiver counts.
     """
     near = receiver.slack - (DEPTH_SLACK_TEXELS - NEAR_SLACK_TEXELS) * receiver.texel
     first = found_at(map, receiver, FEW_PLACES[0] * reach, kind, face)
     nearest = first
     lit = 0.0 if first.before > receiver.slack else 1.0
     lit_near = 0.0 if first.before > near else 1.0
-    # no constant count: unrolled, the loop would make the kernel too long to be fused with what follows
+    # no constant count: unrolled, the loop would make the kernel too long to be fused with later passes
     compared = FEW if soft or first.before > near else 1
     if compared > 1:
         for i in range(1, compared):
@@ -272,10 +272,10 @@ def add_light_with_penumbrae(
     free: Image, shadowed: Image, normals: Image, depth: Image, rises: Image, map: Image, penumbrae: Image,
     light: LightFrame, frame: ViewFrame, kind: Const[int], face: Const[int], has_rises: Const[bool],
 ) -> tuple[vec3, vec3]:  # fmt: skip
-    """Adds one light to both sums, as `passgraph.effects.shadows.shadow_light.add_shadowed_light` does.
+    """Add one light to both sums, as `passgraph.effects.shadows.shadow_light.add_shadowed_light` does.
 
-    The small picture is enlarged along the surface that each pixel lies on; where its penumbrae are narrow, a few
-    comparisons over their width take its place.
+    The small picture is upsampled along the surface of each pixel; where its penumbrae are narrow, a few comparisons
+    over their width replace it.
     """
     here = pg.pixel()
     far = depth[0, 0].r
@@ -290,7 +290,7 @@ def add_light_with_penumbrae(
     pixel_width = -aside.y * spread(frame, far)
     if has_rises:
         n = own_plane(frame, flat, far, rises[0, 0].rg / abs(aside), n, toward_light(light, position, kind))
-    # the height of a neighbour over this pixel's plane
+    # the height of a neighbor above this pixel's plane
     terms = plane_terms(frame, n, flat)
     level = terms.x * spread(frame, far) + terms.y * far
     rise = n.xy * aside

@@ -1,4 +1,4 @@
-"""RTT3: shadows blurred along the surfaces that they lie on."""
+"""RTT3: blur shadows along surfaces."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -11,18 +11,17 @@ import passgraph as pg
 from passgraph import Const, Image, ceil, clamp, ivec2, output_size, uv, vec4
 from passgraph.effects.surfaces.geometry import ViewFrame, flat_place, pixel_step, plane_terms, spread, unpack_normal
 
-#: A tap counts less the farther it lies off the receiver's plane, and not at all at this share of the blur's
-#: radius.
+#: The weight of a tap falls with its distance from the receiver's plane, to 0 at this fraction of the blur's radius.
 OFF_PLANE = 0.5
-#: Pixels are never blurred by less: RTT2's edges are jagged at the size of a shadow map's texel.
+#: Least blur in pixels: RTT2's edges are jagged at the size of a shadow map's texel.
 SMALLEST_RADIUS_PX = 1.0
-#: Taps are spread by up to this many pixels; beyond it the blur is narrower than asked for.
+#: Largest spacing of taps in pixels; wider blurs are limited by it.
 WIDEST_SPACING_PX = 4.0
 
 
 @lru_cache(maxsize=32)
 def along_surfaces(radius: int) -> Any:
-    """A kernel with ``radius`` taps to each side, whose width is given in scene units."""
+    """Return a kernel with ``radius`` taps to each side, whose width is given in scene units."""
 
     @pg.kernel
     def blur(
@@ -46,12 +45,12 @@ def along_surfaces(radius: int) -> Any:
         spacing = clamp(ceil(wide / float(radius)), 1.0, WIDEST_SPACING_PX)
         reach = clamp(wide, SMALLEST_RADIUS_PX, spacing * float(radius)) + 1.0
         stride = int(spacing)
-        # a spread tap is the mean of two texels, so that none is skipped up to a spacing of 2; beyond it rows
-        # and columns start at different phases
+        # a spread tap is the mean of two texels, so that none is skipped up to a spacing of 2; beyond it rows and
+        # columns start at different phases
         half = stride // 2
         line = here.x * dy + here.y * dx
         phase = (line + line // stride) % stride - half if stride > 2 else 0
-        # the tap's height over the receiver's plane
+        # the tap's height above the receiver's plane
         terms = plane_terms(frame, n, flat_place(frame, uv()))
         slope = n.x * float(dx) * pixel.x - n.y * float(dy) * pixel.y
         plane = terms.x * spread(frame, far) + terms.y * far
@@ -87,16 +86,16 @@ def blur_along_surfaces(
 
     Parameters
     ----------
-    shadows : rgb, what is blurred
+    shadows : rgb, the picture to blur
     normals, depth : of `passgraph.effects.surfaces.g_buffer.GBuffer`
     softness : half width in scene units: a float, or a run value
     frame : `passgraph.effects.surfaces.geometry.ViewFrame` of the camera
     radius_px : taps to each side, 1 to 31
 
-    A pixel at distance z blurs over softness / (width of a pixel at z) pixels to each side.  A tap's
-    weight is (1 - t²)² for its distance t, times 1 - (h / (OFF_PLANE * softness))² for its height h over the
-    plane through the receiver: depth weighs in relative to the surface, so that slanted floors are blurred
-    and silhouettes are not crossed.  The centre's own small weight keeps the sum above 0.
+    A pixel at distance z blurs over softness / (width of a pixel at z) pixels to each side.  A tap's weight is (1 -
+    t²)² for its distance t, times 1 - (h / (OFF_PLANE * softness))² for its height h above the plane through the
+    receiver.  Depth is compared relative to the surface, so that slanted floors are blurred and silhouettes are not
+    crossed.  The center's own small weight keeps the sum above 0.
     """
     blur = along_surfaces(radius_px)
     across = blur(

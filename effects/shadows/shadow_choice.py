@@ -18,12 +18,12 @@ MomentFormat = Literal["rgba32f", "rgba16"]
 
 @dataclass(frozen=True, slots=True)
 class Blur(Choice):
-    """Blurs the shadows on the screen.
+    """Blur the shadows on the screen.
 
     Attributes
     ----------
-    width : whether in scene units, or in pixels as plain blurs have it. "world" keeps the width in the scene;
-        "constant" blurs ``radius_px`` pixels wherever the camera is
+    width : unit of the width: scene units, or pixels as in plain blurs. "world" keeps the width in the scene;
+        "constant" blurs ``radius_px`` pixels at any camera distance
     radius_px : taps to each side (7 makes 15); with "constant" the width itself
     """
 
@@ -33,12 +33,12 @@ class Blur(Choice):
 
 @dataclass(frozen=True, slots=True)
 class Hard(Choice):
-    """Compares one texel."""
+    """Compare one texel."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pcf(Choice):
-    """Compares a square of texels, and takes the mean.
+    """Average comparisons over a square of texels.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Pcf(Choice):
 
 @dataclass(frozen=True, slots=True)
 class Disc(Choice):
-    """Compares texels of a disc of half width ``softness``.
+    """Average comparisons over a disc of half width ``softness``.
 
     Attributes
     ----------
@@ -62,11 +62,11 @@ class Disc(Choice):
 
 @dataclass(frozen=True, slots=True)
 class Pcss(Choice):
-    """Compares over a disc as wide as the light's radius and the casters' distance make the penumbra.
+    """Average comparisons over a disc as wide as the penumbra from the light's radius and the casters' distance.
 
     Attributes
     ----------
-    taps : of the search for casters, and again of the filter
+    taps : taps of the search for casters, and of the filter
     """
 
     taps: Taps = 32
@@ -74,13 +74,13 @@ class Pcss(Choice):
 
 @dataclass(frozen=True, slots=True)
 class Penumbra(Choice):
-    """The same, with the search in half the width and height, and comparisons in full size where shadows are narrow.
+    """Like `Pcss`, with the search at half the width and height, and full-size comparisons where shadows are narrow.
 
-    Casters far from the receiver and casters near it have penumbrae of their own width.
+    Casters far from the receiver and casters near it have penumbrae of separate widths.
 
     Attributes
     ----------
-    taps : of the search, which then compares twice as many
+    taps : taps of the search, which then compares twice as many
     """
 
     taps: Taps = 16
@@ -88,11 +88,11 @@ class Penumbra(Choice):
 
 @dataclass(frozen=True, slots=True)
 class Vsm(Choice):
-    """Blurs a map of two moments of the depth over a box of half width ``softness``: variance shadow maps.
+    """Variance shadow maps: blur a map of two moments of the depth over a box of half width ``softness``.
 
     Attributes
     ----------
-    bleed : share of light up to this counts as none, which takes leaks where casters overlap, and narrows penumbrae
+    bleed : fractions of light up to this count as 0, which removes leaks where casters overlap, and narrows penumbrae
     """
 
     bleed: Bleed = 0.2
@@ -100,12 +100,12 @@ class Vsm(Choice):
 
 @dataclass(frozen=True, slots=True)
 class Evsm4(Choice):
-    """The same of both exponential warps of the depth.
+    """Like `Vsm`, for two exponential warps of the depth.
 
     Attributes
     ----------
-    bleed : as of `Vsm`; there is less of it
-    exponent : of the warps, more leaks less, to where float32 ends
+    bleed : as in `Vsm`; there is less of it
+    exponent : exponent of the warps; more leaks less, up to float32's limit
     """
 
     bleed: Bleed = 0.02
@@ -114,12 +114,12 @@ class Evsm4(Choice):
 
 @dataclass(frozen=True, slots=True)
 class Msm(Choice):
-    """The same of four moments of the depth.
+    """Like `Vsm`, for four moments of the depth.
 
     Attributes
     ----------
-    bleed : as of `Vsm`; there is less of it
-    format : of the map of moments; "rgba16" has its optimised quantisation
+    bleed : as in `Vsm`; there is less of it
+    format : format of the map of moments; "rgba16" has its optimized quantization
     """
 
     bleed: Bleed = 0.02
@@ -128,25 +128,25 @@ class Msm(Choice):
 
 @dataclass(frozen=True, slots=True)
 class Auto(Choice):
-    """`Penumbra`, or `Blur` where ``softness`` is given, the blur's width is "constant" or no light has a radius.
+    """`Penumbra`; or `Blur` if ``softness`` is given, the blur's width is "constant" or no light has a radius.
 
     Attributes
     ----------
-    penumbra, blur : the settings of either
+    penumbra, blur : settings of the two
     """
 
     penumbra: Penumbra = field(default_factory=Penumbra)
     blur: Blur = field(default_factory=Blur)
 
 
-#: Those that blur maps of moments.
+#: Filters that blur maps of moments.
 MomentFilter = Vsm | Evsm4 | Msm
-#: Those that look for casters as far as the light's extent asks.
+#: Filters that search for casters as far as the light's extent requires.
 SearchingFilter = Pcss | Penumbra
-#: What "auto" is decided to be.
+#: Filters that "auto" can choose.
 DecidedFilter = Blur | Hard | Pcf | Disc | SearchingFilter | MomentFilter
 ShadowFilter = Auto | DecidedFilter
-#: Every kind by the command line's word.
+#: Every filter by its word on the command line.
 SHADOW_FILTERS: dict[str, type[Choice]] = {
     one.word(): one for one in (Blur, Hard, Pcf, Disc, Pcss, Penumbra, Vsm, Evsm4, Msm)
 }

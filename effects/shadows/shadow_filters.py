@@ -1,7 +1,7 @@
-"""Shadow lookups in a map of depths: one comparison, several, or as wide a disc as the light asks.
+"""Shadow lookups in a depth map: one comparison, several, or a disc as wide as the light requires.
 
-Every tap of a filter compares one texel with the depth that the receiver's own plane has there, so that wide
-filters do not need a larger offset than narrow ones.
+Every tap of a filter compares one texel with the depth of the receiver's own plane there, so that wide filters need no
+larger offset than narrow ones.
 """
 
 # mypy: disable-error-code="no-any-return"
@@ -17,70 +17,68 @@ from passgraph import Image, cross, dot, floor, ivec2, length, normalize, sqrt, 
 from passgraph.effects.shadows.shadow_map import NOTHING
 from passgraph.effects.surfaces.views import LightFrame
 
-#: How far "blur" lifts a receiver along its normal, in texels and times the part of the normal that lies in
-#: the map's plane.  On the plane n·p = -k, a lookup at q texels' distance (in scene units at the receiver's
-#: depth) meets the plane at a depth that a lift of q * |n in the map's plane| along n makes up for, in
-#: parallel and in perspective maps alike; the four texels of a lookup lie up to sqrt(2) texels away, and the
-#: rest is for vertices rounded to 1/256 texel.  A plane then never shadows itself, at any angle.
+#: Offset of a receiver along its normal for "blur", in texels and times the part of the normal in the map's plane.  On
+#: the plane n·p = -k, a lookup at q texels' distance (in scene units at the receiver's depth) meets the plane at a
+#: depth that an offset of q * |n in the map's plane| along n compensates, in parallel and in perspective maps alike;
+#: the four texels of a lookup are up to sqrt(2) texels away, and the rest is for vertices rounded to 1/256 texel.  So a
+#: plane never shadows itself, at any angle.
 NORMAL_OFFSET_TEXELS = 1.5
-#: A caster nearer to the receiver than this many texels does not count: where two surfaces meet in a hollow
-#: edge, the texels of one lie before the other. Thin cards lose as much of the shadow at their foot, solid
-#: bodies nothing.
+#: A caster nearer to the receiver than this many texels does not count: where two surfaces meet in a concave edge, the
+#: texels of one are in front of the other. Thin cards lose as much of the shadow at their foot, solid bodies nothing.
 DEPTH_SLACK_TEXELS = 1.5
-#: A tap counts only for casters nearer to the light by more than its own distance times this: what lies
-#: outside that cone could only shadow the receiver under a light wider than 90 degrees, and is most often the
-#: next wall of a room.
+#: A tap counts only for casters nearer to the light by more than its own distance times this: casters outside of that
+#: cone could only shadow the receiver under a light wider than 90 degrees, and are most often the next wall of a room.
 CONE_SLOPE = 1.0
-#: Normals are packed as half floats; a plane's slope is this uncertain, divided by the cosine of the light.
+#: Uncertainty of a plane's slope from half-float normals, before division by the cosine of the light.
 NORMAL_ROUNDING = 2.0**-10
-#: No filter reads farther than this share of the map's width: taps would lie too far apart to find casters.
+#: Largest reach of a filter as a fraction of the map's width: beyond it taps would be too far apart to find casters.
 FARTHEST = 0.5
 
 
 @pg.struct
 class FilterFrame:
-    """Run values of a filter; depths beyond ``near`` are for maps of moments."""
+    """Run values of a filter; fields from ``near`` on are for maps of moments."""
 
     width: float  # half width of edges, scene units
-    bleed: float  # a share of light so small counts as none
+    bleed: float  # fractions of light up to this count as 0
     exponent: float  # of the warp of exponential moments
     near: float  # depth that counts as -1, scene units
-    scale: float  # of depths to -1 … 1, per scene unit
+    scale: float  # scale from depths to -1 … 1, per scene unit
     radius: float  # half width of the map's blur, texels
-    block: int  # texels to each side of the middle one in the means that the blur is put together from
+    block: int  # texels to each side of the center in the means that the blur combines
 
 
 @pg.struct
 class Receiver:
-    """A point of a surface as its shadow map sees it."""
+    """A point of a surface in its shadow map."""
 
-    place: vec2  # in the map, in texels
+    place: vec2  # position in the map, in texels
     depth: float  # along the light's axis, scene units
-    slope: vec2  # of its plane, a texel: of the depth in parallel maps, of 1 / depth in perspective ones
-    texel: float  # width of a texel at its place and depth, the larger of both sides, scene units
-    right: vec2  # texels that a scene unit across the light is long
-    above: vec2  # and one across both that and the light's axis
+    slope: vec2  # slope of its plane per texel: of the depth in parallel maps, of 1 / depth in perspective ones
+    texel: float  # width of a texel at its position and depth, the larger of both sides, scene units
+    right: vec2  # texels per scene unit across the light's axis
+    above: vec2  # and per unit across both that and the light's axis
     slack: float  # scene units
-    farthest: float  # that a filter reaches, scene units
+    farthest: float  # farthest reach of a filter, scene units
     share: float  # 0 facing away, 1 where no filter reaches the map, -1 where casters decide
 
 
 @pg.function
 def toward_light(light: LightFrame, position: vec3, kind: int) -> vec3:
-    """Unit direction to the light."""
+    """Return the unit direction to the light."""
     return light.place if kind == 0 else normalize(light.place - position)
 
 
 @pg.function
 def nowhere(share: float) -> Receiver:
-    """A receiver that no caster decides about."""
+    """Return a receiver that no caster affects."""
     none = vec2(0.0)
     return Receiver(none, 0.0, none, 0.0, none, none, 0.0, 0.0, share)
 
 
 @pg.function
 def flat(row: vec3, axis: vec3) -> vec3:
-    """The part of a direction that lies across the light's axis."""
+    """Return the part of a direction perpendicular to the light's axis."""
     return row - axis * dot(row, axis)
 
 
@@ -88,9 +86,9 @@ def flat(row: vec3, axis: vec3) -> vec3:
 def receiver_at(map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, kind: int) -> Receiver:
     """Return a point's place in the map, the size of a texel there, and the slope of the point's plane.
 
-    On the plane n·(x - L) = k, seen from L along d (A + u B + v C), 1/d is linear in u and v; in a parallel map a
-    texel is some way across the axis, and d changes over it by what keeps n·x. A parallel map may be drawn in
-    perspective across its own plane, so that texels differ from place to place; taps count on those of the receiver.
+    On the plane n·(x - L) = k, seen from L along d (A + u B + v C), 1/d is linear in u and v; in a parallel map a texel
+    is an offset across the axis, and d changes over it such that n·x stays constant. A parallel map may be drawn in
+    perspective across its own plane, so that texels differ in size; taps use the size at the receiver.
     """
     if dot(surface, toward_light(light, position, kind)) <= 0.0:
         return nowhere(0.0)
@@ -107,7 +105,7 @@ def receiver_at(map: Image, light: LightFrame, position: vec3, surface: vec3, li
         return nowhere(1.0)
     axis = light.depth_row.xyz
     depth = dot(light.depth_row, lifted)
-    # texels that a scene unit brings, to the right and downwards, as directions across the axis
+    # texels per scene unit, to the right and downwards, as directions across the axis
     u_row, v_row = flat(vec3(m[0].x, m[1].x, m[2].x), axis), flat(vec3(m[0].y, m[1].y, m[2].y), axis)
     w_row = flat(vec3(m[0].w, m[1].w, m[2].w), axis)
     u = (u_row - w_row * ndc.x) * (0.5 * size.x / clip.w)
@@ -116,7 +114,7 @@ def receiver_at(map: Image, light: LightFrame, position: vec3, surface: vec3, li
     first = u / long
     second = cross(axis, first)
     right, above = vec2(long, dot(v, first)), vec2(0.0, dot(v, second))
-    # and the way across the axis that a texel is
+    # and the offset of a texel across the axis
     tall = above.y if abs(above.y) > 1e-20 else 1e-20
     over = first / long - second * (right.y / (long * tall))
     down = second / tall
@@ -126,7 +124,7 @@ def receiver_at(map: Image, light: LightFrame, position: vec3, surface: vec3, li
     if kind == 0:
         slope = vec2(dot(surface, over), dot(surface, down)) * (sure / max(-dot(surface, axis), 1e-6))
     else:
-        # 1 / d at the texel beside, along the plane: d n·(axis + offset / d) is the same there
+        # 1 / d at the neighboring texel, along the plane: d n·(axis + offset / d) is the same there
         plane = min(dot(surface, lifted.xyz - light.place), -1e-6 * depth)
         slope = vec2(dot(surface, over), dot(surface, down)) * (sure / (plane * depth))
     slack = light.bias + DEPTH_SLACK_TEXELS * texel
@@ -137,13 +135,13 @@ def receiver_at(map: Image, light: LightFrame, position: vec3, surface: vec3, li
 
 @pg.function
 def at_offset(receiver: Receiver, offset: vec2) -> vec2:
-    """An offset across the light's axis, in scene units, in texels of the map."""
+    """Convert an offset across the light's axis from scene units to texels of the map."""
     return receiver.right * offset.x + receiver.above * offset.y
 
 
 @pg.function
 def limit_at(receiver: Receiver, away: vec2, kind: int) -> float:
-    """Depth that the caster of a texel lies before, whose centre is so many texels from the receiver's place."""
+    """Return the depth limit of a caster in a texel whose center is at an offset from the receiver, in texels."""
     plane = receiver.depth + dot(receiver.slope, away)
     if kind != 0:
         plane = 1.0 / max(1.0 / receiver.depth + dot(receiver.slope, away), 1e-20)
@@ -152,7 +150,7 @@ def limit_at(receiver: Receiver, away: vec2, kind: int) -> float:
 
 @pg.function
 def caster_at(map: Image, receiver: Receiver, offset: vec2, kind: int, face: int) -> float:
-    """Depth of the caster before the receiver, so many texels beside it; NOTHING where there is none.
+    """Return the depth of the caster in front of the receiver at an offset in texels; NOTHING if there is none.
 
     Beyond the border of a map there is no caster; beyond that of a cube's face the nearest texel counts.
     """
@@ -166,19 +164,19 @@ def caster_at(map: Image, receiver: Receiver, offset: vec2, kind: int, face: int
 
 @pg.function
 def mean_of(lit: float, taps: int) -> float:
-    """A share of taps; exactly 1 where all of them are lit."""
+    """Return a fraction of taps; exactly 1 if all of them are lit."""
     return lit / float(taps) if lit < float(taps) else 1.0
 
 
 @pg.function
 def reach_of(light: LightFrame, receiver: Receiver, caster: float, kind: int) -> float:
-    """Radius of the light's image on the receiver through a point at the caster's depth, scene units."""
+    """Return the radius of the light's image on the receiver through a point at the caster's depth, scene units."""
     far = receiver.depth - caster if kind == 0 else (receiver.depth - caster) / max(caster, 1e-20)
     return min(light.radius * max(far, 0.0), receiver.farthest)
 
 
 def vogel_disc(taps: int) -> tuple[tuple[float, float], ...]:
-    """Points spread evenly over a disc of radius 1.
+    """Return points spread uniformly over a disc of radius 1.
 
     Source: H. Vogel, "A better way to construct the sunflower head", 1979.
 
@@ -204,7 +202,8 @@ def bilinear(
     kind: int,
     face: int,
 ) -> float:
-    """The share of four texels (bilinear weights) whose caster is not before the receiver; 1 outside the map.
+    """Return the fraction of four texels (bilinear weights) without a caster in front of the receiver; 1 outside the
+    map.
 
     Source: W. Reeves et al., "Rendering Antialiased Shadows with Depth Maps", 1987; the normal offset after
     D. Holbert, "Saying Goodbye to Shadow Acne", GDC 2011, with the derivation at NORMAL_OFFSET_TEXELS.
@@ -237,7 +236,7 @@ def bilinear(
 
 
 def square(side: int) -> Any:
-    """The lookup of "pcf" with so many texels along each side, odd; of "hard" with 1."""
+    """Return the lookup of "pcf" with ``side`` texels along each side, odd; of "hard" with 1."""
     half = side // 2
 
     @pg.function
@@ -252,7 +251,7 @@ def square(side: int) -> Any:
         kind: int,
         face: int,
     ) -> float:
-        """side × side comparisons, the mean of them.
+        """Average side × side comparisons.
 
         Source: W. Reeves et al., "Rendering Antialiased Shadows with Depth Maps", 1987.
         """
@@ -269,7 +268,7 @@ def square(side: int) -> Any:
 
 
 def disc(taps: int) -> Any:
-    """The lookup of "disc"."""
+    """Return the lookup of "disc"."""
     places: Any = vogel_disc(taps)
 
     @pg.function
@@ -284,7 +283,7 @@ def disc(taps: int) -> Any:
         kind: int,
         face: int,
     ) -> float:
-        """Comparisons spread over a disc of ``by.width`` scene units."""
+        """Average comparisons spread over a disc of ``by.width`` scene units."""
         receiver = receiver_at(map, light, position, surface, lift, kind)
         if receiver.share >= 0.0:
             return receiver.share

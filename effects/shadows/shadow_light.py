@@ -1,4 +1,4 @@
-"""Light that reaches each pixel, with and without shadows: one pointwise kernel a light; they fuse."""
+"""Light that reaches each pixel, with and without shadows: one pointwise kernel per light; they fuse."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -24,7 +24,7 @@ GROUND_SHARE = 0.6
 
 @pg.function
 def light_at(light: LightFrame, position: vec3, normal: vec3, kind: int) -> vec4:
-    """Diffuse light (rgb) without shadows, scene-linear, on a white surface; alpha is unused."""
+    """Return diffuse light (rgb) without shadows, scene-linear, on a white surface; alpha is unused."""
     if kind == 0:
         return vec4(light.color * facing(normal, light.place), 1.0)
     offset = light.place - position
@@ -38,7 +38,7 @@ def light_at(light: LightFrame, position: vec3, normal: vec3, kind: int) -> vec4
 
 @pg.function
 def on_face(direction: vec3, face: int) -> bool:
-    """Whether a world direction belongs to this face of a cube map (+x, -x, +y, -y, +z, -z), and no other."""
+    """Return True if a world direction belongs to this face of a cube map (+x, -x, +y, -y, +z, -z), and no other."""
     x, y, z = abs(direction.x), abs(direction.y), abs(direction.z)
     mine = 4 if direction.z > 0.0 else 5
     if y >= x and y >= z:
@@ -50,7 +50,7 @@ def on_face(direction: vec3, face: int) -> bool:
 
 @pg.kernel
 def ambient_light(normals: Image, ambient: vec3, up: vec3) -> tuple[vec3, vec3]:
-    """Light from all around, twice: what arrives without shadows, and with them."""
+    """Return ambient light twice: without shadows, and with them."""
     share = 0.5 + 0.5 * dot(unpack_normal(normals[0, 0].xy), up)
     light = ambient * (GROUND_SHARE + (1.0 - GROUND_SHARE) * share)
     return light, light
@@ -66,7 +66,7 @@ def add_light(
     frame: ViewFrame,
     kind: Const[int],
 ) -> tuple[vec3, vec3]:
-    """One light that nothing shadows, added to both sums."""
+    """Add one light without shadows to both sums."""
     position = view_position(frame, uv(), depth[0, 0].r)
     more = light_at(light, position, unpack_normal(normals[0, 0].xy), kind).rgb
     return free[0, 0].rgb + more, shadowed[0, 0].rgb + more
@@ -74,7 +74,7 @@ def add_light(
 
 @lru_cache(maxsize=64)
 def add_shadowed_light(filter_: DecidedFilter) -> Any:
-    """A kernel that adds one light with its shadow map (or one face of its cube map) to both sums."""
+    """Return a kernel that adds one light with its shadow map (or one face of its cube map) to both sums."""
     share_lit = lookup(filter_)
 
     @pg.kernel
@@ -97,7 +97,7 @@ def add_shadowed_light(filter_: DecidedFilter) -> Any:
 
 @pg.function
 def share_of(shadowed: float, free: float) -> float:
-    """1 where there is no light to take away."""
+    """Return the remaining fraction; 1 where there is no light to remove."""
     return shadowed / free if free > 1e-12 else 1.0
 
 
@@ -111,7 +111,7 @@ class Parts:
 
 @pg.function
 def parts(free: Image, shadowed: Image, color: Image, depth: Image) -> Parts:
-    """The textured scene without shadows, and white objects with shadows only."""
+    """Return the textured scene without shadows, and white objects with shadows only."""
     base = color[0, 0]
     light = free[0, 0].rgb
     dim = shadowed[0, 0].rgb
@@ -123,7 +123,7 @@ def parts(free: Image, shadowed: Image, color: Image, depth: Image) -> Parts:
 
 @pg.kernel
 def split(free: Image, shadowed: Image, color: Image, depth: Image, background_alpha: float) -> tuple[vec4, vec4]:
-    """RTT1, the textured scene without shadows, and RTT2, white objects with shadows only."""
+    """Write RTT1, the textured scene without shadows, and RTT2, white objects with shadows only."""
     lighting = parts(free, shadowed, color, depth)
     return vec4(lighting.lit, 1.0 if depth[0, 0].r > 0.0 else background_alpha), lighting.share
 
@@ -137,7 +137,7 @@ def split_rgb(free: Image, shadowed: Image, color: Image, depth: Image) -> tuple
 
 @pg.kernel
 def lit(free: Image, color: Image, depth: Image, background_alpha: float) -> vec4:
-    """The textured scene where nothing throws a shadow."""
+    """Write the textured scene if nothing casts a shadow."""
     base = color[0, 0]
     return vec4(base.rgb * free[0, 0].rgb, 1.0) if depth[0, 0].r > 0.0 else vec4(base.rgb, background_alpha)
 
@@ -151,7 +151,7 @@ def lit_rgb(free: Image, color: Image, depth: Image) -> vec3:
 
 @pg.kernel
 def multiply(unshadowed: Image, shadows: Image) -> vec4:
-    """RTT4 = RTT1 × RTT3."""
+    """Compute RTT4 = RTT1 × RTT3."""
     lit = unshadowed[0, 0]
     return vec4(lit.rgb * shadows[0, 0].rgb, lit.a)
 

@@ -19,7 +19,7 @@ from passgraph.effects.shadows.shadow_moments import (
 
 @lru_cache(maxsize=64)
 def lookup(filter_: DecidedFilter) -> Any:
-    """The kernel function of a filter: the share of the light that arrives, 0 to 1."""
+    """Return the kernel function of a filter: the fraction of the light that arrives, 0 to 1."""
     match filter_:
         case Blur():
             return bilinear

@@ -1,4 +1,4 @@
-"""Shadow maps: the casters' linear depth as a light sees them."""
+"""Shadow maps: the casters' linear depth from a light's view."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ class Caster:
 
 @pg.vertex
 def toward_light(vertex: pg.Vertex, clip_from_local: mat4, depth_row: vec4) -> Caster:
-    """Linear depth beside the clip position: it keeps its precision whatever near and far are."""
+    """Pass linear depth in addition to the clip position: it keeps its precision for any near and far."""
     local = vec4(vertex.position, 1.0)
     return Caster(clip_from_local * local, dot(depth_row, local), vertex.uv, vertex.color.a)
 
 
 @pg.fragment
 def distance_of(caster: Caster) -> float:
-    """Distance along the light's axis, scene units."""
+    """Return the distance along the light's axis, scene units."""
     return caster.depth
 
 
 @pg.fragment
 def distance_of_cut_out(caster: Caster, base_map: Image, cutoff: float) -> float:
-    """The same for a caster whose texture has holes."""
+    """Return the same for a caster whose texture has holes."""
     if caster.alpha * base_map.sample(caster.uv).a < cutoff:
         discard()
     return caster.depth
@@ -47,14 +47,14 @@ def distance_of_cut_out(caster: Caster, base_map: Image, cutoff: float) -> float
 
 @dataclass(frozen=True, eq=False)
 class CasterMesh:
-    """Casters that one draw takes, relative to the origin of `Casters`; ``cut_out`` has holes."""
+    """Casters of one draw, relative to the origin of `Casters`; ``cut_out`` has holes."""
 
     mesh: pg.Mesh
     cut_out: pg.Material | None = None
 
 
 def caster_meshes(casters: Casters) -> list[CasterMesh]:
-    """Solid casters as one mesh, and one more for each cut-out material; all lights share them."""
+    """Return solid casters as one mesh, and one more for each cut-out material; all lights share them."""
     groups: dict[int | None, list[pg.Node]] = {}
     for node in casters.nodes:
         cut_out = node.material.alpha_mode == "mask" and node.material.base_color_texture is not None
@@ -66,11 +66,11 @@ def caster_meshes(casters: Casters) -> list[CasterMesh]:
 
 
 def shadow_map(view: MapView, meshes: list[CasterMesh], map_size: int, name: str) -> pg.Target:
-    """Draw every caster as one light sees it.
+    """Draw every caster from one light's view.
 
     Returns
     -------
-    r32f, ``map_size`` squared: distance along the light's axis in scene units, 1e30 where nothing is.
+    r32f, ``map_size`` squared: distance along the light's axis in scene units, 1e30 where there is no caster.
     """
     into: pg.Target | pg.TargetSpec = pg.target(name, "r32f", (map_size, map_size), clear=NOTHING)
     depth: pg.Target | pg.TargetSpec = pg.target(f"{name}_test", "depth32f", (map_size, map_size))

@@ -30,26 +30,26 @@ from passgraph.effects.surfaces.g_buffer import GBuffer, g_buffer
 from passgraph.effects.surfaces.views import Casters, View
 
 HdrFormat = Literal["rgba16f", "rgb32f", "rgba32f"]
-#: A linear sky blue that a white surface under the default light stands out from.
+#: A linear sky blue, distinct from a white surface under the default light.
 SKY = (0.32, 0.42, 0.55)
 
 
 @dataclass(frozen=True)
 class SoftShadow:
-    """Every target of the effect, for looking at and for building on.
+    """Every target of the effect, to inspect or to build on.
 
     Attributes
     ----------
-    picture : what `soft_shadow` returns
+    picture : the result of `soft_shadow`
     soft_shadow : RTT4, scene-linear HDR
     unshadowed : RTT1, the textured scene without shadows, scene-linear HDR
-    shadows : RTT2, white objects with shadows only: the share of each channel's light that arrives, 0 to 1
-    shadows_blurred : RTT3; RTT2 itself where nothing is to be blurred
+    shadows : RTT2, white objects with shadows only: the fraction of each channel's light that arrives, 0 to 1
+    shadows_blurred : RTT3; RTT2 itself without a blur
     depth : RTTDepth, distance along the view axis in scene units, 0 where there is no surface
     normals : see `passgraph.effects.surfaces.g_buffer.GBuffer`
     base_color : linear, with the background
-    shadow_maps : one a light, six for a point light amid the scene
-    notes : what this scene made unnecessary
+    shadow_maps : one per light, six for a point light amid the scene
+    notes : steps that this scene makes unnecessary
     """
 
     picture: pg.Target
@@ -81,7 +81,7 @@ def soft_shadow_passes(
     curve: Curve = "linear",
     display: bool = True,
 ) -> SoftShadow:
-    """`soft_shadow` with every target on the way; parameters as there.
+    """Return `soft_shadow` with all intermediate targets; parameters as there.
 
     Examples
     --------
@@ -141,44 +141,41 @@ def soft_shadow() -> None:
 
     Parameters
     ----------
-    scene : what is drawn; geometry and materials are built in, the camera and the lights are values of each
-        run
-    softness : half width of shadow edges; 0 leaves the blur out. Filters with a width of their own do not take it
-        (`Penumbra`, `Pcss`, `Pcf`, `Hard`); the others take it, where it is left out, from the lights' radius and
-        the size of the casters
-    filter : how shadows become soft, or hard; left out, `Auto`. Else `Blur`, `Hard`, `Pcf`, `Disc`, `Pcss`, `Penumbra`,
+    scene : the scene to draw; geometry and materials are built in, the camera and the lights are values of each run
+    softness : half width of shadow edges; 0 disables the blur. Filters with a width of their own ignore it (`Penumbra`,
+        `Pcss`, `Pcf`, `Hard`); for the others the default comes from the lights' radius and the size of the casters
+    filter : shadow filter, soft or hard; default: `Auto`. Else `Blur`, `Hard`, `Pcf`, `Disc`, `Pcss`, `Penumbra`,
         `Vsm`, `Evsm4` or `Msm`, with its settings, such as ``Pcss(taps=16)``. `Blur` blurs the shadows on the screen;
-        the others filter where the map is compared, or blur maps of moments of the depth once for each place of the
-        light, and nothing is blurred after that
-    map_size : texels along each side of a shadow map; maps of moments are blurred over at most
-        an eighth of that to each side
-    fit : of maps: what the camera sees, or the whole scene. "view" narrows each map to the receivers that the camera
-        sees and the casters before them, with more texels near the camera under suns; the map is drawn again when
-        that changes by more than a 64th. "scene" holds all casters, whatever the camera sees, as do maps of `Disc`
-        and of moments
-    map_blur_px : blurs the shadow maps themselves, before they are compared, which softens nothing. So many texels to
-        each side: a depth is not a colour, so that this moves edges and softens nothing; here to be seen, 0 is right
-    ambient : scene-linear light (or its red, green, blue) from all around that no shadow takes away
-    background : scene-linear colour where there is no surface
-    background_alpha : alpha there; 0 for a picture that is laid over others, in formats with alpha. What is translucent
-        before the background is as opaque as that
-    hdr_format : of the lit picture (RTT1 and RTT4); "rgb32f" is 96-bit HDR
-    exposure_stops : brightness before the curve, factor 2 a stop
-    curve : how high values are compressed. See `passgraph.effects.color.tone_map.tone_map`
+        the others filter during the comparison with the map, or blur maps of moments of the depth once for each
+        position of the light, and nothing is blurred after that
+    map_size : texels along each side of a shadow map; maps of moments are blurred over at most an eighth of that to
+        each side
+    fit : region of maps: the camera's view, or the whole scene. "view" narrows each map to the visible receivers and
+        the casters in front of them, with more texels near the camera under suns; the map is drawn again when that
+        changes by more than a 64th. "scene" contains all casters, as do maps of `Disc` and of moments
+    map_blur_px : blurs the shadow maps themselves, before they are compared, which softens nothing. Texels to each
+        side: a depth is not a color, so this moves edges and softens nothing; for demonstration, 0 is right
+    ambient : scene-linear ambient light (or its red, green, blue), not affected by shadows
+    background : scene-linear color where there is no surface
+    background_alpha : alpha there; 0 for a picture to be overlaid on others, in formats with alpha. Translucent
+        surfaces in front of the background are as opaque as that
+    hdr_format : format of the lit picture (RTT1 and RTT4); "rgb32f" is 96-bit HDR
+    exposure_stops : brightness before the curve, factor 2 per stop
+    curve : compression of high values. See `passgraph.effects.color.tone_map.tone_map`
     display : return an 8-bit sRGB picture; off, the scene-linear HDR target
 
     Returns
     -------
-    The target "picture", or "soft_shadow" with ``display=False``.  A run takes ``camera=``, and ``light=``
-    (with several lights ``light0=``, ``light1=`` …); what is left out is as in the scene.
+    The target "picture", or "soft_shadow" with ``display=False``.  A run takes ``camera=``, and ``light=`` (with
+    several lights ``light0=``, ``light1=`` …); defaults are those of the scene.
 
-    Source: soft shadows by blurring the shadow mask on the screen, with a depth texture against its shrinking
-    as the camera recedes. Deviations: the mask is the share of each channel's light that arrives, so that
-    many lights need one blur; the blur's width is given in scene units; translucent surfaces take the shadow
-    of what lies behind them. The sources of the filters stand in `passgraph.effects.shadows.shadow_filters` and
-    `passgraph.effects.shadows.shadow_moments`. Maps of moments are blurred alike everywhere: under point and spot
-    lights their ``softness`` holds at the middle of the casters' depths, and under light at a grazing angle a
-    caster throws no shadow on what is nearer to it than the depth of the floor within the blur.
+    Source: soft shadows by blurring the shadow mask on the screen, with a depth texture against its shrinking as the
+    camera recedes. Deviations: the mask is the fraction of each channel's light that arrives, so that many lights need
+    one blur; the blur's width is given in scene units; translucent surfaces get the shadow of the surface behind them.
+    The sources of the filters are in `passgraph.effects.shadows.shadow_filters` and
+    `passgraph.effects.shadows.shadow_moments`. Maps of moments are blurred uniformly: under point and spot lights their
+    ``softness`` holds at the middle of the casters' depths, and under light at a grazing angle a caster casts no shadow
+    on surfaces nearer to it than the depth of the floor within the blur.
 
     Examples
     --------
@@ -194,7 +191,7 @@ def _shown(hdr: pg.Target, exposure_stops: float | pg.Value, curve: Curve) -> pg
 
 
 def lights_of(scene: pg.Scene) -> list[pg.Value]:
-    """The lights of a scene as run values: "light", or "light0", "light1" …"""
+    """Return the lights of a scene as run values: "light", or "light0", "light1" …"""
     return [
         pg.Value("light" if len(scene.lights) == 1 else f"light{i}", pg.Light, static=True, default=light)
         for i, light in enumerate(scene.lights)
@@ -204,7 +201,7 @@ def lights_of(scene: pg.Scene) -> list[pg.Value]:
 def blurred_shadows(
     shadows: pg.Target, seen: GBuffer, view: View, chosen: DecidedFilter, width: object, notes: list[str]
 ) -> pg.Target:
-    """RTT3 of RTT2, which it is where nothing is to be blurred on the screen; ``notes`` says why."""
+    """Return RTT3 from RTT2, which it is without a blur on the screen; ``notes`` gives the reason."""
     if isinstance(chosen, MomentFilter):
         notes.append(f"no blur on the screen: filter={chosen} blurs the shadow maps")
         return shadows
@@ -230,7 +227,7 @@ def decided(given: ShadowFilter, scene: pg.Scene, softness: float | pg.Value | N
 
 
 def width_of_edges(given: float | pg.Value | None, lights: Sequence[pg.Value], casters: Casters) -> object:
-    """The blur's half width in scene units: a number, a run value, or None for no blur at all."""
+    """Return the blur's half width in scene units: a number, a run value, or None for no blur."""
     if given is not None:
         return given if isinstance(given, (pg.Value, pg.Derived)) or given > 0.0 else None
     if all(isinstance(value.default, pg.Light) and value.default.radius == 0.0 for value in lights):
@@ -242,7 +239,7 @@ def width_of_edges(given: float | pg.Value | None, lights: Sequence[pg.Value], c
     centre = casters.origin
 
     def width(*given_lights: pg.Light) -> float:
-        """Penumbra half widths at that distance behind a caster, weighted by intensity."""
+        """Return penumbra half widths at that distance behind a caster, weighted by intensity."""
         widths, weights = [], []
         for light in given_lights:
             far = (

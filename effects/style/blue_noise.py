@@ -1,4 +1,4 @@
-"""Blue noise: thresholds without low frequencies, so that no pattern and no clump of a dither is seen from afar.
+"""Blue noise: thresholds without low frequencies, so that a dither shows neither patterns nor clumps from afar.
 
 Source: R. Ulichney, "The void-and-cluster method for dither array generation", Proc. SPIE 1913, 1993.
 """
@@ -10,16 +10,16 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-#: The square repeats after so many pixels.
+#: Side of the repeated square in pixels.
 SIDE = 64
-#: Standard deviation in pixels of the filter that finds clusters and voids, as the paper has it.
+#: Standard deviation in pixels of the filter that finds clusters and voids, as in the paper.
 SIGMA = 1.5
-#: The share of pixels in the first pattern.
+#: Fraction of pixels in the first pattern.
 FIRST = 0.1
 
 
 class _Energy:
-    """How crowded the dots of a square are around each of its pixels; the square repeats in both directions."""
+    """The density of dots around each pixel of a square, which repeats in both directions."""
 
     def __init__(self) -> None:
         away = np.minimum(np.arange(SIDE), SIDE - np.arange(SIDE)) ** 2.0

@@ -1,4 +1,4 @@
-"""CRT: a picture as a tube shows it, with lines of the beam, a mask of phosphors, and curved glass."""
+"""CRT: show a picture as a tube does, with scan lines, a phosphor mask and curved glass."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -13,7 +13,7 @@ from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import NotNegative
 from passgraph.effects.style.pixelate import mean_of_block
 
-#: By how much the glass magnifies toward the sides, and of the glow: how fast it falls along lines and across them.
+#: Magnification of the glass toward the sides; and falloff of the glow, along lines and across them.
 WARP_X, WARP_Y = 0.031, 0.041
 GLOW_PIXEL, GLOW_SCAN = 1.5, 2.0
 Mask = Literal["stretched-vga", "vga", "grille", "tv", "none"]
@@ -22,7 +22,7 @@ MASKS: tuple[Mask, ...] = ("stretched-vga", "vga", "grille", "tv", "none")
 
 @pg.function
 def phosphors(kind: int, dark: float, light: float) -> vec3:
-    """What each color of this pixel is multiplied by: one of three lets light through."""
+    """Return the factor of each color of this pixel: the mask lets one of three through."""
     at, third, line = pixel(), 0, 1.0
     if kind == 0:
         third = (at.x + 3 * at.y + 2) % 6 // 2
@@ -39,7 +39,7 @@ def phosphors(kind: int, dark: float, light: float) -> vec3:
 def shown_by_tube(
     lines: Image, scan: float, sharpness: float, glow: float, curve: float, mask: Const[int], dark: float, light: float
 ) -> vec4:
-    """Gaussians along each line and across lines, of seven by five pixels of the beam."""
+    """Apply Gaussians along each line and across lines, over seven by five pixels of the beam."""
     place = 2.0 * uv() - 1.0
     place *= 1.0 + curve * vec2(WARP_X, WARP_Y) * (place * place).yx
     at = (0.5 + 0.5 * place) * vec2(lines.size)
@@ -88,17 +88,16 @@ def crt(
     Parameters
     ----------
     color : linear light, any range
-    pixel_px : side of the squares whose means the beam shows. 1 takes pixels as they are, for small pictures that
-        ``into`` shows larger
-    scan : how thin lines are: the beam falls by 2 to this power a line away. 8 is soft, 16 medium
-    sharpness : how sharp pixels are along a line; 2 is soft, 4 hard
-    glow : factor on the light that spreads over 5 lines
-    curve : of the glass; 0 is flat. What is beyond its edge is black
+    pixel_px : side of the squares whose means the beam shows. 1 keeps pixels, for small pictures that ``into`` enlarges
+    scan : thinness of lines: the beam falls by 2 to this power a line away. 8 is soft, 16 medium
+    sharpness : sharpness of pixels along a line; 2 is soft, 4 hard
+    glow : factor of the light that spreads over 5 lines
+    curve : curvature of the glass; 0 is flat. Outside of its edge the result is black
     mask : the arrangement of red, green and blue phosphors, in pixels of the result
-    mask_dark : factor on the two colors that the mask hides
-    mask_light : factor on the one that it shows
-    into : where it goes, of any size; left out, float32 with the name ``name``
-    name : of the passes and targets
+    mask_dark : factor of the two colors that the mask hides
+    mask_light : factor of the one that it shows
+    into : where it goes, of any size; default: float32 with the name ``name``
+    name : name of the passes and targets
 
     Source: T. Lottes, "CRT", Shadertoy XsjSzR, 2014, public domain.
     Deviations: rows of the mask are counted from the top; squares of pixels are averaged, where the original reads one

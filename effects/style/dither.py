@@ -1,4 +1,4 @@
-"""Dither: few levels that look like many, as neighbors are rounded up and down in turn."""
+"""Dither: simulate many levels with few, by rounding neighbors up and down in turn."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -15,7 +15,9 @@ from passgraph.effects.style import blue_noise
 
 
 def bayer(side: int) -> list[list[int]]:
-    """The order in which the pixels of a square become bright, each far from those before; ``side`` is a power of 2.
+    """Return the order in which pixels of a square become bright, each far from earlier ones.
+
+    ``side`` is a power of 2.
 
     >>> bayer(2)
     [[0, 2], [3, 1]]
@@ -29,7 +31,7 @@ def bayer(side: int) -> list[list[int]]:
 
 Pattern = Literal["bayer", "gradient-noise", "blue-noise"]
 SIDE = 8
-#: Thresholds from 0 to 1, none at the ends.
+#: Thresholds strictly between 0 and 1.
 THRESHOLDS = tuple(tuple((rank + 0.5) / SIDE**2 for rank in row) for row in bayer(SIDE))
 
 
@@ -42,7 +44,7 @@ def at_threshold(color: vec4, levels: int, threshold: float) -> vec4:
 
 @pg.kernel
 def rounded(color: Image, levels: int, noise: Const[bool]) -> vec4:
-    """Round by thresholds that follow from the pixel's place."""
+    """Round by thresholds computed from the pixel's position."""
     p = pixel()
     if noise:
         # J. Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", 2014
@@ -54,7 +56,7 @@ def rounded(color: Image, levels: int, noise: Const[bool]) -> vec4:
 
 @pg.kernel
 def rounded_by(color: Image, thresholds: Image, levels: int) -> vec4:
-    """Round by thresholds of a picture that repeats."""
+    """Round by the thresholds in a repeating picture."""
     p, size = pixel(), thresholds.size
     return at_threshold(color[0, 0], levels, thresholds.texel(ivec2(p.x % size.x, p.y % size.y)).r)
 
@@ -72,11 +74,11 @@ def dither(
     Parameters
     ----------
     color : encoded for display, 0 to 1, and clamped to that; alpha stays
-    levels : of each channel, black and white among them; 256 takes the bands out of gradients that 8 bits store
+    levels : levels of each channel, including black and white; 256 removes the banding of gradients stored in 8 bits
     pattern : "bayer" is an ordered grid of 8 x 8 thresholds, whose mean is exact to 1/128 of a level; "gradient-noise"
         has no grid; "blue-noise" has neither grid nor clumps: 64 x 64 thresholds without low frequencies
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
     Source: B. E. Bayer, "An Optimum Method for Two-Level Rendition of Continuous-Tone Pictures", 1973;
     R. Ulichney, "The void-and-cluster method for dither array generation", 1993.

@@ -1,4 +1,4 @@
-"""Glitch: bands that lost their place, blocks from elsewhere, and colors that come apart."""
+"""Glitch: displaced bands, misplaced blocks, and separated colors."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -18,7 +18,7 @@ Distance = Annotated[int, pg.Range(0, 4096, "px")]
 
 @pg.function
 def by_chance(bits: int, most: int) -> int:
-    """A whole number from ``-most`` to ``most``, each as likely."""
+    """Return a random integer from ``-most`` to ``most``, uniformly distributed."""
     return (((bits & 0xFFFF) * (2 * most + 1)) >> 16) - most
 
 
@@ -26,7 +26,7 @@ def by_chance(bits: int, most: int) -> int:
 def displaced(
     color: Image, amount: float, shift: int, split: int, band: int, block: int, index: int, seed: int
 ) -> vec4:
-    """Texels of elsewhere; red and blue from beside them where a band is displaced."""
+    """Return displaced texels; red and blue with a further offset in displaced bands."""
     at, key, most = pixel(), index ^ (seed * 0x9E3779B9), int(amount * 65536.0)
     row = hashed(at.y // band, -1, key)
     square = hashed(at.x // block, at.y // block, key)
@@ -53,27 +53,26 @@ def glitch(
     into: pg.TargetSpec | None = None,
     name: str = "glitch",
 ) -> pg.Target:
-    """Damage a picture as a bad signal does: displaced bands and blocks, colors apart.
+    """Damage a picture as a bad signal does: displaced bands and blocks, separated colors.
 
     Parameters
     ----------
-    color : any picture, any range; outside it the rule of ``color.border(...)`` holds
-    amount : share of the bands that are displaced, and four times the share of the blocks
-    shift_px : how far at most, bands along rows, blocks along columns too
-    split_px : how far red and blue of a displaced band are from green, at most
+    color : any picture, any range; outside of it, reads follow the rule of ``color.border(...)``
+    amount : fraction of displaced bands, and four times the fraction of displaced blocks
+    shift_px : largest displacement, of bands along rows, of blocks along columns too
+    split_px : largest distance of red and blue from green in a displaced band
     band_px : height of a band
     block_px : side of a block
     index : the picture's number in its sequence, for new damage in each. `passgraph.frames` gives it as
         ``values=lambda number: {"index": number}``
-    seed : another number, other damage
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    seed : another seed gives other damage
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
-    Distances are whole pixels, each as likely, so that every number of the result is one of the picture, and the same
-    on every backend.
+    Distances are uniformly distributed whole pixels, so that every number of the result is one of the picture, and the
+    same on every backend.
     Source: M. Jarzynski, M. Olano, "Hash Functions for GPU Rendering", 2020 (pcg3d, hashed from band or block, index
-    and seed). The looks are those of lines without sync and of blocks without their neighbors, as in analog and
-    compressed video.
+    and seed). The looks are those of lines without sync and of misplaced blocks, as in analog and compressed video.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Halftone: dots of ink whose size says how dark the picture is."""
+"""Halftone: dots of ink whose size follows the darkness of the picture."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -13,22 +13,23 @@ from passgraph.effects.checked import effect
 from passgraph.effects.color.black_and_white import REC709
 from passgraph.effects.quantities import axis_of, mapped
 
-#: Places in a pixel each way at which a dot is asked for.
+#: Samples of a pixel in each direction.
 SAMPLES = 4
-#: Turns of the screens of cyan, magenta and yellow against that of black, as cosine and sine: the print shop's angles.
+#: Rotations of the screens of cyan, magenta and yellow relative to black, as cosine and sine: the usual printing
+#: angles.
 SCREENS: Any = tuple((cos(angle * pi / 180.0), sin(angle * pi / 180.0)) for angle in (-30.0, 30.0, -45.0, 0.0))
 
 
 @pg.function
 def inked(ink: float, axis: vec2, cell: float) -> float:
-    """Share of this pixel under diamonds that cover the share ``ink`` of each cell."""
+    """Return the fraction of this pixel under diamonds that cover the fraction ``ink`` of each cell."""
     covered = 0.0
     for j in range(SAMPLES):
         for i in range(SAMPLES):
             p = vec2(pixel()) + (vec2(float(i), float(j)) + 0.5) / float(SAMPLES)
             q = fract(vec2(p.x * axis.x + p.y * axis.y, p.y * axis.x - p.x * axis.y) / cell) - 0.5
             d = abs(q.x) + abs(q.y)
-            # The share of a cell that is nearer to its middle
+            # The fraction of a cell that is nearer to its center
             nearer = 2.0 * d * d if d < 0.5 else 1.0 - 2.0 * (1.0 - d) * (1.0 - d)
             covered += 1.0 if nearer < ink else 0.0
     return covered / float(SAMPLES * SAMPLES)
@@ -36,7 +37,7 @@ def inked(ink: float, axis: vec2, cell: float) -> float:
 
 @pg.kernel
 def printed(color: Image, axis: vec2, cell: float, colored: Const[bool]) -> vec4:
-    """White paper times what each ink lets through."""
+    """Return white paper times the transmission of each ink."""
     c = color[0, 0]
     light = clamp(c.rgb, 0.0, 1.0)
     if not colored:
@@ -65,16 +66,15 @@ def halftone(
     Parameters
     ----------
     color : linear light, 0 to 1, Rec. 709 primaries, and clamped to that; alpha stays
-    cell_px : from dot to dot
-    angle_rad : of the rows of black dots; cyan, magenta and yellow are at -30, 30 and -45 degrees from it
+    cell_px : distance between dots
+    angle_rad : angle of the rows of black dots; cyan, magenta and yellow are at -30, 30 and -45 degrees from it
     colored : four inks; off, black of the picture's luminance
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the pass
+    into : destination target; default: float32 named ``name``
+    name : name of the pass
 
-    The mean over an even area is its color: a diamond covers just the share of its cell that the ink has, and screens
-    at different angles lie over one another as by chance.  Edges of dots are smoothed by 16 samples a pixel.
-    Source: D. Lau, G. Arce, "Modern Digital Halftoning", 2001, clustered dots; M. E. Demichel, 1924, inks over one
-    another.
+    The mean over a uniform area is its color: a diamond covers exactly the ink's fraction of its cell, and screens at
+    different angles overlap like independent ones.  Edges of dots are smoothed by 16 samples per pixel.
+    Source: D. Lau, G. Arce, "Modern Digital Halftoning", 2001, clustered dots; M. E. Demichel, 1924, overlapping inks.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Kuwahara filter: each pixel is the mean of the evenest part of what is around it, as if painted with a brush."""
+"""Kuwahara filter: average the most uniform part of each pixel's surroundings, as if painted with a brush."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -13,17 +13,17 @@ from passgraph.effects.checked import effect
 from passgraph.effects.filters.blur import gaussian_blur
 from passgraph.effects.pictures.decoded import decoded
 
-#: Directions of the sectors, and where on the unit circle a sector's weight becomes 0, from its middle.
+#: Number of sectors, and the position on the unit circle, from a sector's center, where its weight becomes 0.
 SECTORS: Any = tuple((cos(k * pi / 4.0), sin(k * pi / 4.0)) for k in range(8))
 END = 3.0 * pi / 8.0
 COS_END, SIN2_END = cos(END), sin(END) ** 2
-#: Standard deviation of the blur over directions, px, and what variances are held against: a step of 8 bits, squared.
+#: Standard deviation of the blur of directions, px, and the offset of variances: a step of 8 bits, squared.
 SMOOTHED_PX, STEP = 2.0, 1.0 / 255.0**2
 
 
 @pg.kernel
 def directions(color: Image) -> vec4:
-    """The structure tensor, added up over channels: xx, yy, xy; 0 where that is not finite."""
+    """Return the structure tensor, summed over channels: xx, yy, xy; 0 where that is not finite."""
     dx = (color[1, -1] + 2.0 * color[1, 0] + color[1, 1] - color[-1, -1] - 2.0 * color[-1, 0] - color[-1, 1]).rgb * 0.25
     dy = (color[-1, 1] + 2.0 * color[0, 1] + color[1, 1] - color[-1, -1] - 2.0 * color[0, -1] - color[1, -1]).rgb * 0.25
     xx, yy, xy = dot(dx, dx), dot(dy, dy), dot(dx, dy)
@@ -32,11 +32,11 @@ def directions(color: Image) -> vec4:
 
 @pg.kernel
 def painted(color: Image, tensor: Image, radius: Const[int], sharpness: float) -> vec4:
-    """Means and variances of eight sectors of an ellipse along the edge; even sectors count most."""
+    """Return the mean of eight sectors of an ellipse along the edge, weighted by their uniformity."""
     t = tensor[0, 0]
     sum, difference = t.r + t.g, sqrt((t.r - t.g) * (t.r - t.g) + 4.0 * t.b * t.b)
     share = difference / sum if sum > 0.0 else 0.0
-    # The double angle of the edge, which is across the steepest way, halved
+    # Half of the double angle of the edge, which is perpendicular to the gradient
     c2 = (t.g - t.r) / difference if difference > 0.0 else 1.0
     edge = vec2(sqrt(max(0.5 + 0.5 * c2, 0.0)), sqrt(max(0.5 - 0.5 * c2, 0.0)) * (1.0 if t.b < 0.0 else -1.0))
     along, across = float(radius) * (1.0 + share), float(radius) / (1.0 + share)
@@ -46,7 +46,7 @@ def painted(color: Image, tensor: Image, radius: Const[int], sharpness: float) -
     here = color[0, 0]
     base = here if isfinite(here.r + here.g + here.b + here.a) else vec4(0.0)
     sums, squares, weights = [vec4(0.0)] * 8, [0.0] * 8, [0.0] * 8
-    # How far the ellipse reaches each way
+    # Reach of the ellipse along each axis
     most = 2 * radius
     far_x = clamp(int(length(vec2(along * edge.x, across * edge.y))), 0, most)
     far_y = clamp(int(length(vec2(along * edge.y, across * edge.x))), 0, most)
@@ -93,18 +93,19 @@ def kuwahara(
 
     Parameters
     ----------
-    color : any picture, which should be encoded for display; outside it the rule of ``color.border(...)`` holds
-    radius_px : of the brush, where nothing has a direction; along an edge it is up to twice as long and half as wide
-    sharpness : exponent on the deviation in a sector: 0 is a blur, 8 takes the evenest sector almost alone
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    color : any picture, which should be encoded for display; outside of it, reads follow the rule of
+        ``color.border(...)``
+    radius_px : radius of the brush in areas without direction; along an edge it is up to twice as long and half as wide
+    sharpness : exponent of the deviation in a sector: 0 is a blur, 8 uses the most uniform sector almost alone
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    An ellipse along the edge, from the blurred structure tensor, is divided into eight sectors that overlap. A pixel
-    is the mean of their means, weighted by how even they are.  What is NaN or infinite has no part.
+    An ellipse along the edge, from the blurred structure tensor, is divided into eight overlapping sectors. A pixel is
+    the mean of their means, weighted by their uniformity.  NaN and infinity are ignored.
     Source: J. E. Kyprianidis, A. Semmo, H. Kang, J. Döllner, "Anisotropic Kuwahara Filtering with Polynomial Weighting
     Functions", 2010.
-    Deviations: weights fall to 0 at the ellipse's rim, as ``(1 - r²)²``, so that no tap comes and goes by rounding; a
-    sector has the weight ``(variance + 1 / 255²) ** (-sharpness / 2)``, which no variance overflows.
+    Deviations: weights fall to 0 at the ellipse's border, as ``(1 - r²)²``, so that no tap appears or vanishes by
+    rounding; a sector has the weight ``(variance + 1 / 255²) ** (-sharpness / 2)``, which no variance overflows.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Pixelate: even squares in place of pixels."""
+"""Pixelate: show a picture as uniform squares."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -27,7 +27,7 @@ def mean_of_block(color: Image, side: Const[int]) -> vec4:
 
 @pg.kernel
 def block_of(blocks: Image, side: Const[int]) -> vec4:
-    """The square that this pixel lies in."""
+    """Return the color of the square that contains this pixel."""
     return blocks.texel(pixel() // side)
 
 
@@ -42,13 +42,13 @@ def pixelate(
 
     Parameters
     ----------
-    color : any picture; means of linear light are as bright as what they stand for. Alpha should be premultiplied
+    color : any picture; means of linear light keep the brightness. Alpha should be premultiplied
     size_px : side of a square; 1 returns ``color`` itself
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    Squares begin at the top left; those at the right and the bottom edge may be cut off, and are the mean of what is
-    left of them.
+    Squares begin at the top left; those at the right and the bottom edge may be cut off, and average their remaining
+    pixels.
 
     Examples
     --------
@@ -61,7 +61,7 @@ def pixelate(
     if size_px == 1:
         return color
     label = f"{name}_blocks"
-    # a size that is rounded up may have a square too many, which nothing reads
+    # a rounded-up size may have an extra square, which is never read
     blocks = mean_of_block(
         color, size_px, into=pg.target(label, "rgba32f", like=color, scale=1.0 / size_px), name=label
     )

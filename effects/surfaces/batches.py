@@ -1,4 +1,4 @@
-"""Fewer draws: nodes that look alike become one mesh."""
+"""Merge nodes that look alike into one mesh, to save draws."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 import passgraph as pg
 
 Float64 = NDArray[np.float64]
-#: A part smaller than this share of the scene keeps a mesh of its own: float32 positions relative to a common
-#: origin would round it by more than a thousandth of its size.
+#: A part smaller than this fraction of the scene keeps a mesh of its own: float32 positions relative to a common origin
+#: would round it by more than a thousandth of its size.
 SMALLEST_PART = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Triangles that one draw can take: their material, and where the mesh's origin lies in the world."""
+    """Triangles of one draw: their material, and the world position of the mesh's origin."""
 
     mesh: pg.Mesh
     material: pg.Material
@@ -27,16 +27,16 @@ class Batch:
 
 
 def is_textured(material: pg.Material) -> bool:
-    """Whether drawing it needs texture coordinates at all."""
+    """Return True if drawing it needs texture coordinates."""
     maps = (material.base_color_texture, material.normal_texture, material.height_texture)
     return any(texture is not None for texture in maps)
 
 
 def batches(scene: pg.Scene) -> list[Batch]:
-    """The scene in as few meshes as its materials allow; base colours become vertex colours.
+    """Return the scene in as few meshes as its materials allow; base colors become vertex colors.
 
-    Positions are world positions relative to the batch's origin, subtracted in float64, so that a scene far
-    from the world's origin keeps its shape.
+    Positions are world positions relative to the batch's origin, subtracted in float64, so that a scene far from the
+    world's origin keeps its shape.
     """
     box = scene.bounds()
     extent = float(np.linalg.norm(box[1] - box[0]))
@@ -48,12 +48,12 @@ def batches(scene: pg.Scene) -> list[Batch]:
         key = (look, node.material.double_sided, node.receives, number if alone else None)
         groups.setdefault(key, []).append(node)
     merged = [_batch(nodes) for nodes in groups.values()]
-    # what blends is drawn behind everything opaque
+    # blended surfaces are drawn after all opaque ones
     return sorted(merged, key=lambda batch: batch.material.alpha_mode == "blend")
 
 
 def bounds_of(nodes: Sequence[pg.Node]) -> Float64:
-    """The world box round some nodes, (2, 3): minimum, maximum."""
+    """Return the world bounding box of nodes, (2, 3): minimum, maximum."""
     boxes = np.stack([node.bounds for node in nodes])
     return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
@@ -72,7 +72,7 @@ def _batch(nodes: list[pg.Node]) -> Batch:
 
 
 def merged(nodes: Iterable[pg.Node], origin: Float64) -> pg.Mesh:
-    """One mesh of placed nodes, relative to ``origin``, with base colours in the vertex colours."""
+    """Return one mesh of transformed nodes, relative to ``origin``, with base colors in the vertex colors."""
     columns: list[list[NDArray[np.floating]]] = [[], [], [], []]
     triangles, first = [], 0
     for node in nodes:

@@ -1,4 +1,4 @@
-"""Normals of the surfaces that a depth picture shows, when there is no other picture of them."""
+"""Normals of the surfaces in a depth picture, if there is no other source of normals."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -16,9 +16,9 @@ from passgraph.effects.surfaces.geometry import (
 )
 from passgraph.effects.surfaces.views import View
 
-#: Of a neighbour that shows no surface: it fits no plane.
+#: Deviation of a neighbor without a surface: it fits no plane.
 NO_SURFACE = 1e30
-#: By how much a pixel may miss a line that it lies on, for each unit of what is linear on planes.
+#: Largest deviation of a pixel from a line that it is on, relative to `linear_on_planes`.
 ROUNDING = 4e-6
 
 
@@ -30,9 +30,9 @@ def rise(frame: ViewFrame, here: float, there: float) -> float:
 
 @pg.function
 def line_through(frame: ViewFrame, here: float, next: float, after: float) -> vec2:
-    """The slope from here to the next pixel, and by how much the line through that and the one after misses here.
+    """Return the slope from here to the next pixel, and the deviation at this pixel of the line through the next two.
 
-    Where nothing is behind the next pixel, the line is level there.
+    Without a surface behind the next pixel, the line is level there.
     """
     slope = rise(frame, here, next) if next > 0.0 else 0.0
     bend = rise(frame, next, after) - slope if after > 0.0 else slope
@@ -41,22 +41,22 @@ def line_through(frame: ViewFrame, here: float, next: float, after: float) -> ve
 
 @pg.function
 def slope_of(ahead: vec2, behind: vec2, rounding: float) -> float:
-    """The slope of the line that this pixel lies on; without any, the surface faces the eye.
+    """Return the slope of the line that this pixel is on; without any, the surface faces the eye.
 
-    On a plane it lies on both, and what rounding makes of that decides nothing.
+    On a plane it is on both lines, and rounding decides nothing.
     """
     return ahead.x if ahead.y <= behind.y + rounding else -behind.x
 
 
 @pg.kernel
 def normals_of_depth(depth: Image, frame: ViewFrame) -> vec4:
-    """Normals of the surfaces that a depth picture shows, packed as in the G-buffer.
+    """Compute normals of the surfaces in a depth picture, packed as in the G-buffer.
 
-    Of the neighbours to both sides those count on whose line this pixel lies, so that neither an edge nor a crease
-    bends the normals beside it: lines are straight in `linear_on_planes`, on every plane.
+    Of the neighbors to both sides those count whose line contains this pixel, so that neither an edge nor a crease
+    bends the normals next to it: lines are straight in `linear_on_planes`, on every plane.
 
-    Source: Y. Poltavets (Atyuwen), "Accurate Normal Reconstruction from Depth Buffer", 2021. Deviation: the neighbours
-    of both axes are chosen apart from each other.
+    Source: Y. Poltavets (Atyuwen), "Accurate Normal Reconstruction from Depth Buffer", 2021. Deviation: the neighbors
+    along the two axes are chosen independently.
     """
     far = depth[0, 0].r
     if far <= 0.0:
@@ -79,15 +79,15 @@ def normals_of_depth(depth: Image, frame: ViewFrame) -> vec4:
 
 
 def depth_normals(depth: pg.Target, camera: pg.Camera | pg.Value, name: str = "normals of depth") -> pg.Target:
-    """Normals, packed as in `passgraph.effects.surfaces.g_buffer.GBuffer`, of what a linear depth shows.
+    """Return normals, packed as in `passgraph.effects.surfaces.g_buffer.GBuffer`, of a linear depth.
 
     Parameters
     ----------
     depth : distances along the view axis in scene units, 0 where there is no surface
-    camera : which it was seen by, or the run value of it
-    name : of the pass and target
+    camera : the camera of the depth, or its run value
+    name : name of the pass and target
 
-    Beside the picture's border there is no surface to lean on.
+    Pixels at the picture's border have no neighbors outside to use.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Distances from an engine's depth buffer, for every effect that takes a linear depth."""
+"""Distances from an engine's depth buffer, for effects on a linear depth."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -13,32 +13,32 @@ from passgraph.effects.checked import checked
 
 @pg.struct
 class DepthFrame:
-    """`passgraph.HardwareDepth` as kernels see it."""
+    """`passgraph.HardwareDepth` in kernels."""
 
-    ends: vec2  # what is linear in the number, at 0 and at 1: 1 / distance, or the distance in parallel views
+    ends: vec2  # 1 / distance (the distance in parallel views), which is linear in the stored number, at 0 and at 1
     perspective: bool
     reversed_z: bool
 
 
 @pg.function
 def distance_held(stored: float, frame: DepthFrame) -> float:
-    """Distance along the view axis of a number in a depth buffer; that of the far plane where nothing is drawn."""
+    """Return the distance along the view axis of a stored depth; that of the far plane where nothing is drawn."""
     d = clamp(stored, 0.0, 1.0)
-    # both terms are positive: what is near the far plane keeps all digits that the buffer has
+    # both terms are positive: depths near the far plane keep all digits of the buffer
     linear = (1.0 - d) * frame.ends.x + d * frame.ends.y
     return 1.0 / max(linear, 1e-37) if frame.perspective else linear
 
 
 @pg.function
 def distance_from(stored: float, frame: DepthFrame) -> float:
-    """`distance_held`, but 0 where nothing is drawn, or where it is no number."""
+    """Return `distance_held`, but 0 where nothing is drawn, and for NaN."""
     drawn = stored > 0.0 if frame.reversed_z else stored < 1.0
     return distance_held(stored, frame) if drawn else 0.0
 
 
 @pg.kernel
 def to_distance(depth: Image, frame: DepthFrame) -> float:
-    """Each pixel of a depth buffer, as a distance."""
+    """Convert each pixel of a depth buffer to a distance."""
     return distance_from(depth[0, 0].r, frame)
 
 
@@ -57,18 +57,18 @@ def distances(
     into: pg.TargetSpec | None = None,
     name: str = "distance",
 ) -> pg.Target:
-    """An engine's depth buffer as distances along the view axis, which effects take.
+    """Convert an engine's depth buffer to distances along the view axis, for effects.
 
     Parameters
     ----------
     depth : numbers from 0 to 1 in red, of any format ("r16" for D16, "r32f", "depth32f")
-    holds : what they mean; as a run value where near and far change
-    into : where it goes; left out, "r32f" of the buffer's size with the name ``name``
-    name : of the pass and target
+    holds : convention of the numbers; a run value if near and far change
+    into : destination target; default: "r32f" of the buffer's size named ``name``
+    name : name of the pass and target
 
     Returns
     -------
-    Scene units; 0 where nothing is drawn, which is where the number is that of the far plane.
+    Scene units; 0 where nothing is drawn, i.e. where the depth is that of the far plane.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The scene as the camera sees it, unlit: colour, normals and linear depth in one pass."""
+"""The scene from the camera, unlit: color, normals and linear depth in one pass."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -35,7 +35,7 @@ from passgraph.effects.surfaces.geometry import pack_normal, unpack_normal
 from passgraph.effects.surfaces.material_textures import Use, level_at, mipped, texture_input, texture_levels
 from passgraph.effects.surfaces.views import View
 
-#: Layers that parallax looks through; the crossing between two layers is interpolated.
+#: Layers of the parallax search; the intersection between two layers is interpolated.
 PARALLAX_STEPS = 8
 #: The view is treated as no flatter than this (cosine), or the texture would smear at grazing angles.
 FLATTEST_VIEW = 0.25
@@ -55,7 +55,7 @@ class Surface:
 
 @pg.vertex
 def place(vertex: pg.Vertex, clip_from_local: mat4, view_from_local: mat4) -> Surface:
-    """Vertices to clip space; normals and tangents to the camera's frame, by a rotation."""
+    """Transform vertices to clip space; normals and tangents to the camera's frame, by a rotation."""
     turn = mat3(view_from_local)
     local = vec4(vertex.position, 1.0)
     return Surface(
@@ -70,14 +70,14 @@ def place(vertex: pg.Vertex, clip_from_local: mat4, view_from_local: mat4) -> Su
 
 @pg.function
 def sided(normal: vec3, double_sided: bool) -> vec3:
-    """The unit normal, turned toward the viewer on back faces."""
+    """Return the unit normal, turned toward the viewer on back faces."""
     n = normalize(normal)
     return -n if double_sided and not front_facing() else n
 
 
 @pg.function
 def parallax(heights: Image, surface: Surface, n: vec3, scale: float, spreads: bool) -> vec2:
-    """Texture coordinates where the line of sight meets the height map; ``spreads`` in perspective.
+    """Return texture coordinates where the line of sight meets the height map; ``spreads`` in perspective.
 
     Source: N. Tatarchuk, "Dynamic Parallax Occlusion Mapping", 2006.
     """
@@ -91,7 +91,7 @@ def parallax(heights: Image, surface: Surface, n: vec3, scale: float, spreads: b
     start = surface.uv * size
     found = PARALLAX_STEPS
     for i in range(PARALLAX_STEPS):
-        # the nearest texel tells the layer; the crossing inside the layer is found from filtered heights
+        # the nearest texel finds the layer; the intersection inside the layer uses filtered heights
         if found == PARALLAX_STEPS:
             layer = float(i) / float(PARALLAX_STEPS)
             if 1.0 - heights.texel(ivec2(floor(start + slide * size * layer))).r <= layer:
@@ -106,7 +106,7 @@ def parallax(heights: Image, surface: Surface, n: vec3, scale: float, spreads: b
 
 @pg.function
 def bent(texel: vec3, surface: Surface, n: vec3) -> vec3:
-    """The normal that a normal map gives, of whose texel x, y, z are -1..1."""
+    """Return the normal from a normal map, whose texel x, y, z are -1..1."""
     t = normalize(surface.tangent.xyz)
     return normalize(t * texel.x + cross(n, t) * (surface.tangent.w * texel.y) + n * texel.z)
 
@@ -127,7 +127,7 @@ def plain(
     cutoff: float,
     in_perspective: bool,
 ) -> tuple[vec4, vec4, float, vec2]:
-    """A surface without textures: colour, normals, distance along the view axis."""
+    """Write a surface without textures: color, normals, distance along the view axis."""
     if masked and surface.color.a < cutoff:
         discard()
     packed = pack_normal(sided(surface.normal, double_sided))
@@ -148,7 +148,7 @@ def textured(
     has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool], in_perspective: bool,
     double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float,
 ) -> tuple[vec4, vec4, float, vec2]:  # fmt: skip
-    """A surface with any of base colour, normal and height map."""
+    """Write a surface with any of base color, normal and height map."""
     n = sided(surface.normal, double_sided)
     at = surface.uv
     if has_heights:
@@ -174,7 +174,7 @@ def textured(
 
 @pg.fragment
 def tinted(surface: Surface) -> vec4:
-    """A translucent surface without textures: colour and opacity."""
+    """Write a translucent surface without textures: color and opacity."""
     return surface.color
 
 
@@ -183,7 +183,7 @@ def tinted_textured(
     surface: Surface, base_map: Image, base_levels: Image, base_size: vec2, base_count: Const[int],
     base_wrap: Const[int], base_minify: Const[int],
 ) -> vec4:  # fmt: skip
-    """A translucent surface with a base colour map."""
+    """Write a translucent surface with a base color map."""
     level = level_at(surface.uv, base_size)
     texel = mipped(base_map, base_levels, base_size, base_count, base_wrap, base_minify, surface.uv, level)
     return surface.color * texel
@@ -191,15 +191,15 @@ def tinted_textured(
 
 @dataclass(frozen=True)
 class GBuffer:
-    """Targets of one size, each of the nearest opaque surface.
+    """Targets of one size, each for the nearest opaque surface.
 
     Attributes
     ----------
-    color : rgba16f, linear base colour, translucent surfaces mixed in; alpha is 1 where shadows are received
+    color : rgba16f, linear base color, translucent surfaces blended in; alpha is 1 where shadows are received
     normals : rgba16f, packed: the normal after normal maps (red, green) and that of the surface (blue, alpha)
     depth : r32f, distance along the view axis in scene units; 0 where there is no surface
-    rises : rg32f, how much `passgraph.effects.surfaces.geometry.linear_on_planes` of the depth grows on the plane of
-        the pixel's triangle to the next pixel, to the right and upwards; None where only a depth is known
+    rises : rg32f, increase of `passgraph.effects.surfaces.geometry.linear_on_planes` of the depth on the plane of the
+        pixel's triangle to the next pixel, to the right and upwards; None if only a depth is known
     """
 
     color: pg.Target
@@ -209,9 +209,9 @@ class GBuffer:
 
 
 def g_buffer(scene: pg.Scene, view: View, background: tuple[float, float, float], prefix: str = "") -> GBuffer:
-    """Draw the scene's attributes, one draw for each look (see `passgraph.effects.surfaces.batches`).
+    """Draw the scene's attributes, one draw for each batch (see `passgraph.effects.surfaces.batches`).
 
-    ``prefix`` of the targets' names tells them from those of another effect in the same graph.
+    ``prefix`` begins the targets' names, so that several effects in one graph have distinct ones.
     """
     into: tuple[pg.Target | pg.TargetSpec, ...] = (
         pg.target(f"{prefix}base_color", "rgba16f", scale=1.0, clear=(*background, 0.0)),
@@ -262,7 +262,7 @@ def _draw(
             "height_map": (material.height_texture, "height"),
         }
         inputs = {key: texture_input(texture, use) for key, (texture, use) in maps.items() if texture is not None}
-        any_input = next(iter(inputs.values()))  # stands in for maps that are not there; their code is left out
+        any_input = next(iter(inputs.values()))  # replaces missing maps, whose code is removed
         values |= {key: inputs.get(key, any_input) for key in maps}
         values |= {
             f"has_{word}": f"{key}" in inputs
@@ -293,7 +293,7 @@ def _draw_translucent(
     color: pg.Target | pg.TargetSpec,
     depth: pg.Target | pg.TargetSpec,
 ) -> pg.Target:
-    """Mixed into the colour of what lies behind, so that it takes that surface's light and shadow."""
+    """Blend translucent surfaces into the color behind them, so that they get that surface's light and shadow."""
     values: dict[str, object] = dict(_matrices(batch, view))
     texture = batch.material.base_color_texture
     if texture is not None:
@@ -308,7 +308,7 @@ def _draw_translucent(
     return mixed
 
 
-# For users: the same as plain pictures
+# Public functions: the same as plain pictures
 
 
 @dataclass(frozen=True)
@@ -331,13 +331,13 @@ class SceneSurfaces:
 def scene_surfaces(
     scene: pg.Scene, space: Literal["view", "world"] = "view", normal_maps: bool = True
 ) -> SceneSurfaces:
-    """Depth, normals and base color of a scene, in one drawing; runs take ``camera=``, by default the scene's.
+    """Render depth, normals and base color of a scene in one pass; runs take ``camera=``, by default the scene's.
 
     Parameters
     ----------
-    scene : what is seen
-    space : of normals. "view": x to the right, y up, z toward the eye; "world": the scene's axes
-    normal_maps : normals follow normal maps; off, the surface itself
+    scene : the scene to draw
+    space : space of the normals. "view": x to the right, y up, z toward the eye; "world": the scene's axes
+    normal_maps : apply normal maps; off, normals of the surface itself
 
     Examples
     --------
@@ -357,7 +357,7 @@ def scene_surfaces(
 
 @pg.kernel
 def unpacked(normals: Image, depth: Image, turn: mat3, normal_maps: Const[bool]) -> vec4:
-    """A packed normal as a unit vector."""
+    """Return a packed normal as a unit vector."""
     packed = normals[0, 0]
     n = turn * unpack_normal(packed.xy if normal_maps else packed.zw)
     return vec4(n, 1.0) if depth[0, 0].r > 0.0 else vec4(0.0)

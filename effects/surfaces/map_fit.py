@@ -1,10 +1,10 @@
-"""Shadow maps fitted to the receivers that the camera sees, and to the casters before them.
+"""Fit shadow maps to the visible receivers, and to the casters in front of them.
 
-Everything here happens on the host, in float64.  Receivers and casters are known as some hundred boxes; those of
-receivers are cut by the camera's frustum, those of casters count as far as the light's extent lets them shadow what is
-left.  A map that looks along parallel rays may be drawn in perspective across its own plane, with more texels near the
-camera.  What is fitted is rounded outward to a grid, so that a map stays as it is while the camera moves a little:
-edges do not crawl, and a map whose light rests is drawn again only when the grid is left.
+Everything here happens on the host, in float64.  Receivers and casters are approximated by some hundred boxes.  Boxes
+of receivers are clipped to the camera's frustum; boxes of casters count as far as the light's extent lets them shadow
+the remaining receivers.  A map with parallel rays may be drawn in perspective across its own plane, with more texels
+near the camera.  A fit is rounded outward to a grid, so that a map stays unchanged while the camera moves a little:
+edges do not crawl, and the map of a static light is drawn again only when the grid is left.
 """
 
 from __future__ import annotations
@@ -19,25 +19,26 @@ from numpy.typing import NDArray
 import passgraph as pg
 
 Float64 = NDArray[np.float64]
-#: A piece is a triangle, where it is longer than this share of all; else what lies in one of CELLS³ cells.
+#: A piece is a triangle longer than this fraction of the whole; else the content of one of CELLS³ cells.
 LARGE, MOST_LARGE, CELLS = 0.1, 128, 8
-#: Directions in which the sides of the polygon round receivers look.
+#: Directions of the normals of the polygon around receivers.
 WAYS = np.array([(cos(i * pi / 8.0), sin(i * pi / 8.0)) for i in range(16)])
 #: Steps of the grid that a fit is rounded to, along the longer side.
 STEPS = 64
-#: Turns of the camera about the light's axis that a fit tells apart.
+#: Distinct rotations of the camera about the light's axis.
 TURNS = 32
-#: How many times denser than the farthest the nearest texels may lie.
+#: Largest ratio of texel density between the nearest and the farthest texels.
 DENSEST = 2.0
-#: Texels to each side beyond what is needed: those that a comparison reads, and rounding.
+#: Margin in texels: reads of a comparison, and rounding.
 MARGIN_TEXELS = 2.0
-#: The corners of a box, of which bit 0 is x, bit 1 y and bit 2 z, and its edges as pairs of them.
+#: The corners of a box, whose bits 0, 1 and 2 are x, y and z, and its edges as pairs of them.
 BITS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
 EDGES = np.array([(i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit])
 
 
 def pieces_of(nodes: Sequence[pg.Node], origin: Float64) -> Float64:
-    """World boxes relative to ``origin`` that hold all triangles with an area, (n, 2, 3), some hundred at most."""
+    """Return world boxes relative to ``origin`` that contain all triangles with an area, (n, 2, 3), at most some
+    hundred."""
     lows, highs = [], []
     for node in nodes:
         points = node.mesh.positions.astype(np.float64) @ node.transform[:3, :3].T + (node.transform[:3, 3] - origin)
@@ -65,22 +66,22 @@ def pieces_of(nodes: Sequence[pg.Node], origin: Float64) -> Float64:
 
 
 def corners_of(boxes: Float64) -> Float64:
-    """(n, 8, 3) of (n, 2, 3)."""
+    """Return the corners (n, 8, 3) of boxes (n, 2, 3)."""
     return np.asarray(np.where(BITS[None], boxes[:, None, 1], boxes[:, None, 0]))
 
 
 def seen_points(boxes: Float64, camera: pg.Camera, aspect: float, origin: Float64) -> Float64:
-    """Points whose hull holds what of the boxes lies in the camera's frustum, (n, 3) relative to ``origin``.
+    """Return points whose hull contains the part of the boxes in the camera's frustum, (n, 3) relative to ``origin``.
 
-    Of a box that the frustum cuts these are the corners of what is left: each ends a part of one of the box's edges
-    within the frustum, or a part of one of the frustum's edges within the box.
+    For a box that the frustum clips, these are the corners of the remaining part: each ends a part of one of the box's
+    edges within the frustum, or a part of one of the frustum's edges within the box.
     """
     half, middle = camera.window(aspect)
     (left, bottom), (right, top) = np.subtract(middle, half), np.add(middle, half)
-    # how far the sides move with each unit of distance, and where they are without it
+    # movement of the sides per unit of distance, and their position without it
     spread, fixed = (0.0, 1.0) if camera.orthographic else (1.0, 0.0)
     rotation, eye = camera.view_rotation()[:3, :3], np.subtract(camera.eye, origin)
-    # an infinite far plane lies behind everything
+    # an infinite far plane is behind everything
     behind = 2.0 * (float(np.abs(boxes - eye).max(initial=0.0)) + camera.near)
     near, far = camera.near, camera.far if np.isfinite(camera.far) else behind
     # inside: normal · point + offset ≥ 0 for each of six planes
@@ -105,7 +106,7 @@ def seen_points(boxes: Float64, camera: pg.Camera, aspect: float, origin: Float6
 
 
 def _parts_before_planes(edges: Float64, normals: Float64, offsets: Float64) -> Float64:
-    """Ends of what of edges, (n, 12, 2, 3), lies on the inner side of all planes, (m, 3)."""
+    """Return the ends of the parts of edges, (n, 12, 2, 3), on the inner side of all planes, (m, 3)."""
     # planes come first: NumPy reduces a short last axis slowly
     heights = (normals @ edges.reshape(-1, 3).T + offsets[:, None]).reshape(len(normals), -1, 2)
     first, last = heights[..., 0], heights[..., 1]
@@ -117,26 +118,27 @@ def _parts_before_planes(edges: Float64, normals: Float64, offsets: Float64) -> 
 
 
 def _parts_in_boxes(edges: Float64, boxes: Float64) -> Float64:
-    """Ends of what of edges, (m, 2, 3), lies in one of the boxes, (n, 2, 3)."""
+    """Return the ends of the parts of edges, (m, 2, 3), in one of the boxes, (n, 2, 3)."""
     first, way = edges[:, 0].T[:, None], (edges[:, 1] - edges[:, 0]).T[:, None]  # (3, 1, m)
     low, high = boxes.transpose(1, 2, 0)[..., None]  # (3, n, 1) each
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (low - first) / way, (high - first) / way
-    # not a number where an edge runs within a side of a box: that side does not end it
+    # NaN if an edge runs within a side of a box: that side does not clip it
     enter = np.fmax(np.fmax.reduce(np.fmin(a, b), axis=0), 0.0)
     leave = np.fmin(np.fmin.reduce(np.fmax(a, b), axis=0), 1.0)
     return _ends(np.broadcast_to(edges, (len(boxes), *edges.shape)).reshape(-1, 2, 3), enter.ravel(), leave.ravel())
 
 
 def _ends(edges: Float64, enter: Float64, leave: Float64) -> Float64:
-    """Points at both shares of edges, (n, 2, 3), where the first comes before the second."""
+    """Return the points at both fractions of edges, (n, 2, 3), if the first comes before the second."""
     some = enter <= leave
     first, way = edges[some, 0], edges[some, 1] - edges[some, 0]
     return np.concatenate([first + enter[some, None] * way, first + leave[some, None] * way])
 
 
 def _cut(polygons: Float64, normal: Float64, offset: float) -> Float64:
-    """The parts of convex polygons, (n, k, 3), on the inner side of a plane, (m, k + 1, 3); corners may repeat."""
+    """Return the parts of convex polygons, (n, k, 3), on the inner side of a plane, (m, k + 1, 3); corners may
+    repeat."""
     heights = polygons @ normal + offset
     some = (heights >= 0.0).any(axis=1)
     polygons, heights = polygons[some], heights[some]
@@ -156,17 +158,17 @@ def _cut(polygons: Float64, normal: Float64, offset: float) -> Float64:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The region that the maps of one scene are fitted to.
+    """The region to which the maps of one scene are fitted.
 
     Attributes
     ----------
-    camera : the value of each run
+    camera : the camera of each run
     origin : (3,) world point that boxes are relative to
     receivers : (n, 2, 3) boxes
-    casters : the same of what can shadow something under a light
-    square : texels are squares, all of one size, for what blurs maps; off, they need not be
+    casters : (n, 2, 3) boxes of everything that can cast a shadow under a light
+    square : True if texels must be squares of one size, for blurred maps
     map_size : texels along each side
-    margin_texels : beyond what is needed, on each side
+    margin_texels : margin on each side
     """
 
     camera: pg.Value
@@ -182,7 +184,7 @@ class Fit:
         self, light: pg.Light, frustum: tuple[Float64, Float64], camera: pg.Camera, size: tuple[int, int]
     ) -> Float64:
         """Return the matrix in front of a light's projection, (4, 4); the identity if nothing narrower fits."""
-        # the map and the kernels that read it ask alike in each run
+        # the map and the kernels that read it call this with the same values in each run
         key = light, camera, size, frustum[0].tobytes(), frustum[1].tobytes()
         return self._once("window", key, lambda: self._window(light, frustum, camera, size))
 
@@ -206,17 +208,17 @@ class Fit:
         if light.kind == "directional":
             along = (view[:3, :3] @ camera.forward)[:2]
             turn = round(atan2(along[1], along[0]) / (2.0 * pi) * TURNS) * (2.0 * pi / TURNS)
-            # parallel rays show what is near no larger
+            # parallel rays do not magnify near objects
             slope = 0.0 if camera.orthographic else hypot(*along)
         return _oblong(needed, turn, _nearest(points + self.origin, camera) * float(projection[0, 0]), slope, share)
 
     def _before_light(self, light: pg.Light, view: Float64) -> Float64:
-        """Corners of the casters' boxes in the map's view, (8, n, 3): NumPy reduces a short last axis slowly."""
+        """Return corners of the casters' boxes in the map's view, (8, n, 3): NumPy reduces a short last axis slowly."""
         corners = corners_of(self.casters(light)).transpose(1, 0, 2).reshape(-1, 3) + self.origin
         return (corners @ view[:3, :3].T + view[:3, 3]).reshape(8, -1, 3)
 
     def _once(self, name: str, key: object, make: Callable[[], Float64]) -> Float64:
-        """The last value of its name, if its key is the same."""
+        """Return the last value of its name, if its key is unchanged."""
         found = self.kept.get(name)
         if found is None or found[0] != key:
             found = self.kept[name] = key, make()
@@ -224,7 +226,7 @@ class Fit:
 
 
 def _nearest(points: Float64, camera: pg.Camera) -> float:
-    """Distance along the view axis to the nearest of the points."""
+    """Return the distance along the view axis to the nearest of the points."""
     return float(((points - camera.eye) @ camera.forward).min())
 
 
@@ -237,13 +239,13 @@ def needed_places(
     Parameters
     ----------
     view, projection : of the whole map
-    points : (n, 3) world, whose hull holds the receivers
+    points : (n, 3) world, whose hull contains the receivers
     casters : (8, m, 3) corners of boxes, in the map's view
 
     Returns
     -------
-    (k, 2) corners of a polygon within the map: the hull of the receivers, wider by as much as the light's extent can
-    bring casters in, cut by the box of those casters.
+    (k, 2) corners of a polygon within the map: the hull of the receivers, extended as far as the light's extent can
+    bring casters in, clipped to the box of those casters.
     """
     scale, parallel = float(projection[0, 0]), light.kind == "directional"
     place = points @ view[:3, :3].T + view[:3, 3]
@@ -261,7 +263,7 @@ def needed_places(
         beyond = [(side > 0.0).all(axis=0) for side in (x - depths, -x - depths, y - depths, -y - depths)]
         counts &= ~((depths <= 0.0).all(axis=0) | np.any(beyond, axis=0))
         if (nearest[counts] <= least).any():
-            return None  # beside the light a caster may stand in the way of all that it shines on
+            return None  # next to the light a caster may occlude everything that it shines on
         flat, flats = (
             place[:, :2] * scale / depth[:, None],
             casters[..., :2] * scale / np.maximum(depths, least)[..., None],
@@ -273,7 +275,7 @@ def needed_places(
     if not counts.any():
         return np.zeros((0, 2))
     lows, highs = lows[counts], highs[counts]
-    # how far casters stand out of the receivers' hull, as far as the light's extent brings them in
+    # distance of casters from the receivers' hull, as far as the light's extent brings them in
     heights = (flat @ WAYS.T).max(axis=0)
     stand_out = np.where(WAYS[:, 0] > 0.0, highs[:, :1], lows[:, :1]) * WAYS[:, 0]
     stand_out += np.where(WAYS[:, 1] > 0.0, highs[:, 1:], lows[:, 1:]) * WAYS[:, 1]
@@ -288,7 +290,7 @@ def needed_places(
 
 
 def _polygon(heights: Float64) -> Float64:
-    """Corners of the polygon whose sides lie so far out in each of WAYS, (k, 2) in order."""
+    """Return the corners of the polygon with sides at these distances in each of WAYS, (k, 2) in order."""
     after, next_heights = np.roll(WAYS, -1, axis=0), np.roll(heights, -1)
     turned = WAYS[:, 0] * after[:, 1] - WAYS[:, 1] * after[:, 0]
     x = (heights * after[:, 1] - next_heights * WAYS[:, 1]) / turned
@@ -297,17 +299,17 @@ def _polygon(heights: Float64) -> Float64:
 
 
 def _grid(extent: float) -> float:
-    """A power of 2 that fits some forty to STEPS times into a length."""
+    """Return a power of 2 that fits some forty to STEPS times into a length."""
     return float(2.0 ** ceil(log2(max(extent, 1e-9) / STEPS)))
 
 
 def _rounded(low: float, high: float, grid: float) -> tuple[float, float]:
-    """The interval outward to the grid."""
+    """Round the interval outward to the grid."""
     return floor(low / grid) * grid, max(ceil(high / grid), floor(low / grid) + 1.0) * grid
 
 
 def _square(needed: Float64, share: float) -> Float64:
-    """A window with the sides of the map's own texels."""
+    """Return a window with texels parallel to the map's own."""
     low, high = needed.min(axis=0), needed.max(axis=0)
     grid = _grid(float((high - low).max()))
     (x0, x1), (y0, y1) = (_rounded(float(low[i]), float(high[i]), grid) for i in (0, 1))
@@ -318,10 +320,10 @@ def _square(needed: Float64, share: float) -> Float64:
 
 
 def _oblong(needed: Float64, turn: float, near: float, slope: float, share: float) -> Float64:
-    """A window whose second axis runs away from the camera, and whose texels grow along it.
+    """Return a window whose second axis points away from the camera, and whose texels grow along it.
 
-    Source: M. Wimmer, D. Scherzer, W. Purgathofer, "Light Space Perspective Shadow Maps", 2004: the centre of the
-    perspective lies before the nearest place by the geometric mean of the nearest and the farthest.
+    Source: M. Wimmer, D. Scherzer, W. Purgathofer, "Light Space Perspective Shadow Maps", 2004: the center of the
+    perspective is in front of the nearest point by the geometric mean of the nearest and the farthest.
     """
     c, s = cos(turn), sin(turn)
     axes = np.array([[s, -c], [c, s]])  # across the camera's direction, and along it
@@ -329,7 +331,7 @@ def _oblong(needed: Float64, turn: float, near: float, slope: float, share: floa
     grid = _grid(float(np.ptp(corners, axis=0).max()))
     t0, t1 = _rounded(float(corners[:, 1].min()), float(corners[:, 1].max()), grid)
     extent = t1 - t0
-    # how far before t0 the centre lies; halving steps, so that it changes rarely
+    # distance of the center in front of t0; halving steps, so that it changes rarely
     wanted = (near + sqrt(near * (near + extent))) / max(slope, 1e-3)
     centre = extent * 2.0 ** (round(2.0 * log2(max(wanted / extent, 1.0 / (DENSEST - 1.0)))) / 2.0)
     flat = slope == 0.0 or centre > 16.0 * extent

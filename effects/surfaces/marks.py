@@ -1,7 +1,7 @@
-"""Points, lines and copies of a mesh as triangles, so that every backend draws them alike and scatter is a draw.
+"""Points, lines and copies of a mesh as triangles, so that every backend draws them alike, and scattering is a draw.
 
-`points`, `lines` and `instances` make what `passgraph.draw` takes; `spread_point` and `spread_line` give a vertex
-kernel the corners of each mark, of a size in pixels.
+`points`, `lines` and `instances` return geometry for `passgraph.draw`; `spread_point` and `spread_line` give a vertex
+kernel the corners of each mark, with a size in pixels.
 """
 
 # mypy: disable-error-code="no-any-return"
@@ -18,25 +18,25 @@ from passgraph.graph.draw_state import FrozenGeometry, Geometry, frozen
 #: Corners of a mark, each once, and its two triangles.
 _CORNERS = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
 _TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
-#: Most marks of a draw: whole numbers up to here are float32.
+#: Most marks of a draw: float32 represents integers up to here.
 MOST_MARKS = 1 << 22
 
 
 def points(positions: ArrayLike | int, colors: ArrayLike | None = None) -> FrozenGeometry:
-    """A square for each point, for vertex kernels that call `spread_point`.
+    """Return a square for each point, for vertex kernels that call `spread_point`.
 
     Parameters
     ----------
     positions
-        (n, 3) numbers, or only how many: a kernel then finds them by ``vertex.instance``, in a picture for example.
+        (n, 3) numbers, or only their count: a kernel then finds them by ``vertex.instance``, in a picture for example.
     colors
-        (n, 4) numbers, linear; white where left out.
+        (n, 4) numbers, linear; default: white.
 
     Returns
     -------
     FrozenGeometry
-        Four vertices a point: ``position`` and ``color`` are the point's, ``uv`` is the corner (0 or 1 in each
-        direction), ``instance`` the point's number as a float.
+        Four vertices per point: ``position`` and ``color`` are the point's, ``uv`` is the corner (0 or 1 in each
+        direction), ``instance`` the point's index as a float.
 
     Raises
     ------
@@ -59,25 +59,25 @@ def points(positions: ArrayLike | int, colors: ArrayLike | None = None) -> Froze
 
 
 def lines(starts: ArrayLike, ends: ArrayLike, colors: ArrayLike | None = None) -> FrozenGeometry:
-    """A strip for each segment, for vertex kernels that call `spread_line`.
+    """Return a strip for each segment, for vertex kernels that call `spread_line`.
 
     Parameters
     ----------
     starts, ends
         (n, 3) numbers.
     colors
-        (n, 4) numbers, linear; white where left out.
+        (n, 4) numbers, linear; default: white.
 
     Returns
     -------
     FrozenGeometry
-        Four vertices a segment: ``position`` is its start and ``normal`` its end, at all four; ``uv`` is
-        (along, across), 0 or 1 each; ``instance`` the segment's number as a float.
+        Four vertices per segment: ``position`` is its start and ``normal`` its end, at all four; ``uv`` is (along,
+        across), 0 or 1 each; ``instance`` the segment's index as a float.
 
     Raises
     ------
     passgraph.InputError
-        As `points` does.
+        As for `points`.
 
     Examples
     --------
@@ -92,10 +92,10 @@ def lines(starts: ArrayLike, ends: ArrayLike, colors: ArrayLike | None = None) -
 
 
 def instances(mesh: Geometry, count: int) -> FrozenGeometry:
-    """Copies of a mesh in one draw, told apart by ``vertex.instance``, a whole number from 0 as a float.
+    """Return copies of a mesh for one draw, distinguished by ``vertex.instance``, an integer from 0 as a float.
 
-    The copies take memory; what sets them apart (matrices, colours) is the vertex kernel's to find by their number,
-    in an array parameter or in a picture.
+    The copies take memory; the vertex kernel looks up their differences (matrices, colors) by index, in an array
+    parameter or in a picture.
 
     >>> from passgraph.scene import Mesh
     >>> flock = instances(Mesh.make([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), 3)
@@ -115,22 +115,23 @@ def instances(mesh: Geometry, count: int) -> FrozenGeometry:
 
 @pg.function
 def spread_point(place: vec4, corner: vec2, diameter_px: float) -> vec4:
-    """A corner of a point's square: its place in clip space, moved by half a diameter in pixels of the target."""
+    """Return a corner of a point's square: its clip-space position, moved by half a diameter in pixels of the
+    target."""
     return vec4(place.xy + (corner * 2.0 - 1.0) * diameter_px / vec2(output_size()) * place.w, place.zw)
 
 
 @pg.function
 def before_near(end: vec4, other: vec4) -> vec4:
-    """An end of a segment, or where the segment meets the near plane if the end lies behind that."""
+    """Return an end of a segment, or its intersection with the near plane if the end is behind that."""
     inside, outside = other.z + other.w, -(end.z + end.w)
     return mix(other, end, inside / (inside + outside)) if outside > 0.0 and inside > 0.0 else end
 
 
 @pg.function
 def spread_line(start: vec4, end: vec4, corner: vec2, width_px: float) -> vec4:
-    """A corner of a segment's strip, from both of its ends in clip space; ``corner`` is (along, across).
+    """Return a corner of a segment's strip, from both of its ends in clip space; ``corner`` is (along, across).
 
-    The segment is cut at the near plane first: a strip whose width follows w of either sign would cross itself.
+    The segment is clipped at the near plane first: a strip whose width follows w of either sign would cross itself.
     """
     first, last = before_near(start, end), before_near(end, start)
     size = vec2(output_size())
@@ -141,7 +142,7 @@ def spread_line(start: vec4, end: vec4, corner: vec2, width_px: float) -> vec4:
 
 
 def _marks(count: int, **by_mark: NDArray[np.float32] | None) -> FrozenGeometry:
-    """Four vertices and two triangles a mark."""
+    """Return four vertices and two triangles per mark."""
     arrays = {name: np.repeat(rows, 4, axis=0) for name, rows in by_mark.items() if rows is not None}
     numbers = np.repeat(np.arange(count, dtype=np.float32), 4)[:, None]
     corners = np.tile(_CORNERS, (count, 1))
@@ -149,7 +150,7 @@ def _marks(count: int, **by_mark: NDArray[np.float32] | None) -> FrozenGeometry:
 
 
 def _shifted(triangles: NDArray[np.int32], vertices: int, count: int) -> NDArray[np.int32]:
-    """Triangles of so many copies of a mesh of so many vertices."""
+    """Return the triangles of ``count`` copies of a mesh with ``vertices`` vertices."""
     firsts = (np.arange(count, dtype=np.int64) * vertices)[:, None, None]
     return (np.asarray(triangles, np.int64)[None] + firsts).reshape(-1, 3).astype(np.int32)
 

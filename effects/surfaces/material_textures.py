@@ -1,5 +1,5 @@
 # mypy: disable-error-code="no-any-return"
-"""Textures of materials as inputs that bring their own picture, with smaller levels so that far ones do not alias."""
+"""Textures of materials as inputs with a default picture, and with mipmaps so that far ones do not alias."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from passgraph.scene import Texture
 from passgraph.scene.materials import Minify, Wrap
 
 Use = Literal["base color", "normals", "height"]
-#: As the kernel knows them, and what numpy calls a border of that kind.
+#: Wrap modes by the kernel's number, and numpy's names for such borders.
 WRAPS: tuple[Wrap, ...] = ("repeat", "clamp", "mirror")
 MINIFY: tuple[Minify, ...] = get_args(Minify)
 NEAREST_LEVEL = MINIFY.index("nearest mipmap nearest")
@@ -27,13 +27,13 @@ _PADS: dict[Wrap, Any] = {"repeat": "wrap", "clamp": "edge", "mirror": "symmetri
 
 @dataclass(frozen=True, eq=False)
 class Mips:
-    """The levels of one texture.
+    """The mipmap levels of one texture.
 
     Attributes
     ----------
     picture : (h, w, 4) float32, all levels
-    size : (width, height) that level 0 would have: the texture's own, up to the next power of two
-    count : of levels, 0 for a texture too small for any
+    size : (width, height) of level 0: the texture's own, up to the next power of two
+    count : number of levels, 0 for a texture too small for any
     """
 
     picture: NDArray[np.float32]
@@ -42,9 +42,9 @@ class Mips:
 
 
 def mips_of(pixels: NDArray[np.float32], use: Use, wrap: Wrap) -> Mips:
-    """Levels of a texture (h, w, 4) of linear values, each a mean over the areas of its texels.
+    """Return the levels of a texture (h, w, 4) of linear values, each a mean over the areas of its texels.
 
-    Colours count by their alpha; normals (xyz in 0..1) are made unit vectors again.
+    Colors are weighted by their alpha; normals (xyz in 0..1) are normalized again.
 
     The picture of a texture too small for any level is empty.
 
@@ -66,12 +66,12 @@ def mips_of(pixels: NDArray[np.float32], use: Use, wrap: Wrap) -> Mips:
 
 
 def full_size(size: tuple[int, int]) -> tuple[int, int]:
-    """The next powers of two."""
+    """Return the next powers of two."""
     return 1 << (size[0] - 1).bit_length(), 1 << (size[1] - 1).bit_length()
 
 
 def _top(height: int, number: int) -> int:
-    """The first row of a level with its border: those before it have half, a quarter, … of the rows, and two more."""
+    """Return the first row of a level with its border: earlier levels have half, a quarter, … of the rows, plus two."""
     return height - (height >> (number - 1)) + 2 * (number - 1)
 
 
@@ -83,7 +83,7 @@ def _gathered(values: NDArray[np.float32], use: Use) -> NDArray[np.float32]:
 
 
 def _spread(values: NDArray[np.float32], use: Use) -> NDArray[np.float32]:
-    """The inverse of `_gathered`."""
+    """Invert `_gathered`."""
     if use == "normals":
         long = np.linalg.norm(values[:, :, :3], axis=2, keepdims=True)
         unit = values[:, :, :3] / np.maximum(long, np.float32(1e-6))
@@ -94,7 +94,7 @@ def _spread(values: NDArray[np.float32], use: Use) -> NDArray[np.float32]:
 
 
 def _resized(values: NDArray[np.float32], count: int, axis: int) -> NDArray[np.float32]:
-    """Means over ``count`` equal parts of an axis; a part is one to two texels long and so meets three at most."""
+    """Return means over ``count`` equal parts of an axis; a part, one to two texels long, covers at most three."""
     side = values.shape[axis]
     starts = np.arange(count) * (side / count)
     ends = starts + side / count
@@ -113,15 +113,15 @@ def _resized(values: NDArray[np.float32], count: int, axis: int) -> NDArray[np.f
 
 @pg.function
 def level_at(uv: vec2, size: vec2) -> float:
-    """The level on which a pixel's longer step is one texel of a texture of that size; below 0 where it is magnified,
-    and where the next pixel's ray meets no point of the surface's plane."""
+    """Return the level on which a pixel's longer step is one texel of a texture of that size; below 0 if magnified, and
+    where the next pixel's ray misses the surface's plane."""
     texels = uv * size
     return log2(max(1e-6, max(length(dfdx(texels)), length(dfdy(texels)))))
 
 
 @pg.function
 def wrapped(at: vec2, wrap: int) -> vec2:
-    """Coordinates brought into 0..1 as `Texture.wrap` says."""
+    """Map coordinates into 0..1 by the wrap mode of `Texture.wrap`."""
     if wrap == 0:
         return fract(at)
     if wrap == 1:
@@ -131,7 +131,7 @@ def wrapped(at: vec2, wrap: int) -> vec2:
 
 @pg.function
 def on_level(levels: Image, at: vec2, size: vec2, number: int) -> vec4:
-    """One level, bilinearly, ``at`` in 0..1."""
+    """Sample one level bilinearly, ``at`` in 0..1."""
     scale = 1.0 / float(1 << number)
     top = size.y * (1.0 - 2.0 * scale) + 2.0 * float(number) - 1.0
     return levels.sample((at * size * scale + vec2(1.0, top)) / vec2(levels.size))
@@ -141,7 +141,7 @@ def on_level(levels: Image, at: vec2, size: vec2, number: int) -> vec4:
 def mipped(
     base: Image, levels: Image, size: vec2, count: int, wrap: int, minify: int, at: vec2, level_by_size: float
 ) -> vec4:
-    """A texture at a fractional level: a mix of the two levels beside it, or the nearer one."""
+    """Sample a texture at a fractional level: a mix of the two nearest levels, or the nearer one."""
     color = vec4(0.0)
     level = level_by_size
     if minify == NEAREST_LEVEL:
@@ -167,7 +167,7 @@ def wrap_number(wrap: Wrap) -> int:
 
 #: The inputs of each texture by use. All effects on a scene share them, so that one graph may hold several effects.
 _inputs: WeakKeyDictionary[Texture, WeakValueDictionary[str, InputSpec]] = WeakKeyDictionary()
-#: Tells textures of one name apart.
+#: Distinguishes textures with the same name.
 _numbers: WeakKeyDictionary[Texture, int] = WeakKeyDictionary()
 
 

@@ -18,36 +18,36 @@ from passgraph.effects.surfaces.map_fit import Fit, pieces_of
 from passgraph.scene.matrices import translation
 
 Float64 = NDArray[np.float64]
-#: A ground has no more sides than this: it is a slab, a plate, a floor.
+#: Most sides of a ground: a slab, a plate, a floor.
 MOST_PLANES = 64
-#: Relative error of a depth after a few float32 operations, with room to spare.
+#: Relative error of a depth after a few float32 operations, with a margin.
 DEPTH_ROUNDING = 4e-6
 
 
 @pg.struct
 class LightFrame:
-    """A light as the picture's kernels see it: in the camera's frame, the eye at the origin."""
+    """A light for the picture's kernels: in the camera's frame, with the eye at the origin."""
 
     map_from_view: mat4  # to the clip space of its shadow map
     depth_row: vec4  # distance along the light's axis
-    place: vec3  # where it stands; for directional lights the unit vector toward it
-    axis: vec3  # where it shines
+    place: vec3  # its position; for directional lights the unit vector toward it
+    axis: vec3  # direction of its light
     world: mat3  # camera axes to world axes
     color: vec3  # scene-linear, times intensity
     cone: vec2  # cosines of the outer and inner half angle
     texel: float  # width of a map's texel, in scene units; per unit of depth for perspective maps
-    bias: float  # what rounding may add to a depth, in scene units
-    radius: float  # of the light, scene units; for directional lights of a disc seen at distance 1
-    near: float  # depth before which there is no caster, in scene units
+    bias: float  # rounding error of a depth, in scene units
+    radius: float  # radius of the light, scene units; for directional lights of a disc seen at distance 1
+    near: float  # least depth of a caster, in scene units
 
 
 @dataclass(frozen=True)
 class View:
-    """A camera, and what is derived from it.
+    """A camera, and values derived from it.
 
     Attributes
     ----------
-    camera : a run value; or a plain `passgraph.Camera`, which stays as it is and travels with a graph
+    camera : a run value; or a plain `passgraph.Camera`, which is constant and serialized with a graph
     """
 
     camera: Any
@@ -57,12 +57,12 @@ class View:
         return function(self.camera) if isinstance(self.camera, pg.Camera) else self.camera.map(function)
 
     def view_from(self, origin: Float64) -> pg.Derived:
-        """Positions relative to ``origin`` (world) to the camera's frame, (4, 4)."""
+        """Return the matrix from positions relative to ``origin`` (world) to the camera's frame, (4, 4)."""
         matrix: pg.Derived = self.camera.map(lambda camera: view_from_world(camera, origin))
         return matrix
 
     def clip_from(self, origin: Float64) -> pg.Derived:
-        """Positions relative to ``origin`` (world) to clip space, (4, 4)."""
+        """Return the matrix from positions relative to ``origin`` (world) to clip space, (4, 4)."""
 
         def matrix(camera: pg.Camera, size: tuple[int, int]) -> Float64:
             clip: Float64 = camera.projection_matrix(size[0] / size[1]) @ view_from_world(camera, origin)
@@ -75,16 +75,16 @@ class View:
         return self.derived(view_frame)
 
     def in_perspective(self) -> Any:
-        """Whether lines of sight spread."""
+        """Return True if the projection is a perspective."""
         return self.derived(lambda camera: not camera.orthographic)
 
     def up(self) -> Any:
-        """World +y in the camera's frame."""
+        """Return world +y in the camera's frame."""
         return self.derived(lambda camera: camera.view_rotation()[:3, 1])
 
 
 def view_frame(camera: pg.Camera) -> ViewFrame:
-    """The camera as kernels see it."""
+    """Return the camera for kernels."""
     make: Any = ViewFrame  # its fields are tuples on the host, vectors in kernels
     frame = make(camera.window(1.0).half[1], camera.aspect or 0.0, camera.shift, not camera.orthographic)
     assert isinstance(frame, ViewFrame)
@@ -92,7 +92,8 @@ def view_frame(camera: pg.Camera) -> ViewFrame:
 
 
 def view_from_world(camera: pg.Camera, origin: Float64) -> Float64:
-    """World positions relative to ``origin`` to the camera's frame; large offsets cancel in float64."""
+    """Return the matrix from world positions relative to ``origin`` to the camera's frame; large offsets cancel in
+    float64."""
     return camera.view_rotation() @ camera.relative(translation(origin))
 
 
@@ -107,17 +108,18 @@ class MapView:
     light: pg.Value
     casters: Casters
     face: int = -1  # of a cube: +x, -x, +y, -y, +z, -z
-    fit: Fit | None = None  # to what the camera sees; left out, the map holds all casters
+    fit: Fit | None = None  # fitted to the camera's view; None: the map contains all casters
 
     def frustum(self, light: pg.Light, seen: Seen | None = None) -> tuple[Float64, Float64]:
-        """View and projection matrix, (4, 4) each, for the light and, where the map is fitted, the camera of a run."""
+        """Return view and projection matrix, (4, 4) each, for the light and, if the map is fitted, the camera of a
+        run."""
         view, projection = self._whole_scene(light)
         if self.fit is None or seen is None:
             return view, projection
         return view, self.fit.window(light, (view, projection), *seen) @ projection
 
     def _whole_scene(self, light: pg.Light) -> tuple[Float64, Float64]:
-        """The map of all casters."""
+        """Return the matrices of the map of all casters."""
         default = self.light.default
         assert isinstance(default, pg.Light)
         if light.kind != default.kind:
@@ -131,7 +133,7 @@ class MapView:
         return light.frustum(bounds)
 
     def clip_from(self, origin: Float64) -> pg.Derived:
-        """Caster positions relative to ``origin`` (world) to the map's clip space."""
+        """Return the matrix from caster positions relative to ``origin`` (world) to the map's clip space."""
 
         def matrix(light: pg.Light, *seen: Any) -> Float64:
             view, projection = self.frustum(light, seen or None)
@@ -152,7 +154,7 @@ class MapView:
         return self.light.map(lambda light: -(self._whole_scene(light)[0] @ translation(origin))[2])
 
     def frame(self, view: View, map_size: int) -> pg.Derived:
-        """The light for the picture's kernels."""
+        """Return the light for the picture's kernels."""
 
         def frame_of(camera: pg.Camera, light: pg.Light, size: tuple[int, int]) -> LightFrame:
             return self._frame(camera, light, size, map_size)
@@ -195,13 +197,13 @@ class Casters:
 
     @property
     def origin(self) -> Float64:
-        """World position that caster meshes are relative to: amid the casters, whatever else the scene holds."""
+        """Return the world position that caster meshes are relative to: amid the casters."""
         nodes = self.shadowing_nodes()
         return np.asarray((bounds_of(nodes) if nodes else self.scene_bounds).mean(axis=0), np.float64)
 
     @classmethod
     def of(cls, scene: pg.Scene) -> Casters:
-        """The casting nodes; flat or convex ones with all others before one of their planes count as grounds."""
+        """Return the casters; flat or convex nodes with all others in front of one of their planes count as grounds."""
         nodes = tuple(node for node in scene.nodes if node.casts and node.material.alpha_mode != "blend")
         found = []
         for index, node in enumerate(nodes):
@@ -211,12 +213,12 @@ class Casters:
         return cls(nodes, scene.bounds(), tuple(found))
 
     def shadowing_nodes(self) -> list[pg.Node]:
-        """The casting nodes without grounds, or all where there is nothing else."""
+        """Return the casting nodes without grounds, or all if there are no others."""
         flat = {index for index, _, _ in self.grounds}
         return [node for index, node in enumerate(self.nodes) if index not in flat] or list(self.nodes)
 
     def nodes_for(self, light: pg.Light) -> tuple[pg.Node, ...]:
-        """All that can shadow something under this light: a ground lit from above cannot."""
+        """Return all nodes that can cast a shadow under this light: a ground lit from above cannot."""
         harmless = set()
         for index, normal, offset in self.grounds:
             if light.kind == "directional":
@@ -228,7 +230,7 @@ class Casters:
         return tuple(node for index, node in enumerate(self.nodes) if index not in harmless)
 
     def pieces_for(self, light: pg.Light) -> Float64:
-        """Boxes of all that can shadow something under this light, relative to `origin`."""
+        """Return boxes of all nodes that can cast a shadow under this light, relative to `origin`."""
         nodes = self.nodes_for(light)
         key = tuple(id(node) for node in nodes)
         if key not in self.kept:
@@ -236,17 +238,18 @@ class Casters:
         return self.kept[key]
 
     def bounds_for(self, light: pg.Light) -> Float64:
-        """A box of all that can shadow something under this light."""
+        """Return a box of all nodes that can cast a shadow under this light."""
         nodes = self.nodes_for(light)
         return bounds_of(nodes) if nodes else self.scene_bounds
 
 
 def _plane_below(node: pg.Node, scene: pg.Scene, box: Float64) -> tuple[Float64, float] | None:
-    """Normal and offset of a plane of a large node behind which the node lies, and no vertex of another, else None.
+    """Return normal and offset of a plane of a large node that has the node, and no vertex of others, behind it, else
+    None.
 
-    What is large, the box of all casters says: a point far away that casts nothing makes nothing else small.
+    "Large" is relative to the box of all casters: distant points that cast nothing do not matter.
 
-    Neither a flat node nor a convex one shadows what of itself faces the light.
+    Neither a flat node nor a convex one shadows its own parts that face the light.
     """
     low, high = box
     extent = float(np.linalg.norm(high - low))
@@ -268,7 +271,7 @@ def _plane_below(node: pg.Node, scene: pg.Scene, box: Float64) -> tuple[Float64,
 
 
 def _outer_planes(points: Float64, corners: Float64, slack: float) -> list[tuple[Float64, float]] | None:
-    """Planes of a flat or convex mesh, as outward normals and offsets; None where it is neither."""
+    """Return the planes of a flat or convex mesh, as outward normals and offsets; None if it is neither."""
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(normals, axis=1)
     order = np.argsort(-areas)[areas[np.argsort(-areas)] > 0.0]

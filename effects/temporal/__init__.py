@@ -1,1 +1,1 @@
-"""Effects over several frames: what moved where, and what earlier pictures say about this one."""
+"""Effects over several frames: motion, and history of earlier pictures."""

@@ -1,4 +1,4 @@
-"""Cameras moved by parts of a pixel from frame to frame, for effects that collect samples over frames."""
+"""Cameras jittered by fractions of a pixel per frame, for effects that accumulate samples over frames."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import replace
 import passgraph as pg
 from passgraph import arguments
 
-#: Frames after which places repeat.
+#: Frames after which positions repeat.
 PERIOD = 16
 
 
 def radical_inverse(number: int, base: int) -> float:
-    """The digits of a whole number mirrored at the point, from 0 to 1.
+    """Mirror the digits of an integer at the radix point: return a number from 0 to 1.
 
     >>> [radical_inverse(number, 2) for number in (1, 2, 3, 4)]
     [0.5, 0.25, 0.75, 0.125]
@@ -26,12 +26,12 @@ def radical_inverse(number: int, base: int) -> float:
 
 
 def jitter_px(number: int, period: int = PERIOD) -> tuple[float, float]:
-    """Place of a frame's samples, right and down from the pixels' centers, in pixels from -0.6 to 0.6.
+    """Return the sample position of a frame, right and down from the pixels' centers, in pixels from -0.6 to 0.6.
 
     Parameters
     ----------
-    number : of the frame, from 0
-    period : frames after which places repeat, 1 to 1024; their mean is moved to the center
+    number : index of the frame, from 0
+    period : frames after which positions repeat, 1 to 1024; their mean is the center
 
     Source: J. H. Halton, 1960, in bases 2 and 3.
 

@@ -1,4 +1,4 @@
-"""Motion blur: what a shutter that stays open sees of moving surfaces, from one frame and its velocity."""
+"""Motion blur: simulate an open shutter, from one frame and its velocity."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -15,7 +15,7 @@ from passgraph.effects.screen.seen_by import camera_of
 from passgraph.effects.temporal.velocity import camera_velocity
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
-#: Distances that differ by this share are of two surfaces.
+#: Distances with this relative difference belong to two surfaces.
 APART = 0.05
 #: Streaks that reach this far to each side, px, stay inside their pixel.
 INSIDE_PX = 0.5
@@ -29,7 +29,7 @@ def cut(half: vec2, longest: float) -> vec2:
 
 @pg.kernel
 def streak(depth: Image, velocity: Image, shutter: float) -> vec3:
-    """Half the way of a pixel while the shutter is open, pixels; 1 through the distance, 0 for the sky."""
+    """Return half the motion of a pixel while the shutter is open, pixels; 1 / distance, 0 for the sky."""
     z = depth[0, 0].r
     half = velocity[0, 0].rg * (0.5 * shutter)
     return vec3(half if isfinite(dot(half, half)) else vec2(0.0), 1.0 / z if z > 0.0 else 0.0)
@@ -59,7 +59,7 @@ def longest_around(tiles: Image, longest: float) -> vec2:
 
 @pg.function
 def nearer(there: float, here: float) -> float:
-    """How surely a surface stands before another one, of 1 through their distances."""
+    """Return the confidence that a surface is in front of another one, from 1 / distance of both."""
     nearest = max(there, here)
     return clamp((there - here) / (APART * nearest), 0.0, 1.0) if nearest > 0.0 else 0.0
 
@@ -68,7 +68,7 @@ def nearer(there: float, here: float) -> float:
 def blurred(
     color: Image, streaks: Image, around: Image, longest: float, side: Const[int], taps: Const[int]
 ) -> vec4:  # fmt: skip
-    """This pixel's surface along its own way, and over it what stands before it and moves by."""
+    """Return this pixel's surface blurred along its own motion, and over it the moving surfaces in front."""
     here, nearness = color[0, 0], streaks[0, 0].b
     way, own = around.texel(pixel() // side).rg, cut(streaks[0, 0].rg, longest)
     reach, own_reach = length(way), length(own)
@@ -81,7 +81,7 @@ def blurred(
         along = (2.0 * float(i) + 1.0) / float(taps) - 1.0
         at = ivec2(floor(vec2(pixel()) + 0.5 + way * along))
         c, there = color.texel(at), streaks.texel(at)
-        # the share of the time in which a thing as far away as this tap moves over the pixel
+        # the fraction of the time in which a surface at this tap's distance moves over the pixel
         half_way = min(length(there.rg), longest)
         passing = clamp((half_way - abs(along) * reach) / gap + 0.5, 0.0, 1.0) * 0.5 * gap / max(half_way, 0.5 * gap)
         share = passing * nearer(there.b, nearness) if isfinite(dot(c, vec4(1.0))) else 0.0
@@ -118,30 +118,31 @@ def motion_blur(
 
     Parameters
     ----------
-    color : linear light, any range; in front of the tone map
+    color : linear light, any range; before tone mapping
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
         ``color``
-    camera : which both were seen by; left out, one of ``vertical_fov_rad`` at the origin
+    camera : the camera of both; default: one with ``vertical_fov_rad`` at the origin
     previous_camera : the camera of the frame before; without it and ``velocity``, nothing moves
-    velocity : in place of that of the cameras: red and green are the way of each pixel since the frame before, in
+    velocity : replaces that of the cameras: red and green are the motion of each pixel since the frame before, in
         pixels, to the right and down
-    shutter : the share of a frame in which it is open; 0.5 is a film camera's 180 degrees. The frame is its middle
-    longest_px : streaks are cut to this length
-    taps : places along a streak; fewer than its pixels leave gaps
+    shutter : fraction of a frame during which it is open; 0.5 is a film camera's 180 degrees. The frame is its middle
+    longest_px : limit of the streaks' length
+    taps : samples along a streak; fewer than its pixels leave gaps
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
-    What moves is blurred over what is behind it, and what stands is not blurred into what moves behind it.  What lies
-    hidden behind a streak is taken from beside it.  Over what is behind it, a thing is blurred by the way of the
-    fastest within ``longest_px``, be it another one.  Pixels that are NaN or infinite stay, and have no part in others.
+    Moving objects are blurred over the background; static ones are not blurred into moving objects behind them.  The
+    background hidden by a streak is taken from next to it.  Over the background, an object is blurred by the motion of
+    the fastest one within ``longest_px``, even if that is another.  Pixels that are NaN or infinite stay, and do not
+    affect others.
 
     Source: M. McGuire, P. Hennessy, M. Bukowski, B. Osman, "A Reconstruction Filter for Plausible Motion Blur", 2012
     (tiles); J. Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH 2014 (what the
     taps before a pixel leave is its own); J.-P. Guertin, M. McGuire, D. Nowrouzezahrai, "A Fast and Stable
-    Feature-Aware Motion Blur Filter", HPG 2014 (taps along the pixel's own way too). Deviations: a tap counts by the
-    share of the time in which it is seen, so that equal velocity is a box filter; there is no noise; distances are
-    told apart by their ratio.
+    Feature-Aware Motion Blur Filter", HPG 2014 (taps along the pixel's own motion too). Deviations: a tap is weighted
+    by the fraction of the time in which it is visible, so that equal velocity is a box filter; there is no noise;
+    distances are compared by their ratio.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Temporal antialiasing: samples of earlier frames, carried to where their surfaces are now."""
+"""Temporal antialiasing: reproject samples of earlier frames to the present positions of their surfaces."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -14,7 +14,7 @@ from passgraph.effects.screen.seen_by import camera_of
 from passgraph.effects.temporal.velocity import camera_velocity
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
-#: Distances that differ by less than this share are of one surface.
+#: Distances with a smaller relative difference belong to one surface.
 SAME_SURFACE = 0.05
 
 
@@ -25,7 +25,7 @@ def is_finite(c: vec4) -> bool:
 
 @pg.function
 def to_ycocg(c: vec4) -> vec4:
-    """Luma and two differences of color, whose box around a neighborhood is tighter; alpha stays."""
+    """Convert to luma and two color differences, whose box around a neighborhood is tighter; alpha stays."""
     return vec4(0.25 * c.r + 0.5 * c.g + 0.25 * c.b, 0.5 * c.r - 0.5 * c.b, -0.25 * c.r + 0.5 * c.g - 0.25 * c.b, c.a)
 
 
@@ -37,7 +37,7 @@ def from_ycocg(c: vec4) -> vec4:
 
 @pg.function
 def catmull_rom(f: float) -> vec4:
-    """Weights of four texels in a row for a place between the middle two."""
+    """Return the weights of four texels in a row for a position between the middle two."""
     return vec4(
         f * (-0.5 + f * (1.0 - 0.5 * f)),
         1.0 + f * f * (-2.5 + 1.5 * f),
@@ -48,7 +48,8 @@ def catmull_rom(f: float) -> vec4:
 
 @pg.function
 def between_texels(picture: Image, place: vec2) -> vec4:
-    """A picture at a place in texels by a Catmull-Rom spline; the nearest texel where one around is not finite."""
+    """Sample a picture by a Catmull-Rom spline at a position in texels; the nearest texel if a neighbor is not
+    finite."""
     base = ivec2(floor(place - 0.5))
     f = place - 0.5 - vec2(base)
     across, down = catmull_rom(f.x), catmull_rom(f.y)
@@ -63,7 +64,7 @@ def between_texels(picture: Image, place: vec2) -> vec4:
 
 @pg.function
 def stands_before(distance: float, other: float) -> bool:
-    """Whether a surface is nearer than another one, or than the sky (0)."""
+    """Return True if a surface is nearer than another one, or than the sky (0)."""
     return distance > 0.0 and (other <= 0.0 or distance < (1.0 - SAME_SURFACE) * other)
 
 
@@ -80,13 +81,13 @@ def resolved(
     color: Image, depth: Image, velocity: Image, history: Image, kept: Image, sigmas: float, most_frames: float,
     moves: Const[bool], knows_distance: Const[bool], hdr: Const[bool],
 ) -> tuple[vec4, vec2]:  # fmt: skip
-    """The picture over all frames; the distance, and of how many frames it is."""
+    """Return the picture accumulated over frames; and the distance, with the number of frames."""
     here = color[0, 0]
     distance = depth[0, 0].r
     way = velocity[0, 0].rgb if moves else vec3(0.0, 0.0, distance)
     if not is_finite(here):
         return here, vec2(distance, 0.0)
-    # the nearest surface around is followed, so that edges move with what stands in front
+    # follow the nearest surface around, so that edges move with the foreground
     middle, nearest = to_ycocg(here), distance
     first, count = vec4(0.0), 0.0
     for y in range(-1, 2):
@@ -111,12 +112,12 @@ def resolved(
     inside = there.x >= 0 and there.y >= 0 and there.x < history.size.x and there.y < history.size.y
     frames = kept.texel(there).g if inside else 0.0
     if knows_distance and frames > 0.0:
-        # hidden before, where all that was seen around it stood nearer
+        # hidden before, if everything visible around it was nearer
         hidden = True
         for y in range(-1, 2):
             for x in range(-1, 2):
                 hidden = hidden and stands_before(kept.texel(there + ivec2(x, y)).r, way.z)
-        # a place behind the eye before was in no picture, whatever stands at its pixel
+        # a position behind the previous eye was in no picture, whatever its pixel shows
         frames = 0.0 if hidden or way.z < 0.0 else frames
     before = between_texels(history, place) if frames > 0.0 else here
     frames = min(frames, most_frames - 1.0) if is_finite(before) else 0.0
@@ -125,7 +126,7 @@ def resolved(
     old = clipped(to_ycocg(before), middle + first, spread)
     share = 1.0 / (frames + 1.0)
     if hdr:
-        # lamps that some frames hit and others miss count little, and do not flicker
+        # lamps that only some frames sample get little weight, and do not flicker
         new_weight, old_weight = share / (1.0 + max(middle.x, 0.0)), (1.0 - share) / (1.0 + max(old.x, 0.0))
         share = new_weight / (new_weight + old_weight)
     return from_ycocg(mix(old, middle, share)), vec2(distance, frames + 1.0)
@@ -153,28 +154,28 @@ def taa(
     color : one frame, its camera moved by `passgraph.effects.temporal.jitter.jittered`
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
         ``color``
-    camera : which both were seen by, without jitter; left out, one of ``vertical_fov_rad`` at the origin
-    previous_camera : the camera of the frame before, without jitter; left out, pixels stay where they are
-    velocity : in place of that of the cameras: red and green are the way of each pixel since the frame before, in
+    camera : the camera of both, without jitter; default: one with ``vertical_fov_rad`` at the origin
+    previous_camera : the camera of the frame before, without jitter; default: pixels stay where they are
+    velocity : replaces that of the cameras: red and green are the motion of each pixel since the frame before, in
         pixels, to the right and down
-    most_frames : how many frames count as many as the new one; more are smoother, and follow light that changes later
+    most_frames : weight limit of the history, in frames; more is smoother, and follows changing light later
     sigmas : how far history may differ from the new frame, in standard deviations of the 3 by 3 pixels around; less
         leaves fewer ghosts, more is smoother
-    hdr : bright samples count less, so that small lamps do not flicker; edges beside them are as smooth
+    hdr : bright samples get less weight, so that small lamps do not flicker; their edges are smooth too
     vertical_fov_rad : full vertical angle of view, without ``camera``
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the passes and targets
+    into : destination target; default: float32 named ``name``
+    name : name of the passes and targets
 
     History follows the nearest surface of the 3 by 3 pixels, is read by a Catmull-Rom spline, and clipped to a box in
-    YCoCg.  It begins anew where the picture shows what lay outside of it or, with the cameras' velocity, what was
-    hidden before. Pixels that are NaN or infinite stay for one frame, and have no part in others.
+    YCoCg.  It starts again where the picture shows areas that were outside of it or, with the cameras' velocity, hidden
+    before. Pixels that are NaN or infinite stay for one frame, and do not affect others.
 
     Source: B. Karis, "High Quality Temporal Supersampling", SIGGRAPH 2014; M. Salvi, "An Excursion in Temporal
-    Supersampling", GDC 2016 (variance clipping). Deviation: until ``most_frames`` are there, all count the same.
+    Supersampling", GDC 2016 (variance clipping). Deviation: until ``most_frames`` are reached, all count the same.
 
     Examples
     --------
-    An edge through the middle of a pixel, seen in 16 frames from a camera that jitters:
+    An edge through the center of a pixel, seen in 16 frames by a jittered camera:
 
     >>> import numpy as np
     >>> from passgraph.effects.temporal.jitter import jitter_px

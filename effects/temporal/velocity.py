@@ -1,4 +1,4 @@
-"""Velocity: where each pixel's surface was in the picture before, from depth and two cameras."""
+"""Velocity: the motion of each pixel's surface since the last picture, from depth and two cameras."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
@@ -15,13 +15,14 @@ from passgraph.effects.quantities import combined
 from passgraph.effects.surfaces.geometry import ViewFrame, line_of_sight, picture_place, view_position
 from passgraph.effects.surfaces.views import View
 
-#: Of the third channel, where the previous camera did not see the place: it lay behind the eye.
+#: Third channel if the previous camera did not see the position: it was behind the eye.
 UNSEEN = -1.0
 
 
 @pg.kernel
 def moved(depth: Image, frame: ViewFrame, before: ViewFrame, before_from_now: mat4) -> vec3:
-    """The way of each pixel in pixels, and the distance before; the sky turns, and does not come nearer."""
+    """Return the motion of each pixel in pixels, and the previous distance; the sky rotates, and does not come
+    nearer."""
     z = depth[0, 0].r
     drawn = z > 0.0
     now = view_position(frame, uv(), z) if drawn else line_of_sight(frame, uv())
@@ -35,7 +36,7 @@ def moved(depth: Image, frame: ViewFrame, before: ViewFrame, before_from_now: ma
 
 
 def before_from_now(camera: pg.Camera, previous_camera: pg.Camera) -> Any:
-    """Positions in one camera's frame to another's, (4, 4); what is large in the world cancels in float64."""
+    """Return the matrix between two cameras' frames, (4, 4); large world coordinates cancel in float64."""
     turn, before = camera.view_rotation(), previous_camera.view_rotation()
     matrix = before @ turn.T
     matrix[:3, 3] = before[:3, :3] @ np.subtract(camera.eye, previous_camera.eye)
@@ -55,15 +56,15 @@ def camera_velocity(
     Parameters
     ----------
     depth : red is the distance along the view axis in scene units, 0 where there is no surface
-    camera : which it was seen by, without jitter
+    camera : the camera of the depth, without jitter
     previous_camera : the camera of the frame before, without jitter
-    into : where it goes; left out, "rgb32f" of the size of ``depth`` with the name ``name``
-    name : of the pass and target
+    into : destination target; default: "rgb32f" of the size of ``depth`` named ``name``
+    name : name of the pass and target
 
     Returns
     -------
-    Red and green: the way from its place in the picture before, pixels, to the right and down. Blue: its distance along
-    the view axis before, scene units; 0 of the sky, and -1 where it lay behind the eye, with a way of 0.
+    Red and green: the motion since the last picture, pixels, to the right and down. Blue: its previous distance along
+    the view axis, scene units; 0 for the sky, and -1 if it was behind the eye, with a motion of 0.
 
     Examples
     --------

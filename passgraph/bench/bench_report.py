@@ -21,7 +21,7 @@ from passgraph.bench.truth import Float32, Mask
 from passgraph.pictures import save
 from passgraph.writing import NewFile, write_text
 
-#: Distinguishable in print and to most colour-blind readers: M. Okabe, K. Ito, "Color Universal Design", 2008.
+#: Distinguishable in print and to most color-blind readers: M. Okabe, K. Ito, "Color Universal Design", 2008.
 COLORS = ("#000000", "#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#8c6d31", "#7f7f7f", "#b30059")
 MARKERS = "osD^vP*Xp<>h"
 #: Marker areas by map size, points squared.
@@ -236,7 +236,7 @@ td:first-child, th:first-child { text-align: left }
 tr.front td { font-weight: 600; background: #f2f7ee }
 figure { display: inline-block; margin: 0 8px 14px 0 } figcaption { font-size: 12px } img { max-width: 100% }
 """
-#: Difference maps: how many times the difference is drawn, about mid grey.
+#: Difference maps: how many times the difference is drawn, about mid gray.
 DIFFERENCE_GAIN = 2.0
 
 

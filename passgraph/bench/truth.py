@@ -14,7 +14,7 @@ Float32 = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 #: Between these shares a pixel lies in a penumbra.
 PENUMBRA = (0.01, 0.99)
-#: Relative difference of depths beyond which rays and the rasteriser see different surfaces.
+#: Relative difference of depths beyond which rays and the rasterizer see different surfaces.
 SAME_SURFACE = 0.01
 
 

@@ -158,7 +158,7 @@ def _alike(got: Picture, true: Picture) -> NDArray[np.bool_]:
 
 
 def _shown(picture: Picture) -> Picture:
-    """The colour as three channels from 0 to 1; one is grey, and of two the third is 0."""
+    """The color as three channels from 0 to 1; one is gray, and of two the third is 0."""
     color = np.clip(np.nan_to_num(picture[:, :, :3]), 0.0, 1.0)
     if color.shape[2] == 1:
         color = np.repeat(color, 3, axis=2)

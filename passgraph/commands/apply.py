@@ -17,6 +17,7 @@ from passgraph.commands.clips import (
     depth_of,
     frames_beside,
     goes_into_folder,
+    inputs_in_layer,
     inputs_of,
     sources_of,
 )
@@ -54,6 +55,7 @@ from passgraph.files.names import Pattern, is_film, is_video
 from passgraph.files.pipe import Raw
 from passgraph.files.sequences import Held, Numbers, Pictures, Repeated
 from passgraph.graph.targets import Input
+from passgraph.pictures import split_layer
 
 if TYPE_CHECKING:
     from passgraph.scene.projection import HardwareDepth
@@ -165,6 +167,7 @@ def command_of(effect: Effect) -> click.Command:
         help="Compute frames on the workers of a dask scheduler, such as tcp://host:8786.",
     )
     @click.option("--resume", is_flag=True, help="Skip outputs that are complete and newer than their input.")
+    @click.option("--layer", metavar="NAME", help="Layer of OpenEXR files, as in INPUT:NAME.")
     @click.option(
         "--raw", metavar="WxH:LAYOUT@RATE", help="Format of raw pixels in streams (-), such as 640x480:rgb24@25."
     )
@@ -200,6 +203,7 @@ def apply_effect(
     depth_buffer: HardwareDepth | None = None, **options: Any,
 ) -> int:  # fmt: skip
     """Apply an effect to one picture or many."""
+    inputs = inputs_in_layer(inputs, options.pop("layer"))
     effect = take_color_spaces(effect, inputs, output, options)
     if is_one_picture(inputs, output) and options["frames"] is None and not pictures_beside(effect, parameters):
         check_no_ramps(effect, parameters)
@@ -350,7 +354,7 @@ def _repeated(effect: Effect, read: FrameSources) -> list[Source]:
     if effect.takes == "nothing":
         return [Numbers(frames)]
     path = Path(inputs[0])
-    if len(inputs) != 1 or inputs[0] == STREAM or not path.is_file() or is_video(path):
+    if len(inputs) != 1 or inputs[0] == STREAM or not split_layer(path)[0].is_file() or is_video(path):
         raise InputError(f"--frames {frames}: is for one picture, and {' '.join(inputs)} is none; leave it out")
     return [Repeated(path, frames)]
 

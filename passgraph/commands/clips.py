@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from glob import escape
 from pathlib import Path
 from typing import Any
 
@@ -34,8 +35,8 @@ from passgraph.files.pipe import Pipe, Raw, ToPipe
 from passgraph.files.sequences import Pictures, Repeated, Still, ToPictures
 from passgraph.files.video import INTERLACED, Video
 from passgraph.files.video_sink import ToVideo
-from passgraph.image_files import WRITABLE
-from passgraph.pictures import check_holds_bits
+from passgraph.image_formats import WRITABLE
+from passgraph.pictures import check_holds_bits, in_layer, split_layer
 from passgraph.reading import check_regular
 from passgraph.scene.projection import HardwareDepth
 
@@ -120,10 +121,10 @@ def sources_of(inputs: Iterable[str], raw: Raw | None, broken: list[str]) -> Ite
     """Sources in order; pictures named one behind the other are one.  Videos that cannot be read go to ``broken``."""
     loose = list[Path]()
     for text in inputs:
-        path = Path(text)
+        path, layer = split_layer(Path(text))
         is_moving = is_video(path) or is_animated(path)
         if text != STREAM and not path.is_dir() and os.path.lexists(path) and not is_moving:
-            loose.append(path)
+            loose.append(in_layer(path, layer))
             continue
         yield from _together(loose)
         loose = []
@@ -133,10 +134,10 @@ def sources_of(inputs: Iterable[str], raw: Raw | None, broken: list[str]) -> Ite
             tell_of_unread(path)
             yield from _mixed(folder_files(path), text, broken)
         elif not os.path.lexists(path) and Pattern.is_in(text):
-            files = _numbered(text)
+            files = {number: in_layer(file, layer) for number, file in _numbered(os.fspath(path)).items()}
             yield from _mixed(list(files.values()), text, broken) if is_video(path) else [Pictures(files, text)]
         elif has_wildcard(text):
-            yield from _mixed(glob_files(text), text, broken)
+            yield from _mixed([in_layer(file, layer) for file in glob_files(os.fspath(path))], text, broken)
         elif is_moving:
             yield from _mixed([path], text, broken)
         else:
@@ -144,10 +145,25 @@ def sources_of(inputs: Iterable[str], raw: Raw | None, broken: list[str]) -> Ite
     yield from _together(loose)
 
 
+def inputs_in_layer(inputs: tuple[str, ...], layer: str | None) -> tuple[str, ...]:
+    """INPUT… with the layer of ``--layer``, as in shot.exr:diffuse; of folders their OpenEXR files.
+
+    >>> inputs_in_layer(("shot.%04d.exr",), "diffuse")
+    ('shot.%04d.exr:diffuse',)
+    """
+    if layer is None:
+        return inputs
+    files = [os.path.join(escape(text), "*.exr") if Path(text).is_dir() else text for text in inputs]
+    for file in files:
+        if split_layer(Path(f"{file}:{layer}"))[1] != layer:
+            raise InputError(f"--layer {layer}: is for OpenEXR files (.exr), got {file}; leave it out")
+    return tuple(f"{file}:{layer}" for file in files)
+
+
 def _together(paths: list[Path]) -> Iterator[Source]:
     if paths:
         for path in paths:
-            check_regular(path, "a picture file")
+            check_regular(split_layer(path)[0], "a picture file")
         yield Pictures(paths)
 
 
@@ -213,7 +229,8 @@ def _into_folder(source: Source, folder: Path, writing: Writing) -> Sink:
 
 
 def _written_name(path: Path) -> str:
-    return path.name if path.suffix.lower() in WRITABLE else f"{path.stem}.png"
+    file, _ = split_layer(path)
+    return file.name if file.suffix.lower() in WRITABLE else f"{file.stem}.png"
 
 
 def goes_into_folder(output: str) -> bool:
@@ -286,7 +303,8 @@ def check_clips(clips: list[Clip], output: str, more_inputs: Iterable[Path] = ()
 
 def depth_of(path: Path, clips: list[Clip]) -> Source:
     """One picture for all frames, or a sequence in step with them."""
-    return frames_beside(path, clips) if path.is_dir() or not os.path.lexists(path) or is_video(path) else Still(path)
+    file, _ = split_layer(path)
+    return frames_beside(path, clips) if file.is_dir() or not os.path.lexists(file) or is_video(file) else Still(path)
 
 
 def frames_beside(path: Path, clips: list[Clip], raw: Raw | None = None) -> Source:

@@ -79,7 +79,7 @@ class _Commands(click.Group):
 @click.command(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
 @click.version_option(passgraph.__version__, prog_name="passgraph")
 def group() -> None:
-    """Write a post-effect once, in Python; run it on OpenGL, OpenCL or the CPU.
+    """Write a post-effect once, in Python; run it on OpenGL, OpenCL, WebGPU or the CPU.
 
     Know by how much they differ.
     """

@@ -142,7 +142,7 @@ def _compiled(job: FramesJob, settings: Settings, clips: list[Clip]) -> Program:
     # Values that are not finite are named where a file cannot hold them; they need floats.
     finite = settings.non_finite == "error" and not settings.check_finite
     as_bytes = finite and all(clip.sink.in_bytes(clip.source) for clip in clips)
-    # Raw pixels may be gray or RGB, and effects read colours with alpha.
+    # Raw pixels may be gray or RGB, and effects read colors with alpha.
     as_read = not any(isinstance(clip.source, Pipe) and clip.source.raw for clip in clips)
     outputs = job.output(as_read=as_read, as_bytes=as_bytes, linear=settings.linear)
     program = compile(

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from passgraph.verify.fuzz.search import Failure
 
 INSTALL = "pip install 'passgraph[fuzz]'"
-BACKENDS = ("gl", "opencl", "numpy")
+BACKENDS = ("gl", "opencl", "webgpu", "numpy")
 #: What can be fuzzed; ``variants`` are rewritten kernels that must give the same.
 KINDS = ("kernels", "graphs", "draws", "variants")
 

@@ -165,7 +165,7 @@ def steps_between(one: NDArray[Any], other: NDArray[Any], format_: Format) -> ND
 
 
 def _ordered(values: NDArray[Any], format_: Format) -> NDArray[np.int64]:
-    """Floats as whole numbers in the same order, neighbours one apart; both zeros are 0."""
+    """Floats as whole numbers in the same order, neighbors one apart; both zeros are 0."""
     stored = np.ascontiguousarray(values, format_.number)
     bits = stored.view(f"i{stored.itemsize}").astype(np.int64)
     return np.where(bits < 0, -(bits & ((1 << (8 * stored.itemsize - 1)) - 1)), bits)

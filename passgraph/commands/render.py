@@ -36,7 +36,7 @@ from passgraph.commands.sources import RENDER_SIZE, Job, accepts, job_of_scene, 
 from passgraph.commands.written_files import FLOAT_SUFFIXES, check_path, check_picture_path, rate_of
 from passgraph.errors import InputError
 from passgraph.graph.targets import MAX_SIDE, Target
-from passgraph.image_files import WRITABLE
+from passgraph.image_formats import WRITABLE
 
 if TYPE_CHECKING:
     from passgraph.effects.effect_table import Effect

@@ -14,8 +14,8 @@ from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.files.animation import is_animated
 from passgraph.files.names import Pattern, has_wildcard, is_film, is_video, unread_files
-from passgraph.image_files import WRITABLE
-from passgraph.pictures import format_of_suffix, holds_several
+from passgraph.image_formats import WRITABLE
+from passgraph.pictures import format_of_suffix, holds_several, split_layer
 from passgraph.writing import NewFile
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def check_folder(path: Path) -> None:
 
 def check_apart(inputs: Iterable[Path], outputs: Iterable[tuple[Path, str]]) -> None:
     """Refuse outputs that are inputs, through links too, and two of one name."""
-    read = {identity: path for path in inputs for identity in _identities(path)}
+    read = {identity: path for path in inputs for identity in _identities(split_layer(path)[0])}
     written: dict[object, str] = {}
     for path, what in outputs:
         for identity in _identities(path):

@@ -139,7 +139,7 @@ class Attachment:
     they take linear light (`passgraph.effects.checked.effect`) get frames of 8 bits decoded from sRGB.
 
     ``set``, ``enabled`` and ``close`` may be used in any thread, also while a frame is drawn.  Frames without pixels,
-    of windows that are minimised, and frames smaller than the engine says, are left out, the latter with a warning.
+    of windows that are minimized, and frames smaller than the engine says, are left out, the latter with a warning.
 
     Programs of the last frame sizes are kept, so that views of different sizes may alternate; each keeps the history of
     its own size.
@@ -414,7 +414,7 @@ class Attachment:
         return view
 
     def _as_decoded(self, frame: HostPicture) -> HostPicture:
-        """Colours as the effect takes them; engines keep encoded ones in formats that do not say so."""
+        """Colors as the effect takes them; engines keep encoded ones in formats that do not say so."""
         mark = getattr(self.effect, "effect", None)
         encoded = curved(frame.format, True) if mark is not None and mark.linear else None
         return frame if encoded is None else replace(frame, format=encoded)

@@ -25,7 +25,7 @@ def attach(
     effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; left out, the camera is the
         renderer's active one
 
-    Renders that pick things, whose colours are numbers of actors, stay as they are.  Screenshots larger than the window
+    Renders that pick things, whose colors are numbers of actors, stay as they are.  Screenshots larger than the window
     (``screenshot(scale=2)``) are drawn in tiles: each gets the effect, which sees nothing beyond the tile's borders.
 
     Raises

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.files.frame import Frame
-from passgraph.pictures import MAX_BYTES, check_size
+from passgraph.image_files import MAX_BYTES
+from passgraph.pictures import check_size
 from passgraph.reading import read_bytes
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from passgraph.cached import cached_property
 from passgraph.errors import InputError
-from passgraph.image_files import READ_SUFFIXES
+from passgraph.image_formats import READ_SUFFIXES
 
 #: Pictures that `passgraph.load` does not read.
 UNREAD_SUFFIXES = (".avif", ".heic", ".heif", ".dng", ".cr2", ".cr3", ".nef", ".arw")

@@ -17,12 +17,13 @@ from passgraph.files.names import Pattern, folder_files, glob_files, has_wildcar
 from passgraph.files.sequences import Pictures, ToPictures
 from passgraph.files.video import Video
 from passgraph.files.video_sink import ToVideo
+from passgraph.pictures import in_layer, split_layer
 
 
 def open_source(path: str | os.PathLike[str]) -> Source:
     """A video, an animated picture, a numbered sequence, the pictures of a folder or a wildcard, or one picture."""
-    file = arguments.path(path, "a source of frames")
-    text = os.fspath(path)
+    file, layer = split_layer(arguments.path(path, "a source of frames"))
+    text, name = os.fspath(file), os.fspath(path)
     if is_video(file):
         return Video(file)
     if is_animated(file):
@@ -30,12 +31,12 @@ def open_source(path: str | os.PathLike[str]) -> Source:
     if file.is_dir():
         return Pictures(only_pictures(folder_files(file), text), text)
     if os.path.lexists(file):
-        return Pictures([file])
+        return Pictures([in_layer(file, layer)])
     if Pattern.is_in(text):
-        return Pictures(Pattern(text).files(), text)
+        return Pictures({number: in_layer(found, layer) for number, found in Pattern(text).files().items()}, name)
     if has_wildcard(text):
-        return Pictures(only_pictures(glob_files(text), text), text)
-    return Pictures([file])
+        return Pictures([in_layer(found, layer) for found in only_pictures(glob_files(text), text)], name)
+    return Pictures([in_layer(file, layer)])
 
 
 def only_pictures(paths: Iterable[Path], where: str) -> list[Path]:

@@ -15,7 +15,8 @@ from passgraph.errors import InputError
 from passgraph.files.frame import Frame, Sink, Source, Stored
 from passgraph.files.stored import with_channels
 from passgraph.graph.targets import MAX_SIDE
-from passgraph.pictures import MAX_BYTES, encode_png, load_stored
+from passgraph.image_files import MAX_BYTES
+from passgraph.pictures import encode_png, load_stored
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 

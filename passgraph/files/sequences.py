@@ -17,8 +17,17 @@ from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.files.frame import Frame, Sink, Source, Stored
 from passgraph.files.names import Pattern
-from passgraph.image_files import WRITABLE, Metadata
-from passgraph.pictures import check_holds_bits, fewer_bits, format_of_suffix, is_deep, load_stored, metadata_of, save
+from passgraph.image_formats import WRITABLE, Metadata
+from passgraph.pictures import (
+    check_holds_bits,
+    fewer_bits,
+    format_of_suffix,
+    is_deep,
+    load_stored,
+    metadata_of,
+    save,
+    split_layer,
+)
 
 #: Most frames without pictures.
 MOST_NUMBERS = 1 << 31
@@ -27,7 +36,8 @@ MOST_NUMBERS = 1 << 31
 class Pictures:
     """Frames from picture files, of any formats that `passgraph.load` reads.
 
-    ``paths`` are files in order, or a mapping from the frame's number to its file, as `Pattern.files` gives.
+    ``paths`` are files in order, or a mapping from the frame's number to its file, as `Pattern.files` gives. Each may
+    name a layer of an OpenEXR file: ``shot.exr:diffuse``.
 
     >>> [frame.number for frame in Pictures(["a.png", "b.png"])]
     [1, 2]
@@ -183,7 +193,7 @@ def is_made(output: Path, inputs: Iterable[Path]) -> bool:
     """Whether an output is there, no older than its inputs: outputs have their names only when they are whole."""
     try:
         made = output.stat()
-        return made.st_size > 0 and all(made.st_mtime_ns >= path.stat().st_mtime_ns for path in inputs)
+        return made.st_size > 0 and all(made.st_mtime_ns >= split_layer(path)[0].stat().st_mtime_ns for path in inputs)
     except OSError:
         return False
 

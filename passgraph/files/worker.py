@@ -18,8 +18,8 @@ from distributed.diagnostics.plugin import WorkerPlugin
 
 from passgraph.files.frame import Stored
 from passgraph.files.stored import as_program_input, stored
-from passgraph.image_files import Metadata
-from passgraph.pictures import load_stored, save
+from passgraph.image_formats import Metadata
+from passgraph.pictures import load_stored, save, split_layer
 from passgraph.plan.data import Options
 from passgraph.run.compile import compile
 from passgraph.run.program import Program
@@ -106,9 +106,10 @@ class Named:
     def of(path: str | os.PathLike[str]) -> Named | None:
         """A file by its name; of a Zarr array, that of its description.  None where nothing is there."""
         full = os.path.abspath(path)
-        for name in ("zarr.json", ".zarray") if os.path.isdir(full) else ("",):
+        file, _ = split_layer(Path(full))
+        for description in (file / "zarr.json", file / ".zarray") if file.is_dir() else (file,):
             try:
-                status = os.stat(os.path.join(full, name) if name else full)
+                status = os.stat(description)
             except OSError:
                 continue
             return Named(full, status.st_size, status.st_mtime_ns)

@@ -52,7 +52,7 @@ def _sampled(
         )
         fail(span, f"this read takes {takes}; got {len(parts)} arguments")
     if not projected and len(parts) > 1 and getattr(parts[1], "type", None) == VEC3:
-        # Rows of a volume are counted as they are stored, as those of a colour table are.
+        # Rows of a volume are counted as they are stored, as those of a color table are.
         return _inlined(unit, "sample3", [image, _position(parts, VEC3, span)], span)
     position = _divided(unit, parts, span) if projected else _position(parts, VEC2, span)
     position = unit.builder.name_it(position, span)
@@ -189,7 +189,7 @@ READS: dict[str, Native] = {
 
 
 def _fragment(unit: Unit, span: Span) -> Part:
-    """``gl_FragCoord``: the centre of this pixel, rows counted from the bottom."""
+    """``gl_FragCoord``: the center of this pixel, rows counted from the bottom."""
     half, one = ir.Literal(FLOAT, 0.5, span), ir.Literal(FLOAT, 1.0, span)
     parts = [apply("add", [apply("to_float", [place], span), half], span) for place in pixel_place(unit, span)]
     return ir.Construct(VEC4, (*parts, half, one), span)

@@ -1,1 +1,1 @@
-"""Targets and passes: the graph that calls of kernels build."""
+"""Targets and passes: the graph that kernel calls build."""

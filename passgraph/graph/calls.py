@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from passgraph.glsl import Shader, ShaderText
     from passgraph.language.symbols import vec2, vec3, vec4
 
-# What a kernel declares to return, and what calling it on targets gives.  For text that is not known to type checkers,
-# nor for a struct, however many fields it has.
+# Declared return types of kernels, and what a call on targets returns.  A call returns Any for text, which type
+# checkers cannot read, and for structs.
 One: TypeAlias = "float | vec2 | vec3 | vec4"
 Two: TypeAlias = "tuple[One, One]"
 Three: TypeAlias = "tuple[One, One, One]"
@@ -62,16 +62,16 @@ def channels_of(type_: Type) -> int:
 
 
 def default_format(type_: Type) -> Format:
-    """The float32 format that holds a result as it is."""
+    """Return the float32 format for a result type."""
     return float_format(channels_of(type_))
 
 
 class PixelKernel(Kernel, Generic[Made]):
-    """A kernel that runs once a pixel.  Calling it on targets adds a pass and returns its target or targets."""
+    """A kernel that runs once per pixel.  Calling it on targets adds a pass and returns its target or targets."""
 
-    #: What it computes where these of its images have levels that it chooses from by derivatives.
+    #: Builds the kernel for a set of images that have mipmaps, whose level it selects by derivatives.
     leveled: Callable[[frozenset[str]], ir.TypedKernel] | None = None
-    #: The text of the shader that it was read from.
+    #: The source text of the shader that it was parsed from.
     shader: ShaderText | None = None
 
     def __init__(self, function: FunctionSource, known_sizes: bool = False) -> None:
@@ -86,19 +86,19 @@ class PixelKernel(Kernel, Generic[Made]):
 
     @classmethod
     def of_shader(cls, shader: Shader, known_sizes: bool = False) -> Self:
-        """A fragment shader, whose reads choose levels of those images whose handles have some."""
+        """Return a kernel from a fragment shader; reads of images with mipmaps select their level by derivatives."""
         kernel = cls.of_program(shader.program, known_sizes)
         kernel.leveled, kernel.shader = shader.leveled, shader.source
         return kernel
 
     def __call__(self, /, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Made:
-        """Add a pass that writes ``into``; its name, where none is given, is that of its target, or the kernel's."""
+        """Add a pass that writes ``into``; its default name is that of its target, or the kernel's."""
         return self.called(named, into, name, arguments)
 
     def called(
         self, named: Mapping[str, Any], into: Any = None, name: str | None = None, arguments: Sequence[Any] = ()
     ) -> Made:
-        """The same for parameters that others have named: ``into`` and ``name`` may be among them."""
+        """Add a pass; for parameters with foreign names, which may include ``into`` and ``name``."""
         self.check_constants()
         name = pass_name(name, into, self.name, f"kernel {self.name}: the pass's name")
         bound = bind(self, arguments, named)
@@ -149,7 +149,7 @@ def _specs(into: Any, kernel: Kernel, name: str) -> tuple[TargetSpec, ...]:
 
 
 def _with_levels(kernel: PixelKernel[Made], images: Mapping[str, Target]) -> Kernel:
-    """A kernel as it is for the images that have levels."""
+    """Return the variant of a kernel for the images that have mipmaps."""
     names = frozenset(name for name, target in images.items() if target.has_levels)
     if kernel.leveled is None or not names:
         return kernel
@@ -157,8 +157,8 @@ def _with_levels(kernel: PixelKernel[Made], images: Mapping[str, Target]) -> Ker
 
 
 def _without_alpha(kernel: Kernel, specs: Sequence[TargetSpec]) -> Kernel:
-    """A kernel whose vec4 results lose their alpha where a target has three channels: pictures mostly have none, and
-    effects compute with four."""
+    """Return a kernel that drops the alpha of its vec4 results for targets with three channels: effects compute with
+    four channels, and most pictures have three."""
     program, results = kernel.program, list(kernel.program.results)
     for slot, (spec, result) in enumerate(zip(specs, results, strict=True)):
         if spec.format.channels == 3 and result.type == VEC4:
@@ -182,7 +182,7 @@ def _check_result(name: str, spec: TargetSpec, type_: Type) -> None:
 
 
 def bind(kernel: Kernel, arguments: Sequence[Any], named: Mapping[str, Any]) -> dict[str, Any]:
-    """Arguments by parameter name."""
+    """Return the arguments by parameter name."""
     names = [p.name for p in kernel.parameters]
     if len(arguments) > len(names):
         raise GraphError(
@@ -204,7 +204,7 @@ def bind(kernel: Kernel, arguments: Sequence[Any], named: Mapping[str, Any]) -> 
 def split_arguments(
     kernel: Kernel, bound: Mapping[str, Any]
 ) -> tuple[dict[str, Target], dict[str, object], dict[str, object]]:
-    """Images, values and baked constants of a kernel, each checked against its parameter."""
+    """Split a kernel's arguments into images, values and baked constants, each checked against its parameter."""
     images: dict[str, Target] = {}
     values: dict[str, object] = {}
     constants: dict[str, object] = {}
@@ -230,7 +230,7 @@ def split_arguments(
 def _take_apart(
     argument: Any, parameter: ir.Parameter, where: str, images: dict[str, Target], values: dict[str, object]
 ) -> None:
-    """The images of a parameter that holds some by their names; the rest of it is a value as any other."""
+    """Return the images of a struct parameter by name; its other fields are treated like any value."""
     if isinstance(argument, (Value, Derived)):
         raise GraphError(
             f"{where} holds images, which are known when the graph is made; give a {parameter.type} whose images are "
@@ -267,7 +267,7 @@ def _value(argument: Any, parameter: ir.Parameter, where: str) -> object:
 
 
 def _check_range(value: object, parameter: ir.Parameter, type_: Type, name: str) -> None:
-    """InputError for what is no value of a plain type, or outside of the parameter's range."""
+    """Raise InputError unless it is a value of a plain type within the parameter's range."""
     if parameter.range is None:
         _check_numbers(value, type_, name)
     else:
@@ -275,7 +275,7 @@ def _check_range(value: object, parameter: ir.Parameter, type_: Type, name: str)
 
 
 def _check_numbers(value: object, type_: Type, name: str) -> None:
-    """InputError for what is no value of a plain type."""
+    """Raise InputError unless it is a value of a plain type."""
     if isinstance(type_, Array) and is_buffer(type_):
         checked_numbers(value, type_, name)
     else:
@@ -283,8 +283,8 @@ def _check_numbers(value: object, type_: Type, name: str) -> None:
 
 
 def leaves(value: object, type_: Type, name: str) -> list[tuple[str, Type, object]]:
-    """A parameter's plain parts and images: itself, the fields of a struct, read from attributes, or arrays of what
-    each entry of an array has, in the order of :func:`passgraph.language.types.plain_parts`."""
+    """Return a parameter's plain parts and images: itself, the fields of a struct (its attributes), or one array per
+    part for an array of structs, in the order of :func:`passgraph.language.types.plain_parts`."""
     if isinstance(type_, Array):
         return _columns(value, type_, name)
     if not isinstance(type_, Struct):
@@ -300,13 +300,13 @@ def leaves(value: object, type_: Type, name: str) -> list[tuple[str, Type, objec
 
 
 def _columns(value: object, type_: Array, name: str) -> list[tuple[str, Type, object]]:
-    """The plain parts of an array: of structs, one array for each part of a struct."""
+    """Return the plain parts of an array; an array of structs has one array per part."""
     if isinstance(type_.element, (Scalar, Vector, Matrix)):
         return [(name, type_, value)]
     flat = flat_type(type_)
     sides = sides_of(type_)
     if isinstance(value, np.ndarray) and value.shape[: len(sides)] == sides and is_plain(flat):
-        return [(name, flat, value.reshape(-1, *value.shape[len(sides) :]))]  # without a list of each row
+        return [(name, flat, value.reshape(-1, *value.shape[len(sides) :]))]  # avoids a list of each row
     entries = _entries(value, type_, name)
     if not isinstance(flat.element, Struct):
         return [(name, flat, entries)]
@@ -378,13 +378,12 @@ def kernel(
     name: str | None = None,
     known_sizes: bool = False,
 ) -> PixelKernel[Any] | _Maker:
-    """A kernel that runs once for each pixel of its target(s).
+    """Make a kernel that runs once for each pixel of its target(s).
 
-    Use it as a decorator, or give ``source``: text is parsed and never executed, so it may come from
-    strangers.  ``glsl`` is the text of a fragment shader instead (docs/shaders.md): its uniforms are the parameters,
-    samplers first, and ``name`` is the kernel's.  With ``known_sizes`` it is compiled for the sizes that the plan has:
-    ``image.size`` and ``output_size()`` are constants in it, a branch that they decide costs nothing, and other sizes
-    compile it anew.
+    Use it as a decorator, or give ``source``: text is parsed and never executed, so untrusted text is safe.  ``glsl``
+    is the text of a fragment shader instead (docs/shaders.md): its uniforms become the parameters, samplers first, and
+    ``name`` names the kernel.  With ``known_sizes`` the kernel is compiled for the sizes in the plan: ``image.size``
+    and ``output_size()`` are constants, branches on them cost nothing, and other sizes compile it again.
 
     Raises
     ------
@@ -410,14 +409,14 @@ def kernel(
 def vertex(
     definition: Callable[..., Any] | None = None, *, source: str | None = None, name: str | None = None
 ) -> Kernel:
-    """A kernel that runs once a vertex and returns a struct with ``position: vec4`` in clip space."""
+    """Make a kernel that runs once per vertex and returns a struct with ``position: vec4`` in clip space."""
     return Kernel(_definition(definition, source, name), "vertex")
 
 
 def fragment(
     definition: Callable[..., Any] | None = None, *, source: str | None = None, name: str | None = None
 ) -> Kernel:
-    """A kernel that runs once a fragment, on the interpolated struct of the vertex kernel."""
+    """Make a kernel that runs once per fragment, on the interpolated struct of the vertex kernel."""
     return Kernel(_definition(definition, source, name), "fragment")
 
 
@@ -431,13 +430,13 @@ def _definition(definition: Callable[..., Any] | None, source: str | None, name:
 
 
 def _shader(glsl: str, name: str | None) -> Shader:
-    from passgraph.glsl import parse  # shaders are read by few programs
+    from passgraph.glsl import parse  # imported here, as few programs read shaders
 
     return parse(glsl, name="shader" if name is None else text(name, "the name of a kernel"))
 
 
 def graph(*outputs: Target) -> nx.DiGraph:
-    """The graph behind some targets: passes and targets as nodes, an edge along which data flows.
+    """Return the graph behind some targets: passes and targets are nodes, data flows along edges.
 
     >>> invert = kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
     >>> from passgraph.graph.targets import Input

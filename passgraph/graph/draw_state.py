@@ -35,12 +35,12 @@ CULL = ("none", "back", "front")
 
 @dataclass(frozen=True, slots=True)
 class Blend:
-    """result = equation(source * source_factor, destination * destination_factor), colour and alpha apart."""
+    """result = equation(source * source_factor, destination * destination_factor), separately for color and alpha."""
 
     source: str = "one"
     destination: str = "zero"
     equation: str = "add"
-    source_alpha: str | None = None  # as for colour where left out
+    source_alpha: str | None = None  # default: as for color
     destination_alpha: str | None = None
     equation_alpha: str | None = None
 
@@ -56,7 +56,7 @@ class Blend:
 
     @property
     def alpha_terms(self) -> tuple[str, str, str]:
-        """(source factor, destination factor, equation) of the alpha channel."""
+        """Return (source factor, destination factor, equation) of the alpha channel."""
         return (
             self.source_alpha or self.source,
             self.destination_alpha or self.destination,
@@ -64,7 +64,7 @@ class Blend:
         )
 
 
-#: Blends by name.
+#: Blend modes by name.
 BLENDS = {
     "add": Blend("one", "one"),
     "alpha": Blend("source_alpha", "one_minus_source_alpha", source_alpha="one"),
@@ -77,15 +77,15 @@ BLENDS = {
 
 @dataclass(frozen=True, slots=True)
 class Stencil:
-    """Test ``(reference & read_mask) compare (stored & read_mask)``, then one of three operations."""
+    """Test ``(reference & read_mask) compare (stored & read_mask)``, then apply one of three operations."""
 
     compare: str = "always"
     reference: int = 0
     read_mask: int = 0xFF
     write_mask: int = 0xFF
-    fail: str = "keep"  # the stencil test fails
-    depth_fail: str = "keep"  # stencil passes, depth fails
-    passed: str = "keep"  # both pass
+    fail: str = "keep"  # if the stencil test fails
+    depth_fail: str = "keep"  # if the stencil test passes and the depth test fails
+    passed: str = "keep"  # if both pass
 
     def __post_init__(self) -> None:
         one_of(self.compare, "stencil compare", COMPARE)
@@ -101,19 +101,19 @@ class Stencil:
 
 @dataclass(frozen=True, slots=True)
 class DrawState:
-    """Everything about a draw that is neither geometry, kernel nor target.
+    """The state of a draw besides geometry, kernels and targets.
 
-    Front faces wind counter-clockwise as seen with y up.  ``polygon_offset`` is (factor, units): depth moves
-    by factor * max(|dz/dx|, |dz/dy|) + units * r with r the smallest step of a float depth at the triangle's
-    largest depth, 2**(exponent - 23), as OpenGL 3.3 section 3.6.4 has it.
+    Front faces wind counter-clockwise as seen with y up.  ``polygon_offset`` is (factor, units): it moves depth by
+    factor * max(|dz/dx|, |dz/dy|) + units * r.  r is the smallest float step at the triangle's largest depth,
+    2**(exponent - 23); see OpenGL 3.3, section 3.6.4.
     """
 
     cull: str = "none"
     depth_compare: str = "less"
     depth_write: bool = True
     stencil: Stencil | None = None
-    blend: tuple[Blend | None, ...] = ()  # one a target; empty means none blends
-    color_mask: tuple[tuple[bool, bool, bool, bool], ...] = ()  # one a target; empty means all channels
+    blend: tuple[Blend | None, ...] = ()  # one per target; empty: no blending
+    color_mask: tuple[tuple[bool, bool, bool, bool], ...] = ()  # one per target; empty: all channels
     polygon_offset: tuple[float, float] = (0.0, 0.0)
     clear_stencil: int = 0
 
@@ -137,7 +137,7 @@ class DrawState:
 
 
 class Geometry(Protocol):
-    """The mesh data of a draw: float32 arrays by vertex and (m, 3) int32 triangles."""
+    """The mesh data of a draw: float32 arrays per vertex and (m, 3) int32 triangles."""
 
     @property
     def positions(self) -> NDArray[np.float32]: ...
@@ -145,20 +145,20 @@ class Geometry(Protocol):
     def triangles(self) -> NDArray[np.int32]: ...
 
 
-#: Attributes that a mesh may have, and their element types.
+#: Optional attributes of a mesh, and their element types.
 ATTRIBUTE_TYPES = {"positions": np.float32, "triangles": np.int32, "normals": np.float32, "uvs": np.float32,
           "colors": np.float32, "tangents": np.float32, "instances": np.float32}  # fmt: skip
 
 
 class Fixed:
-    """Data whose arrays nobody can write to, behind a pickle and a deep copy too."""
+    """A dataclass with read-only arrays, which stay read-only through pickle and deep copy."""
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         vars(self).update({name: fixed(v) if isinstance(v, np.ndarray) else v for name, v in state.items()})
 
 
 def fixed(array: NDArray[Any]) -> NDArray[Any]:
-    """An array of ours that cannot be written to, nor the memory that it looks at."""
+    """Make one of our arrays, and the memory behind it, read-only."""
     owned = array if array.base is None else array.copy()
     owned.setflags(write=False)
     return owned
@@ -166,7 +166,7 @@ def fixed(array: NDArray[Any]) -> NDArray[Any]:
 
 @dataclass(frozen=True, eq=False)
 class FrozenGeometry(Fixed):
-    """Copies of a mesh's arrays, which nobody can write to."""
+    """Read-only copies of a mesh's arrays."""
 
     positions: NDArray[np.float32]
     triangles: NDArray[np.int32]
@@ -178,7 +178,7 @@ class FrozenGeometry(Fixed):
 
 
 def frozen(geometry: Geometry) -> Geometry:
-    """The mesh itself where neither it nor its arrays can change, as of :meth:`passgraph.Mesh.make`; else a copy.
+    """Return the mesh itself if it and its arrays are immutable, as those of :meth:`passgraph.Mesh.make`; else a copy.
 
     >>> from types import SimpleNamespace
     >>> mesh = SimpleNamespace(positions=np.zeros((3, 3)), triangles=np.array([[0, 1, 2]]))
@@ -195,7 +195,7 @@ def frozen(geometry: Geometry) -> Geometry:
     copies: dict[str, Any] = {}
     for name, array in arrays.items():
         if array is not None:
-            with np.errstate(over="ignore"):  # infinity is refused by whoever checks the mesh
+            with np.errstate(over="ignore"):  # check_geometry rejects infinity
                 copies[name] = np.array(array, ATTRIBUTE_TYPES[name], order="C")
             copies[name].setflags(write=False)
     return FrozenGeometry(**copies)
@@ -206,7 +206,7 @@ def _is_frozen(geometry: object) -> bool:
 
 
 def is_fixed(array: object) -> bool:
-    """Whether neither an array nor the memory that it looks at can be written to.
+    """Return True if neither an array nor the memory behind it can be written to.
 
     >>> array = np.zeros(3)
     >>> array.flags.writeable = False

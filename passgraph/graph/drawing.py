@@ -1,4 +1,4 @@
-"""``pg.draw``: triangles into targets."""
+"""``pg.draw``: draw triangles into targets."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from passgraph.graph.targets import DrawPass, Target, TargetSpec
 from passgraph.language.kernel import Kernel
 from passgraph.language.types import Struct
 
-#: What a mesh may bring beside positions, and the components of each.
+#: Optional attributes of a mesh, and the number of components of each.
 ATTRIBUTES = {"normals": 3, "uvs": 2, "colors": 4, "tangents": 4, "instances": 1}
 
 
@@ -39,38 +39,38 @@ def draw(
     values: Mapping[str, Any] | None = None,
     **named: Any,
 ) -> Any:
-    """Draw triangles: a pass with OpenGL 3.3 semantics on every backend.
+    """Draw triangles: add a pass with OpenGL 3.3 semantics on every backend.
 
     Parameters
     ----------
     geometry
-        A mesh: ``positions`` (n, 3) float32, ``triangles`` (m, 3) int32 and any of ``normals``, ``uvs``,
-        ``colors``, ``tangents``, ``instances`` ((n, 1): see :func:`passgraph.effects.surfaces.marks.instances`).  It
-        is drawn as it is now: a :class:`passgraph.Mesh` cannot change, and of anything else a copy is kept, on every
-        backend.  For another mesh draw again and compile again.
+        A mesh: ``positions`` (n, 3) float32, ``triangles`` (m, 3) int32 and any of ``normals``, ``uvs``, ``colors``,
+        ``tangents``, ``instances`` ((n, 1): see :func:`passgraph.effects.surfaces.marks.instances`).  It is drawn in
+        its present state: a :class:`passgraph.Mesh` is immutable, and any other mesh is copied.  To draw another mesh,
+        build and compile the graph again.
     vertex, fragment
         Kernels made with :func:`passgraph.vertex` and :func:`passgraph.fragment`.  Without a fragment kernel
         only depth and stencil are written.
     into
-        ``pg.target(...)``, cleared first, or a handle of an earlier draw, drawn over; several as a tuple.
+        ``pg.target(...)``, cleared first, or the handle of an earlier draw, drawn over; a tuple for several.
     depth
-        Likewise for a depth format.  Read it later as ``color.depth``.
+        Likewise for a depth target.  Read it later as ``color.depth``.
     stencil, blend, cull, depth_compare, depth_write, color_mask, polygon_offset
         See :mod:`passgraph.graph.draw_state`; ``blend`` also takes the names in ``BLENDS``.
     name
-        Of the pass; left out, that of its targets, or of the fragment kernel where it draws over what is there.
+        Name of the pass; default: that of its targets, or of the fragment kernel if it draws over existing content.
     values, **named
         Parameters of both kernels by name: numbers, targets for images, ``pg.Value`` handles.
 
     Returns
     -------
     Target or tuple of Target
-        One handle for each of ``into``; the depth handle where there is no colour target.
+        One handle for each of ``into``; the depth handle if there is no color target.
 
     Raises
     ------
     GraphError
-        For what does not fit together, naming the pass and the target.
+        For inconsistent arguments, with the pass and the target.
     """
     own = fragment if isinstance(fragment, Kernel) else vertex
     called = pass_name(name, depth if into is None else into, getattr(own, "name", ""), "the name of a draw")
@@ -128,7 +128,7 @@ def _check_kernels(vertex: Kernel, fragment: Kernel | None, where: str) -> None:
 
 
 def check_geometry(geometry: Geometry, where: str) -> None:
-    """Shapes, finite numbers and index ranges; an error names the first bad one."""
+    """Check shapes, finite numbers and index ranges; the error names the first bad element."""
     for needed in ("positions", "triangles"):
         if isinstance(geometry, type) or not hasattr(geometry, needed):
             got = arguments.shown(geometry)
@@ -272,7 +272,7 @@ def _arguments(
         ]
         if missing:
             raise GraphError(f"{where}: {kernel.stage} kernel {kernel.name} needs {', '.join(missing)}")
-        picked = _Picked(kernel, names)
+        picked = _ParameterSubset(kernel, names)
         more = split_arguments(picked, {n: arguments[n] for n in names if n in arguments})  # type: ignore[arg-type]
         for into, part in zip((images, values, constants), more, strict=True):
             into.update(part)  # type: ignore[attr-defined]
@@ -284,8 +284,8 @@ def _arguments(
     return images, values, constants
 
 
-class _Picked:
-    """A kernel seen with some of its parameters only."""
+class _ParameterSubset:
+    """A view of a kernel with some of its parameters."""
 
     def __init__(self, kernel: Kernel, names: list[str]) -> None:
         self.name = kernel.name
@@ -293,6 +293,6 @@ class _Picked:
 
 
 def _is_plain(kernel: Kernel, name: str) -> bool:
-    """Whether a struct parameter is an ordinary one: neither the vertex nor the varyings."""
+    """Return True if a struct parameter is neither the vertex nor the varyings."""
     parameter = next(p for p in kernel.parameters if p.name == name)
     return kernel.stage == "vertex" and str(parameter.type) != "Vertex"

@@ -1,5 +1,5 @@
 # mypy: disable-error-code="no-any-return"
-"""``pg.reduce`` and ``pg.histogram``: many texels become one, by trees of pixel passes that every backend runs."""
+"""``pg.reduce`` and ``pg.histogram``: reductions as trees of pixel passes, which every backend runs."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from passgraph.language.primitives import floor, isnan
 from passgraph.language.symbols import Const, Image, ivec2, output_size, pixel, vec2, vec3, vec4
 from passgraph.language.vectors import dot
 
-#: How two texels become one.
+#: Reduction operators.
 SUM, MIN, MAX, ARG_MIN, ARG_MAX = range(5)
-#: What is reduced to one: everything, each row, each column.
+#: Axes to reduce: everything, each row, each column.
 BOTH, ROWS, COLUMNS = range(3)
-#: Texels that are joined by pairs, and how many such eights a block has.
+#: Texels reduced pairwise as a unit, and units per block.
 SIDE = 8
-#: Numbers that are counted in one trip of a loop.
+#: Numbers counted per loop iteration.
 TOGETHER = 8
-#: In the place of a channel's number: the luminance of red, green and blue (Rec. 709).
+#: Channel number for the luminance of red, green and blue (Rec. 709).
 LUMA = 4
 INFINITY = float("inf")
 
 
 @function
 def of_channel(color: vec4, channel: int) -> float:
-    """One number of a texel."""
+    """Return one channel, or the luminance, of a texel."""
     if channel == LUMA:
         return dot(color.rgb, vec3(0.2126, 0.7152, 0.0722))
     return color[channel]
@@ -41,7 +41,7 @@ def of_channel(color: vec4, channel: int) -> float:
 
 @function
 def neutral(how: int) -> vec4:
-    """Return the neutral element of a reduction; it stands for texels beyond the picture."""
+    """Return the neutral element of a reduction, used for texels beyond the picture."""
     if how == MIN:
         return vec4(INFINITY)
     if how == MAX:
@@ -51,9 +51,9 @@ def neutral(how: int) -> vec4:
 
 @function
 def leaf(color: vec4, at: ivec2, how: int, channel: int) -> vec4:
-    """A texel as the tree takes it.  NaN is no candidate for the least nor the largest.
+    """Return a texel's value for the reduction; NaN is never the least nor the largest.
 
-    A candidate's place: how large, where, and 1; 0 in the last component means none, whatever the others are.
+    A candidate for arg_min and arg_max is (value, x, y, 1); 0 in the last component means that there is none.
     """
     if how == MIN:
         return min(neutral(how), color)
@@ -67,14 +67,14 @@ def leaf(color: vec4, at: ivec2, how: int, channel: int) -> vec4:
 
 @function
 def joined(a: vec4, b: vec4, how: int, first: bool) -> vec4:
-    """One of two, ``a`` before ``b`` in the picture: left of it, or above."""
+    """Reduce two elements; ``a`` comes before ``b`` in the picture: left of it, or above."""
     if how == SUM:
         return a + b
     if how == MIN:
         return min(a, b)
     if how == MAX:
         return max(a, b)
-    # Of one row, what is in ``a`` is left of what is in ``b``; blocks have several rows.
+    # In one row, ``a`` is left of ``b``; blocks have several rows.
     larger = b.x > a.x or (not first and b.x == a.x and b.z < a.z)
     return b if b.w > a.w or (b.w == a.w and larger) else a
 
@@ -93,7 +93,7 @@ def at_place(image: Image, at: ivec2, how: int, channel: int, first: bool) -> ve
 
 @function
 def eight(image: Image, at: ivec2, step: ivec2, how: int, channel: int, first: bool) -> vec4:
-    """Eight in a row, by pairs."""
+    """Reduce eight texels in a row, pairwise."""
     line = [vec4(0.0)] * SIDE
     for i in range(SIDE):
         line[i] = at_place(image, at + i * step, how, channel, first)
@@ -105,7 +105,7 @@ def eight(image: Image, at: ivec2, step: ivec2, how: int, channel: int, first: b
 
 @function
 def level(image: Image, how: int, over: int, channel: int, first: bool) -> vec4:
-    """A pixel for each 64 texels, 8x8 of them or 64 in a row or a column: eights by pairs, one after another."""
+    """Reduce each block of 64 texels (8x8, or 64 in a row or column): eights pairwise, then in sequence."""
     step, next_line, block = ivec2(1, 0), ivec2(0, 1), ivec2(SIDE, SIDE)
     if over == ROWS:
         next_line, block = ivec2(SIDE, 0), ivec2(SIDE * SIDE, 1)
@@ -114,7 +114,7 @@ def level(image: Image, how: int, over: int, channel: int, first: bool) -> vec4:
     total = neutral(how)
     for i in range(SIDE):
         at = pixel() * block + i * next_line
-        # Nothing lies beyond; and a loop with a break stays one, which compiles in a third of the time.
+        # All further texels are outside; a loop with a break is not unrolled, which compiles in a third of the time.
         if at.x >= image.size.x or at.y >= image.size.y:
             break
         total = joined(total, eight(image, at, step, how, channel, first), how, first)
@@ -145,7 +145,7 @@ def reduced(top: Image) -> vec4:
 
 @function
 def per_texel(total: vec4, size: ivec2, result_size: ivec2) -> vec4:
-    """A sum divided by how many texels it is of."""
+    """Divide a sum by its number of texels."""
     return total / (float(size.x // result_size.x) * float(size.y // result_size.y))
 
 
@@ -173,7 +173,7 @@ def reduced_place(top: Image) -> vec2:
 
 @kernel
 def bin_of(image: Image, low: float, high: float, bins: Const[int], channel: Const[int]) -> float:
-    """The number of a texel's bin, from 1; 0 for what is in none."""
+    """Return the number of a texel's bin, from 1; 0 if it is in none."""
     number = of_channel(image[0, 0], channel)
     place = floor((number - low) * (float(bins) / (high - low)))
     return min(place, float(bins - 1)) + 1.0 if number >= low and number <= high else 0.0
@@ -181,7 +181,7 @@ def bin_of(image: Image, low: float, high: float, bins: Const[int], channel: Con
 
 @struct
 class Counts:
-    """Four bins of each quarter of all of them."""
+    """Four pictures of counts, each with a quarter of the bins, four bins per pixel."""
 
     first: vec4
     second: vec4
@@ -191,7 +191,7 @@ class Counts:
 
 @function
 def counted(number: float, bins: vec4) -> vec4:
-    """1 for the bin that is a number's own."""
+    """Return 1 for the number's own bin, 0 for others."""
     return vec4(
         1.0 if number == bins.x else 0.0,
         1.0 if number == bins.y else 0.0,
@@ -202,10 +202,10 @@ def counted(number: float, bins: vec4) -> vec4:
 
 @kernel
 def count_bins(numbers: Image) -> Counts:
-    """Count each bin's numbers in each row: bins from left to right, rows from top to bottom.
+    """Count the numbers of each row per bin: bins from left to right, rows from top to bottom.
 
-    Sixteen bins, as reading a number costs more than comparing it; and several numbers a trip, those beyond the
-    picture 0.
+    Each pixel counts sixteen bins, as reading a number costs more than comparing it.  Each iteration reads several
+    numbers; those beyond the picture are 0.
     """
     quarter = float(4 * output_size().x)
     bins_of_lanes = vec4(4 * pixel().x) + vec4(1.0, 2.0, 3.0, 4.0)
@@ -224,7 +224,7 @@ def count_bins(numbers: Image) -> Counts:
 
 @kernel
 def sum_counts(first: Image, second: Image, third: Image, fourth: Image) -> Counts:
-    """A row for each 64 rows of all four."""
+    """Sum the counts of each 64 rows into one row, in all four pictures."""
     return Counts(
         level(first, SUM, COLUMNS, 0, False),
         level(second, SUM, COLUMNS, 0, False),
@@ -235,7 +235,7 @@ def sum_counts(first: Image, second: Image, third: Image, fourth: Image) -> Coun
 
 @kernel
 def count_of_bin(first: Image, second: Image, third: Image, fourth: Image) -> float:
-    """Bins that lie by fours in four pictures, one after another."""
+    """Return one bin of the four pictures, which store four bins per pixel, one picture after another."""
     quarter = 4 * first.size.x
     at, place = ivec2(pixel().x % quarter // 4, 0), pixel().x // quarter
     if place == 0:
@@ -251,18 +251,18 @@ def count_of_bin(first: Image, second: Image, third: Image, fourth: Image) -> fl
 
 Reduction: TypeAlias = Literal["sum", "mean", "min", "max", "arg_min", "arg_max"]
 Channel: TypeAlias = Literal["luma", 0, 1, 2, 3]
-#: As the kernels number them; a mean is a sum divided.
+#: Operators by name, as the kernels number them; a mean is a sum and a division.
 _HOW = {"sum": 0, "mean": 0, "min": 1, "max": 2, "arg_min": 3, "arg_max": 4}
-#: For each axis, as the kernels number it: texels of a block across and down, and levels until one block is left.
+#: For each axis, as the kernels number it: texels of a block across and down, and the levels to reach one block.
 _BLOCKS: dict[str | None, tuple[int, tuple[int, int], int]] = {
     None: (0, (8, 8), 5),
     "x": (1, (64, 1), 3),
     "y": (2, (1, 64), 3),
 }
-#: From the lower end of a histogram to the upper one: float32 holds that, and what a number is multiplied by for its
-#: bin, of as many bins as there may be.
+#: Range of a histogram's width: float32 can store the width, and the factor from a number to its bin, for up to the
+#: largest number of bins.
 _WIDTHS = (1e-34, 3.4e38)
-#: Most bins of a histogram: of so many a table lies in the memory that a work-group or a core has near.
+#: Most bins of a histogram: a table of this size fits into the local memory of a work-group or the cache of a core.
 MOST_BINS = 2048
 
 
@@ -275,40 +275,41 @@ def reduce(
     into: TargetSpec | None = None,
     name: str | None = None,
 ) -> Target:
-    """One texel of all of a picture's, or one of each row or column; every channel by itself.
+    """Reduce a picture to one texel, or to one per row or column; each channel separately.
 
-    Texels are taken as kernels read them: sRGB decoded, and 0, 0, 1 for channels that the picture lacks.  They are
-    joined in one order on every backend, eight by pairs and eight such eights, so that sums of the same numbers have
-    the same bits, where a device keeps what is below 2^-126.
+    Texels are read as in kernels: sRGB is decoded, and missing channels are 0, 0, 1.  They are reduced in one order on
+    every backend (eight pairwise, then eight such eights), so sums of the same numbers are bit-identical unless a
+    device flushes numbers below 2^-126 to zero.
 
     Parameters
     ----------
     image
-        Any handle: an input, a target, last run's content.
+        Any handle: an input, a target, or last run's content.
     how
-        ``"sum"``, ``"mean"``, ``"min"``, ``"max"``, or ``"arg_min"``, ``"arg_max"``: where in ``image`` the least or
-        largest number of a channel is, (x, y) in texels from the top left; of equal ones the first, row by row.
+        ``"sum"``, ``"mean"``, ``"min"``, ``"max"``, or ``"arg_min"``, ``"arg_max"``: the position of the least or
+        largest number of a channel in ``image``, (x, y) in texels from the top left; among equal ones the first, row by
+        row.
     axis
-        ``"x"`` along each row, which gives 1 x height pixels; ``"y"`` along each column, width x 1; left out, both:
-        1 x 1.
+        ``"x"`` along each row, which gives 1 x height pixels; ``"y"`` along each column, width x 1; default: both, 1 x
+        1.
     channel
-        For ``"arg_min"`` and ``"arg_max"``: 0 to 3 (the default is 0) or ``"luma"``: Rec. 709 weights; the first
-        of formats with one or two.
+        For ``"arg_min"`` and ``"arg_max"``: 0 to 3 (default 0) or ``"luma"`` (Rec. 709 weights; the first channel for
+        formats with one or two).
     into
-        Where it goes, without a size; left out, a float32 target.  With fewer channels than four, the first ones.
+        Destination without a size; default: a float32 target.  With fewer than four channels, it gets the first ones.
     name
-        Of the pass, and of the target where ``into`` is left out; left out, that of ``into``, or such as ``frame.sum``.
+        Name of the pass, and of the default target; default: that of ``into``, or e.g. ``frame.sum``.
 
     Returns
     -------
-    The reduced picture.  A sum is off by at most 50 · 2^-24 of the sum of magnitudes, a mean by 6 · 2^-24 of itself
-    more; the least, the largest and places are exact.  NaN makes a sum NaN; it is neither least nor largest: of
-    nothing but NaN the least is infinity, the largest minus infinity, and the place (-1, -1).
+    The reduced picture.  The error of a sum is at most 50 · 2^-24 of the sum of magnitudes; a mean adds at most 6 ·
+    2^-24 of itself.  Least, largest and positions are exact.  A sum with NaN is NaN; the least and the largest ignore
+    NaN: if there is nothing else the least is infinity, the largest minus infinity, and the position (-1, -1).
 
     Raises
     ------
     GraphError
-        For another word, axis or channel, and for an ``into`` with a size.
+        For an unknown operator, axis or channel, and for an ``into`` with a size.
 
     Examples
     --------
@@ -361,30 +362,29 @@ def histogram(
 ) -> Target:
     """Count the texels of a channel in bins of equal width from ``low`` to ``high``.
 
-    As ``numpy.histogram``: a bin takes its lower edge, the last one both, and what is below ``low``, above ``high`` or
-    NaN is in none.  A number within a rounding of an edge may be counted on its other side.
+    As in ``numpy.histogram``: a bin includes its lower edge, the last one both edges; numbers below ``low``, above
+    ``high`` and NaN are not counted.  A number within rounding of an edge may be counted on its other side.
 
     Parameters
     ----------
     image
-        Any handle: an input, a target, last run's content.
+        Any handle: an input, a target, or last run's content.
     bins
         1 to 2048.
     channel
         0 to 3, or ``"luma"``: Rec. 709 weights on red, green and blue; the first of formats with one or two.
     low, high
-        The ends, ``low`` below ``high`` by 1e-34 at least; numbers or run values.  With 256 bins from 0 to 1, an 8-bit
-        channel has a bin for each of its numbers.
+        The ends, ``low`` below ``high`` by at least 1e-34; numbers or run values.  256 bins from 0 to 1 give an 8-bit
+        channel one bin per value.
     into
-        Where it goes, with one channel and without a size; left out, an r32f target.
+        Destination with one channel and without a size; default: an r32f target.
     name
-        Of the pass, and of the target where ``into`` is left out; left out, that of ``into``, or such as
-        ``frame.histogram``.
+        Name of the pass, and of the default target; default: that of ``into``, or e.g. ``frame.histogram``.
 
     Returns
     -------
-    A picture of ``bins`` x 1 pixels, the bin at ``low`` on the left.  A count is exact up to 2^24; beyond, it is off
-    by at most 2^-20 of itself.
+    A picture of ``bins`` x 1 pixels, the bin at ``low`` on the left.  Counts are exact up to 2^24; beyond, the error is
+    at most 2^-20 of the count.
 
     Raises
     ------
@@ -409,7 +409,7 @@ def histogram(
         _check_width(low, high)
     result_spec = _declared(into, name, f"{image.name}.histogram", "r32f", "pg.histogram")
     name = _named(name, result_spec)
-    # last run's content lends no size by itself
+    # last run's content has no size of its own to take
     spec = target(f"{result_spec.name} bins", "r32f", like=image)
     numbered: Target = bin_of(image, *ends, bins, number, into=spec, name=spec.name)
     rows = f"{result_spec.name} rows"
@@ -425,12 +425,12 @@ def histogram(
 
 
 def _quarters(name: str, size: Blocks) -> tuple[TargetSpec, ...]:
-    """Four pictures of counts, each of a quarter of all bins."""
+    """Return four target declarations for counts, each for a quarter of the bins."""
     return tuple(TargetSpec(f"{name}, quarter {part}", format_named("rgba32f"), size) for part in range(1, 5))
 
 
 def _tree(image: Target, how: int, axis: str | None, channel: int, name: str) -> Target:
-    """Levels of blocks until one is left, of the largest picture that there may be."""
+    """Add reduction levels down to one block, for the largest possible picture."""
 
     over, (width, height), levels = _BLOCKS[axis]
     level_target = image
@@ -466,7 +466,7 @@ def _check_width(low: float, high: float) -> None:
     width = float(np.float32(high)) - float(np.float32(low))
     if not _WIDTHS[0] <= width <= _WIDTHS[1]:
         raise GraphError(
-            f"pg.histogram: low and high must lie from {_WIDTHS[0]:g} to {_WIDTHS[1]:g} apart as float32, got {low!r} "
+            f"pg.histogram: high - low must be from {_WIDTHS[0]:g} to {_WIDTHS[1]:g} as float32, got {low!r} "
             f"and {high!r}"
         )
 
@@ -476,7 +476,7 @@ def _end(value: object, what: str) -> object:
 
 
 def _declared(into: object, name: object, otherwise: str, format_: str, what: str) -> TargetSpec:
-    """The target that is written; its size comes from what is reduced."""
+    """Return the target to write; its size comes from the reduced picture."""
     if into is None:
         return target(otherwise if name is None else arguments.text(name, f"{what}: name"), format_)
     if isinstance(into, Target):
@@ -484,7 +484,7 @@ def _declared(into: object, name: object, otherwise: str, format_: str, what: st
     spec = arguments.instance(into, TargetSpec, f"{what}: into", "made by pg.target(...)")
     if spec.size is not None:
         raise GraphError(
-            f"{what}: target {spec.name!r} is declared with a size, and it gets one from what is reduced; leave "
+            f"{what}: target {spec.name!r} is declared with a size, but its size comes from the reduced picture; leave "
             "size, scale and like out"
         )
     return spec

@@ -1,4 +1,4 @@
-"""Run values, which change from run to run, and sizes computed from the output's."""
+"""Run values, which change from run to run, and sizes computed from the output's size."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from passgraph.errors import GraphError
 
 @dataclass(frozen=True)
 class Value:
-    """A number, vector, matrix or object that each run brings by name.
+    """A number, vector, matrix or object that each run sets by name.
 
     ``static`` works as for inputs.  :meth:`map` derives another value from it on the host.
 
@@ -38,11 +38,11 @@ class Value:
 
     @property
     def sources(self) -> tuple[Value, ...]:
-        """Itself: what runs bring for it."""
+        """Return the values that runs set for it: itself."""
         return (self,)
 
     def map(self, function: Callable[[Any], object]) -> Derived:
-        """A value computed on the host from this one, at each run in which it changes."""
+        """Return a value computed on the host from this one whenever it changes."""
         return Derived((self,), function)
 
 
@@ -50,8 +50,8 @@ class Value:
 class Derived:
     """A value computed on the host from run values.
 
-    ``by_value``: not a change of its sources decides whether passes run again that depend on nothing else that changes,
-    but one of itself: for what often comes out the same though its sources change at each run.
+    ``by_value``: passes that depend on nothing else that changes run again when the derived value changes, not when its
+    sources do.  Use it for a result that often stays the same while its sources change.
     """
 
     sources: tuple[Value, ...]
@@ -78,30 +78,29 @@ class Derived:
 
 
 def combine(function: Callable[..., object], *values: Value, by_value: bool = False) -> Derived:
-    """A value computed on the host from several run values; see `Derived`."""
+    """Return a value computed on the host from several run values; see `Derived`."""
     return Derived(values, function, by_value)
 
 
 def sources_of(parameters: Mapping[str, object]) -> Iterator[Value]:
-    """The run values that parameters come from; plain numbers among them come from none."""
+    """Yield the run values behind parameters; plain numbers have none."""
     for parameter in parameters.values():
         if isinstance(parameter, (Value, Derived)):
             yield from parameter.sources
 
 
-#: (width, height) of the output in pixels as a value, filled in by the program: for what depends on the
-#: aspect ratio.
+#: (width, height) of the output in pixels as a value, set by the program: for effects that depend on the aspect ratio.
 OUTPUT_SIZE = Value("output_size", tuple, static=True)
-#: How many runs came before this one, from 0, as a value, filled in by the program: for what moves, and for what begins
-#: otherwise than it goes on.  A run that is given ``frame_index`` takes that; `Program.reset` counts anew.
+#: Number of earlier runs, from 0, as a value, set by the program: for animation and temporal effects.  A run may set
+#: ``frame_index`` itself; `Program.reset` restarts the count.
 FRAME_INDEX = Value("frame_index", int)
-#: By name, what programs fill in where runs do not say it.
+#: Values by name that programs set if runs do not.
 FILLED_IN = {value.name: value for value in (OUTPUT_SIZE, FRAME_INDEX)}
 
 
-#: A number, "width" or "height" of the output in pixels, or an operation of :data:`OPERATIONS` on formulas.
+#: A number, "width" or "height" of the output in pixels, or one of :data:`OPERATIONS` applied to formulas.
 Formula: TypeAlias = "float | str | tuple[Formula | str, ...]"
-#: Formulas in one another.
+#: Largest nesting depth of formulas.
 MAX_DEPTH = 32
 
 
@@ -114,7 +113,7 @@ def _divided(divide: Callable[[float, float], float]) -> Callable[[float, float]
     return checked
 
 
-#: Name → number of operands, and meaning; comparisons come to 1 or 0.
+#: Name → number of operands, and function; comparisons return 1 or 0.
 OPERATIONS: dict[str, tuple[int, Callable[..., float]]] = {
     "add": (2, lambda a, b: a + b), "sub": (2, lambda a, b: a - b), "mul": (2, lambda a, b: a * b),
     "div": (2, _divided(operator.truediv)), "min": (2, min), "max": (2, max),
@@ -124,7 +123,7 @@ OPERATIONS: dict[str, tuple[int, Callable[..., float]]] = {
 
 
 def check_formula(formula: object, where: str, depth: int = 0) -> None:
-    """GraphError where it is none."""
+    """Raise GraphError unless it is a valid formula."""
     if isinstance(formula, str) and formula in ("width", "height"):
         return
     if isinstance(formula, (int, float)) and not isinstance(formula, bool) and math.isfinite(formula):
@@ -156,7 +155,7 @@ def evaluated(formula: Formula, size: tuple[int, int]) -> float:
 
 
 def computed_side(formula: Formula, size: tuple[int, int], where: str) -> int:
-    """Whole pixels, at least one; the limit of sides is the planner's."""
+    """Return a side in whole pixels, at least one; the planner checks the upper limit."""
     value = evaluated(formula, size)
     if not math.isfinite(value) or abs(value) > 2**31:
         raise GraphError(f"{where}: the formula of a size comes to {value:g} pixels")

@@ -1,4 +1,4 @@
-"""Render targets and inputs, the handles that a graph is written with, and the passes behind them.  No device."""
+"""Render targets and inputs, the handles that graphs are built from, and passes.  Independent of devices."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from passgraph.graph.run_values import Formula, check_formula
 from passgraph.language.border_rules import BORDERS
 from passgraph.language.kernel import Kernel
 
-#: Largest side of a target, in pixels: what GL 3.3 hardware offers in practice.
+#: Largest side of a target in pixels: the usual limit of GL 3.3 hardware.
 MAX_SIDE = 1 << 15
-#: Largest number of an output among those of its pass: structs have no more fields.
+#: Largest index of an output within its pass: the limit on fields of a struct.
 MOST_SLOTS = 255
-#: How ``image.sample(uv)`` filters; the first one where none is given.
+#: Filters of ``image.sample(uv)``; the first one is the default.
 FILTERS = ("linear", "nearest")
-#: What a handle says of how it is read: word → field of `Target`.
+#: Settings of how a handle is read: word → field of `Target`.
 READING = {"border": "border_rule", "filter": "filter_rule", "levels": "has_levels", "slices": "slice_count",
            "hardware": "hardware"}  # fmt: skip
-#: Earliest run that :func:`previous` reaches back to: each one on the way is a picture in memory.
+#: Most runs that :func:`previous` can look back; each one keeps a picture in memory.
 MOST_FRAMES_AGO = 64
 
 
@@ -40,22 +40,22 @@ class Absolute:
 
 @dataclass(frozen=True, slots=True)
 class Relative:
-    """A fraction of the output's size, rounded up."""
+    """A fraction of the output's width and height, rounded up."""
 
-    scale: float = 1.0
+    scale: tuple[float, float] = (1.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Like:
-    """A fraction of the size of another target or input, rounded up."""
+    """A fraction of the width and height of another target or input, rounded up."""
 
     other: Target
-    scale: float = 1.0
+    scale: tuple[float, float] = (1.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """So many pixels side by side for each block of another picture's texels; a block at an edge may be smaller."""
+    """A number of pixels side by side for each block of another picture's texels; blocks at edges may be smaller."""
 
     other: Target
     width: int
@@ -65,7 +65,7 @@ class Blocks:
 
 @dataclass(frozen=True, slots=True)
 class Computed:
-    """Sides as formulas of the output's, rounded down, at least one pixel; see `passgraph.graph.run_values`."""
+    """Sides as formulas of the output's size, rounded down, at least one pixel; see `passgraph.graph.run_values`."""
 
     width: Formula
     height: Formula
@@ -80,14 +80,14 @@ SizeClass: TypeAlias = Absolute | Relative | Like | Blocks | Computed
 
 @dataclass(frozen=True, eq=False)
 class TargetSpec:
-    """A render target as declared: what a pass writes ``into``."""
+    """The declaration of a render target: what a pass writes ``into``."""
 
     name: str
     format: Format
     size: SizeClass | None = None
     clear: tuple[float, ...] | None = None
-    notes: tuple[str, ...] = ()  # what an effect decided, for plan.explain()
-    #: What :func:`previous` of it holds before it was written: one number, one a channel, or a picture.
+    notes: tuple[str, ...] = ()  # decisions of an effect, for plan.explain()
+    #: Content for :func:`previous` before the first write: one number, one per channel, or a picture.
     initial: tuple[float, ...] | NDArray[np.float32] = (0.0,)
 
     def __post_init__(self) -> None:
@@ -106,22 +106,22 @@ class TargetSpec:
         return f"<target {self.name} {self.format.name}>"
 
 
-#: An input's format that is left open, where what is given in 8 bits is decoded from sRGB.
+#: The format of an input that leaves it open and decodes 8-bit pictures from sRGB.
 OPEN_SRGB = "srgb"
 
 
 @dataclass(frozen=True, eq=False)
 class InputSpec:
-    """A picture that each run brings; format and size are bound at the first run where left open.
+    """A picture that each run provides; open formats and sizes are bound at the first run.
 
-    ``srgb``: of formats that are left open, what is given in 8 bits is decoded from sRGB as it is read.
+    ``srgb``: if the format is open, 8-bit pictures are decoded from sRGB as they are read.
     """
 
     name: str
     format: Format | None = None
     size: tuple[int, int] | None = None
     static: bool = False
-    default: object = None  # the picture of runs that bring none
+    default: object = None  # the picture for runs that provide none
     srgb: bool = False
 
     def __post_init__(self) -> None:
@@ -133,15 +133,15 @@ class InputSpec:
 
 @dataclass(frozen=True)
 class Target:
-    """The content of a target at one point of the graph: what a pass returns and another one reads.
+    """A handle to the content of a target at one point of the graph: a pass returns it, other passes read it.
 
-    Drawing into it again gives a new handle; this one goes on meaning the content from before.
+    Drawing into the target again gives a new handle; this one keeps referring to the earlier content.
     """
 
     spec: TargetSpec | InputSpec
     made_by: Pass | None = None  # None for inputs and for history
-    slot: int = 0  # which of the pass's outputs; -1 is its depth
-    frames_ago: int = 0  # of history: how many runs before this one
+    slot: int = 0  # index among the pass's outputs; -1 is its depth
+    frames_ago: int = 0  # for history: number of runs before this one
     border_rule: str = "clamp"
     filter_rule: str = "linear"
     has_levels: bool = False
@@ -175,28 +175,28 @@ class Target:
         return self
 
     def __deepcopy__(self, _: object) -> Target:
-        """Itself: another handle would stand for another content."""
+        """Return itself: a copy would refer to another content."""
         return self
 
     def __reduce__(self) -> NoReturn:
         raise GraphError(
-            f"handle of {self.name!r}: graphs are not pickled; send plain data: pg.to_data(...), and pg.from_data(...) "
-            "where it arrives"
+            f"handle of {self.name!r}: graphs cannot be pickled; send plain data: pg.to_data(...), "
+            "and pg.from_data(...) where it arrives"
         )
 
     @property
     def is_previous(self) -> bool:
-        """Whether it is what the target held in an earlier run."""
+        """Return True if it is the target's content in an earlier run."""
         return self.frames_ago > 0
 
     @property
     def when(self) -> str:
-        """Before its name, the run that its content is of."""
+        """Describe the run of its content, as a prefix to its name."""
         return ("", "previous ")[self.frames_ago] if self.frames_ago < 2 else f"{self.frames_ago} frames ago "
 
     @property
     def depth(self) -> Target:
-        """The depth (and stencil) target of the same draw."""
+        """Return the depth (and stencil) target of the same draw."""
         depth = getattr(self.made_by, "depth", None)
         if depth is None:
             raise GraphError(
@@ -205,13 +205,13 @@ class Target:
         return replace(self, spec=depth, slot=-1)
 
     def border(self, rule: str) -> Target:
-        """The same content with another rule for reads outside: clamp, zero, repeat, mirror or reflect-101."""
+        """Return the same content with another border rule: clamp, zero, repeat, mirror or reflect-101."""
         return replace(self, border_rule=rule)
 
     def filter(self, rule: str, *, hardware: bool = False) -> Target:
-        """The same content with another filter of ``image.sample(uv)``: linear, or nearest, the texel at the place.
+        """Return the same content with another filter for ``image.sample(uv)``: linear, or nearest.
 
-        With ``hardware`` a device may filter by itself, with the coarser weights that it has.
+        ``hardware`` allows the device's own filter, whose weights are coarser.
 
         >>> Input("frame").filter("nearest").filter_rule
         'nearest'
@@ -219,19 +219,19 @@ class Target:
         return replace(self, filter_rule=rule, hardware=hardware)
 
     def mipmaps(self) -> Target:
-        """The same content with its halves, quarters … down to one texel, for ``image.sample(uv, lod=...)``."""
+        """Return the same content with mipmaps, for ``image.sample(uv, lod=...)``."""
         return replace(self, has_levels=True)
 
     def slices(self, count: int) -> Target:
-        """The same content as a volume of ``count`` slices below one another, for ``image.sample3(position)``.
+        """Return the same content as a volume of ``count`` slices one below another, for ``image.sample3(position)``.
 
-        `stacked` makes such a picture of an array (depth, height, width, channels).
+        `stacked` makes such a picture from an array (depth, height, width, channels).
         """
         return replace(self, slice_count=count)
 
     @property
     def content(self) -> Target:
-        """The handle without what says how it is read: two handles of one content are equal."""
+        """Return the handle without its read settings: handles of the same content are equal."""
         return Target(self.spec, self.made_by, self.slot, self.frames_ago)
 
     def __repr__(self) -> str:
@@ -246,7 +246,7 @@ class Target:
 
 @dataclass(frozen=True, eq=False)
 class PixelPass:
-    """A kernel over every pixel of its targets."""
+    """A kernel that runs on every pixel of its targets."""
 
     name: str
     kernel: Kernel
@@ -254,7 +254,7 @@ class PixelPass:
     values: Mapping[str, object]  # parameter → number, tuple, array, Value or Derived
     constants: Mapping[str, object]
     into: tuple[TargetSpec, ...]
-    known_sizes: bool = False  # made for the sizes that the plan has
+    known_sizes: bool = False  # compiled for the sizes in the plan
 
     @property
     def reads(self) -> tuple[Target, ...]:
@@ -266,13 +266,13 @@ class PixelPass:
 
     @property
     def drawn_over(self) -> tuple[Target, ...]:
-        """It writes every pixel, so that it starts from no content."""
+        """Return nothing: it writes every pixel, so it needs no earlier content."""
         return ()
 
 
 @dataclass(frozen=True, eq=False)
 class DrawPass:
-    """Triangles through a vertex and a fragment kernel."""
+    """Triangles drawn by a vertex and a fragment kernel."""
 
     name: str
     geometry: Geometry
@@ -289,17 +289,17 @@ class DrawPass:
 
     @property
     def reads(self) -> tuple[Target, ...]:
-        """Everything that must exist before: images read and content drawn over."""
+        """Return all handles that must exist before: images read and content drawn over."""
         return (*self.images.values(), *self._loaded)
 
     @property
     def writes(self) -> tuple[TargetSpec, ...]:
-        """Colour targets, then depth."""
+        """Return the color targets, then depth."""
         return self.into if self.depth is None else (*self.into, self.depth)
 
     @property
     def drawn_over(self) -> tuple[Target, ...]:
-        """Contents that it starts from instead of clearing."""
+        """Return the contents that are drawn over instead of cleared."""
         return tuple(t.content for t in self._loaded)
 
     @property
@@ -315,7 +315,7 @@ def target(
     format: str | Format = "rgba16f",
     size: tuple[int, int] | None = None,
     *,
-    scale: float | None = None,
+    scale: float | tuple[float, float] | None = None,
     like: Target | None = None,
     clear: float | tuple[float, ...] | None = None,
     notes: tuple[str, ...] = (),
@@ -326,32 +326,35 @@ def target(
     Parameters
     ----------
     name
-        What results are read by, and what messages say.
+        Name of the target in results and messages.
     format
         One of :data:`passgraph.formats.FORMATS`.
     size
-        (width, height) in pixels.  Left out: like the first image that its pass reads, or like the output.
+        (width, height) in pixels.  Default: like the first image that its pass reads, or like the output.
     scale
-        Fraction of the output (or of ``like``) instead of a size, above 0.
+        Fraction of the size of the output (or of ``like``) instead of ``size``, above 0; or one fraction of its width
+        and one of its height.
     like
-        A target or input whose size it takes.
+        A target or input to take the size from.
     clear
-        What a draw clears it to first (default 0; depth 1), unless it draws into what is there.
+        Value that a draw clears it to (default 0; depth 1), unless it draws over existing content.
     notes
-        What an effect decided and why, shown by ``plan.explain()``.
+        Decisions of an effect and their reasons, shown by ``plan.explain()``.
     initial
-        What :func:`previous` of it holds as long as no run has written it: a number, one for each channel, or a
+        Content that :func:`previous` returns before any run has written it: a number, one for each channel, or a
         picture (height, width, channels) of the target's size, row 0 on top.
 
     Raises
     ------
     GraphError
-        For an unknown format or a size that cannot be.
+        For an unknown format or an impossible size.
 
     Examples
     --------
     >>> target("bloom", "rgba16f", scale=0.5)
     <target bloom rgba16f>
+    >>> target("narrow", "rgba16f", scale=(0.25, 1.0)).size
+    Relative(scale=(0.25, 1.0))
     """
     stored = format_named(format)
     name = arguments.text(name, "the name of a target")
@@ -374,7 +377,7 @@ def target(
 def _check_clear(
     clear: object, format: Format, where: str, what: str = "clear", does: str = "clears to"
 ) -> tuple[float, ...]:
-    """One number, or one a channel."""
+    """Return the clear value of each channel, given one number or one per channel."""
     components = clear.tolist() if isinstance(clear, np.ndarray) else clear
     components = components if isinstance(components, (list, tuple)) else (components,)
     values = tuple(arguments.real(value, f"{where}: {what}") for value in components)
@@ -384,7 +387,7 @@ def _check_clear(
 
 
 def checked_initial(initial: object, format: Format, where: str) -> tuple[float, ...] | NDArray[np.float32]:
-    """Numbers, or a picture of the caller's as a copy that stays as it is."""
+    """Return the numbers, or a copy of the caller's picture."""
     if not isinstance(initial, np.ndarray) or initial.ndim < 2:
         return _check_clear(initial, format, where, "initial", "starts from")
     picture = arguments.numbers(initial, f"{where}: initial", error=GraphError).astype(np.float32)
@@ -400,7 +403,7 @@ def checked_initial(initial: object, format: Format, where: str) -> tuple[float,
 
 
 def checked_size(size: object, what: str) -> tuple[int, int]:
-    """(width, height) as ints within limits, or GraphError."""
+    """Return (width, height) as ints within limits, or raise GraphError."""
     if not (
         isinstance(size, (tuple, list))
         and len(size) == 2
@@ -414,8 +417,13 @@ def checked_size(size: object, what: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def checked_scale(scale: object, name: str) -> float:
-    return arguments.real(scale, f"target {name!r}: scale", 0.0, 16.0, above=True)
+def checked_scale(scale: object, name: str) -> tuple[float, float]:
+    """Return the fractions of width and height; raise GraphError where they are no numbers above 0 and up to 16."""
+    pair = scale if isinstance(scale, (tuple, list)) else (scale, scale)
+    if len(pair) != 2:
+        raise GraphError(f"target {name!r}: scale must be one number or two, got {len(pair)}")
+    width, height = (arguments.real(one, f"target {name!r}: scale", 0.0, 16.0, above=True) for one in pair)
+    return width, height
 
 
 def Input(
@@ -427,13 +435,13 @@ def Input(
     border: str = "clamp",
     default: object = None,
 ) -> Target:
-    """A picture that each run brings by name.
+    """Declare a picture that each run provides by name.
 
-    ``format`` is left out, and bound to what runs bring, or one of `passgraph.formats.FORMATS`.  ``"srgb"`` leaves it
-    open too, and colours of 8 bits are read as linear light; numbers of more bits count as they are.
+    ``format`` is one of `passgraph.formats.FORMATS`; by default it is bound to that of the first picture.  ``"srgb"``
+    leaves it open too, and decodes 8-bit colors to linear light; other dtypes are not decoded.
 
-    ``static=True`` promises that it changes rarely: passes that depend on static inputs only run once and
-    again when one of them is given anew.  ``default`` is the picture of runs that bring none (a texture).
+    ``static=True`` declares that it changes rarely: passes that depend only on static inputs run once, and again when
+    one of them is given again.  ``default`` is the picture for runs that provide none (a texture).
 
     >>> Input("frame")
     <<input frame>>
@@ -454,13 +462,13 @@ def previous(spec: TargetSpec | Target, frames_ago: int = 1) -> Target:
     spec
         The target, or any handle of it.
     frames_ago
-        How many runs ago, 1 to 64: 1 is the last one.  Each run on the way back keeps a picture.
+        Number of runs ago, 1 to 64: 1 is the last run.  Each run in between keeps a picture in memory.
 
     Returns
     -------
     Target
-        As long as there were fewer runs, what the target starts from: ``pg.target(initial=…)``, 0 where left out.
-        `Program.reset` begins anew.
+        Before enough runs have happened, its content is the target's initial content: ``pg.target(initial=…)``, default
+        0.  `Program.reset` returns to that state.
 
     Raises
     ------
@@ -486,7 +494,7 @@ Outputs: TypeAlias = "Target | Iterable[Target] | Mapping[str, Target]"
 
 
 def named_outputs(outputs: Any) -> dict[str, Target]:
-    """One target, several, or a mapping, as a mapping by result name."""
+    """Convert one target, several, or a mapping to a mapping by result name."""
     if isinstance(outputs, (Target, TargetSpec)):
         outputs = [outputs]
     if isinstance(outputs, Mapping):

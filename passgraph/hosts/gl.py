@@ -90,7 +90,7 @@ class HostFramebuffer:
 
     Attributes
     ----------
-    color : what its first draw buffer draws into; None where it draws no colour
+    color : what its first draw buffer draws into; None where it draws no color
     depth : its depth, from 0 to 1 as the engine keeps it (`passgraph.HardwareDepth`), one channel; or None
     """
 
@@ -189,8 +189,8 @@ class Host(GLBackend):
         origin
             ``"bottom"`` where the picture's lowest row is the first in memory, as nearly everywhere.
         srgb
-            Whether colours are encoded by the sRGB curve; None takes OpenGL's word.  Many engines keep encoded
-            colours in formats that do not say so.
+            Whether colors are encoded by the sRGB curve; None takes OpenGL's word.  Many engines keep encoded
+            colors in formats that do not say so.
         sample_gamma
             Of several samples a pixel, the mean of colors to this power is taken; give the engine's own, so that the
             effect sees edges as the engine shows them.

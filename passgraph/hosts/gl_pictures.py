@@ -329,7 +329,7 @@ def _format(components: tuple[int, ...], kind: int, srgb: bool) -> Format:
 
 #: Sampler parameters: nearest, clamped to the edge, no comparison of depth.
 _NEAREST = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
-#: Internal format → format and type that an empty texture of it is made with, where those of colour do not do.
+#: Internal format → format and type that an empty texture of it is made with, where those of color do not do.
 _DEPTHS = {
     **dict.fromkeys((0x81A5, 0x81A6, 0x81A7, 0x8CAC, 0x1902), (0x1902, 0x1406)),
     0x88F0: (0x84F9, 0x84FA),

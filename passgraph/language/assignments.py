@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Variable:
-    """A local: one IR name, or one variable a field for structs and arrays of structs."""
+    """A local variable: one IR name, or one variable per field for structs and arrays of structs."""
 
     type: Type
     name: str = ""
@@ -57,11 +57,11 @@ class Variable:
 
 @dataclass(frozen=True)
 class Place:
-    """A variable, or an entry in its flat arrays: under the indices of the arrays around, outermost first."""
+    """A variable, or an entry in its flat arrays, given by the indices of the enclosing arrays, outermost first."""
 
     variable: Variable
     type: Type
-    #: Each with how many entries its array has.
+    #: Each with the length of its array.
     indices: tuple[tuple[ir.Expr, int], ...] = ()
 
     def field(self, name: str) -> Place | None:
@@ -94,7 +94,7 @@ def _inside(index: ir.Expr, length: int, span: Span) -> ir.Expr:
 
 
 def new_variable(type_: Type, name: str) -> Variable:
-    """A variable with one IR name for each plain part of its type."""
+    """Return a variable with one IR name for each plain part of its type."""
     if isinstance(type_, Struct):
         return Variable(type_, name, {n: new_variable(t, f"{name}.{n}") for n, t in type_.fields})
     if isinstance(type_, TupleType):
@@ -186,7 +186,8 @@ class Assignments:
         frame.assigned.add(name)
 
     def _part(self, target: ast.Attribute | ast.Subscript, part: Part, span: Span) -> None:
-        """``v.xy = …``, ``m[1] = …``, ``s.normal.x = …``: the whole is rebuilt with one part replaced."""
+        """Assign to a part (``v.xy = …``, ``m[1] = …``, ``s.normal.x = …``): rebuild the whole with one part
+        replaced."""
         frame, base_node = self.frame, target.value
         place = self._place(target)
         if place is not None:
@@ -206,7 +207,8 @@ class Assignments:
         self.assign(base_node, self._replaced(target, base, part, span), span)
 
     def _place(self, target: ast.expr) -> Place | None:
-        """Behind ``name.field[index].field``, where that is a whole variable or an entry of a composite one."""
+        """Return the place of ``name.field[index].field`` if that is a whole variable or an entry of a composite
+        one."""
         if isinstance(target, ast.Name):
             variable = self.frame.variables.get(target.id) if target.id in self.frame.assigned else None
             return None if variable is None else Place(variable, variable.type)
@@ -236,7 +238,7 @@ class Assignments:
 
 
 def _as_load(target: ast.expr) -> ast.expr:
-    """The same place, read instead of written."""
+    """Return the same target as an expression to read."""
     if isinstance(target, ast.Name):
         return ast.copy_location(ast.Name(target.id, ast.Load()), target)
     if isinstance(target, ast.Attribute):

@@ -12,11 +12,11 @@ _NEAREST = "min(max(i, 0), size - 1)"
 
 @dataclass(frozen=True, slots=True)
 class Border:
-    """The texel along an axis of ``size`` texels for a read of texel ``i``, any int.
+    """A rule that maps index ``i``, any int, to a texel of an axis of ``size`` texels.
 
-    ``place`` is an expression of the kernel language, of ``i`` and ``size``, without branches; it leaves texels inside
-    where they are and never leaves 32 bits.  ``period``: the number of texels, of ``size`` and more than 1, after which
-    it repeats; without one it is the same beyond 2 · size texels outside.  ``blank``: reads outside give 0 instead.
+    ``place`` is a branchless expression of the kernel language in ``i`` and ``size``; it leaves indices inside
+    unchanged and never overflows 32 bits.  ``period``: the number of texels, for ``size`` above 1, after which it
+    repeats; without one it is constant beyond 2 · size texels outside.  ``blank``: reads outside give 0 instead.
     """
 
     place: str
@@ -25,11 +25,11 @@ class Border:
 
     @property
     def is_nearest(self) -> bool:
-        """Whether texels outside are those at the edge, or nothing."""
+        """Return True if reads outside give the texel at the edge, or nothing."""
         return self.place == _NEAREST
 
 
-#: Name → rule; the first one holds where none is given.
+#: Name → rule; the first one is the default.
 BORDERS = {
     "clamp": Border(_NEAREST),
     "zero": Border(_NEAREST, blank=True),

@@ -1,4 +1,4 @@
-"""Border rules as programs: backends print them; hosts compute them with the reference meaning of each operation."""
+"""Border rules as programs: backends print them; hosts evaluate them by the reference function of each operation."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from passgraph.language.border_rules import BORDERS as BORDERS
 
 @cache
 def border_program(rule: str) -> s.ScalarProgram:
-    """A rule lowered: ints ``i`` and ``size`` are builtins, the place its only output; no branches.
+    """Return a lowered rule: ints ``i`` and ``size`` are builtins, the texel is its only output; no branches.
 
     >>> for instruction in border_program("repeat").body:
     ...     print(instruction)
@@ -27,7 +27,7 @@ def border_program(rule: str) -> s.ScalarProgram:
 
 @cache
 def period_program(rule: str) -> s.ScalarProgram:
-    """The period of a rule that has one, lowered: the int ``size`` is a builtin, the period the only output."""
+    """Return the lowered period of a rule that has one: the int ``size`` is a builtin, the period the only output."""
     return _lowered(f"def place(size: int) -> int: return {BORDERS[rule].period}")
 
 
@@ -51,7 +51,7 @@ def border_place(rule: str, place: NDArray[np.int64] | int, size: int) -> NDArra
 
 
 def nearer(rule: str, place: Any, size: int) -> Any:
-    """A place, or an offset of places inside, near the picture, where the rule finds the same texel.
+    """Return an index, or an offset of indices inside, near the picture, at which the rule finds the same texel.
 
     >>> nearer("clamp", -(2**31), 64), nearer("repeat", 2**31 - 1, 64), nearer("mirror", -(2**31), 5)
     (np.int64(-128), np.int64(127), np.int64(2))
@@ -62,7 +62,7 @@ def nearer(rule: str, place: Any, size: int) -> Any:
 
 
 def border_name(rule: str) -> str:
-    """The name of a rule's function in backends that print text.
+    """Return the name of a rule's function in backends that print text.
 
     >>> border_name("reflect-101")
     'pg_border_reflect_101'
@@ -71,7 +71,7 @@ def border_name(rule: str) -> str:
 
 
 def computed(program: s.ScalarProgram, inputs: dict[str, Any]) -> Any:
-    """The output of a straight program of ints, each operation by its reference meaning."""
+    """Return the output of a branchless int program, each operation by its reference function."""
     from passgraph.language.operations import OPERATIONS
 
     values: dict[int, Any] = {}

@@ -1,7 +1,7 @@
-"""Arrays of structs, of arrays and of images: their entries, read and put together.
+"""Arrays of structs, of arrays and of images: read entries, and construct arrays.
 
-Each plain part of an entry lies in one flat array, so that an index costs what it costs in a plain array.  An index out
-of range reads the nearest end of its own dimension.
+Each plain part of an entry is stored in one flat array, so an index costs as much as in a plain array.  An index out of
+range reads the nearest end of its own dimension.
 """
 
 from __future__ import annotations
@@ -49,28 +49,28 @@ if TYPE_CHECKING:
 
 
 def entry(array: ArrayValue, index: ir.Expr, span: Span, name: Namer) -> Part:
-    """``array[index]``: a value, a struct, an image, or an array that begins somewhere in the same flat arrays."""
+    """Read ``array[index]``: a value, a struct, an image, or an array at an offset in the same flat arrays."""
     check_index(index, array.type.length, array.type, span)
     place = name(index, span)
     if array.first is not None:
         place = name(_sum(array.first, _clamped(place, array.type.length, span), span), span)
     elif not reads_plainly(array.type.element):
         place = name(_clamped(place, array.type.length, span), span)
-    return _taken(array.parts, array.type.element, place, span, name)
+    return _entry_at(array.parts, array.type.element, place, span, name)
 
 
 def reads_plainly(type_: Type) -> bool:
-    """Whether an entry is read from flat arrays as long as the array itself, which bring the index into range."""
+    """Return True if an entry is read from flat arrays as long as the array itself, which clamp the index."""
     if isinstance(type_, Struct):
         return all(reads_plainly(inner) for _, inner in type_.fields)
     return isinstance(type_, (Scalar, Vector, Matrix))
 
 
-def _taken(parts: Parts, type_: Type, place: ir.Expr, span: Span, name: Namer) -> Part:
-    """The entry at a place that is in range."""
+def _entry_at(parts: Parts, type_: Type, place: ir.Expr, span: Span, name: Namer) -> Part:
+    """Read the entry at a position in range."""
     if isinstance(type_, Struct):
         assert isinstance(parts, dict)
-        return StructValue(type_, {n: _taken(parts[n], t, place, span, name) for n, t in type_.fields})
+        return StructValue(type_, {n: _entry_at(parts[n], t, place, span, name) for n, t in type_.fields})
     if isinstance(type_, Array):
         return ArrayValue(type_, parts, name(nth(place, type_.length, 0, span), span))
     if isinstance(parts, tuple):
@@ -92,7 +92,7 @@ def _clamped(index: ir.Expr, length: int, span: Span) -> ir.Expr:
 
 
 def nth(index: ir.Expr, each: int, k: int, span: Span) -> ir.Expr:
-    """``index * each + k``, as a number where the index is one: which entry is meant stays known."""
+    """Return ``index * each + k``, folded if the index is a number, so that the entry stays known."""
     if isinstance(index, ir.Literal):
         return ir.Literal(INT, int(index.value) * each + k, span)
     first = index if each == 1 else apply("mul", [index, ir.Literal(INT, each, span)], span)
@@ -100,7 +100,7 @@ def nth(index: ir.Expr, each: int, k: int, span: Span) -> ir.Expr:
 
 
 def parts_of_type(type_: Type, leaf: Callable[[str, Array], Parts], name: str) -> Parts:
-    """The parts of an array: ``leaf`` gives each flat array by its dotted name."""
+    """Return the parts of an array: ``leaf`` gives each flat array by its dotted name."""
     assert isinstance(type_, Array)
     flat = flat_type(type_)
     if not isinstance(flat.element, Struct):
@@ -110,27 +110,27 @@ def parts_of_type(type_: Type, leaf: Callable[[str, Array], Parts], name: str) -
 
 
 def array_part(type_: Array, leaf: Callable[[str, Array], Parts], name: str) -> Part:
-    """An array that lies in flat arrays: one value where it is plain."""
+    """Return an array stored in flat arrays: one value if it is plain."""
     parts = parts_of_type(type_, leaf, name)
     return cast(ir.Expr, parts) if is_plain(type_) else ArrayValue(type_, parts)
 
 
 def of_constant(constant: ir.Literal | ir.Table | ir.Construct) -> Part:
-    """A captured constant as values are: a table of tables lies in one flat table."""
+    """Return a captured constant as a value: a table of tables is stored in one flat table."""
     if isinstance(constant, ir.Table) and not is_plain(constant.type):
         return ArrayValue(constant.type, ir.Table(flat_type(constant.type), constant.values, constant.span))
     return constant
 
 
 def mapped(parts: Parts, each: Callable[[ir.Expr], ir.Expr]) -> Parts:
-    """The same parts with each flat array replaced."""
+    """Return the same parts with each flat array replaced."""
     if isinstance(parts, tuple):
         return parts
     return {n: mapped(part, each) for n, part in parts.items()} if isinstance(parts, dict) else each(parts)
 
 
 def alone(array: ArrayValue, span: Span) -> ArrayValue:
-    """The same array in flat arrays that hold nothing else."""
+    """Return the same array in flat arrays that hold nothing else."""
     return array if array.first is None else ArrayValue(array.type, _cut(array, array.parts, array.type, span))
 
 
@@ -150,20 +150,21 @@ def _cut(array: ArrayValue, parts: Parts, type_: Array, span: Span) -> Parts:
 
 
 def plain_value(part: Part, span: Span) -> Part:
-    """An array of plain values as one value, where it is an entry of another array."""
+    """Return an array of plain values as one value, if it is an entry of another array."""
     if isinstance(part, ArrayValue) and is_plain(part.type):
         return cast(ir.Expr, alone(part, span).parts)
     return part
 
 
-# Put together
+# Construction
 
-#: Parts of one entry or several: a list of values in place of each flat array.
+#: Parts of one or more entries: a list of values for each flat array.
 Lists: TypeAlias = "list[ir.Expr] | tuple[ImageValue, ...] | dict[str, Lists]"
 
 
 def array_of(members: Sequence[Part], span: Span, builder: Builder) -> Part:
-    """``[a, b, …]`` of anything that arrays hold; what arrays in it have is counted before it is copied."""
+    """Build ``[a, b, …]`` from any values that arrays hold; the size of nested arrays is checked before they are
+    copied."""
     for member in members:
         if isinstance(member, (ImageChoice, TupleValue)):
             what = "an image that an index chooses" if isinstance(member, ImageChoice) else "a tuple"
@@ -181,25 +182,25 @@ def array_of(members: Sequence[Part], span: Span, builder: Builder) -> Part:
     if isinstance(parts, (dict, tuple)):
         return ArrayValue(array, parts)
     assert isinstance(parts.type, Array)
-    return parts if is_plain(array) else ArrayValue(_holding(array, parts.type.element), parts)
+    return parts if is_plain(array) else ArrayValue(_with_element(array, parts.type.element), parts)
 
 
 def _alike(one: Type, other: Type) -> bool:
-    """Whether numbers of one type may stand beside those of another; which of them widen is seen one by one."""
+    """Return True if two element types may be mixed; widening of numbers is checked one by one."""
     plain = (Scalar, Vector, Matrix)
     if not (isinstance(innermost(one), plain) and isinstance(innermost(other), plain)):
         return False
     return shape_of(one) == shape_of(other)
 
 
-def _holding(type_: Array, entry_type: Value | Array | Struct | ImageType) -> Array:
-    """The same arrays in arrays, of other plain values."""
+def _with_element(type_: Array, entry_type: Value | Array | Struct | ImageType) -> Array:
+    """Return the same nested array type with another plain value type."""
     inner = type_.element
-    return Array(_holding(inner, entry_type) if isinstance(inner, Array) else entry_type, type_.length)
+    return Array(_with_element(inner, entry_type) if isinstance(inner, Array) else entry_type, type_.length)
 
 
 def spread(part: Part, span: Span, name: Namer) -> Lists:
-    """The plain values and images in a part, in the order of its flat arrays."""
+    """Return the plain values and images of a part, in the order of its flat arrays."""
     if isinstance(part, StructValue):
         return {n: spread(plain_value(field, span), span, name) for n, field in part.fields.items()}
     if isinstance(part, ImageValue):
@@ -240,7 +241,7 @@ def _joined(lists: list[Lists], span: Span) -> Parts:
 
 
 def each_image(builder: Builder, choice: ImageChoice, read: Callable[[ImageValue], Part], span: Span) -> Part:
-    """Emit ``read`` for the image that an index chooses: a branch for each, so that the others are not read."""
+    """Emit ``read`` for the image that an index selects: a branch for each, so that the others are not read."""
     name = builder.fresh("chosen")
     types: list[Value | Array] = []
 

@@ -20,11 +20,11 @@ from passgraph.language.value_ranges import Ranges
 
 @dataclass(eq=False)
 class _Block:
-    """A branch or loop around instructions: running them takes its condition, and a loop's jumps."""
+    """A branch or loop: executing its instructions needs its condition, and a loop's jumps."""
 
     around: _Block | None
     condition: s.Operand | None = None
-    jumps: list[_Block | None] = field(default_factory=list)  # where a loop's breaks and continues stand
+    jumps: list[_Block | None] = field(default_factory=list)  # blocks with a loop's breaks and continues
 
 
 class _Liveness:
@@ -48,7 +48,7 @@ class _Liveness:
 
     def _scan(self, body: Sequence[s.Instruction], block: _Block | None, loop: _Block | None) -> None:
         for instruction in body:
-            if isinstance(instruction, (s.Op, s.Choose)):  # first, since most are
+            if isinstance(instruction, (s.Op, s.Choose)):  # first, as most instructions are
                 self.definitions[instruction.to.id] = (instruction, block)
             elif isinstance(instruction, s.If):
                 inner = _Block(block, instruction.condition)
@@ -92,12 +92,12 @@ class _Liveness:
 
 
 def _variable(instruction: s.Read | s.Write | s.ReadAt | s.WriteAt) -> str:
-    """The variable or array; their names differ."""
+    """Return the variable or array; their field names differ."""
     return instruction.variable if isinstance(instruction, (s.Read, s.Write)) else instruction.array
 
 
 def eliminate_dead(body: Sequence[s.Instruction], roots: Sequence[s.Operand]) -> tuple[s.Instruction, ...]:
-    """Drop what no root depends on."""
+    """Drop instructions that no root depends on."""
     return tuple(_sweep(body, _Liveness(body, roots)))
 
 
@@ -131,11 +131,11 @@ def _sweep(body: Sequence[s.Instruction], live: _Liveness) -> list[s.Instruction
     return live_instructions
 
 
-#: Branches at most this long become selections, which vectorise; longer ones stay branches.
+#: Branches of at most this length become selections, which vectorize; longer ones stay branches.
 MAX_SELECTED_INSTRUCTIONS = 12
-#: Functions of the prelude that make at least so many values are told apart in the program: :attr:`Emitter.calls`.
+#: Prelude functions with at least this many values are recorded in the program: :attr:`Emitter.calls`.
 MIN_CALL = 12
-#: Expressions lowered and instructions made for one kernel, loops unrolled.
+#: Most expressions lowered and instructions emitted for one kernel, loops unrolled.
 MAX_STEPS = 200_000
 _RESULT = {
     "N": "", "G": "float", "I": "int", "S": "int", "U": "int", "B": "bool", "f": "float", "i": "int", "b": "bool",
@@ -144,7 +144,7 @@ COMMUTATIVE = frozenset(row.name for row in OPERATIONS.values() if row.commutes)
 
 
 class Emitter:
-    """Instructions in the making.  ``simplify=False`` turns folding of floats, sharing and selection off."""
+    """Collects instructions.  ``simplify=False`` disables folding of floats, sharing and selection."""
 
     def __init__(self, simplify: bool = True) -> None:
         self.simplify = simplify
@@ -153,25 +153,26 @@ class Emitter:
         self.ids = self.highest = 0
         self.variables: dict[str, str] = {}
         self.arrays: dict[str, tuple[str, int]] = {}  # scalar type, length
-        #: Of loops' indices, and of parameters that say what they may be: inclusive.
+        #: Inclusive ranges of loop indices, and of parameters with a declared range.
         self.ranges: dict[int, tuple[float, float]] = {}
         self.tables: dict[str, tuple[str, tuple[bool | int | float, ...]]] = {}
-        self.table_names: dict[int, str] = {}  # by the identity of the values, which the program keeps
-        self.held_tables: dict[int, tuple[int | float, ...]] = {}  # of uints, by the identity of their values
+        self.table_names: dict[int, str] = {}  # by identity of the values, which the program keeps
+        self.held_tables: dict[int, tuple[int | float, ...]] = {}  # uint tables, by identity of their values
         self.builtins: dict[str, str] = {}
-        self.calls: list[tuple[int, int]] = []  # of long functions of the prelude: first and last value
+        self.calls: list[tuple[int, int]] = []  # calls of long prelude functions: first and last value
         self.steps = 0
-        self.span = NOWHERE  # of the statement being lowered, for errors
+        self.span = NOWHERE  # span of the statement being lowered, for errors
         self.made: dict[int, s.Op | s.Choose] = {}
         self.bounds = Ranges(self.made, self.ranges)
-        #: Of pixels, inside their picture: idle lanes of vectors lie beyond its end, so that only trips hang on it.
+        #: Pixel indices, inside of the picture: idle vector lanes are beyond its end, so only loop bounds may rely on
+        #: it.
         self.places: dict[int, tuple[float, float]] = {}
         self.trip_bounds = Ranges(self.made, ChainMap(self.places, self.ranges))
 
     # Values
 
     def step(self) -> None:
-        """Counts work, so that no text makes compiling endless."""
+        """Count work, to bound the compilation of any text."""
         self.steps += 1
         if self.steps > MAX_STEPS:
             message = f"the kernel takes more than {MAX_STEPS} steps to compile; make loops shorter"
@@ -186,13 +187,13 @@ class Emitter:
         return s.Val(type_, self.ids)
 
     def back_to(self, ids: int) -> None:
-        """Give the numbers of values behind this one anew: what they were is dropped."""
+        """Reuse the numbers of values after this one: those values were dropped."""
         self.ids = ids
         while self.calls and self.calls[-1][1] > ids:
             self.calls.pop()
 
     def _forget(self, number: int) -> None:
-        """A loop whose unrolling was given up hands its numbers back: nothing may be known of them any more."""
+        """Forget a value number that an abandoned unrolling returns for reuse."""
         self.made.pop(number, None)
         self.ranges.pop(number, None)
         self.places.pop(number, None)
@@ -212,10 +213,10 @@ class Emitter:
         return None
 
     def op(self, name: str, *arguments: s.Operand, span: Span = NOWHERE) -> s.Operand:
-        """A primitive operation, folded or shared where possible."""
+        """Emit a primitive operation, folded or shared where possible."""
         on = arguments[0].type
         result = _fixed_result(name) or on
-        # Known whole numbers and truth fold always: bounds of loops hang on them.
+        # Known integers and bools always fold: loop bounds depend on them.
         is_integer = result != "float" and all(isinstance(a, s.Lit) and a.type != "float" for a in arguments)
         if self.simplify or is_integer:
             folded = self._fold(name, result, arguments)
@@ -248,7 +249,7 @@ class Emitter:
         (one,) = literals
         (other,) = (a for a in arguments if isinstance(a, s.Val))
         right = arguments[1] is one
-        # Only identities that hold for every float, zeros' signs and NaN included.
+        # Only identities that hold for every float, including signed zeros and NaN.
         if name == "mul" and one.value == 1:
             return other
         if name == "div" and right and one.value == 1:
@@ -292,7 +293,7 @@ class Emitter:
         return self.op("logical_or", if_true, if_false)
 
     def builtin(self, name: str, type_: str) -> s.Operand:
-        """Loaded where it is first met; in a branch or loop for what is inside only."""
+        """Load a builtin at its first use; inside a branch or loop only for that block."""
         self.builtins[name] = type_
         return self._load(("builtin", name), type_, lambda to: s.LoadBuiltin(to, name))
 
@@ -300,7 +301,7 @@ class Emitter:
         return self._load(("uniform", block, repr(index)), block, lambda to: s.LoadUniform(to, block, index))
 
     def table_name(self, type_: str, values: tuple[bool | int | float, ...]) -> str:
-        """The name of a table with these values; looked for once for each tuple, since comparing takes its time."""
+        """Return the name of a table with these values; cached by tuple identity, as comparing takes time."""
         table = self.table_names.get(id(values))
         if table is None:
             contents = type_, repr(values)
@@ -333,7 +334,7 @@ class Emitter:
         span: Span,
         filtered: bool = False,
     ) -> list[s.Operand]:
-        """Four channels; those that the image lacks are 0, 0, 1."""
+        """Load four channels; those that the image lacks are 0, 0, 1."""
         key = ("texel", image, repr(x), repr(y), relative, border, filtered)
         shared = self._shared(key)
         if shared is None:
@@ -375,24 +376,25 @@ class Emitter:
 
     @staticmethod
     def selectable(block: list[s.Instruction]) -> bool:
-        """Whether a branch is short and free of effects, so that computing it always does no harm."""
+        """Return True if a branch is short and pure, so that it may always be computed."""
         cheap = all(isinstance(i, (s.Op, s.Choose, s.LoadUniform, s.LoadBuiltin)) for i in block)
         return cheap and len(block) <= MAX_SELECTED_INSTRUCTIONS
 
     def range_of(self, value: s.Operand) -> tuple[int, int] | None:
-        """Bounds of an int that loop indices, limits (min, max, clamp) or a few values bound on both sides, or None."""
+        """Return bounds of an int that loop indices, limits (min, max, clamp) or selections bound on both sides, or
+        None."""
         bounds = self.bounds.of(value)
         return (int(bounds.low), int(bounds.high)) if bounds.known else None
 
 
 @cache
 def _fixed_result(name: str) -> str:
-    """The scalar type that an operation gives; empty where it is that of its arguments."""
+    """Return the scalar type of an operation's result; empty if it is that of its arguments."""
     return _RESULT[OPERATIONS[name].result]
 
 
 def fold(name: str, result: str, arguments: tuple[s.Lit, ...]) -> s.Lit:
-    """A primitive on literals: the reference's value, rounded once."""
+    """Evaluate a primitive on literals: the reference's value, rounded once."""
     dtypes = {"float": np.float64, "int": np.int64, "bool": np.bool_}
     with np.errstate(all="ignore"):
         value = OPERATIONS[name].reference(*(np.array([a.value], dtypes[a.type]) for a in arguments))[0]
@@ -404,15 +406,15 @@ def fold(name: str, result: str, arguments: tuple[s.Lit, ...]) -> s.Lit:
 __all__ = ["Emitter", "eliminate_dead", "fold"]
 
 
-#: Shorter programs compile in no time, and run up to a tenth faster without calls.
+#: Shorter programs compile fast anyway, and run up to a tenth faster without calls.
 MIN_PROGRAM = 4_000
-#: Instructions that a function has at least, and how often it is called: below, LLVM saves nothing.
+#: Least instructions of a function, and least number of its calls: below, LLVM saves nothing.
 MIN_LENGTH, MIN_CALLS = 12, 3
 
 
 @dataclass(frozen=True, slots=True)
 class Call:
-    """Consecutive instructions as a call: ``key`` is what they compute, of ``given`` what others use ``wanted``."""
+    """Consecutive instructions as a call: ``key`` identifies the computation on ``given``, with results ``wanted``."""
 
     key: tuple[object, ...]
     instructions: tuple[s.Op | s.Choose, ...]
@@ -421,7 +423,7 @@ class Call:
 
 
 def repeated(program: s.ScalarProgram) -> dict[int, Call]:
-    """The calls that are worth a function, by the number of the first value of each."""
+    """Return the calls worth a function, by the number of the first value of each."""
     if not program.calls or s.count(program.body) < MIN_PROGRAM:
         return {}
     parts = list(_parts(program.body, _owners(program)))
@@ -443,7 +445,7 @@ def _owners(program: s.ScalarProgram) -> dict[int, int]:
 
 
 def _parts(body: Sequence[s.Instruction], owners: dict[int, int]) -> Iterator[tuple[s.Op | s.Choose, ...]]:
-    """Yield the instructions of each call that remain in place, in one row."""
+    """Yield the instructions of each call that remain in place, consecutively."""
     part: list[s.Op | s.Choose] = []
     for i in (*body, None):
         owner = owners.get(i.to.id) if isinstance(i, (s.Op, s.Choose)) else None
@@ -462,7 +464,7 @@ def _parts(body: Sequence[s.Instruction], owners: dict[int, int]) -> Iterator[tu
 
 
 def _uses(program: s.ScalarProgram, inside: dict[int, int]) -> Iterator[tuple[int | None, s.Operand]]:
-    """Each operand, and which part uses it."""
+    """Yield each operand, and the part that uses it."""
     for i in s.walk(program.body):
         user = inside.get(i.to.id) if isinstance(i, (s.Op, s.Choose)) else None
         for operand in s.operands_of(i):
@@ -475,7 +477,7 @@ def _uses(program: s.ScalarProgram, inside: dict[int, int]) -> Iterator[tuple[in
 
 
 def _call(part: tuple[s.Op | s.Choose, ...], numbered: dict[int, s.Val]) -> Call:
-    """A part with its values numbered by where they stand in it, and what is given by where it is first used."""
+    """Return a part with its values numbered by position, and its inputs by first use."""
     numbers: dict[int, int] = {}
     inputs: dict[int, s.Val] = {}
     key: list[object] = []

@@ -15,7 +15,7 @@ _DTYPES = {"float": np.float64, "int": np.int64, "bool": np.bool_}
 
 
 def computed(body: Sequence[s.Instruction], inputs: Mapping[str, NDArray[Any]], result: s.Operand) -> NDArray[Any]:
-    """The value of ``result`` where the builtins are ``given``: operations by their reference, rounded to float32."""
+    """Return ``result`` for given builtins: operations by their reference, rounded to float32."""
     values: dict[int, NDArray[Any]] = {}
 
     def value(operand: s.Operand) -> NDArray[Any]:

@@ -1,4 +1,4 @@
-"""Take vector and matrix operations apart into scalar ones, sums in source order."""
+"""Expand vector and matrix operations into scalar ones, with sums in source order."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from passgraph.language.types import Matrix, Type
 
 @dataclass(frozen=True)
 class Steps:
-    """A function's operations in order, of values 1, 2 … that it is given."""
+    """The operations of a function in order, on its arguments 1, 2 …."""
 
     body: tuple[s.Op | s.Choose, ...]
     result: s.Operand
 
     def repeated(self, e: Emitter, arguments: Sequence[s.Operand]) -> s.Operand:
-        """The same on other values; folded and shared as if it had been taken apart there."""
+        """Apply them to other values; folded and shared as if expanded there."""
         operands: dict[int, s.Operand] = dict(enumerate(arguments, 1))
 
         def of(x: s.Operand) -> s.Operand:
             return operands[x.id] if isinstance(x, s.Val) else x
 
         for i in self.body:
-            e.step()  # what is folded or shared takes its time too
+            e.step()  # folding and sharing take time too
             if isinstance(i, s.Op):
                 operands[i.to.id] = e.op(i.operation, *[of(x) for x in i.arguments], span=i.span)
             else:
@@ -38,9 +38,9 @@ Values: TypeAlias = list[s.Operand]
 Expansion: TypeAlias = Callable[[Emitter, list[Values], list[Type]], Values]
 
 ZERO, ONE = s.Lit("float", 0.0), s.Lit("float", 1.0)
-#: Bits of the power of two that takes a size with exponent bits 0 to at least 1, but for denormals.
+#: Bits of the power of two that scales a size with exponent bits 0 to at least 1, except for denormals.
 NEAR_ONE = 0x7F000000
-#: Exponents of ``pow`` that become products.  A reciprocal is off by 2.5 units, so that its cube may be off by 19.
+#: Exponents of ``pow`` that become products.  A reciprocal is off by 2.5 units, so its cube may be off by 19.
 MULTIPLIED_OUT = frozenset(range(-2, 9))
 
 
@@ -52,10 +52,10 @@ def dot(e: Emitter, a: Values, b: Values) -> s.Operand:
 
 
 def whole_power(e: Emitter, x: s.Operand, exponent: s.Operand) -> s.Operand | None:
-    """``pow`` multiplied out, for a known whole exponent whose roundings stay within the row's bound; else None.
+    """Expand ``pow`` to products for a known integer exponent whose rounding stays within the row's bound; else None.
 
-    Eight factors lose seven roundings of a unit each at most, which may be 14 of the result's.  Negative powers are
-    those of the reciprocal: the power itself could vanish where its reciprocal is still a number.
+    Eight factors cause at most seven roundings of a unit each, which may be 14 of the result's.  Negative powers are
+    powers of the reciprocal: the positive power itself could underflow to zero.
     """
     if not isinstance(exponent, s.Lit) or exponent.value not in MULTIPLIED_OUT:
         return None
@@ -86,9 +86,9 @@ def _cross(e: Emitter, args: list[Values], _: list[Type]) -> Values:
 
 
 def _step_of(e: Emitter, v: Values) -> s.Operand:
-    """The exponent of the vector's size, in steps of 16, as bits of a float.
+    """Return the exponent of the vector's magnitude, in steps of 16, as bits of a float.
 
-    A sum of sizes is less work than their maximum and as good; infinite ones have the step of the largest numbers.
+    A sum of magnitudes is cheaper than their maximum and as good; infinite ones get the step of the largest numbers.
     """
     total = e.op("abs", v[0])
     for x in v[1:]:
@@ -97,7 +97,7 @@ def _step_of(e: Emitter, v: Values) -> s.Operand:
 
 
 def _toward_one(e: Emitter, step: s.Operand, bits: int) -> s.Operand:
-    """A power of two.  Multiplying with it is exact, so that nothing changes but what would overflow or vanish."""
+    """Return a power of two.  Multiplying by it is exact, except for overflow and underflow."""
     return e.op("float_from_bits", e.op("sub", s.Lit("int", bits), step))
 
 
@@ -152,7 +152,7 @@ def _reduce(name: str) -> Expansion:
 
 
 def columns(values: Values, size: int) -> list[Values]:
-    """The columns of a matrix whose columns have ``size`` numbers."""
+    """Return the columns of a matrix whose columns have ``size`` numbers."""
     return [values[i : i + size] for i in range(0, len(values), size)]
 
 
@@ -192,7 +192,7 @@ def _determinant(e: Emitter, args: list[Values], types: list[Type]) -> Values:
 
 
 def plain_inverse(e: Emitter, m: list[Values]) -> Values:
-    """Adjugate over determinant; a zero determinant gives NaN throughout."""
+    """Return adjugate over determinant; a zero determinant gives NaN throughout."""
     n = len(m)
     determinant = _determinant_of(e, m)
     singular = e.op("equal", determinant, ZERO)

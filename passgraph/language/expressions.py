@@ -1,4 +1,4 @@
-"""Expressions: from Python's syntax tree to typed expressions."""
+"""Convert expressions from Python's syntax tree to typed expressions."""
 
 from __future__ import annotations
 
@@ -58,12 +58,12 @@ if TYPE_CHECKING:
     from passgraph.language.function_body import Frame
 
 
-#: Whole exponents up to this size are multiplied out.
+#: Integer exponents up to this size are expanded to products.
 _MAX_EXPANDED = 16
 
 
 def written_power(base: ir.Expr, exponent: ir.Expr, span: Span, name: Namer) -> ir.Expr:
-    """``base ** exponent``; ``name`` puts what is used twice behind a name."""
+    """Return ``base ** exponent``; ``name`` puts values used twice into a variable."""
     literal, sign = exponent, 1
     if isinstance(literal, ir.Apply) and literal.operation == "neg":
         literal, sign = literal.arguments[0], -1
@@ -97,7 +97,7 @@ def _whole_power(base: ir.Expr, n: int, span: Span, name: Namer) -> ir.Expr:
 
 
 def _operators() -> dict[type[ast.AST], str]:
-    """Python's operators and the sign of each, as rows of the table are written by them."""
+    """Return Python's operators and their signs, as rows of the table spell them."""
     operators: dict[type[ast.AST], str] = {}
     for row in OPERATIONS.values():
         for sign, form in row.signs.items():
@@ -111,7 +111,7 @@ _SIGNS = _operators()
 
 
 def _row(operator: ast.AST, operands: int) -> str:
-    """The row of an operator that stands for one alone."""
+    """Return the row of an operator with a single row."""
     return signed(_SIGNS[type(operator)], operands)[0].name
 
 
@@ -203,7 +203,7 @@ class Expressions:
             return self._outer(node)
         base = self.part(node.value)
         if isinstance(base, ImageChoice):
-            return self._of_each_image(base, node)
+            return self._read_each_image(base, node)
         if isinstance(base, StructValue):
             if node.attr not in base.fields:
                 fail(span, f"{base.struct.name} has no field {node.attr!r}; it has {', '.join(base.fields)}")
@@ -217,7 +217,7 @@ class Expressions:
         fail(span, f"{base.type} has no attribute {node.attr!r}")
 
     def _is_outer(self, node: ast.expr) -> bool:
-        """Whether a dotted name begins at a module rather than at a local."""
+        """Return True if a dotted name begins at a module rather than at a local."""
         while isinstance(node, ast.Attribute):
             node = node.value
         if not isinstance(node, ast.Name) or self.frame.knows(node.id):
@@ -260,7 +260,7 @@ class Expressions:
         for part in node.values[1:]:
             if isinstance(result, ir.Literal) and result.value == isinstance(node.op, ast.Or):
                 return result
-            with self._perhaps(part):
+            with self._conditionally(part):
                 result = apply(_row(node.op, 2), [result, self.condition(part)], self.span(node))
         return result
 
@@ -271,7 +271,7 @@ class Expressions:
         for operator, right_node in zip(node.ops, node.comparators, strict=True):
             if type(operator) not in _SIGNS:
                 fail(span, "the kernel language has no 'is' and no 'in'; compare values with == or !=")
-            with nullcontext() if right_node is node.comparators[0] else self._perhaps(right_node):
+            with nullcontext() if right_node is node.comparators[0] else self._conditionally(right_node):
                 right = self.value(right_node)
             if len(node.ops) > 1:  # the middle of a < b < c is used twice
                 right = self.frame.name_it(right, span)
@@ -290,14 +290,14 @@ class Expressions:
         condition = decided(self.condition(node.test))
         if isinstance(condition, ir.Literal):
             return self._chosen(*((node.body, node.orelse) if condition.value else (node.orelse, node.body)))
-        with self._perhaps(node):
+        with self._conditionally(node):
             then, orelse = self.part(node.body), self.part(node.orelse)
         if isinstance(then, StructValue):
             condition = self.frame.name_it(condition, span)
         return choose(condition, then, orelse, span)
 
     def _chosen(self, node: ast.expr, other: ast.expr) -> Part:
-        """The side that a constant chooses.  The other is not read, but for the type that whole numbers take of it."""
+        """Return the side that a constant selects.  The other is not read, except for the type of integer literals."""
         switched, span = self.part(node), self.span(node)
         if isinstance(switched, COMPOSITE) or switched.type not in (INT, UINT):
             return switched
@@ -305,8 +305,8 @@ class Expressions:
         return switched if unused is None else unify(switched, unused, span, "both sides of a conditional")[0]
 
     @contextmanager
-    def _perhaps(self, node: ast.expr) -> Iterator[None]:
-        """Around what Python computes only where it is needed: here it always is, so that it may not discard."""
+    def _conditionally(self, node: ast.expr) -> Iterator[None]:
+        """Parse operands that Python evaluates only if needed: here they always are, so they may not discard."""
         before = self.frame.builder.discards
         yield
         if self.frame.builder.discards > before:
@@ -361,7 +361,7 @@ class Expressions:
             return None
         base = self.part(node.func.value)
         if isinstance(base, ImageChoice):
-            return self._of_each_image(base, node)
+            return self._read_each_image(base, node)
         if not isinstance(base, ImageValue):
             return None
         span, method = self.span(node), node.func.attr
@@ -374,8 +374,8 @@ class Expressions:
         values = {name: self.frame.name_it(value, span) for name, value in values.items()}
         return image_reads.read(self.frame.inline_library, base, method, values, span)
 
-    def _of_each_image(self, choice: ImageChoice, node: ast.Call | ast.Attribute | ast.Subscript) -> Part:
-        """A read of an image that an index chooses: for each as if it had a name, with arguments computed once."""
+    def _read_each_image(self, choice: ImageChoice, node: ast.Call | ast.Attribute | ast.Subscript) -> Part:
+        """Read an image selected by an index: as a named read of each, with arguments computed once."""
         frame, named_arguments = self.frame, dict[str, Part]()
 
         def named(argument: ast.expr) -> ast.expr:
@@ -459,7 +459,7 @@ class Expressions:
         span = self.span(node)
         base = self.part(node.value)
         if isinstance(base, ImageChoice):
-            return self._of_each_image(base, node)
+            return self._read_each_image(base, node)
         if isinstance(base, ImageValue):
             if not (isinstance(node.slice, ast.Tuple) and len(node.slice.elts) == 2):
                 fail(span, "an image takes two offsets in texels: image[dx, dy] (image[0, 0] is this pixel)")
@@ -509,7 +509,7 @@ class Expressions:
 def _on_name(
     node: ast.Call | ast.Attribute | ast.Subscript, name: str, named: Callable[[ast.expr], ast.expr]
 ) -> ast.expr:
-    """A read of an image on a name in the place of what it was written on, with other arguments."""
+    """Return a read of an image by name in place of its original expression, with other arguments."""
     base = node.func if isinstance(node, ast.Call) else node
     assert isinstance(base, (ast.Attribute, ast.Subscript))
     image = ast.copy_location(ast.Name(name, ast.Load()), base.value)
@@ -527,7 +527,7 @@ def _on_name(
     return ast.copy_location(read, node)
 
 
-#: Values that a stage provides: name -> (type, the stages that have it).
+#: Builtin values of stages: name -> (type, the stages that have it).
 STAGE_VALUES: dict[str, tuple[Type, tuple[str, ...]]] = {
     "pixel": (IVEC2, ("pixel", "fragment")),
     "uv": (VEC2, ("pixel", "fragment")),

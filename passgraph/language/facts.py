@@ -14,7 +14,7 @@ from passgraph.language.source import Span
 from passgraph.language.types import BOOL, INT, Array, Scalar, Type, component_count, element_of
 from passgraph.ranges import Range
 
-#: What a kernel may ask of an image (``image.levels``), and of which type it is.
+#: Properties of an image that kernels can read (``image.levels``), and their types.
 PROPERTIES: dict[str, Scalar] = {"is_nearest": BOOL, "is_blank": BOOL, "border": INT, "levels": INT, "slices": INT,
                                 "bits": INT}  # fmt: skip
 
@@ -27,15 +27,15 @@ class ImageFacts:
     border: str = "clamp"
     decode: str | None = None  # prelude function for r, g and b of each texel, such as decode_srgb
     fused: Fused | None = None
-    size: tuple[int, int] | None = None  # where the kernel is made for it; else it is told at each run
+    size: tuple[int, int] | None = None  # known size; None if it is set at each run
     filter: str = "linear"
-    levels: int = 1  # itself and its halves
-    slices: int = 1  # of a volume, which lie below one another
-    bits: int = 0  # of a channel, where a device may filter by itself
-    by_device: bool = False  # and does
+    levels: int = 1  # number of mipmap levels, including itself
+    slices: int = 1  # number of slices of a volume, stored one below another
+    bits: int = 0  # bits of a channel, if a device may filter in hardware
+    by_device: bool = False  # True if it does
 
     def property(self, name: str) -> ir.Number:
-        """One of :data:`PROPERTIES`."""
+        """Return one of :data:`PROPERTIES`."""
         if name == "is_nearest":
             return self.filter == "nearest"
         if name == "is_blank":
@@ -51,10 +51,10 @@ class Facts:
 
     constants: Mapping[str, object] = field(default_factory=dict)
     images: Mapping[str, ImageFacts] = field(default_factory=dict)
-    #: For each result: what its colour channels and its alpha pass through before they are stored.
+    #: For each result: operations on its color channels and its alpha before they are stored.
     stores: tuple[tuple[tuple[Store, ...], tuple[Store, ...]], ...] = ()
     simplify: bool = True
-    size: tuple[int, int] | None = None  # of the output, as of images
+    size: tuple[int, int] | None = None  # size of the output; as for images
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def fused_in(facts: Facts) -> list[Fused]:
 
 
 def inner_first(facts: Facts) -> list[Facts]:
-    """These facts and those of all that is fused inside, each once, behind those inside it; rows may be long."""
+    """Return these facts and those of everything fused inside, each once, inner ones first; without recursion."""
     ordered: dict[int, Facts] = {}
     pending = [facts]
     while pending:
@@ -91,14 +91,14 @@ class Shared:
 
     def __init__(self, emitter: Emitter, by_table: bool = False) -> None:
         self.emitter = emitter
-        self.by_table = by_table  # texels are decoded, which is shorter and mostly slower than computing
+        self.by_table = by_table  # texels are decoded by a table, which is shorter and mostly slower than computing
         self.slots: dict[str, s.UniformSlot] = {}
         self.uses: dict[str, s.ImageUse] = {}
         self.buffers: dict[str, Array] = {}
         self.counts = {"float": 0, "int": 0}
         self.fused: dict[str, list[list[s.Operand]]] = {}
         self.sources: list[Span] = []
-        self.unrolled = 0  # instructions that loops have become so far
+        self.unrolled = 0  # instructions from unrolled loops so far
 
     def slot(self, name: str, type_: Type, range_: Range | None) -> s.UniformSlot:
         if name not in self.slots:

@@ -1,4 +1,4 @@
-"""One function body on its way to the intermediate representation: its names, its variables, its exit."""
+"""Convert one function body to the intermediate representation: its names, its variables, its exit."""
 
 from __future__ import annotations
 
@@ -44,15 +44,15 @@ from passgraph.language.values import (
 )
 
 T = TypeVar("T")
-#: Calls inside calls; deeper is almost surely recursion through a chain.
+#: Most nested calls; deeper nesting is most likely a recursion through a chain.
 MAX_CALL_DEPTH = 32
-#: Statements after inlining; more than this is a runaway, not a kernel.
+#: Most statements after inlining.
 MAX_STATEMENTS = 20_000
-#: Expressions after inlining, counted as nodes of the syntax tree.
+#: Most expressions after inlining, counted as nodes of the syntax tree.
 MAX_EXPRESSIONS = 60_000
-#: The variable that says whether a pixel or fragment is kept.
+#: The variable that stores if a pixel or fragment is kept.
 KEPT = "$keep"
-#: Expressions that one entry of an array copied entry by entry stands for: an index, computed, and what is there.
+#: Expressions counted for one entry of an array copied entry by entry: an index, its computation, and the value.
 _OF_ENTRY = 3
 
 
@@ -65,13 +65,13 @@ class Builder:
     count: int = 0
     emitted: int = 0
     expressions: int = 0
-    #: Of the functions around, innermost last, the nodes of their own syntax trees.
+    #: Nodes of the syntax trees of the enclosing functions, innermost last.
     calls: list[object] = field(default_factory=list)
-    discards: int = 0  # statements that discard, in functions inlined too
-    #: Variables that take a derivative, with its axis; each is assigned what it is the derivative of.
+    discards: int = 0  # discarding statements, including those in inlined functions
+    #: Variables of derivatives, with the axis; each is assigned the expression to differentiate.
     derivatives: dict[str, str] = field(default_factory=dict)
     signatures: dict[FunctionSource, Signature] = field(default_factory=dict)
-    #: For each function inlined, the names that its body captured: this kernel's own record.
+    #: For each inlined function, the names captured by its body: this kernel's own record.
     scopes: dict[FunctionSource, Scope] = field(default_factory=dict)
 
     def emit(self, statement: ir.Stmt) -> None:
@@ -79,7 +79,7 @@ class Builder:
         self.blocks[-1].append(statement)
 
     def body(self) -> tuple[ir.Stmt, ...]:
-        """All that was emitted, with its derivatives computed."""
+        """Return all emitted statements, with derivatives computed."""
         return expanded(tuple(self.blocks[0]), self)
 
     def count_statement(self, span: Span) -> None:
@@ -121,9 +121,9 @@ class Builder:
         self.emit(ir.Assign(KEPT, ir.Literal(BOOL, False, span), span))
 
     def keep_or_clear(self, result: Variable, span: Span) -> ir.Expr | None:
-        """At the end of a kernel that may discard: a discarded pixel is zero, a discarded fragment is not kept.
+        """End a kernel that may discard: a discarded pixel is zero, a discarded fragment is not kept.
 
-        Gives where fragments are kept, None where nothing discards them.
+        Return the condition under which fragments are kept, None if no statement discards.
         """
         if not self.discards:
             return None
@@ -134,7 +134,7 @@ class Builder:
         return None
 
     def clear(self, variable: Variable) -> None:
-        """Every number of a variable becomes zero."""
+        """Set every number of a variable to zero."""
         for member in variable.fields.values():
             self.clear(member)
         if not variable.fields:
@@ -156,7 +156,7 @@ class Builder:
     # Values
 
     def name_it(self, value: ir.Expr, span: Span, *, keep_locals: bool = True) -> ir.Expr:
-        """The value behind a name, so that using it twice computes it once."""
+        """Put a value into a variable, so that using it twice computes it once."""
         named_kinds = (ir.Literal, ir.Uniform, ir.Builtin, ir.Table)
         if isinstance(value, named_kinds) or (keep_locals and isinstance(value, ir.Local)):
             return value
@@ -165,7 +165,7 @@ class Builder:
         return ir.Local(value.type, name, span)
 
     def name_part(self, part: Part, span: Span, *, keep_locals: bool = True) -> Part:
-        """:meth:`name_it` for every field of a struct and member of a tuple."""
+        """Apply :meth:`name_it` to every field of a struct and member of a tuple."""
         if isinstance(part, StructValue):
             fields = {n: self.name_part(p, span, keep_locals=keep_locals) for n, p in part.fields.items()}
             return StructValue(part.struct, fields)
@@ -184,12 +184,12 @@ class Builder:
         """Assign to a variable, field by field for structs and tuples."""
         value = self._fitted(part, variable.type, span, what)
         if variable.fields:
-            # Fields may be computed from the variable itself: all values come before the first assignment.
+            # Fields may depend on the variable itself: all values are computed before the first assignment.
             value = self.name_part(value, span, keep_locals=False)
         self._assign(variable, value, span)
 
     def store_at(self, place: Place, part: Part, span: Span, what: str) -> None:
-        """Assign to a variable or to an entry of its arrays, which out of range nothing is written to."""
+        """Assign to a variable or to an entry of its arrays; out of range nothing is written."""
         if not place.indices:
             self.store(place.variable, part, span, what)
             return
@@ -198,7 +198,7 @@ class Builder:
         self._insert(place.variable, values, self.name_it(place.index(span), span), span)
 
     def _insert(self, variable: Variable, values: Lists, index: ir.Expr, span: Span) -> None:
-        """An entry takes values: as many in a row of each flat array as it has there."""
+        """Insert values into an entry: consecutive elements of each flat array."""
         if isinstance(values, dict):
             for name, member in values.items():
                 self._insert(variable.fields[name], member, index, span)
@@ -239,7 +239,7 @@ class Builder:
             self.emit(ir.Assign(variable.name, parts, span))
 
     def alone(self, array: ArrayValue, span: Span) -> ArrayValue:
-        """:func:`~.composites.alone`, counted as it grows."""
+        """:func:`~.composites.alone`, with its growth counted."""
         if array.first is not None:
             check_local(array.type, "a variable", span)
         self.count_expression(span, 1 if array.first is None else _OF_ENTRY * longest(array.type))
@@ -287,7 +287,7 @@ class Frame:
         return name in self.parts or name in self.locals
 
     def read(self, name: str, span: Span) -> Part | None:
-        """The value of a local name, or None where the name is not local."""
+        """Return the value of a local name; None if it is not local."""
         if name in self.parts:
             return self.parts[name]
         if name not in self.locals:
@@ -299,7 +299,7 @@ class Frame:
     def emit(self, statement: ir.Stmt) -> None:
         self.builder.emit(statement)
 
-    # What expressions ask of their frame
+    # Interface for expressions
 
     def default(self, value: object, type_: Type, what: str, span: Span) -> Part:
         constant = typed_constant(value, type_, what, span)
@@ -319,7 +319,7 @@ class Frame:
         return self.inline(library_function(name), (arguments, {}), span)
 
     def inline_written(self, name: str, arguments: list[ir.Expr], span: Span) -> Part | None:
-        """A call of a function that the library has for such arguments; None where it has none."""
+        """Call a library function for such arguments; None if there is none."""
         function = written_function(name, [a.type for a in arguments])
         return None if function is None else self.inline(function, (list(arguments), {}), span)
 
@@ -327,7 +327,7 @@ class Frame:
         return inlined(self.builder, function, arguments, span)
 
     def bind(self, name: str, type_: Type, part: Part, span: Span) -> None:
-        """A parameter: by name where it is only read, a variable of its own where the body assigns to it."""
+        """Bind a parameter: by name if it is only read, to a variable of its own if the body assigns to it."""
         if name in self.locals:
             if image_names(type_, name):
                 what = "is an Image" if isinstance(type_, ImageType) else "holds an Image"
@@ -339,7 +339,7 @@ class Frame:
             self.parts[name] = self.name_part(settled(part), span) if self.in_function else part
 
     def run(self) -> None:
-        """The body, with its result in ``self.result`` at the end."""
+        """Parse the body; its result is in ``self.result`` at the end."""
         node = self.function.node
         self.exit.open(self.source.span(node))
         self.builder.clear(self.result)
@@ -350,7 +350,7 @@ class Frame:
 def inlined(
     builder: Builder, function: FunctionSource, arguments: tuple[list[Part], dict[str, Part]], span: Span
 ) -> Part:
-    """The body of a function in place of a call."""
+    """Inline the body of a function in place of a call."""
     if function.node in builder.calls:
         fail(span, f"{function.name} calls itself; the kernel language has no recursion")
     if len(builder.calls) >= MAX_CALL_DEPTH:

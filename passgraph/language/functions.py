@@ -1,8 +1,7 @@
-"""The rows that are scalar functions of the kernel language: each is the function of its name in :mod:`.prelude`, for
-ints of the name with ``_int``.
+"""Rows of scalar functions of the kernel language: each is the function with its name in :mod:`.prelude`, for ints with
+the suffix ``_int``.
 
-Functions are names of this module; what is imported here has an underscore, so that ``from … import *`` takes those
-alone.
+Functions are names of this module; imports have an underscore, so that ``from … import *`` takes only the functions.
 """
 
 from __future__ import annotations
@@ -94,5 +93,5 @@ _row("float_floor_divide", "G G -> G", "floor(a / b)", _of.floor_divide, (-7.0, 
      written=("a // b",), ulp=2.5, domain=(_in.DIVIDEND, _in.SMALL_DIVISOR))
 # fmt: on
 
-#: What kernels call by these names; stubs for type checkers are written by docs/stubs.py.
+#: Names that kernels call; docs/stubs.py writes stubs for type checkers.
 __all__ = [name for name in vars() if "a" <= name[0] <= "z" and name != "annotations"]

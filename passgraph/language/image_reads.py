@@ -1,4 +1,4 @@
-"""Reads of pictures while parsing: texels, filtered samples, levels, sizes, and pictures handed to functions."""
+"""Parse reads of pictures: texels, filtered samples, levels, sizes, and pictures as arguments of functions."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from passgraph.language.types import FLOAT, INT, IVEC2, VEC2, VEC3, VEC4, Value
 from passgraph.language.typing_rules import widen
 from passgraph.language.values import ImageValue, Part
 
-#: Puts the body of a library function in place of a call: its name, its arguments, where the call stands.
+#: Inlines a library function: its name, its arguments, the span of the call.
 Inline: TypeAlias = Callable[[str, list[Part], Span], Part]
 
 
 _UV: tuple[str, Value] = ("position", VEC2)
-#: Method → its parameters, the function of the library for them, and where the last one, which counts levels, may be
-#: left out, the function that takes it too.
+#: Method → its parameters, its library function, and, if the last parameter (a mipmap level) is optional, the function
+#: that takes it too.
 METHODS: dict[str, tuple[tuple[tuple[str, Value], ...], str, str | None]] = {
     "texel": ((("position", IVEC2), ("level", INT)), "texel", "texel_of"),
     "sample": ((_UV, ("lod", FLOAT)), "sample", "sample_between"),
@@ -28,7 +28,7 @@ METHODS: dict[str, tuple[tuple[tuple[str, Value], ...], str, str | None]] = {
     "gather": ((_UV, ("channel", INT)), "gather", None),
     "sample3": ((("position", VEC3),), "sample3", None),
     "size_of": ((("level", INT),), "size_of", None),
-    # Of the library alone.
+    # For the library only.
     "_filtered": ((_UV, ("value", VEC4), ("slack", VEC4)), "_filtered", None),
 }
 
@@ -45,12 +45,12 @@ def _reads() -> str:
 
 
 def attribute(image: ImageValue, name: str, span: Span) -> ir.Expr:
-    """``image.size``, or what the handle says of the picture."""
+    """Return ``image.size``, or a property of the image's handle."""
     if name == "size":
         return ir.Size(IVEC2, image.name, span)
     if name in PROPERTIES:
         return ir.Property(PROPERTIES[name], image.name, name, span)
-    # What other languages call things is asked for by errors alone.
+    # Names from other languages are looked up for errors only.
     from passgraph.language.scope import FORMS, mending
 
     mend = mending(name) if name in FORMS else ""
@@ -58,7 +58,7 @@ def attribute(image: ImageValue, name: str, span: Span) -> ir.Expr:
 
 
 def bound(method: str, arguments: Sequence[ir.Expr], named: Mapping[str, ir.Expr], span: Span) -> dict[str, ir.Expr]:
-    """The arguments of a method by parameter, each of its type."""
+    """Return the arguments of a method by parameter, converted to its type."""
     if method not in METHODS or (method.startswith("_") and span.file != LIBRARY):
         fail(span, f"an Image is read by {_reads()}; it has no .{method}()")
     parameters, _, deep = METHODS[method]
@@ -77,7 +77,7 @@ def bound(method: str, arguments: Sequence[ir.Expr], named: Mapping[str, ir.Expr
 
 
 def read(inline: Inline, image: ImageValue, method: str, arguments: Mapping[str, ir.Expr], span: Span) -> ir.Expr:
-    """A method of an image on arguments as :func:`bound` gives them; each has a name, as it is used more than once."""
+    """Call a method of an image with arguments from :func:`bound`; each has a name, as it is used more than once."""
     parameters, function, deep = METHODS[method]
     values = [arguments[name] for name, _ in parameters if name in arguments]
     if deep and len(values) == len(parameters):
@@ -94,7 +94,7 @@ def read(inline: Inline, image: ImageValue, method: str, arguments: Mapping[str,
 
 
 def is_first(level: ir.Expr) -> bool:
-    """Whether a level is written to be the picture itself."""
+    """Return True if a level is a literal for the picture itself."""
     return isinstance(level, ir.Literal) and level.value <= 0
 
 

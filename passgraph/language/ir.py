@@ -1,8 +1,8 @@
-"""The typed intermediate representation: what a kernel means, before anything is optimised.
+"""The typed intermediate representation: the meaning of a kernel before optimization.
 
-A tree of expressions over scalars, vectors, matrices and arrays, with functions inlined, structs taken
-apart and one exit at the end.  The reference backend interprets it as it stands; :mod:`.lower` turns it
-into the scalar program that the other backends print.  Spans never take part in equality.
+A tree of expressions over scalars, vectors, matrices and arrays, with functions inlined, structs split into fields and
+one exit at the end.  The reference backend interprets it directly; :mod:`.lower` turns it into the scalar program that
+other backends print.  Spans do not take part in equality.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from passgraph.language.types import Array, Scalar, Type, Value, image_names
 from passgraph.ranges import Range
 
 Number: TypeAlias = bool | int | float
-#: After an image's name: the picture of its smaller levels, see :mod:`passgraph.plan.mipmaps`.
+#: Suffix of an image's name for the picture of its smaller levels, see :mod:`passgraph.plan.mipmaps`.
 MIPS = ".mips"
-#: What a fragment has of its triangle and not of its place alone: of another pixel, it is the triangle's plane there.
+#: Builtins of a fragment that depend on its triangle; at other pixels they are extrapolated on the triangle's plane.
 OF_TRIANGLE = ("varying", "fragment_depth")
-#: How the other pixels of a quad lie to a pixel: beside it, above or below, across.
+#: Offsets of the other pixels of a quad: horizontal, vertical, diagonal.
 OTHER_PIXELS = ("x", "y", "xy")
 
 
 @dataclass(frozen=True, slots=True)
 class Literal:
-    """A number of the source or a captured constant."""
+    """A number in the source or a captured constant."""
 
     type: Scalar
     value: Number
     span: Span = field(default=NOWHERE, compare=False, repr=False)
-    #: Whether an int below 0 was written as bits, 0xFFFFFFFF for -1: where a uint is wanted it is one.
+    #: True if a negative int was written as bits, 0xFFFFFFFF for -1: it is a uint where one is expected.
     bits: bool = field(default=False, compare=False, repr=False)
 
 
@@ -59,7 +59,7 @@ class Uniform:
 class Builtin:
     """A stage input: ``pixel``, ``output_size``, ``vertex.position``, ``varying.normal`` …
 
-    ``varying@x.normal`` is that of the pixel beside a fragment's own in its quad, see :func:`other_pixel`.
+    ``varying@x.normal`` is that of the neighboring pixel in the fragment's quad, see :func:`other_pixel`.
     """
 
     type: Value
@@ -151,7 +151,7 @@ class Texel:
 
 @dataclass(frozen=True, slots=True)
 class Filtered:
-    """``value``, or what a device's own filter makes of the image at a position: within ``slack`` of it."""
+    """``value``, or the result of a device's own filter for the image at a position: within ``slack`` of it."""
 
     type: Value
     image: str
@@ -202,7 +202,7 @@ Expr: TypeAlias = (
 
 @dataclass(frozen=True, slots=True)
 class Assign:
-    """A variable takes a value."""
+    """Assigns a value to a variable."""
 
     name: str
     value: Expr
@@ -211,7 +211,7 @@ class Assign:
 
 @dataclass(frozen=True, slots=True)
 class If:
-    """One of two blocks."""
+    """Executes one of two blocks."""
 
     condition: Expr
     then: tuple[Stmt, ...]
@@ -221,9 +221,9 @@ class If:
 
 @dataclass(frozen=True, slots=True)
 class For:
-    """``for name in range(start, stop, step)``; a step of 0 makes no trip.
+    """``for name in range(start, stop, step)``; a step of 0 makes no iterations.
 
-    Bounds need not be constants; how many trips they allow at most is known when the graph is compiled.
+    Bounds need not be constants; the most iterations that they allow are known when the graph is compiled.
     """
 
     name: str
@@ -243,7 +243,7 @@ class Break:
 
 @dataclass(frozen=True, slots=True)
 class Continue:
-    """Goes on to the next trip of the innermost loop."""
+    """Continues with the next iteration of the innermost loop."""
 
     span: Span = field(default=NOWHERE, compare=False, repr=False)
 
@@ -253,12 +253,12 @@ Stmt: TypeAlias = Assign | If | For | Break | Continue
 #: The classes of expressions, and those of statements.
 EXPRESSIONS: tuple[type[Expr], ...] = get_args(Expr)
 STATEMENTS: tuple[type[Stmt], ...] = get_args(Stmt)
-#: Class of a node → its fields that hold a node or several.
+#: Class of a node → its fields with one or more nodes.
 PARTS: dict[type[Any], tuple[str, ...]] = {
     cls: tuple(f.name for f in fields(cls) if f.type in ("Expr", "tuple[Expr, ...]", "tuple[Stmt, ...]"))
     for cls in (*EXPRESSIONS, *STATEMENTS)
 }
-#: Class of a node → what it says besides, but for where it stands in the text.
+#: Class of a node → its other fields, except its span.
 SAID: dict[type[Any], tuple[str, ...]] = {
     cls: tuple(f.name for f in fields(cls) if f.compare and f.name not in parts) for cls, parts in PARTS.items()
 }
@@ -269,13 +269,13 @@ def parts_of(node: Expr) -> tuple[Expr, ...]: ...
 @overload
 def parts_of(node: Stmt | Expr) -> tuple[Stmt | Expr, ...]: ...
 def parts_of(node: Stmt | Expr) -> tuple[Stmt | Expr, ...]:
-    """The expressions and statements that an expression or a statement is made of, in the order of its fields."""
+    """Return the child expressions and statements of a node, in the order of its fields."""
     values = (getattr(node, name) for name in PARTS[type(node)])
     return tuple(part for value in values for part in (value if isinstance(value, tuple) else (value,)))
 
 
 def with_parts(expression: Expr, change: Callable[[Expr], Expr]) -> Expr:
-    """The same expression of changed parts; itself where it has none."""
+    """Return the same expression with changed children; itself if it has none."""
     changed: dict[str, Any] = {}
     for name in PARTS[type(expression)]:
         part_or_parts = getattr(expression, name)
@@ -290,7 +290,7 @@ Stage: TypeAlias = OneOf["pixel", "vertex", "fragment", "blend", "border", "func
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One parameter of the signature, before structs are taken apart."""
+    """One parameter of the signature, before structs are split."""
 
     name: str
     type: Type
@@ -298,7 +298,7 @@ class Parameter:
     default: object = None
     has_default: bool = False
     span: Span = field(default=NOWHERE, compare=False, repr=False)
-    #: What each of its numbers may be.
+    #: Range of each of its numbers.
     range: Range | None = None
 
 
@@ -320,27 +320,28 @@ class TypedKernel:
     parameters: tuple[Parameter, ...]
     body: tuple[Stmt, ...]
     results: tuple[Result, ...]
-    keep: Expr | None = None  # false where a fragment is discarded; None when nothing discards
+    keep: Expr | None = None  # false where a fragment is discarded; None if nothing discards
     source: Span = field(default=NOWHERE, compare=False, repr=False)
 
     @property
     def images(self) -> tuple[str, ...]:
-        """Names of all images that it may read: parameters, and those in fields and entries of parameters."""
+        """Return the names of all images that it may read: parameters, and those in fields and entries of
+        parameters."""
         return tuple(name for p in self.parameters for name in image_names(p.type, p.name))
 
     @property
     def pictures(self) -> tuple[str, ...]:
-        """Its images, and what their smaller levels are called."""
+        """Return its images, and the names of their smaller levels."""
         return (*self.images, *(name + MIPS for name in self.images))
 
 
 def of_triangle(name: str) -> bool:
-    """Whether a builtin is one of :data:`OF_TRIANGLE`."""
+    """Return True if a builtin is one of :data:`OF_TRIANGLE`."""
     return name.partition(".")[0] in OF_TRIANGLE
 
 
 def other_pixel(name: str, axes: str) -> str:
-    """Return the name of a builtin of :data:`OF_TRIANGLE` at the quad's pixel that is apart along these axes.
+    """Return the name of a builtin of :data:`OF_TRIANGLE` at the quad's pixel at this offset.
 
     >>> other_pixel("varying.normal", "x"), other_pixel("fragment_depth", "xy")
     ('varying@x.normal', 'fragment_depth@xy')
@@ -361,7 +362,7 @@ def own_pixel(name: str) -> tuple[str, str]:
 
 
 def expressions(*roots: Stmt | Expr) -> Iterator[Expr]:
-    """Every expression inside statements and expressions, each once."""
+    """Yield every expression inside statements and expressions, each once."""
     pending = list(roots)
     while pending:
         part = pending.pop()
@@ -371,7 +372,7 @@ def expressions(*roots: Stmt | Expr) -> Iterator[Expr]:
 
 
 def assignments(statements: tuple[Stmt, ...]) -> Iterator[Assign]:
-    """Every assignment, those inside branches and loops too."""
+    """Yield every assignment, including those inside branches and loops."""
     for statement in statements:
         if isinstance(statement, Assign):
             yield statement

@@ -1,4 +1,4 @@
-"""Kernels as objects: refused where they are defined, checked for constants that changed since."""
+"""Kernels as objects: validated where they are defined, checked for constants that changed since."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from passgraph.language.signature import literal_value, read_signature, read_str
 from passgraph.language.source import Source, fail, source_from_text, source_of, source_of_class
 
 T = TypeVar("T")
-#: Where kernels of this package stand.
+#: Folder of this package's own kernels.
 _OURS = f"{Path(__file__).parents[1]}{os.sep}"
 
-#: Held while a kernel is parsed, and by a fork: the child of a process that was importing the parser would wait for it.
+#: Held while a kernel is parsed, and during a fork, so that a child does not inherit a half-imported parser.
 _parsing = threading.RLock()
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(before=_parsing.acquire, after_in_parent=_parsing.release, after_in_child=_parsing.release)
@@ -34,8 +34,8 @@ if hasattr(os, "register_at_fork"):
 class Kernel:
     """A kernel of one stage.
 
-    It is parsed where it is defined; those of this package when they are first used, since its tests parse them all
-    and a program uses few.
+    It is parsed where it is defined; this package's kernels are parsed at first use, since its tests parse them all and
+    a program uses few.
     """
 
     def __init__(self, function: FunctionSource, stage: ir.Stage) -> None:
@@ -44,7 +44,7 @@ class Kernel:
         self.__doc__ = ast.get_docstring(function.node)
         self.definition: FunctionSource | None = function
         self.__module__, self.__qualname__ = function.module, function.qualname
-        # Inside of a function, what names stand for may change before the first use.
+        # Inside of a function, captured names may change before the first use.
         if function.source.indent or not function.source.file.startswith(_OURS):
             _ = self._parsed
 
@@ -52,14 +52,14 @@ class Kernel:
     def _parsed(self) -> tuple[ir.TypedKernel, Mapping[FunctionSource, Scope]]:
         assert self.definition is not None
         with _parsing:
-            # Whoever only imports this package needs no parser.
+            # Importing this package does not import the parser.
             from passgraph.language.parse import parse_with_scopes
 
             return parse_with_scopes(self.definition, self.stage)
 
     @cached_property
     def program(self) -> ir.TypedKernel:
-        """The typed representation."""
+        """Return the typed representation."""
         return self._parsed[0]
 
     @property
@@ -69,7 +69,7 @@ class Kernel:
 
     @classmethod
     def of_program(cls, program: ir.TypedKernel) -> Self:
-        """A kernel without a function: one that was parsed elsewhere."""
+        """Return a kernel without a function, from a program parsed elsewhere."""
         kernel = cls.__new__(cls)
         kernel.stage, kernel.__doc__, kernel.definition, kernel._parsed = program.stage, None, None, (program, {})
         kernel.name = kernel.__name__ = program.name
@@ -77,7 +77,7 @@ class Kernel:
         return kernel
 
     def computing(self, program: ir.TypedKernel) -> Self:
-        """The same kernel with another representation in the place of its own."""
+        """Return the same kernel with another representation."""
         kernel = type(self).__new__(type(self))
         vars(kernel).update(vars(self), program=program)
         return kernel
@@ -89,7 +89,7 @@ class Kernel:
         return self
 
     def __reduce__(self) -> str:
-        """Found by its name, as Python's functions are: a kernel sees what is around it, which no pickle can hold."""
+        """Pickle by name, as Python functions are: a kernel captures its surroundings, which a pickle cannot hold."""
         if not self.__qualname__ or "<locals>" in self.__qualname__:
             where = "inside of a function" if self.__qualname__ else "from text"
             raise KernelError(
@@ -103,7 +103,7 @@ class Kernel:
         return self.program.parameters
 
     def check_constants(self) -> None:
-        """Raise when a captured constant no longer has the value that the kernel was built with."""
+        """Raise KernelError if a captured constant has changed since the kernel was built."""
         changed = [name for scope in self.scopes.values() for name in scope.changed_constants()]
         if changed:
             raise KernelError(
@@ -124,7 +124,7 @@ class Kernel:
 
 
 def function_source(function: Callable[..., Any]) -> FunctionSource:
-    """The text and the surroundings of a Python function."""
+    """Return the source text and the scope of a Python function."""
     if isinstance(function, (Kernel, type)) or not inspect.isfunction(function):
         raise PassgraphError(f"a kernel is made from a function, got {type(function).__name__}")
     source = source_of(function)
@@ -133,7 +133,7 @@ def function_source(function: Callable[..., Any]) -> FunctionSource:
     node = next((n for n in source.parse().body if isinstance(n, ast.FunctionDef)), None)
     if node is None or node.name != inspect.unwrap(function).__name__:
         raise KernelError(
-            f"{source.file}:{source.first_line}: the text of {function.__name__} is not here any more; "
+            f"{source.file}:{source.first_line}: the text of {function.__name__} is no longer available; "
             "the file changed after it was imported"
         )
     scope = python_scope(function)
@@ -143,7 +143,7 @@ def function_source(function: Callable[..., Any]) -> FunctionSource:
 def function(definition: Callable[..., T]) -> Callable[..., T]:
     """Mark a function for use inside kernels; in ordinary Python it cannot be called.
 
-    Its parameters and result need types.  The body is inlined where it is called.
+    Its parameters and result need types.  The body is inlined at each call.
     """
     source = function_source(definition)
     read_signature(source)
@@ -160,7 +160,7 @@ def function(definition: Callable[..., T]) -> Callable[..., T]:
 
 @dataclass_transform(frozen_default=True)
 def struct(cls: type[T]) -> type[T]:
-    """A class of typed fields for parameters and varyings; on the host a frozen dataclass.
+    """Make a class of typed fields for parameters and varyings; on the host a frozen dataclass.
 
     >>> @struct
     ... class Sun:
@@ -189,18 +189,18 @@ def struct(cls: type[T]) -> type[T]:
 
 
 def text_functions(text: str, name: str = "<kernel text>") -> tuple[dict[str, FunctionSource], list[str]]:
-    """Functions, structs and constants of kernel text, without running any of it.
+    """Return the functions, structs and constants of kernel text, without executing any of it.
 
     Returns
     -------
     tuple
-        Every function by name, and the names of those marked ``@kernel`` (or of all, where none is marked).
+        Every function by name, and the names of those marked ``@kernel`` (or of all if none is marked).
 
     Raises
     ------
     KernelError
-        For a statement that is neither ``def``, ``class`` with typed fields, an assignment of numbers,
-        nor an import of passgraph (which is ignored: its names are there anyway).
+        For a statement other than ``def``, ``class`` with typed fields, an assignment of numbers, or an import of
+        passgraph (which is ignored: its names are always available).
     """
     source = source_from_text(text, name)
     names: dict[str, object] = {}
@@ -231,14 +231,14 @@ def _text_statement(node: ast.stmt, source: Source, scope: Scope, names: dict[st
             if alias.name != "passgraph":
                 fail(
                     source.span(node),
-                    f"kernel text cannot import {alias.name}; the language's names are there without import",
+                    f"kernel text cannot import {alias.name}; the language's names need no import",
                 )
             names[alias.asname or alias.name] = _language_module()
     elif isinstance(node, ast.ImportFrom):
         if node.module not in ("passgraph", "__future__"):
             fail(
                 source.span(node),
-                f"kernel text cannot import {node.module}; the language's names are there without import",
+                f"kernel text cannot import {node.module}; the language's names need no import",
             )
     elif not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
         fail(source.span(node), "kernel text holds functions, structs and named numbers only")
@@ -251,7 +251,7 @@ def _language_module() -> pytypes.ModuleType:
 
 
 def kernel_from_text(text: str, name: str | None = None, file: str = "<kernel text>") -> FunctionSource:
-    """The function to use as a kernel: the one named, or the last one marked ``@kernel``, or the last."""
+    """Return the function to use as a kernel: the named one, or the last one marked ``@kernel``, or the last."""
     functions, candidates = text_functions(text, file)
     if not functions:
         raise KernelError(f"{file}: no function is defined here; a kernel is written def name(...) -> vec4:")

@@ -1,7 +1,7 @@
-"""Functions of the language that are written in the language.
+"""Functions of the kernel language that are written in it.
 
-Image reads beyond one texel, functions of several results, packing, and functions of vectors for one float.  Each is
-taken apart where it is called, so nothing behind the parser knows it.
+Image reads beyond one texel, functions with several results, packing, and functions of vectors with one float argument.
+Each is inlined by the parser, so later stages do not know them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from passgraph.language.scope import TEXT_NAMES, FunctionSource, Scope
 from passgraph.language.source import Source
 from passgraph.language.types import FLOAT, INT, UINT, Scalar, Type
 
-#: What spans of its functions name as their file.
+#: File name in spans of its functions.
 LIBRARY = "<passgraph library>"
 _LIBRARY = '''
 def pixel_uv() -> vec2:
@@ -218,7 +218,7 @@ def placed(i: int, size: int, rule: int) -> int:
     """Where along an axis of ``size`` texels a read of texel ``i`` finds its texel, by the number of a border rule."""
 '''
 
-# Where a name has several functions, each ends in the type of its first argument.
+# Overloads of a function end in the type of their first argument.
 
 _OF_FLOATS = '''
 def modf_{T}(x: {T}) -> tuple[{T}, {T}]:
@@ -312,7 +312,7 @@ def refract_float(incident: float, normal: float, ratio: float) -> float:
 
 
 def _of_floats() -> str:
-    """The functions of several results, for a float and for each vector of floats, whose components go one by one."""
+    """Return the functions with several results, for a float and for each vector of floats, component-wise."""
     texts = [_OF_FLOATS.format(T="float", I="int", frexp=_FREXP)]
     for size in (2, 3, 4):
         each = [f"m{c}, e{c} = frexp_float(x.{c})" for c in "xyzw"[:size]]
@@ -324,7 +324,7 @@ def _of_floats() -> str:
 
 
 def functions_of(source: Source, extra: dict[str, object] | None = None) -> dict[str, FunctionSource]:
-    """Every function defined in a text; they see each other and the language."""
+    """Return every function defined in a text; they see each other and the language."""
     names: dict[str, object] = dict(extra or {})
     functions: dict[str, FunctionSource] = {}
     scope = Scope(
@@ -337,7 +337,7 @@ def functions_of(source: Source, extra: dict[str, object] | None = None) -> dict
 
 
 def _rules() -> str:
-    """The body of ``placed``: a return for each rule."""
+    """Return the body of ``placed``: a return for each rule."""
     lines = [f"    if rule == {number}:\n        return {row.place}" for number, row in enumerate(BORDERS.values())]
     return "\n".join([*lines, "    return i\n"])
 
@@ -361,9 +361,9 @@ def library_function(name: str) -> FunctionSource:
 
 
 def written_function(name: str, arguments: Sequence[Type]) -> FunctionSource | None:
-    """The function of a name that kernels call, for such arguments; None where that name is no function of the library.
+    """Return the library function with this name for such arguments; None if there is none.
 
-    A name that is an operation too is one of the library for single numbers alone.
+    A name that is also an operation is a library function for single numbers only.
     """
     functions = _library()
     first = next(iter(arguments), FLOAT)
@@ -376,7 +376,7 @@ def written_function(name: str, arguments: Sequence[Type]) -> FunctionSource | N
 
 
 def prelude_function(name: str) -> FunctionSource:
-    """A scalar function of :mod:`.prelude` or :mod:`.prelude_whole`."""
+    """Return a scalar function of :mod:`.prelude` or :mod:`.prelude_whole`."""
     functions = _prelude()
     if name not in functions:
         raise PassgraphError(f"the prelude has no function {name}")

@@ -1,4 +1,4 @@
-"""Long arrays: of a kernel and of its parameters, read from memory entry by entry."""
+"""Long arrays: parameters of kernels that are stored in memory and read by entry."""
 
 from __future__ import annotations
 
@@ -24,24 +24,24 @@ from passgraph.language.types import (
 )
 from passgraph.language.uniform_layout import components, in_order
 
-#: Bytes that a long array may take.
+#: Most bytes of a long array.
 MAX_BUFFER_BYTES = 1 << 28
-#: Texels of a row: as many as every device takes along a side, and a power of two, so that places need no division.
+#: Texels of a row: within every device's limit, and a power of two, so that positions need no division.
 WIDTH_BITS = 11
 WIDTH = 1 << WIDTH_BITS
-#: A whole number's bits in each of its two numbers.
+#: Bits of an int in each of its two numbers.
 HALF_BITS = 16
-#: What components are as NumPy has them.
+#: NumPy types of components.
 _NUMBERS: dict[str, type[np.generic]] = {"float": np.float32, "int": np.int32, "uint": np.uint32, "bool": np.bool_}
 
 
 def is_buffer(type_: Type) -> bool:
-    """Whether a value of a parameter, or a plain part of it, is such an array."""
+    """Return True if a parameter's type, or a plain part of it, is a long array."""
     return isinstance(type_, Array) and is_plain(type_) and type_.length > MAX_ARRAY_LENGTH
 
 
 def buffers_in(type_: Type, name: str) -> Iterator[tuple[str, Array]]:
-    """The long arrays in a type, by dotted names."""
+    """Yield the long arrays in a type, by dotted names."""
     for path, part in plain_parts(type_, name):
         if is_buffer(part):
             yield path, cast(Array, part)
@@ -57,7 +57,7 @@ class Layout:
 
 
 def layout_of(type_: Array) -> Layout:
-    """The layout of an array.
+    """Return the layout of an array.
 
     >>> from passgraph.language.types import INT, VEC3
     >>> layout_of(Array(VEC3, 5000)), layout_of(Array(INT, 1500)).channels
@@ -77,7 +77,7 @@ def layout_of(type_: Array) -> Layout:
 
 
 def check_sizes(parameters: tuple[ir.Parameter, ...]) -> None:
-    """Refuse arrays that take too much memory."""
+    """Raise an error for arrays that take too much memory."""
     for parameter in parameters:
         for name, type_ in buffers_in(parameter.type, parameter.name):
             layout = layout_of(type_)
@@ -91,13 +91,16 @@ def check_sizes(parameters: tuple[ir.Parameter, ...]) -> None:
 
 
 def check_local(type_: Type, what: str, span: Span) -> None:
-    """Refuse a variable or a result that would hold a long array."""
+    """Raise an error for a variable or result that would contain a long array."""
     for _, long in buffers_in(type_, ""):
-        fail(span, f"{what} would hold {long}; more than {MAX_ARRAY_LENGTH} elements are a parameter, read by index")
+        fail(
+            span,
+            f"{what} would hold {long}; arrays of more than {MAX_ARRAY_LENGTH} elements are parameters, read by index",
+        )
 
 
 def check_reads(parameters: tuple[ir.Parameter, ...], *roots: ir.Stmt | ir.Expr) -> None:
-    """Refuse whatever takes a long array as one value: it is there entry by entry."""
+    """Raise an error for uses of a long array as one value: only its entries can be read."""
     long = any(True for parameter in parameters for _ in buffers_in(parameter.type, parameter.name))
     pending: list[ir.Stmt | ir.Expr] = list(roots) if long else []
     while pending:
@@ -113,16 +116,16 @@ def check_reads(parameters: tuple[ir.Parameter, ...], *roots: ir.Stmt | ir.Expr)
             pending.append(part)
 
 
-# Values of the host
+# Host values
 
 
 def checked_numbers(value: object, type_: Array, name: str) -> NDArray[Any]:
-    """A host value in component order, flat: as it is where it holds such numbers, else as float64.
+    """Return a host value in component order, flat: unchanged if its dtype fits, else as float64.
 
     Raises
     ------
     InputError
-        When shape, kind or range do not fit, naming the parameter.
+        If shape, kind or range do not fit, with the parameter's name.
     """
     flat = in_order(value, type_) if isinstance(value, np.ndarray) and value.dtype == number_of(type_) else None
     return components(value, type_, name) if flat is None else flat
@@ -140,7 +143,7 @@ def as_held(flat: NDArray[Any], type_: Array) -> NDArray[Any]:
 
 
 def picture_of(value: object, type_: Array, name: str) -> NDArray[np.float32]:
-    """The picture, (height, width, channels), that holds an array; it may be the value's own memory."""
+    """Return the picture, (height, width, channels), that stores an array; it may be the value's own memory."""
     layout, flat = layout_of(type_), checked_numbers(value, type_, name)
     if held_as(type_) == "int":
         bits = flat.astype(np.int64, copy=False)
@@ -151,14 +154,14 @@ def picture_of(value: object, type_: Array, name: str) -> NDArray[np.float32]:
     capacity = width * height * layout.channels
     if len(flat) < capacity:
         padded = np.zeros(capacity, np.float32)
-        with np.errstate(over="ignore"):  # what rounds to infinity was refused
+        with np.errstate(over="ignore"):  # values that round to infinity were rejected before
             padded[: len(flat)] = flat
         flat = padded
     return np.ascontiguousarray(flat, np.float32).reshape(height, width, layout.channels)
 
 
 def numbers_in(picture: NDArray[np.float32], type_: Array) -> NDArray[Any]:
-    """The components that such a picture holds: float32, int32 (of uints too) or bool."""
+    """Return the components in such a picture: float32, int32 (for uints too) or bool."""
     layout = layout_of(type_)
     flat = picture.reshape(-1)[: type_.length * layout.texels * layout.channels]
     if held_as(type_) != "int":

@@ -1,4 +1,4 @@
-"""Loops and switches of other languages, for front-ends: what they mean in terms of bounded loops and branches."""
+"""Loops and switches of other languages, for front-ends: conversion to bounded loops and branches."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 #: Emits statements into the builder's current block.
 Emit: TypeAlias = Callable[[], None]
-#: Emits what a condition needs, and gives it.
+#: Emits the computation of a condition, and returns it.
 Test: TypeAlias = Callable[[], ir.Expr]
 
-#: Trips that are looked for; loops may not make more.
+#: Most iterations to search for; loops may not make more.
 MAX_COUNTED = 1 << 16
 
 
@@ -35,21 +35,21 @@ def bounded_loop(
     update: Emit | None = None,
     after: Test | None = None,
 ) -> None:
-    """``for (; before; update) body`` and ``do body while (after)``, of at most ``most`` trips.
+    """Emit ``for (; before; update) body`` or ``do body while (after)``, with at most ``most`` iterations.
 
     Parameters
     ----------
     builder
-        Takes the loop into its current block.
+        Gets the loop in its current block.
     most
-        Trips after which the loop ends, without another update or test.
+        Iterations after which the loop ends, without another update or test.
     body
-        Emits the body, which may hold ``ir.Break`` and ``ir.Continue``.
+        Emits the body, which may contain ``ir.Break`` and ``ir.Continue``.
     before, after
-        The condition under which a trip is made, and the one under which another follows; a trip that continues is
-        followed by it too.  None: always.
+        The condition before an iteration, and the one for another iteration after it; it is tested after a continue
+        too. None: always true.
     update
-        Emits what happens between two trips, after one that continues too.
+        Emits the code between two iterations, also after a continue.
     """
     trip = builder.fresh("trip")
 
@@ -64,7 +64,7 @@ def bounded_loop(
             unless(after)
 
     def whole() -> None:
-        # Where a trip begins, so that one that continues gets there as well.
+        # At the start of an iteration, so that a continue gets there as well.
         follows = builder.captured(between, span)
         if follows:
             later = ir.Apply(BOOL, "greater", (ir.Local(INT, trip, span), _int_literal(0, span)), span)
@@ -81,7 +81,7 @@ def _int_literal(number: int, span: Span) -> ir.Literal:
     return ir.Literal(INT, number, span)
 
 
-# How many trips a counter makes
+# Iterations of a counter
 
 _COMPARES: dict[str, Callable[[Any, Any], Any]] = {
     "less": np.less, "less_equal": np.less_equal, "greater": np.greater, "greater_equal": np.greater_equal,
@@ -92,11 +92,12 @@ _STEPS = {"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divid
 
 
 def count_trips(counter: str, first: ir.Expr, condition: ir.Expr, following: ir.Expr) -> int | None:
-    """Trips of ``for (counter = first; condition; counter = following)`` whose body leaves the counter alone.
+    """Count the iterations of ``for (counter = first; condition; counter = following)`` with a body that leaves the
+    counter.
 
-    The counter is an int or a float that one known number is added to, subtracted from, multiplied with or (a float)
-    divided by; the condition compares it with a known number.  Floats go on in float32, rounded at every step, as they
-    do when the loop runs.  None for other loops, and for more than :data:`MAX_COUNTED` trips.
+    The counter is an int or a float; each step adds, subtracts, multiplies by or (for floats) divides by a known
+    number; the condition compares it with a known number.  Floats are computed in float32, rounded at every step, as at
+    run time.  None for other loops, and for more than :data:`MAX_COUNTED` iterations.
 
     >>> from passgraph.language.typing_rules import apply
     >>> x, tenth = ir.Local(FLOAT, "x"), ir.Literal(FLOAT, 0.1)
@@ -141,7 +142,7 @@ def _number(expression: ir.Expr) -> float | None:
 
 
 def _by_number(counter: str, expression: ir.Expr) -> tuple[str, float, bool] | None:
-    """An operation on the counter and a known number of its type, and whether the number comes first."""
+    """Return an operation on the counter and a known number of its type, and True if the number comes first."""
     if not isinstance(expression, ir.Apply) or len(expression.arguments) != 2:
         return None
     numbers = [_number(argument) for argument in expression.arguments]
@@ -157,7 +158,7 @@ def _by_number(counter: str, expression: ir.Expr) -> tuple[str, float, bool] | N
 
 @dataclass(frozen=True)
 class Section:
-    """Statements of a switch behind some labels; without a break at their end the next section follows."""
+    """Statements of a switch with some labels; without a break at their end the next section follows."""
 
     labels: tuple[int, ...]
     body: tuple[ir.Stmt, ...]
@@ -165,9 +166,9 @@ class Section:
 
 
 def switch(builder: Builder, subject: ir.Expr, sections: Sequence[Section], span: Span) -> None:
-    """``switch (subject) { case 0: …; break; case 1: case 2: …; default: … }`` into the builder's current block.
+    """Emit ``switch (subject) { case 0: …; break; case 1: case 2: …; default: … }`` into the builder's current block.
 
-    Breaks of the sections leave the switch, continues go on with the loop around it.
+    Breaks in sections leave the switch; continues go on with the enclosing loop.
     """
     name = builder.fresh("subject")
     builder.emit(ir.Assign(name, subject, span))
@@ -188,7 +189,7 @@ def switch(builder: Builder, subject: ir.Expr, sections: Sequence[Section], span
         return ir.Apply(BOOL, "logical_or", (here, nowhere), span)
 
     joined = _joined(sections)
-    if all(_stands_alone(section, section is joined[-1]) for section in joined):
+    if all(_is_separate(section, section is joined[-1]) for section in joined):
         rest: tuple[ir.Stmt, ...] = ()
         for section in reversed(joined):
             body = section.body[:-1] if section.body and isinstance(section.body[-1], ir.Break) else section.body
@@ -200,7 +201,7 @@ def switch(builder: Builder, subject: ir.Expr, sections: Sequence[Section], span
 
 
 def _joined(sections: Sequence[Section]) -> list[Section]:
-    """Labels without statements belong to those of the next section."""
+    """Merge labels without statements into the next section."""
     joined: list[Section] = []
     waiting = Section((), ())
     for section in sections:
@@ -213,8 +214,8 @@ def _joined(sections: Sequence[Section]) -> list[Section]:
     return joined
 
 
-def _stands_alone(section: Section, last: bool) -> bool:
-    """Whether a section leaves the switch at its end and nowhere else."""
+def _is_separate(section: Section, last: bool) -> bool:
+    """Return True if a section leaves the switch at its end and nowhere else."""
     ends = bool(section.body) and isinstance(section.body[-1], (ir.Break, ir.Continue))
     return (ends or last) and not _breaks(section.body[:-1] if ends else section.body)
 
@@ -226,7 +227,7 @@ def _breaks(statements: tuple[ir.Stmt, ...]) -> bool:
 
 
 def _fall_through(builder: Builder, sections: Sequence[tuple[ir.Expr, tuple[ir.Stmt, ...]]], span: Span) -> None:
-    """A loop of one trip, which breaks leave; a section that was entered enters the next."""
+    """Emit a loop of one iteration, which breaks leave; an entered section continues into the next."""
     entered, goes_on = builder.fresh("entered"), builder.fresh("goes_on")
     for name in (entered, goes_on):
         builder.emit(ir.Assign(name, ir.Literal(BOOL, False, span), span))
@@ -248,7 +249,7 @@ def _fall_through(builder: Builder, sections: Sequence[tuple[ir.Expr, tuple[ir.S
 
 
 def _without_continues(statements: tuple[ir.Stmt, ...], flag: str) -> tuple[ir.Stmt, ...]:
-    """A continue leaves the switch and says so: it means the loop around."""
+    """Replace a continue, which refers to the enclosing loop, by a flag and a break."""
     rewritten: list[ir.Stmt] = []
     for s in statements:
         if isinstance(s, ir.Continue):

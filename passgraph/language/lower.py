@@ -69,7 +69,7 @@ class Elements:
         return host_numbers(value, expression.type, f"{program.name}({expression.name})", parameter.span)
 
     def index(self, expression: ir.Index) -> list[s.Operand]:
-        """The element at an index, which is clamped into range."""
+        """Return the element at an index, which is clamped into range."""
         index = self.lowering.value(expression.index)[0]
         width = component_count(expression.type)
         base_type = expression.value.type
@@ -97,13 +97,13 @@ class Elements:
         return result
 
     def _is_addressable(self, array: ir.Expr) -> TypeGuard[ir.Uniform | ir.Table]:
-        """Whether an array lies in memory; others exist as values only."""
+        """Return True if an array is in memory; others exist as values only."""
         if isinstance(array, ir.Uniform) and isinstance(array.type, Array):
             return array.name not in self.lowering.arguments
         return isinstance(array, ir.Table)
 
     def _indexed_load(self, array: ir.Uniform | ir.Table, index: s.Operand, width: int) -> list[s.Operand]:
-        """A uniform array or constant table is read by address instead of chosen from."""
+        """Read a uniform array or constant table by address instead of by selection."""
         e, type_ = self.emitter, array.type
         low, high = s.Lit("int", 0), s.Lit("int", component_count(type_) // width - 1)
         clamped = e.op("min", e.op("max", index, low), high)
@@ -118,14 +118,14 @@ class Elements:
         return [self._slot_entry(slot, e.op("add", base, s.Lit("int", slot.offset + i)), element) for i in range(width)]
 
     def _buffer_entry(self, array: ir.Uniform, index: s.Operand) -> list[s.Operand]:
-        """An entry of a long array; which one is meant may be known."""
+        """Return an entry of a long array; its index may be known."""
         name, type_ = self.lowering.prefix + array.name, cast(Array, array.type)
         self.lowering.shared.buffers[name] = type_
         self.lowering.shared.uses.setdefault(name, s.ImageUse(name, layout_of(type_).channels))
         return lower_arrays.entry(self.emitter, array, name, index)
 
     def _held_values(self, table: ir.Table) -> tuple[ir.Number, ...]:
-        """The values of a constant table as programs hold them; the same tuple at each use."""
+        """Return the values of a constant table as programs store them; the same tuple at each use."""
         if element_of(table.type) is not UINT:
             return table.values
         tables = self.emitter.held_tables
@@ -134,7 +134,7 @@ class Elements:
         return tables[id(table.values)]
 
     def insert(self, expression: ir.Insert) -> list[s.Operand]:
-        """A value with one element replaced."""
+        """Return a value with one element replaced."""
         parts = list(self.lowering.value(expression.value))
         index = self.lowering.value(expression.index)[0]
         element = self.lowering.value(expression.element)
@@ -150,19 +150,19 @@ class Elements:
         return parts
 
 
-#: Instructions of a program; drivers' compilers take a minute for twice as many, and gigabytes.
+#: Most instructions of a program; drivers' compilers take a minute for twice as many, and gigabytes.
 MAX_INSTRUCTIONS = 20_000
-#: Numbers of all constant tables that computed indices reach; each holds 1,024 entries at most.
+#: Most numbers of all constant tables with computed indices; each has at most 1,024 entries.
 MAX_TABLE_NUMBERS = 16_384
 
 
 def lower(program: ir.TypedKernel, facts: Facts | None = None) -> s.ScalarProgram:
-    """The scalar program of a kernel under given facts.
+    """Return the scalar program of a kernel under given facts.
 
     Raises
     ------
     KernelError
-        Where a loop bound is not known, a texel offset is not bounded, or a loop is too long.
+        If a loop bound is unknown, a texel offset is unbounded, or a loop is too long.
     """
     facts = facts or Facts()
     try:
@@ -193,13 +193,13 @@ def _lowered(program: ir.TypedKernel, facts: Facts, by_table: bool = False) -> s
     roots = [v for o in outputs for v in (*o.values, *o.unrounded)] + ([keep] if keep is not None else [])
     body = eliminate_dead(emitter.blocks[0], roots)
     program_text = shared.finish(program, body, outputs, keep)
-    if not shared.fused:  # what passes alone passes fused
+    if not shared.fused:  # programs that pass on their own also pass fused
         _check_size(program_text, program.source, most_work(program, facts))
     return program_text
 
 
 def _check_size(program: s.ScalarProgram, span: Span, most: int) -> None:
-    """Text may not ask for more than a driver compiles and runs in its time."""
+    """Raise an error for programs that take a driver too long to compile or run."""
     length, steps = s.count(program.body), s.work(program.body)
     numbers = sum(len(values) for _, _, values in program.tables)
     if length > MAX_INSTRUCTIONS:
@@ -211,12 +211,12 @@ def _check_size(program: s.ScalarProgram, span: Span, most: int) -> None:
         fail(span, f"the constant tables of {program.name} hold {numbers} numbers; at most {MAX_TABLE_NUMBERS}")
 
 
-#: What a branch does, and its variables after it.
+#: The instructions of a branch, and its variables after it.
 Branch: TypeAlias = tuple[list[s.Instruction], dict[str, list[s.Operand]]]
 
 
 class Lowering:
-    """One kernel (or one fused producer, or one prelude function) on its way into the emitter."""
+    """Lowers one kernel (or one fused producer, or one prelude function) into the emitter."""
 
     def __init__(
         self,
@@ -234,8 +234,8 @@ class Lowering:
         self.loops, self.elements = Loops(self), Elements(self)
 
     def run(self) -> None:
-        # Producers come first: what is computed inside a branch or loop would not be there after it.  A stack of
-        # our own holds them: a chain may be longer than Python lets calls nest.
+        # Producers come first: values computed inside a branch or loop would not exist after it.  They are kept in an
+        # explicit stack, as a chain may exceed Python's recursion limit.
         pending = self._producers()
         while pending:
             producers = Lowering(pending[-1].program, pending[-1].facts, self.shared, pending[-1].prefix)._producers()
@@ -255,7 +255,7 @@ class Lowering:
         return self.facts.images.get(image, ImageFacts())
 
     def _produce(self, fused: Fused) -> None:
-        if fused.prefix in self.shared.fused:  # for another reader, since it was put on the stack
+        if fused.prefix in self.shared.fused:  # done for another reader, since it was put on the stack
             return
         producer = Lowering(fused.program, fused.facts, self.shared, fused.prefix)
         producer.block(producer.program.body)
@@ -274,7 +274,7 @@ class Lowering:
         return outputs
 
     def _stored(self, value: s.Operand, functions: tuple[Store, ...]) -> tuple[s.Operand, s.Operand]:
-        """A channel as it is stored, and before the last function, which rounds."""
+        """Return a channel as stored, and before the last function, which rounds."""
         unrounded = value
         for function, *numbers in functions:
             unrounded = value
@@ -284,7 +284,7 @@ class Lowering:
     # Statements
 
     def block(self, statements: tuple[ir.Stmt, ...]) -> None:
-        """Statements up to the first after which nothing runs any more."""
+        """Lower statements up to the first after which nothing can run."""
         for statement in statements:
             if statement.span is not NOWHERE and not self.arguments:
                 self.emitter.span = statement.span
@@ -312,7 +312,7 @@ class Lowering:
             arrays.fill(name, self.value(value), statement.span)
 
     def _jump(self, statement: ir.Break | ir.Continue) -> None:
-        """Break or continue: what the loop hands on is written first."""
+        """Lower break or continue: variables carried by the loop are written first."""
         for (name, i), variable in self.loops.around[-1].items():
             self.emitter.push(s.Write(variable, self.locals[name][i]))
         self.emitter.push(s.Break() if isinstance(statement, ir.Break) else s.Continue())
@@ -333,28 +333,28 @@ class Lowering:
         then, after_then = self._branch(statement.then)
         orelse, after_else = self._branch(statement.orelse)
         assigned = names_assigned((*statement.then, *statement.orelse))
-        # What stands behind a jump in both branches assigned nothing.
+        # Code behind a jump in both branches assigned nothing.
         reached = after_then.keys() | after_else.keys()
         names = [name for name in assigned if name in reached and name not in self.arrays]
         if e.simplify and e.selectable(then) and e.selectable(orelse):
             for instruction in (*then, *orelse):
                 e.push(instruction)
             for name in names:
-                a, b = _both(name, after_then, after_else)
+                a, b = _merged_local(name, after_then, after_else)
                 self.locals[name] = [e.choose(condition, x, y) for x, y in zip(a, b, strict=True)]
             return
         self._push_if(condition, (then, after_then), (orelse, after_else), names)
 
     def _push_if(self, condition: s.Operand, one: Branch, other: Branch, names: list[str]) -> None:
-        """An ``if`` that stays, and what variables are after it."""
+        """Emit an ``if`` that stays, and set the variables after it."""
         e, (then, after_then), (orelse, after_else) = self.emitter, one, other
         left_then, left_else = leaves(then), leaves(orelse)
         merged: dict[str, list[s.Operand]] = {}
         reads: list[tuple[str, int, str]] = []
         for name in names:
-            a, b = _both(name, after_then, after_else)
+            a, b = _merged_local(name, after_then, after_else)
             if left_then or left_else:
-                # The branch that left the loop has nothing to hand on; the other's values live in its block.
+                # The branch that left the loop carries no values; the other's values are in its block.
                 a, b = (b, b) if left_then else (a, a)
             merged[name] = list(a)
             outside = {repr(v) for v in self.locals.get(name, [])}
@@ -375,7 +375,7 @@ class Lowering:
     # Expressions
 
     def value(self, expression: ir.Expr) -> list[s.Operand]:
-        """The components of an expression."""
+        """Return the components of an expression."""
         self.emitter.step()
         return _VALUES[type(expression)](self, expression)
 
@@ -443,7 +443,7 @@ class Lowering:
         return results
 
     def prelude(self, name: str, arguments: list[s.Operand]) -> s.Operand:
-        """A scalar function of the prelude, in place."""
+        """Inline a scalar function of the prelude."""
         if arguments[0].type == "int" and name in _OF_NUMBERS:
             name += "_int"
         if name == "pow":
@@ -463,7 +463,7 @@ class Lowering:
     # Images
 
     def _use(self, image: str) -> None:
-        """Note that an image is read; how far is seen when dead code has gone."""
+        """Record that an image is read; its footprint is computed after dead code elimination."""
         name = self.prefix + image
         self.shared.uses.setdefault(name, s.ImageUse(name, self._facts(image).channels))
 
@@ -488,7 +488,7 @@ class Lowering:
         return texel
 
     def _decoded(self, function: str, value: s.Operand) -> s.Operand:
-        """A channel, which has 8 bits wherever texels are decoded, as kernels see it."""
+        """Return a decoded channel, which has 8 bits wherever texels are decoded."""
         if not self.shared.by_table:
             return self.prelude(function, [value])
         e, entries = self.emitter, _decoded_steps(function)
@@ -505,7 +505,7 @@ class Lowering:
         return self.emitter.texel(name, x, y, False, facts.border, facts.channels, expression.span, filtered=True)
 
     def _fused(self, fused: Fused, decode: str | None) -> list[s.Operand]:
-        """The producer's results for this pixel, stored through its format, padded to four."""
+        """Return the producer's results for this pixel, quantized by its format, padded to four."""
         values = self.shared.fused[fused.prefix][fused.output]
         if decode is not None:
             values = [self._decoded(decode, c) if i < 3 else c for i, c in enumerate(values)]
@@ -513,7 +513,7 @@ class Lowering:
         return [*values, *missing[len(values) :]]
 
 
-#: How each kind of expression becomes values.
+#: Methods that lower each kind of expression.
 _VALUES: dict[type[ir.Expr], Callable[[Lowering, Any], list[s.Operand]]] = {
     ir.Literal: Lowering._literal, ir.Local: Lowering._local, ir.Table: Lowering._table,
     ir.Uniform: lambda here, uniform: here.elements.parameter(uniform), ir.Builtin: Lowering._builtin,
@@ -524,7 +524,7 @@ _VALUES: dict[type[ir.Expr], Callable[[Lowering, Any], list[s.Operand]]] = {
 }  # fmt: skip
 
 
-#: Functions of the prelude that have a second one for ints.
+#: Prelude functions that have a variant for ints.
 _OF_NUMBERS = frozenset(row.name for row in OPERATIONS.values() if row.kind == "prelude" and "N" in row.operands)
 
 
@@ -545,7 +545,7 @@ def _decoded_steps(function: str) -> tuple[float, ...]:
 def _inlined(
     program: ir.TypedKernel, arguments: Sequence[s.Operand], shared: Shared, simplify: bool = True
 ) -> s.Operand:
-    """The result of a function of the prelude."""
+    """Return the result of a prelude function."""
     bound = {p.name: [a] for p, a in zip(program.parameters, arguments, strict=True)}
     inner = Lowering(program, Facts(simplify=simplify), shared, "", bound)
     inner.run()
@@ -554,7 +554,7 @@ def _inlined(
 
 @cache
 def _prelude_steps(name: str) -> Steps | None:
-    """None for what branches, loops or reads memory: that hangs on what it is given."""
+    """Return the steps of a prelude function; None if it branches, loops or reads memory."""
     program, shared = _prelude_program(name), Shared(Emitter())
     result = _inlined(program, [shared.emitter.fresh(held_as(p.type)) for p in program.parameters], shared)
     body = tuple(i for i in shared.emitter.blocks[0] if isinstance(i, (s.Op, s.Choose)))
@@ -562,10 +562,10 @@ def _prelude_steps(name: str) -> Steps | None:
     return Steps(body, result) if straight and len(body) == len(shared.emitter.blocks[0]) else None
 
 
-def _both(
+def _merged_local(
     name: str, then: dict[str, list[s.Operand]], orelse: dict[str, list[s.Operand]]
 ) -> tuple[list[s.Operand], list[s.Operand]]:
-    """A local after each branch; where only one knows it, the other returned, and zeros stand in."""
+    """Return a local after both branches; if only one assigns it, the other returned, and zeros replace it."""
     a, b = then.get(name), orelse.get(name)
     some = a if a is not None else b
     zeros: list[s.Operand] = [s.Lit(v.type, {"float": 0.0, "int": 0, "bool": False}[v.type]) for v in some or []]

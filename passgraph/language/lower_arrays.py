@@ -1,4 +1,4 @@
-"""Lower long arrays: local ones become memory, those of parameters texels of the picture that holds them."""
+"""Lower long arrays: local ones become memory, parameters become texels of a picture."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from passgraph.language.long_arrays import HALF_BITS, WIDTH, WIDTH_BITS, layout_
 from passgraph.language.source import Span, fail
 from passgraph.language.types import Array, Type, component_count, held_as
 
-#: Arrays of at most so many numbers are values.
+#: Longest arrays that are values, in numbers.
 MAX_VALUES = 64
 
 
-#: Numbers that all arrays in memory of one kernel may hold: Array[mat4, 1024].  A vector of pixels has a megabyte then.
+#: Most numbers of all arrays in memory of one kernel: Array[mat4, 1024].  A vector of pixels then needs a megabyte.
 MAX_NUMBERS = 16_384
 
 
 @dataclass(frozen=True)
 class Memory:
-    """One array: ``length`` entries of ``width`` numbers, and one more for what is written out of range."""
+    """One array: ``length`` entries of ``width`` numbers, and one extra entry for writes out of range."""
 
     name: str
     kind: str
@@ -58,20 +58,20 @@ class Arrays:
         return self.made[name]
 
     def values(self, name: str) -> list[s.Operand]:
-        """All numbers that an array holds now."""
+        """Return all current numbers of an array."""
         memory = self.made[name]
         return [
             self.emitter.read_at(memory.name, s.Lit("int", number)) for number in range(memory.length * memory.width)
         ]
 
     def entry(self, name: str, index: s.Operand) -> list[s.Operand]:
-        """The entry at an index, which is clamped into range."""
+        """Return the entry at an index, which is clamped into range."""
         e, memory = self.emitter, self.made[name]
         clamped = e.op("min", e.op("max", index, s.Lit("int", 0)), s.Lit("int", memory.length - 1))
         return [e.read_at(memory.name, place) for place in self._places(memory, clamped)]
 
     def store(self, name: str, index: s.Operand, entry: list[s.Operand]) -> None:
-        """An entry takes a value; out of range the entry after the last one does, which nobody reads."""
+        """Assign to an entry; writes out of range go to the extra entry, which is never read."""
         e, memory = self.emitter, self.made[name]
         inside = e.op(
             "logical_and",
@@ -83,7 +83,7 @@ class Arrays:
             e.push(s.WriteAt(memory.name, place, value))
 
     def fill(self, name: str, values: list[s.Operand], span: Span) -> None:
-        """All entries take these values; in a loop where they are alike."""
+        """Assign to all entries; in a loop if the values are equal."""
         e, memory = self.emitter, self._memory(name, span)
         entry = values[: memory.width]
         if values == entry * memory.length:
@@ -106,7 +106,7 @@ class Arrays:
 
 
 class _Counting:
-    """A loop around what is emitted inside."""
+    """Emits a loop around the code emitted inside."""
 
     def __init__(self, emitter: Emitter, count: int) -> None:
         self.emitter, self.count = emitter, count
@@ -122,7 +122,7 @@ class _Counting:
 
 
 def _indexed(program: ir.TypedKernel) -> dict[str, Array]:
-    """Variables that hold long arrays, and that an index which is no written number reaches."""
+    """Return the variables with long arrays that are accessed by an index other than a literal."""
     arrays: dict[str, Array] = {}
     if not any(_is_long(assigned.value.type) for assigned in ir.assignments(program.body)):
         return arrays
@@ -139,7 +139,7 @@ def _is_long(type_: Type) -> TypeGuard[Array]:
 
 
 def entry(emitter: Emitter, array: ir.Uniform, image: str, index: s.Operand) -> list[s.Operand]:
-    """The components of an array's entry at an index, which is clamped into range; ``image`` is its picture."""
+    """Return the components of an array's entry at an index, which is clamped; ``image`` is its picture."""
     e, type_ = emitter, cast(Array, array.type)
     layout = layout_of(type_)
     inside = e.op("min", e.op("max", index, s.Lit("int", 0)), s.Lit("int", type_.length - 1))

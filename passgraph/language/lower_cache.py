@@ -1,4 +1,4 @@
-"""Lowered programs on disk, named by digests of the kernel and of the facts of its graph."""
+"""Lowered programs in the disk cache, keyed by digests of the kernel and of the facts of its graph."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from passgraph.language.scope import freeze
 from passgraph.language.source import NOWHERE, Span
 from passgraph.ranges import Range
 
-#: Where the name is a variable's, which says nothing of what is computed.
+#: Fields with a variable's name, which does not affect the result.
 _OF_VARIABLES = (ir.Local, ir.Assign, ir.For)
 
 
 def digest(*parts: str) -> str:
-    """SHA-256 of some texts."""
+    """Return the SHA-256 of texts."""
     return hashlib.sha256("\0".join(parts).encode(errors="surrogatepass")).hexdigest()
 
 
 def kernel_digest(program: ir.TypedKernel) -> str:
-    """Return a digest of everything that decides a kernel's result, and of the source positions of its parts.
+    """Return a digest of everything that affects a kernel's result, and of the source positions of its parts.
 
     Raises
     ------
     TypeError
-        Where no text tells its constants from others.
+        If its constants have no unambiguous text.
     RecursionError
-        Where it nests too deeply.
+        If it nests too deeply.
     """
     walk = _Walk()
     for parameter in program.parameters:
@@ -54,7 +54,7 @@ def kernel_digest(program: ir.TypedKernel) -> str:
 
 
 class _Walk:
-    """Every part of a kernel, each once: a value that is used twice is named by its number."""
+    """Visits every part of a kernel once: a value that is used twice is represented by its number."""
 
     def __init__(self) -> None:
         self.text: list[str] = []
@@ -67,7 +67,7 @@ class _Walk:
         self.text += map(repr, parts)
 
     def type_text(self, type_: object) -> str:
-        """The text of a type, or of a span."""
+        """Return the text of a type, or of a span."""
         if id(type_) not in self._texts:
             self._texts[id(type_)] = repr(type_)
         return self._texts[id(type_)]
@@ -98,8 +98,8 @@ class _Walk:
 def facts_digest(facts: Facts) -> str:
     """Return a digest of facts with everything fused; TypeError for values without a text.
 
-    Facts of what is fused come first, each once and as a digest of its own: text inside text would be quoted again at
-    every level, and a producer that is read through two parameters digested twice at each.
+    Facts of fused producers come first, each once and as a digest of its own: otherwise text would be quoted again at
+    every level, and a producer read through two parameters would be digested twice at each.
     """
     digests: dict[int, str] = {}
     for each in inner_first(facts):
@@ -110,16 +110,16 @@ def facts_digest(facts: Facts) -> str:
 
 
 def _with_digests(image: ImageFacts, digests: Mapping[int, str]) -> ImageFacts:
-    """Facts of an image in which digests stand for what is fused."""
+    """Return facts of an image with digests in place of fused producers."""
     if image.fused is None:
         return image
     parts: Any = {"program": kernel_digest(image.fused.program), "facts": digests[id(image.fused.facts)]}
     return replace(image, fused=replace(image.fused, **parts))
 
 
-#: Shorter programs take less time to lower than to read.
+#: Shorter programs are lowered faster than they are read.
 MIN_INSTRUCTIONS = 16
-#: What there is once only, by name.
+#: Singletons, by name.
 _SINGLE: dict[str, object] = {"nowhere": NOWHERE, **types.NAMED}
 _NAMES = {id(single): name for name, single in _SINGLE.items()}
 
@@ -128,7 +128,7 @@ def _single(name: str) -> object:
     return _SINGLE[name]
 
 
-#: What a file may hold besides numbers, strings and tuples, with its fields.
+#: Classes that a file may contain besides numbers, strings and tuples, with their fields.
 _FIELDS: dict[type[Any], tuple[str, ...]] = {
     cls: tuple(field.name for field in fields(cls) if field.init)
     for cls in (
@@ -176,7 +176,7 @@ def lower_once(program: ir.TypedKernel, facts: Facts, known: Programs | None = N
 
 
 class _Writer(pickle.Pickler):
-    """Each object as its class and its fields, or as the name of what there is once."""
+    """Pickles each object as its class and its fields, or as the name of a singleton."""
 
     def reducer_override(self, given: object) -> Any:
         if id(given) in _NAMES:
@@ -186,7 +186,7 @@ class _Writer(pickle.Pickler):
 
 
 class _Reader(pickle.Unpickler):
-    """Makes these objects only: reading a file never runs anything else."""
+    """Unpickles these classes only: reading a file never runs anything else."""
 
     def find_class(self, module: str, name: str) -> Any:
         if (module, name) not in _MAKERS:
@@ -198,7 +198,7 @@ def _written(program: scalar.ScalarProgram) -> bytes | None:
     file = io.BytesIO()
     try:
         _Writer(file, protocol=5).dump((program.key, program))
-    except RecursionError:  # branches in branches in branches
+    except RecursionError:  # too deeply nested branches
         return None
     return file.getvalue()
 

@@ -1,7 +1,7 @@
-"""Loops on their way into the scalar program: short ones are copied once a trip, others stay.
+"""Lower loops: short ones are unrolled, others stay.
 
-A loop whose bounds come from data becomes one of the greatest number of trips that they allow (:mod:`.value_ranges`),
-which is left where the trips that the data ask for are over.
+A loop with bounds from data becomes one with the most iterations that they allow (:mod:`.value_ranges`), which exits
+when the actual number of iterations is reached.
 """
 
 from __future__ import annotations
@@ -19,32 +19,32 @@ from passgraph.language.source import fail
 if TYPE_CHECKING:
     from passgraph.language.lower import Lowering
 
-#: A loop is unrolled up to this many trips …
+#: A loop is unrolled up to this many iterations …
 MAX_UNROLLED_TRIPS = 64
-#: … as long as its copies stay below this many instructions altogether.  Longer ones run no faster than loops and
-#: compile later (a soft shadow whose penumbrae took 10,000: 2.8 against 2.3 s on llvmpipe, its frame 0.85 of the time).
+#: … as long as its copies have fewer instructions than this.  Longer ones run no faster than loops and compile more
+#: slowly (a soft shadow whose penumbrae took 10,000: 2.8 against 2.3 s on llvmpipe, its frame 0.85 of the time).
 MAX_UNROLLED_INSTRUCTIONS = 1_500
-#: All loops of a program together, also those inside loops that stay, become at most so many instructions.  A program
-#: whose loops became 5,000 took numpy 8.4 s to compile and PoCL 7.2; with 3,000 it takes 2.2 and 4.7, and runs as fast.
+#: Most instructions from all unrolled loops of a program, including those inside loops that stay.  A program whose
+#: loops became 5,000 took numpy 8.4 s to compile and PoCL 7.2; with 3,000 it takes 2.2 and 4.7, and runs as fast.
 MAX_UNROLLED_TOGETHER = 3_000
-#: Loops may make at most this many trips, nested ones together; longer ones would hang a driver.
+#: Most iterations of loops, nested ones multiplied; longer ones would hang a driver.
 MAX_TRIPS = 1 << 16
-#: Where a kernel is made for the size of its target, a small one may make more: up to so many a pixel, which go through
-#: every texel of 3840x2160 …
+#: If a kernel is compiled for the size of its target, a small target may make more: up to this many per pixel, which
+#: visit every texel of 3840x2160 …
 MAX_LONE_TRIPS = 1 << 23
-#: … and all its pixels together up to so many: 16 pixels of them.
+#: … and all its pixels together up to this many: 16 pixels of them.
 MAX_TARGET_TRIPS = 1 << 27
-#: Instructions that one pixel may take, every trip of every loop; in proportion more where more trips are allowed.
+#: Most instructions of one pixel, over all iterations of loops; proportionally more where more iterations are allowed.
 MAX_WORK = 1 << 24
 INSTRUCTIONS_A_LONE_TRIP = 32
-#: A greatest number of trips beyond this is none that anybody wrote.
+#: Larger limits on iterations count as unknown.
 ANY_NUMBER = 1 << 30
 
 
 def most_trips(program: ir.TypedKernel, facts: Facts) -> int:
-    """Return the most trips that nested loops of one pixel can make together.
+    """Return the most iterations that nested loops of one pixel can make together.
 
-    How many fragments a draw has is not known beforehand, nor is the target of a kernel that is not made for its size.
+    The number of fragments of a draw is unknown in advance, as is the target of a kernel not compiled for its size.
     """
     if program.stage != "pixel" or facts.size is None:
         return MAX_TRIPS
@@ -59,7 +59,7 @@ def most_work(program: ir.TypedKernel, facts: Facts) -> int:
 
 @dataclass(frozen=True)
 class Trips:
-    """A loop with bounds from data: its most trips, its trip count, and its index."""
+    """A loop with bounds from data: its most iterations, its iteration count, and its index."""
 
     most: int
     value: s.Operand
@@ -73,8 +73,8 @@ class Loops:
 
     def __init__(self, lowering: Lowering) -> None:
         self.lowering, self.emitter = lowering, lowering.emitter
-        self.around: list[dict[tuple[str, int], str]] = []  # variables of the loops around, innermost last
-        self.trips = 1  # of the loops around together
+        self.around: list[dict[tuple[str, int], str]] = []  # variables of the enclosing loops, innermost last
+        self.trips = 1  # iterations of the enclosing loops together
         self.most = most_trips(lowering.program, lowering.facts)
 
     def lower(self, statement: ir.For) -> None:
@@ -100,10 +100,10 @@ class Loops:
                 f"this loop {makes} {trips} trips{around}; at most {self.most} are allowed together",
             )
 
-    # Loops that become copies of their body
+    # Unrolled loops
 
     def _unroll(self, statement: ir.For, trips: range) -> bool:
-        """Copy the body once a trip; give up where all copies together are, or after the first would be, too long."""
+        """Unroll the loop; give up if all copies together are, or after the first would be, too long."""
         e, shared, lowering = self.emitter, self.lowering.shared, self.lowering
         if not e.simplify or len(trips) > MAX_UNROLLED_TRIPS or _jumps(statement.body):
             return False
@@ -122,14 +122,14 @@ class Loops:
                 del e.blocks[-1][length:]
                 self.trips //= len(trips)
                 return False
-        shared.unrolled = unrolled + grown  # loops inside, which have counted themselves, once
+        shared.unrolled = unrolled + grown  # nested loops, which have counted themselves, once
         self.trips //= len(trips)
         return True
 
     # Loops that stay
 
     def _loop(self, statement: ir.For, counted: range, trips: Trips | None) -> None:
-        """A loop over ``counted``; with ``trips`` it counts those, and is left where they are over."""
+        """Emit a loop over ``counted``; with ``trips`` it counts those, and exits when they are done."""
         e, lowering = self.emitter, self.lowering
         carried = self._carry(statement)
         count = e.fresh("int")
@@ -156,7 +156,7 @@ class Loops:
             lowering.locals[name][i] = e.read(variable)
 
     def _carry(self, statement: ir.For) -> dict[tuple[str, int], str]:
-        """A variable for each number that a trip hands on to the next."""
+        """Return a variable for each number carried from one iteration to the next."""
         carried: dict[tuple[str, int], str] = {}
         for name in names_assigned(statement.body):
             for i, value in enumerate(self.lowering.locals.get(name, [])):
@@ -167,7 +167,7 @@ class Loops:
     # Bounds from data
 
     def _count(self, statement: ir.For, start: s.Operand, stop: s.Operand, step: s.Operand) -> Trips:
-        """Return the most trips of a loop, and the value of its trip count."""
+        """Return the most iterations of a loop, and the value of its iteration count."""
         e, zero = self.emitter, s.Lit("int", 0)
         least, most = e.bounds.of(step)[:2]
         rise = max(0.0, e.trip_bounds.apart(stop, start)) if most >= 1 else 0.0
@@ -176,16 +176,14 @@ class Loops:
         if trips > ANY_NUMBER:
             fail(
                 statement.span,
-                f"this loop may make any number of trips: {self._unlimited(start, stop, rise > ANY_NUMBER)}; a bound "
-                "that is not known when the graph is compiled needs a limit that is; or write a constant bound and a "
-                "break",
+                f"this loop may make any number of iterations: {self._unlimited(start, stop, rise > ANY_NUMBER)}; a "
+                "bound that is not known when the graph is compiled needs a limit that is; or write a constant bound "
+                "and a break",
             )
         self._check(statement, trips, "may make")
-        # Their distance, which trips are counted from, must not wrap.
+        # The distance of the ends, from which iterations are counted, must not overflow.
         if max(rise, fall) > INT_MAX:
-            fail(
-                statement.span, f"the ends of this loop may lie more than {INT_MAX} apart; bring them nearer by clamp()"
-            )
+            fail(statement.span, f"the ends of this loop may be more than {INT_MAX} apart; limit them with clamp()")
         value: s.Operand = zero
         if rise:
             value = self._trips(start, stop, step)
@@ -197,7 +195,7 @@ class Loops:
         return Trips(trips, value, start, step, self._reach(start, stop, bool(rise), bool(fall)))
 
     def _unlimited(self, start: s.Operand, stop: s.Operand, rises: bool) -> str:
-        """Say which ends of a loop are unlimited, and how they get a limit."""
+        """Say which ends of a loop are unlimited, and how to limit them."""
         low, high = ("start", "stop") if rises else ("stop", "start")
         bounds = {"start": self.emitter.bounds.of(start), "stop": self.emitter.bounds.of(stop)}
         ends = []
@@ -205,12 +203,12 @@ class Loops:
             ends.append(f"its {low} has no lower limit, as max({low}, 0) has")
         if bounds[high].high > ANY_NUMBER:
             ends.append(f"its {high} has no upper limit, as min({high}, 64) has")
-        return " and ".join(ends) or "its ends may lie any distance apart"
+        return " and ".join(ends) or "its ends may be any distance apart"
 
     def _trips(self, low: s.Operand, high: s.Operand, step: s.Operand) -> s.Operand:
-        """Trips of a positive step from one end up to the other; 0 where they lie the other way round.
+        """Return the iterations of a positive step from one end up to the other; 0 if they are in the wrong order.
 
-        Where they do not, nothing wraps: they lie no farther apart than an int reaches.
+        In the right order nothing wraps: their distance fits an int.
         """
         e, one = self.emitter, s.Lit("int", 1)
         between = e.op("sub", high, low)
@@ -225,9 +223,9 @@ class Loops:
         return low, max([end.high - 1] * rises + [first.high] * falls, default=0)
 
     def _index(self, count: s.Operand, trips: Trips) -> s.Operand:
-        """The index of a trip, behind the exit from the loop.
+        """Return the index of an iteration, after the exit from the loop.
 
-        It is held within its reach in every lane, those whose trips are over too: footprints hang on it.
+        It is clamped to its range in every lane, including idle ones: footprints depend on it.
         """
         e = self.emitter
         e.push(s.If(e.op("greater_equal", count, trips.value), (s.Break(),), ()))
@@ -242,12 +240,12 @@ class Loops:
 
 
 def names_assigned(statements: tuple[ir.Stmt, ...]) -> list[str]:
-    """Each once, in an order that does not hang on what they are called."""
+    """Return each name once, in an order independent of the names."""
     return list(dict.fromkeys(assigned.name for assigned in ir.assignments(statements)))
 
 
 def _jumps(statements: tuple[ir.Stmt, ...]) -> bool:
-    """Whether a break or continue of this loop is inside (not one of a loop within)."""
+    """Return True if a break or continue of this loop is inside (not one of a nested loop)."""
     for statement in statements:
         if isinstance(statement, (ir.Break, ir.Continue)):
             return True
@@ -257,7 +255,7 @@ def _jumps(statements: tuple[ir.Stmt, ...]) -> bool:
 
 
 def leaves(block: list[s.Instruction] | tuple[s.Instruction, ...]) -> bool:
-    """Whether nothing after this block runs: it ends in a jump, or in branches that both do."""
+    """Return True if nothing after this block runs: it ends in a jump, or in branches that both do."""
     if not block:
         return False
     last = block[-1]

@@ -1,4 +1,4 @@
-"""Meaning of the operations: on float64, int64, uint32 or bool arrays, batch on axis 0, components behind it."""
+"""Reference functions of the operations: on float64, int64, uint32 or bool arrays, batch on axis 0, then components."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ from passgraph.language.symbols import UINT_MAX
 Values = NDArray[Any]
 
 INT_MIN, INT_MAX = -(2**31), 2**31 - 1
-#: The largest float32 below one: where fract is capped.
+#: The largest float32 below one: the upper limit of fract.
 BELOW_ONE = float(np.nextafter(np.float32(1), np.float32(0)))
 
 
 def wrap32(values: Values) -> Values:
-    """Two's complement, 32 bits: what int arithmetic means when it overflows."""
+    """Wrap to 32 bits in two's complement, as int arithmetic overflows."""
     return ((np.asarray(values, np.int64) + 2**31) & 0xFFFFFFFF) - 2**31
 
 
 def is_int(values: Values) -> bool:
-    """Whether they are ints, which are to be wrapped; uints are held as uint32, which wraps by itself."""
+    """Return True for ints, which must be wrapped; uints are held as uint32, which wraps by itself."""
     return bool(np.asarray(values).dtype.kind == "i")
 
 
 def is_whole(values: Values) -> bool:
-    """Whether they are ints or uints."""
+    """Return True for ints or uints."""
     return bool(np.asarray(values).dtype.kind in "iu")
 
 
 def int_of_bits(number: int) -> int:
-    """The int with the bits of a whole number from -2147483648 to 4294967295."""
+    """Return the int with the bits of an integer from -2147483648 to 4294967295."""
     return number if number <= INT_MAX else number - 2**32
 
 
 def uint_of_bits(number: int) -> int:
-    """The uint with the bits of a whole number from -2147483648 to 4294967295."""
+    """Return the uint with the bits of an integer from -2147483648 to 4294967295."""
     return number & UINT_MAX
 
 
@@ -61,7 +61,7 @@ def modulo(a: Values, b: Values) -> Values:
         return wrapped(np.where(b == 0, 0, a % np.where(b == 0, 1, b)).astype(a.dtype))
     defined = np.isfinite(a) & np.isfinite(b) & (b != 0)
     rest = np.mod(np.where(defined, a, 0.0), np.where(defined, b, 1.0))
-    # The sum of a tiny negative number and b may be b itself, which no rest is.
+    # A tiny negative number plus b may round to b itself, which is no remainder.
     largest = np.nextafter(np.abs(np.asarray(b)).astype(np.float32), np.float32(0)).astype(np.float64)
     rest = np.copysign(np.minimum(np.abs(rest), largest), rest)
     return np.where(defined, rest, np.nan)
@@ -94,7 +94,7 @@ def maximum(a: Values, b: Values) -> Values:
 
 
 def normalize(v: Values) -> Values:
-    # No square of a float32 leaves the range of float64.
+    # Squares of float32 numbers never leave the range of float64.
     size = np.sqrt(np.sum(v * v, axis=-1, keepdims=True))
     return np.where(size > 0, v / np.where(size > 0, size, 1), np.where(np.isnan(size), size, 0.0))
 
@@ -124,7 +124,7 @@ def refract(incident: Values, normal: Values, ratio: Values) -> Values:
 
 
 def matmul(a: Values, b: Values) -> Values:
-    """Columns on axis -2: M*v, v*M and M*N with the meaning of GLSL."""
+    """Multiply matrices with columns on axis -2: M*v, v*M and M*N as in GLSL."""
     if a.ndim == 3 and b.ndim == 3:
         return np.asarray(np.einsum("ncr,nkc->nkr", a, b))
     if a.ndim == 3:
@@ -232,12 +232,12 @@ def fma(a: Values, b: Values, c: Values) -> Values:
 
 
 def ldexp(x: Values, n: Values) -> Values:
-    # Beyond, every float32 is 0 or infinite; the clamp keeps what is computed here exact.
+    # Beyond, every float32 is 0 or infinite; the clamp keeps the computation exact.
     return np.ldexp(x, np.clip(n, -400, 400).astype(np.int32))
 
 
 def quotient(a: Values, b: Values) -> Values:
-    """Toward zero."""
+    """Divide toward zero."""
     size = np.abs(a) // np.where(b == 0, 1, np.abs(b))
     return wrap32(np.where(b == 0, 0, np.where((a < 0) != (b < 0), -size, size)))
 
@@ -247,12 +247,12 @@ def remainder(a: Values, b: Values) -> Values:
 
 
 def bits_of(a: Values) -> Values:
-    """The 32 bits of each whole number, the lowest first, on a last axis."""
+    """Return the 32 bits of each integer, the lowest first, on a last axis."""
     return (np.asarray(a).astype(np.int64)[..., None] >> np.arange(32)) & 1
 
 
 def of_bits(bits: Values, like: Values) -> Values:
-    """Whole numbers of 32 bits, as ints or uints."""
+    """Return 32-bit integers, as ints or uints."""
     number = np.sum(bits.astype(np.int64) << np.arange(32), axis=-1)
     return number.astype(np.uint32) if np.asarray(like).dtype.kind == "u" else wrap32(number)
 
@@ -287,7 +287,7 @@ def bitfield_extract(a: Values, offset: Values, bits: Values) -> Values:
     places = np.arange(32)
     highest = (start + count - 1)[..., None]
     signed = np.asarray(a).dtype.kind == "i"
-    # Above a field of an int its highest bit goes on, of a uint there are zeros.
+    # Extension of a field: with its highest bit for ints, with zeros for uints.
     extracted = np.take_along_axis(bits_of(a), np.clip(np.minimum(places + start[..., None], highest), 0, 31), axis=-1)
     kept = (count > 0)[..., None] & (signed | (places < count[..., None]))
     return of_bits(np.where(kept, extracted, 0), a)

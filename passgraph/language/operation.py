@@ -1,4 +1,4 @@
-"""A row of the table of operations: names, types, meaning, examples and bounds, and everything read off it."""
+"""A row of the table of operations: names, types, meaning, examples and bounds, and derived properties."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class Domain:
 
     Attributes
     ----------
-    zero : whether 0 belongs to it where ``least`` is above 0
-    beyond : whether the bound holds beyond it too, where results overflow, vanish or jump; tests stay inside
+    zero : True if 0 belongs to it although ``least`` is above 0
+    beyond : True if the bound also holds outside of it, where results overflow, vanish or jump; tests stay inside
     """
 
     low: float = -math.inf
@@ -39,33 +39,33 @@ ANY = Domain()
 NOT_NEGATIVE = Domain(0.0)
 FROM_ONE = Domain(1.0)
 UNIT = Domain(-1.0, 1.0)
-#: Angles in radians that float32 still tells apart by 2^-10.
+#: Angles in radians with a float32 spacing of at most 2^-10.
 ANGLE = Domain(-8192.0, 8192.0)
-#: Powers of e or 2 that float32 holds.
+#: Powers of e or 2 within the range of float32.
 EXPONENT = Domain(-80.0, 80.0, beyond=True)
-#: Exponents whose powers of moderate numbers float32 holds.
+#: Exponents whose powers of moderate numbers are within the range of float32.
 POWER = Domain(-20.0, 20.0, beyond=True)
-#: Numbers whose quotients, products and squares float32 holds.
+#: Numbers whose quotients, products and squares are within the range of float32.
 MODERATE = Domain(-(2.0**20), 2.0**20, 2.0**-20, beyond=True)
 MODERATE_NOT_ZERO = Domain(-(2.0**20), 2.0**20, 2.0**-20, zero=False)
-#: Divisors whose reciprocals float32 holds; OpenGL's quotients are undefined beyond.
+#: Divisors whose reciprocals are within the range of float32; OpenGL's quotients are undefined beyond.
 DIVISOR = Domain(-(2.0**126), 2.0**126, 2.0**-126)
 POSITIVE = Domain(2.0**-126, 2.0**126, 2.0**-126, zero=False)
-#: Numbers whose bits are the same everywhere: denormals may count as 0, and 0 and NaN have several.
+#: Numbers with the same bits everywhere: denormals may count as 0, and 0 and NaN have several encodings.
 KNOWN_BITS = Domain(least=2.0**-126, zero=False)
-#: The same of their binary16: from 2^-14 on those have 11 bits, below fewer.
+#: The same for their binary16: from 2^-14 on those have 11 bits, below fewer.
 HALVES = Domain(-(2.0 - 2.0**-23) * 2.0**127, (2.0 - 2.0**-23) * 2.0**127, 2.0**-126, zero=False, beyond=True)
-#: Pairs whose quotients tests can keep off whole numbers, where a floor jumps.
+#: Pairs whose quotients tests can keep away from integers, where floor jumps.
 DIVIDEND, SMALL_DIVISOR = Domain(-1000.0, 1000.0, beyond=True), Domain(-8.0, 8.0, 0.5, zero=False, beyond=True)
 
 
 Kind: TypeAlias = Literal["primitive", "prelude", "expanded"]
 Range: TypeAlias = tuple[float, float]
 
-#: Every row that was written, module by module as they were imported.
+#: Every row, in the order in which modules were imported.
 ROWS: list[Operation] = []
 
-#: What floats of made-up kernels keep to: sums and products of such are told from one another.
+#: Range of floats in generated kernels: their sums and products stay distinguishable.
 WHOLE: Range = (-8.0, 8.0)
 _OPERAND = re.compile(r"\b[a-z]\b")
 #: Letter of a signature → the types that primitives of such arguments are printed for.
@@ -74,34 +74,34 @@ _TYPES = {"N": ("float", "int"), "G": ("float",), "f": ("float",), "I": ("int",)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Operation(Symbol):
-    """One row; where kernels call it by its name, the row is that name.
+    """One row; if kernels call it by its name, the module attribute is that name.
 
     Attributes
     ----------
-    signature : letters of the operands and of the result, such as ``"N N -> B"``: ``N`` a number of any size (int,
-        uint or float), ``G`` floats of any size, ``I`` ints or uints, ``S`` ints, ``U`` uints, ``B`` bools, ``V`` a
-        float vector, ``v3`` a vec3, ``M`` a matrix, ``Q`` a square one, ``f i b`` scalars.  A letter that occurs twice
-        stands for one type, except that a scalar may stand beside vectors and is then spread
-    doc : what it gives, in the words of docs/kernels.md
-    reference : its meaning on float64, int64, uint32 or bool arrays, a batch on the first axis and components behind it
-    kind : *primitive* rows are spelled by every backend; *prelude* rows are the scalar function of their name in
+    signature : letters of the operands and of the result, such as ``"N N -> B"``: ``N`` a number of any size (int, uint
+        or float), ``G`` floats of any size, ``I`` ints or uints, ``S`` ints, ``U`` uints, ``B`` bools, ``V`` a float
+        vector, ``v3`` a vec3, ``M`` a matrix, ``Q`` a square one, ``f i b`` scalars.  A letter that occurs twice stands
+        for one type, except that a scalar may be combined with vectors and is then broadcast
+    doc : its result, in the words of docs/kernels.md
+    reference : its function on float64, int64, uint32 or bool arrays, with a batch on the first axis, then components
+    kind : *primitive* rows are spelled by every backend; *prelude* rows are the scalar function with their name in
         :mod:`.prelude`, so that every backend computes the same polynomial; *expanded* ones (of vectors and matrices)
-        are taken apart by :mod:`.expand`
-    examples : operands, then the result; what the documentation says of hard values
-    written : how kernels write it, in single letters for the operands: by signs, calls, or both; left out, a call of
-        its name
-    ulp : farthest that a conforming backend's float32 result is from the exact value, in units in the last place, on
-        its domain; ``absolute`` is added
-    of_terms : whether that unit is the largest term's: where terms of both signs cancel, their rounding stays while the
+        are expanded by :mod:`.expand`
+    examples : operands, then the result; the documentation shows them for special values
+    written : spellings in kernels, with single letters for the operands: signs, calls, or both; default: a call of its
+        name
+    ulp : largest error of a conforming backend's float32 result, in units in the last place, on its domain;
+        ``absolute`` is added
+    of_terms : True if that unit is the largest term's: where terms of both signs cancel, their rounding stays while the
         result is small
-    domain : of each operand; any number for those that are left out
+    domain : domain of each operand; default: any number
     tame : for each operand a range on steps of 1/8 within its domain and :data:`WHOLE`, away from poles, where results
-        are within :data:`WHOLE` too; left out, all of both
-    course : how a float of one operand goes over its domain, for the oracle: it ``"rises"``, ``"falls"``, or is
-        ``"even"``: falls to 0 and rises from there.  Others are in :mod:`passgraph.verify.oracle`
-    on : of a primitive, the types that its arguments may have; left out, those of the first letter
-    unsigned : the row that uints take in its place, where their bits differ from what it makes of ints
-    commutes : whether the order of operands means nothing, bit for bit
+        are within :data:`WHOLE` too; default: all of both
+    course : monotonicity in a float operand over its domain, for the oracle: ``"rises"``, ``"falls"``, or ``"even"``:
+        falls to 0 and rises from there.  Others are in :mod:`passgraph.verify.oracle`
+    on : for a primitive, the types that its arguments may have; default: those of the first letter
+    unsigned : the row for uints, if their bits differ from its result for ints
+    commutes : True if the order of operands does not matter, bit for bit
     """
 
     signature: str
@@ -122,17 +122,17 @@ class Operation(Symbol):
 
     @cached_property
     def operands(self) -> tuple[str, ...]:
-        """The letter of each operand."""
+        """Return the letter of each operand."""
         return tuple(self.signature.split("->")[0].split())
 
     @cached_property
     def result(self) -> str:
-        """The letter of the result."""
+        """Return the letter of the result."""
         return self.signature.split("->")[1].strip()
 
     @property
     def of_numbers(self) -> bool:
-        """Whether it makes floats of floats, component by component."""
+        """Return True if it maps floats to floats, component by component."""
         return {*self.operands, self.result} <= {"N", "G"} and not self.converts
 
     @property
@@ -142,18 +142,18 @@ class Operation(Symbol):
 
     @property
     def converts(self) -> bool:
-        """Whether it is written as a type: ``float(a)``."""
+        """Return True if it is written as a type: ``float(a)``."""
         return self.call in ("float", "int", "uint")
 
     @cached_property
     def call(self) -> str:
-        """The name that kernels call; empty where there is none."""
+        """Return the name that kernels call; empty if there is none."""
         forms = self.written or (f"{self.name}()",)
         return next((form.partition("(")[0] for form in forms if "(" in form), "")
 
     @cached_property
     def signs(self) -> dict[str, str]:
-        """Python's operators that it is written by, each with the form around it."""
+        """Return Python's operators for it, each with its form."""
         return {_OPERAND.sub("", form).strip(): form for form in self.written if "(" not in form}
 
     @property
@@ -165,7 +165,7 @@ class Operation(Symbol):
         return f"{self.call}()"
 
     def as_written(self, *operands: str, by_name: bool = False) -> str:
-        """Kernel text that applies it to the texts of its operands, by its sign where it has one."""
+        """Return kernel text that applies it to the texts of its operands, by its sign if it has one."""
         if self.signs and not (by_name and self.call):
             given = iter(operands)
             return f"({_OPERAND.sub(lambda _: next(given), next(iter(self.signs.values())))})"
@@ -185,7 +185,7 @@ def row(
     kind: Kind, name: str, signature: str, doc: str, reference: Callable[..., Values], /, *examples: tuple[Any, ...],
     **known: Any,
 ) -> Operation:  # fmt: skip
-    """A new row of the table; ``known`` are further attributes of :class:`Operation`."""
+    """Add a new row to the table; ``known`` are further attributes of :class:`Operation`."""
     operation = Operation(name, signature, doc, reference, kind, examples, **known)
     ROWS.append(operation)
     return operation

@@ -1,4 +1,4 @@
-"""Ranges of parameters: ``Annotated[T, pg.Range(...)]`` of a signature, as text, as a check and as bounds."""
+"""Ranges of parameters, ``Annotated[T, pg.Range(...)]`` in a signature: parsing, checks and bounds."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from passgraph.language.types import (
 )
 from passgraph.ranges import Range
 
-#: What a name, dotted or not, stands for.
+#: Resolves a name, dotted or not.
 Resolve = Callable[[ast.expr], object]
 
 _NAMES = ("low", "high", "unit", "above", "odd")
 
 
 def taken_apart(node: ast.expr, resolve: Resolve, source: Source) -> tuple[ast.expr, Range | None]:
-    """An annotation without its range, and the range."""
+    """Split an annotation into the type and the range."""
     if not isinstance(node, ast.Subscript) or not isinstance(node.value, (ast.Name, ast.Attribute)):
         return node, None
     if resolve(node.value) is not Annotated:
@@ -50,13 +50,13 @@ def taken_apart(node: ast.expr, resolve: Resolve, source: Source) -> tuple[ast.e
 
 
 def read_range(node: ast.expr, resolve: Resolve, source: Source) -> Range:
-    """A range as it is written, or one that a name stands for."""
+    """Return a range from a call in the source, or from a name that refers to one."""
     span = source.span(node)
     meaning = resolve(node.func if isinstance(node, ast.Call) else node)
     if isinstance(meaning, Range) and not isinstance(node, ast.Call):
         return meaning
     if meaning is not Range or not isinstance(node, ast.Call):
-        fail(span, "beside its type a parameter has a pg.Range(low, high), and nothing else")
+        fail(span, "Annotated takes a type and a pg.Range(low, high), and nothing else")
     arguments = dict(zip(_NAMES, node.args, strict=False))
     arguments |= {keyword.arg: keyword.value for keyword in node.keywords if keyword.arg is not None}
     if len(arguments) < len(node.args) + len(node.keywords) or not arguments.keys() <= set(_NAMES):
@@ -69,36 +69,35 @@ def read_range(node: ast.expr, resolve: Resolve, source: Source) -> Range:
 
 
 def _constant(node: ast.expr, source: Source) -> object:
-    """A number, text, or True, False, None."""
+    """Return a number, text, or True, False, None."""
     negative = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub)
     inner = node.operand if isinstance(node, ast.UnaryOp) and negative else node
     if not isinstance(inner, ast.Constant) or (negative and type(inner.value) not in (int, float)):
-        fail(source.span(node), "a range has written numbers and text")
+        fail(source.span(node), "a range takes literal numbers and text")
     return -inner.value if negative else inner.value  # type: ignore[operator]
 
 
 def check_type(limits: Range, type_: Type, name: str, span: Span) -> None:
-    """Ranges are of numbers."""
+    """Check that a range is declared for numbers."""
     number_type = innermost(type_)
     if not isinstance(number_type, (Scalar, Vector, Matrix)) or element_of(number_type) is BOOL:
         fail(span, f"parameter {name!r} is {type_}; a range is of numbers, vectors and matrices of them, and arrays")
     if isinstance(type_, Array) and longest(type_) > MAX_ARRAY_LENGTH:
-        fail(span, f"parameter {name!r} is {type_}; entries of an array as long are not looked at one by one")
+        fail(span, f"parameter {name!r} is {type_}; entries of so long an array are not checked one by one")
     low, high = ends(limits, type_)
     if low > high:
         fail(span, f"parameter {name!r} is {type_}, of which no number is {limits}")
 
 
 def check_numbers(limits: Range, numbers: NDArray[np.float64], type_: Type, name: str) -> None:
-    """Refuse a value outside.
+    """Raise InputError for a value outside of a range.
 
-    ``numbers`` are components as :func:`~.layout.components` gives them.  Floats are looked at as the float32 that they
-    become, and so are the limits.
+    ``numbers`` are components from :func:`~.layout.components`.  Floats and limits are compared as float32.
 
     Raises
     ------
     InputError
-        Naming the parameter, its range and the first number outside.
+        With the parameter, its range and the first number outside.
     """
     low, high = ends(limits, type_)
     if element_of(type_) is FLOAT:
@@ -119,14 +118,14 @@ def check_numbers(limits: Range, numbers: NDArray[np.float64], type_: Type, name
 
 
 def bounds(limits: Range, type_: Type) -> tuple[float, float]:
-    """:func:`ends`, infinite where there is no limit: what only the type bounds is no end that anybody wrote."""
+    """Return :func:`ends`, infinite if there is no limit: a bound from the type alone does not count."""
     low, high = ends(limits, type_)
     return -math.inf if limits.low is None else low, math.inf if limits.high is None else high
 
 
 @cache
 def ends(limits: Range, type_: Type) -> tuple[float, float]:
-    """The least and the largest number that a component may be; of whole numbers whole, of floats float32."""
+    """Return the least and the largest value of a component: integers for integer types, float32 for floats."""
     low = -math.inf if limits.low is None else float(limits.low)
     high = math.inf if limits.high is None else float(limits.high)
     if element_of(type_) is FLOAT:

@@ -1,6 +1,6 @@
 """Parse the text of a kernel to its typed intermediate representation.
 
-Functions are inlined and structs taken apart (:mod:`.function_body`); branches, loops and exits are
+Functions are inlined and structs split into fields (:mod:`.function_body`); branches, loops and exits are in
 :mod:`.statements`.
 """
 
@@ -36,12 +36,12 @@ from passgraph.language.values import ImageValue, Part, StructValue
 
 
 def parse_kernel(function: FunctionSource, stage: ir.Stage) -> ir.TypedKernel:
-    """The whole kernel: signature, body, results.
+    """Parse a whole kernel: signature, body, results.
 
     Raises
     ------
     KernelError
-        For anything that the language refuses, with file, line, source line and caret.
+        For anything outside of the language, with file, line, source line and caret.
     """
     program, _ = parse_with_scopes(function, stage)
     return program
@@ -50,7 +50,7 @@ def parse_kernel(function: FunctionSource, stage: ir.Stage) -> ir.TypedKernel:
 def parse_with_scopes(
     function: FunctionSource, stage: ir.Stage
 ) -> tuple[ir.TypedKernel, Mapping[FunctionSource, Scope]]:
-    """The kernel, and for each function in it the scope that recorded which constants it captured."""
+    """Return the kernel, and for each function in it the scope that recorded its captured constants."""
     builder = Builder(stage)
     try:
         return _parse(function, stage, builder), builder.scopes
@@ -86,7 +86,7 @@ def _parameter_part(parameter: ir.Parameter, stage: ir.Stage) -> Part:
     if stage == "fragment" and isinstance(parameter.type, Struct):
         return _varyings(parameter.type, "varying", parameter.span)
     if stage in ("blend", "border"):
-        assert isinstance(parameter.type, (Scalar, Vector))  # the texts are our own
+        assert isinstance(parameter.type, (Scalar, Vector))  # library text
         return ir.Builtin(parameter.type, parameter.name, parameter.span)
     return parameter_value(parameter.type, parameter.name, parameter.const, parameter.span)
 
@@ -99,7 +99,7 @@ def _varyings(struct: Struct, prefix: str, span: Span) -> StructValue:
 
 
 def parameter_value(type_: Type, name: str, const: bool, span: Span) -> Part:
-    """A parameter as a value; a struct taken apart."""
+    """Return a parameter as a value; a struct is split into fields."""
     if isinstance(type_, ImageType):
         return ImageValue(name)
     if isinstance(type_, Struct):
@@ -127,7 +127,7 @@ def _results(variable: Variable, name: str = "") -> Iterable[ir.Result]:
 
 def _check_result(function: FunctionSource, stage: ir.Stage, result: Type, span: Span) -> None:
     if stage in ("function", "border"):
-        return  # our own, of ints too
+        return  # the library may return ints
     members: tuple[tuple[str, Type], ...]
     if isinstance(result, Struct):
         members = result.fields

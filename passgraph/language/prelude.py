@@ -1,9 +1,9 @@
 """Scalar functions of the kernel language, written in the kernel language.
 
-The text of this file is parsed as kernels are and never runs as Python.  Each function uses primitives only,
-so every backend computes the same polynomial, and loops over pixels stay vectorisable (calls into a C
-library would not).  Reductions and coefficients follow the single-precision Cephes library (S. L. Moshier,
-1984-2000, netlib.org/cephes) unless a comment says otherwise.
+The text of this file is parsed like kernels and never runs as Python.  Each function uses primitives only, so every
+backend computes the same polynomial, and loops over pixels vectorize (unlike with calls of a C library).  Reductions
+and coefficients follow the single-precision Cephes library (S. L. Moshier, 1984-2000, netlib.org/cephes) unless a
+comment says otherwise.
 """
 
 # mypy: disable-error-code="no-any-return"
@@ -33,25 +33,26 @@ def saturate(x: float) -> float:
 
 
 def fract(x: float) -> float:
-    # Below a tiny negative x the subtraction rounds up to 1; the cap is the largest float32 below 1.
+    # For a tiny negative x the subtraction rounds up to 1; the cap is the largest float32 below 1.
     return min(x - floor(x), 0.999999940395355224609375)
 
 
 def mod(x: float, y: float) -> float:
-    """x - y * floor(x / y), of sizes first: their rest is exact for quotients below 2**20, as its products are."""
+    """x - y * floor(x / y), on magnitudes first: their remainder is exact for quotients below 2**20, as its products
+    are."""
     size = abs(y)
     magnitude = abs(x)
-    # A quotient that is too small to be normal may come out below 0, and max() of it and 0 may be either.
+    # A quotient too small to be normal may come out below 0, and max() of it and 0 may be either.
     q = floor(abs(magnitude / size))
     q_high = upper_bits(q)
     q_low = q - q_high
     high = upper_bits(size)
     low = size - high
     rest = (((magnitude - q_high * high) - q_low * high) - q_high * low) - q_low * low
-    # The quotient may have been rounded to the next whole number, or off a whole one.
+    # The quotient may have been rounded to the next integer, or away from one.
     raised = rest + size if rest < 0.0 else rest
     lowered = raised - size if raised >= size else raised
-    # Larger quotients leave anything, and beside a tiny rest the difference is y itself: no result reaches it.
+    # Larger quotients leave any remainder, and for a tiny one the difference is y itself, which no result may reach.
     below = float_from_bits(bits_from_float(size) - 1)
     inside = min(max(lowered, 0.0), below)
     other_sign = (x < 0.0) != (y < 0.0) and inside != 0.0
@@ -80,7 +81,7 @@ def step(edge: float, x: float) -> float:
 
 
 def smoothstep(low: float, high: float, x: float) -> float:
-    # Halved, edges at both ends of float32 have a difference too.
+    # Halved, so that edges at both ends of float32 have a finite difference.
     start = 0.5 * low
     width = 0.5 * high - start
     inside = (0.5 * x - start) / (1.0 if width == 0.0 else width)
@@ -101,7 +102,7 @@ def degrees(x: float) -> float:
 
 
 def scale_by_power(m: float, n: int) -> float:
-    """m * 2**n in two steps, so that results below 2**-126 and above 2**127 come out right."""
+    """m * 2**n in two steps, so that results below 2**-126 and above 2**127 are correct."""
     half = n >> 1
     return m * float_from_bits((half + 127) << 23) * float_from_bits((n - half + 127) << 23)
 
@@ -145,10 +146,10 @@ def exp(x: float) -> float:
 
 
 def log_exponent(x: float) -> float:
-    """The exponent e of x = m * 2**e with m in [2/3, 4/3)."""
+    """Return the exponent e of x = m * 2**e with m in [2/3, 4/3)."""
     tiny = x < 1.17549435e-38
     bits = bits_from_float(x * 8388608.0 if tiny else x)
-    # Subtracting the bits of 2/3 moves the cut between exponents there.
+    # Subtracting the bits of 2/3 moves the boundary between exponents there.
     e = (bits - 0x3F2AAAAB) >> 23
     return float(e) - (23.0 if tiny else 0.0)
 
@@ -162,7 +163,7 @@ def log_mantissa(x: float) -> float:
 
 def log_quartic(f: float) -> float:
     """log(1 + f) - f + f**2 / 2 - f**3 / 3 for f in [-1/3, 1/3]."""
-    # Fitted so that the error is least beside the logarithm: 2**-30 of it.
+    # Fitted for the least error relative to the logarithm: 2**-30.
     p = 0.1195845902
     p = p * f - 0.1283010989
     p = p * f + 0.1076955572
@@ -197,7 +198,7 @@ def log2(x: float) -> float:
     e = log_exponent(x)
     f = log_mantissa(x) - 1.0
     tail = log_tail(f)
-    # log2(e) = 1 + 0.44269...: adding the 1 apart keeps the low bits.
+    # log2(e) = 1 + 0.44269...: adding the 1 separately keeps the low bits.
     result = tail * 0.44269504088896341 + f * 0.44269504088896341 + tail + f + e
     return log_special(x, result)
 
@@ -207,15 +208,15 @@ def log10(x: float) -> float:
 
 
 def upper_bits(x: float) -> float:
-    """The 12 leading bits of x: products of two such numbers are exact."""
+    """Return the 12 leading bits of x: products of two such numbers are exact."""
     return float_from_bits(bits_from_float(x) & -4096)
 
 
 def pow(x: float, y: float) -> float:
-    """2**(y * log2 |x|), the logarithm and the product carried in two floats each (T. J. Dekker, 1971).
+    """Return 2**(y * log2 |x|), with the logarithm and the product in two floats each (T. J. Dekker, 1971).
 
-    A negative x has powers where y is whole, negative ones where it is odd.  Of a known y that is not whole nothing of
-    this is left.
+    A negative x has powers for integer y, negative ones for odd y.  For a known y that is no integer, this code folds
+    away.
     """
     whole_exponent = floor(y) == y
     half_exponent = y * 0.5
@@ -223,7 +224,7 @@ def pow(x: float, y: float) -> float:
     size = abs(x) if whole_exponent else x
     e = log_exponent(size)
     f = log_mantissa(size) - 1.0
-    # log(1 + f) as high + low.  The square's leading part is exact, so that little is lost.
+    # log(1 + f) as high + low.  The square's leading part is exact, so little is lost.
     f_high = upper_bits(f)
     f_low = f - f_high
     square = f_high * f_high
@@ -232,16 +233,16 @@ def pow(x: float, y: float) -> float:
     small = (cubic + log_quartic(f)) - rest_of_square
     high = upper_bits(f - 0.5 * square + small)
     low = ((f - high) - 0.5 * square) + small
-    # Times log2(e), itself in two parts, and split anew.
+    # Times log2(e), itself in two parts, and split again.
     exact = high * 1.4423828125
     rest = high * 0.00031222839606925845 + low * 1.44269504088896341
     log_high = upper_bits(exact + rest)
     log_low = (exact - log_high) + rest
-    # Beyond 2**33 any base but 1 overflows or vanishes; the clamp keeps products finite.
+    # Beyond 2**33 any base but 1 overflows or underflows; the clamp keeps products finite.
     z = min(max(y, -8589934592.0), 8589934592.0)
     z_high = upper_bits(z)
     z_low = z - z_high
-    # z * (e + log_high + log_low), the whole part taken out of each exact product before they are added.
+    # z * (e + log_high + log_low), with the integer part removed from each exact product before they are added.
     a = z_high * e
     b = z_high * log_high
     c = (a - round(a)) + (b - round(b)) + (z_low * e + (z_low * log_high + z * log_low))
@@ -258,7 +259,7 @@ def pow(x: float, y: float) -> float:
 
 
 def exp2_kernel(f: float, n: int) -> float:
-    """2**(f + n) for f in [-1/2, 1/2] and n in [-300, 300]."""
+    """Return 2**(f + n) for f in [-1/2, 1/2] and n in [-300, 300]."""
     p = 1.535336188319500e-4
     p = p * f + 1.339887440266574e-3
     p = p * f + 9.618437357674640e-3
@@ -286,10 +287,10 @@ def cosine_polynomial(r: float) -> float:
 
 
 def reduce_angle(x: float, quarter: float) -> float:
-    # pi / 2 in four parts, three of 11 bits: their products with a whole number below 2**13 are exact.
+    # pi / 2 in four parts, three of 11 bits: their products with an integer below 2**13 are exact.
     near = (x - quarter * 1.5703125) - quarter * 4.837512969970703125e-4
     r = (near - quarter * 7.549533620476723e-08) - quarter * 2.5633440682570896e-12
-    # Up to 8192 it is below pi / 4 and a little; beyond, the polynomials must not see what rounding leaves.
+    # Up to 8192 it is below pi / 4 and a little; the polynomials must not get larger values from rounding.
     return min(max(r, -0.8), 0.8)
 
 
@@ -365,7 +366,7 @@ def atan(x: float) -> float:
 
 def atan2(y: float, x: float) -> float:
     infinity = float_from_bits(0x7F800000)
-    # Two infinities lie on a diagonal; an infinite quotient is settled by atan itself.
+    # Two infinities are on a diagonal; atan itself handles an infinite quotient.
     both = abs(x) == infinity and abs(y) == infinity
     yy = (1.0 if y > 0.0 else -1.0) if both else y
     xx = (1.0 if x > 0.0 else -1.0) if both else x
@@ -416,7 +417,7 @@ def asinh(x: float) -> float:
     p = p * z + 7.4847586088e-2
     p = p * z - 1.6666288134e-1
     small = p * z * x + x
-    # From 1500 on the 1 below the root is lost anyway, and squares of larger ones would overflow.
+    # From 1500 on the 1 below the root is lost anyway, and squares of larger numbers would overflow.
     large = log(a) + 0.6931471805599453 if a > 1500.0 else log(a + sqrt(z + 1.0))
     return small if a < 0.5 else (-large if x < 0.0 else large)
 
@@ -446,17 +447,17 @@ def atanh(x: float) -> float:
     return small if a < 0.5 else (-large if x < 0.0 else large)
 
 
-# What targets store.  A value is quantised before it is stored, so that storing is exact everywhere.
-# max(0, x) in this order turns NaN into 0.
+# Quantization.  A value is quantized before it is stored, so that storing is exact everywhere. max(0, x) in this order
+# turns NaN into 0.
 
 
 def quantize(x: float, steps: float) -> float:
-    """Nearest fraction of steps from 0 to 1, halves to even."""
+    """Round to the nearest fraction of steps from 0 to 1, halves to even."""
     return round(min(max(0.0, x), 1.0) * steps) / steps
 
 
 def quantize_half(x: float) -> float:
-    """Nearest binary16, halves to even; 65520 and above become infinite."""
+    """Round to the nearest binary16, halves to even; 65520 and above become infinite."""
     bits = bits_from_float(x)
     size = bits & 0x7FFFFFFF
     # Normal halves keep 10 of 23 mantissa bits: add half a unit less one, plus the last kept bit.
@@ -464,18 +465,18 @@ def quantize_half(x: float) -> float:
     # Below 2**-14 halves are multiples of 2**-24.
     tiny = bits_from_float(round(float_from_bits(size) * 16777216.0) * 5.9604644775390625e-8)
     rounded = tiny if size < 0x38800000 else normal
-    # 0x477FF000 is 65520: the first that rounds to infinity; above 0x7F800000 lies NaN.
+    # 0x477FF000 is 65520: the first that rounds to infinity; numbers above 0x7F800000 are NaN.
     finite = 0x7F800000 if size >= 0x477FF000 else rounded
     result = size if size > 0x7F800000 else finite
     return float_from_bits(result | (bits & -2147483648))
 
 
 def encode_srgb(x: float) -> float:
-    """Linear to sRGB (IEC 61966-2-1), for x in [0, 1]."""
+    """Convert linear to sRGB (IEC 61966-2-1), for x in [0, 1]."""
     c = min(max(0.0, x), 1.0)
     return 12.92 * c if c <= 0.0031308 else 1.055 * pow(c, 0.4166666666666667) - 0.055
 
 
 def decode_srgb(x: float) -> float:
-    """sRGB to linear (IEC 61966-2-1), for x in [0, 1]."""
+    """Convert sRGB to linear (IEC 61966-2-1), for x in [0, 1]."""
     return x / 12.92 if x <= 0.04045 else pow((x + 0.055) / 1.055, 2.4)

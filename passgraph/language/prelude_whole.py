@@ -1,7 +1,7 @@
-"""Scalar functions of whole numbers, written in the kernel language: like :mod:`.prelude`, parsed and never run.
+"""Scalar functions of integers, written in the kernel language: like :mod:`.prelude`, parsed and never run.
 
-Programs hold a uint as the int with the same bits.  So a function may take a uint's bits as an int, where it is about
-them, or as a uint, where it says what it computes.
+Programs store a uint as the int with the same bits.  So a function may take a uint's bits as an int, for bit
+operations, or as a uint, for arithmetic.
 """
 
 # mypy: disable-error-code="no-any-return"
@@ -11,7 +11,7 @@ from passgraph.language.prelude import quantize_half
 from passgraph.language.primitives import bits_from_float, float_from_bits
 from passgraph.language.symbols import uint
 
-# Uints.  A comparison of uints is one of ints whose highest bits are turned over.
+# Uints.  A comparison of uints is one of ints with flipped highest bits.
 
 
 def less_uint(a: int, b: int) -> bool:
@@ -51,14 +51,14 @@ def clamp_uint(x: uint, low: uint, high: uint) -> uint:
 
 
 def shift_right_uint(a: int, b: int) -> int:
-    # The ones that come from above, as many as the distance, are taken away.
+    # Clear the sign bits shifted in, as many as the distance.
     return (a >> b) & ~((-1 << (31 - (b & 31))) << 1)
 
 
 def floor_divide_uint(a: uint, b: uint) -> uint:
-    # A divisor whose highest bit is set goes into nothing twice.
+    # The quotient by a divisor with its highest bit set is at most 1.
     divisor = int(b)
-    # Of half of a, an int: twice that quotient is the wanted one, or one less.
+    # Divide half of a, an int: twice that quotient is the result, or one less.
     double = uint(int(a >> 1) // divisor) << 1
     quotient = double + uint(a - double * b >= b)
     return quotient if divisor > 0 else uint(divisor < 0 and a >= b)
@@ -69,7 +69,7 @@ def int_mod_uint(a: uint, b: uint) -> uint:
 
 
 def float_from_uint(a: int) -> float:
-    # Half of a large one is an int; its lowest bit stays set where a bit is lost, so that it rounds like the whole.
+    # Half of a large one is an int; its lowest bit stays set if a bit is lost, so that it rounds like the whole.
     half = ((a >> 1) & 0x7FFFFFFF) | (a & 1)
     return float(a) if a >= 0 else float(half) * 2.0
 
@@ -88,7 +88,7 @@ def int_from_uint(a: int) -> int:
     return a
 
 
-# Quotients toward zero: floored ones are one less where they are negative and not whole.
+# Quotients toward zero: floored ones are one less if negative and inexact.
 
 
 def quotient(a: int, b: int) -> int:

@@ -1,8 +1,8 @@
-"""The rows that backends spell: arithmetic, comparisons, bits, conversions.
+"""Rows that backends spell: arithmetic, comparisons, bits, conversions.
 
-Float rows are correctly rounded except where a target's standard gives less: GLSL and OpenCL both allow 2.5 ULP for a
-quotient and 3 for a square root.  A row that is called by its own name is a name of this module; what is imported here
-has an underscore, so that ``from … import *`` takes those alone.
+Float rows are correctly rounded except where a target's standard allows more: GLSL and OpenCL both allow 2.5 ULP for a
+quotient and 3 for a square root.  Rows called by their own name are names of this module; imports have an underscore,
+so that ``from … import *`` takes only the rows.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ bits_from_float = _row("bits_from_float", "f -> i", "the bits of a float32", _of
 float_from_bits = _row("float_from_bits", "i -> f", "the float32 with these bits", _of.bits_float, (0x3F800000, 1.0),
                        (0x7F800000, _INF), (_LEAST, -0.0))
 
-# Conversions.  float -> int saturates and turns NaN into 0, which no target promises by itself.
+# Conversions.  float -> int saturates and turns NaN into 0, which no target guarantees.
 
 _row("to_float", "N -> G", "as float", _of.to_float, (3, 3.0), (True, 1.0), (_LEAST, -2147483648.0),
      written=("float(a)", "vec2(a)", "vec3(a)", "vec4(a)"), ulp=0.5, on=("int", "bool"),
@@ -96,5 +96,5 @@ _row("to_int", "N -> S", "as int, toward zero; saturates, NaN gives 0", _of.to_i
      on=("float", "bool"), unsigned="int_from_uint")
 # fmt: on
 
-#: What kernels call by these names; stubs for type checkers are written by docs/stubs.py.
+#: Names that kernels call; docs/stubs.py writes stubs for type checkers.
 __all__ = [name for name in vars() if "a" <= name[0] <= "z" and name != "annotations"]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from passgraph.language.function_body import Builder
 
 
-#: The bit in which pixels differ that lie beside each other along x, or along y.
+#: The bit in which horizontal, or vertical, neighbors differ.
 AXES = {"x": 1, "y": 2}
 #: A variable by its name, or a block by the identity of its statement.
 Node: TypeAlias = str | int
@@ -24,25 +24,26 @@ Node: TypeAlias = str | int
 class Feeding:
     """Data flow of a kernel's statements: assignments, reads, and what derivatives depend on.
 
-    ``derivatives`` are the variables that take one, with its axis; what each is of stands as its value.
+    ``derivatives`` maps the variables of derivatives to their axis; each variable's value is the expression to
+    differentiate.
     """
 
     def __init__(self, body: tuple[ir.Stmt, ...], derivatives: Mapping[str, str]) -> None:
         self.derivatives = derivatives
         self.types: dict[str, Any] = {}
-        #: Branches and loops: the variables assigned in one, those read in a loop's trip before the trip gives them a
-        #: value, whether a derivative is inside, and whether a jump out of it.
+        #: For branches and loops: the variables assigned inside; those read in an iteration before they are assigned;
+        #: True if a derivative is inside; True if a jump out of it is inside.
         self.assigned: dict[int, frozenset[str]] = {}
         self.exposed: dict[int, frozenset[str]] = {}
         self.holding: set[int] = set()
         self.leaving: set[int] = set()
         self._hangs: dict[Node, set[Node]] = {}
-        self._varying: set[Node] = set(derivatives)  # what differs from pixel to pixel by itself
-        self._indices: dict[int, str] = {}  # of loops
+        self._varying: set[Node] = set(derivatives)  # nodes that differ from pixel to pixel by themselves
+        self._indices: dict[int, str] = {}  # indices of loops
         self._block(body, 0, 0)
         self.needed = self._needed()
-        #: Variables that all pixels have in common: what computes them asks for no pixel, and stands in no block that
-        #: pixels run by themselves.
+        #: Variables that are equal in all pixels: they do not depend on the pixel, and are not assigned in blocks that
+        #: pixels execute separately.
         self.common = self._common()
         self.pixels = tuple(sorted({0, *(pixel for _, pixel in self.needed)}))
 
@@ -52,22 +53,22 @@ class Feeding:
             if isinstance(statement, ir.Assign):
                 assigned.add(statement.name)
                 self.types[statement.name] = statement.value.type
-                self._hang(statement.name, around, *names(statement.value))
-                if _asks_for_pixels(statement.value):
+                self._depend(statement.name, around, *names(statement.value))
+                if _depends_on_pixel(statement.value):
                     self._varying.add(statement.name)
                 if statement.name in self.derivatives:
                     self.holding.add(around)
             elif isinstance(statement, (ir.If, ir.For)):
                 assigned |= self._inside(statement, around, loop)
             else:
-                self._hang(loop, around)
+                self._depend(loop, around)
                 self.leaving.add(around)
         return frozenset(assigned)
 
     def _inside(self, statement: ir.If | ir.For, around: int, loop: int) -> frozenset[str]:
         here = id(statement)
-        self._hang(here, around, *(name for part in _decides(statement) for name in names(part)))
-        if any(map(_asks_for_pixels, _decides(statement))):
+        self._depend(here, around, *(name for part in _decides(statement) for name in names(part)))
+        if any(map(_depends_on_pixel, _decides(statement))):
             self._varying.add(here)
         if isinstance(statement, ir.If):
             assigned = self._block(statement.then, here, loop) | self._block(statement.orelse, here, loop)
@@ -75,10 +76,10 @@ class Feeding:
                 self.leaving.add(around)
         else:
             self.types[statement.name] = statement.start.type
-            self._hang(statement.name, here)
+            self._depend(statement.name, here)
             self._indices[here] = statement.name
             assigned = self._block(statement.body, here, here)
-            self.leaving.discard(here)  # what it holds leaves it, and nothing around it
+            self.leaving.discard(here)  # jumps inside leave this loop, and no enclosing one
             live: set[str] = set()
             self._expose(statement.body, live)
             self.exposed[here] = frozenset(live - {statement.name})
@@ -87,11 +88,11 @@ class Feeding:
         self.assigned[here] = assigned
         return assigned
 
-    def _hang(self, node: Node, *sources: Node) -> None:
+    def _depend(self, node: Node, *sources: Node) -> None:
         self._hangs.setdefault(node, set()).update(sources)
 
     def _expose(self, statements: tuple[ir.Stmt, ...], live: set[str]) -> None:
-        """Turn the variables read after some statements, ``live``, into those read before them."""
+        """Turn the set of variables live after some statements, ``live``, into those live before them."""
         for statement in reversed(statements):
             if isinstance(statement, ir.Assign):
                 live.discard(statement.name)
@@ -108,7 +109,7 @@ class Feeding:
                 live.clear()
 
     def _needed(self) -> frozenset[tuple[str, int]]:
-        """Variables that some pixel of the quad needs, whatever is assigned to them between."""
+        """Return the variables that some pixel of the quad needs, regardless of assignments in between."""
         pending: list[tuple[Node, int]] = []
         for name, axis in self.derivatives.items():
             pending += [(node, AXES[axis]) for node in self._hangs.get(name, ())]
@@ -134,7 +135,7 @@ class Feeding:
             if node not in own:
                 own.add(node)
                 pending += users.get(node, ())
-        # A pixel runs a block of its own after another has: what that one assigned there is not what it began with.
+        # A pixel runs its block after another pixel's: assignments there must not change its initial values.
         blocks = [(names | {self._indices.get(block, "")}) - {""} for block, names in self.assigned.items()]
         before = -1
         while before != len(own):
@@ -145,8 +146,8 @@ class Feeding:
         return frozenset(name for name in self.types if name not in own)
 
 
-def _asks_for_pixels(expression: ir.Expr) -> bool:
-    """Whether an expression may differ from pixel to pixel although what it reads of variables does not."""
+def _depends_on_pixel(expression: ir.Expr) -> bool:
+    """Return True if an expression may differ from pixel to pixel although its variables do not."""
     return any(
         node.name != "output_size" if isinstance(node, ir.Builtin) else isinstance(node, ir.Texel) and node.relative
         for node in _nodes(expression)
@@ -160,7 +161,7 @@ def _decides(statement: ir.If | ir.For) -> tuple[ir.Expr, ...]:
 
 
 def names(expression: ir.Expr) -> set[str]:
-    """The variables that an expression reads."""
+    """Return the variables that an expression reads."""
     return {node.name for node in _nodes(expression) if isinstance(node, ir.Local)}
 
 
@@ -176,13 +177,13 @@ def _nodes(expression: ir.Expr) -> Iterator[Any]:
             pending += ir.parts_of(node)
 
 
-#: Functions that kernels call, and the axes along which each looks: "x" to the right, "y" down.
+#: Functions that kernels call, with their axes: "x" to the right, "y" down.
 DERIVATIVES = {"dfdx": "x", "dfdy": "y", "fwidth": "xy"}
-#: Stages that have pixels beside theirs.
+#: Stages with neighboring pixels.
 STAGES = ("pixel", "fragment")
-#: Statements looked at, once for each pixel: text may not make compiling endless.
+#: Most statements visited, once for each pixel, so that compilation is bounded.
 MAX_VISITS = 1_000_000
-#: A variable of a pixel: its name, and what the name ends in there.
+#: A variable of a pixel: its name, and the pixel's suffix.
 _Held = tuple[str, str]
 
 
@@ -190,13 +191,13 @@ def derivative(name: str, axes: str, value: ir.Expr, builder: Builder, span: Spa
     """Return the change of a value along ``"x"``, to the right, or ``"y"``, down; along ``"xy"``, the sum of both
     magnitudes.
 
-    The builder's body computes it; ``name`` is what errors call it.
+    The builder's body computes it; ``name`` is its name in errors.
     """
     if builder.stage not in STAGES:
         fail(
             span,
-            f"{name}() exists in pixel and fragment kernels, not in a {builder.stage} kernel: a vertex has no pixels "
-            "beside it",
+            f"{name}() exists in pixel and fragment kernels, not in a {builder.stage} kernel: a vertex has no "
+            "neighboring pixels",
         )
     if not isinstance(value.type, (Scalar, Vector)) or element_of(value.type) not in (FLOAT, INT):
         fail(span, f"{name}() takes a float or a float vector, got {value.type}")
@@ -213,19 +214,19 @@ def derivative(name: str, axes: str, value: ir.Expr, builder: Builder, span: Spa
 
 
 def expanded(body: tuple[ir.Stmt, ...], builder: Builder) -> tuple[ir.Stmt, ...]:
-    """A kernel's statements with its derivatives computed."""
+    """Return a kernel's statements with its derivatives computed."""
     return _Quads(body, builder).run() if builder.derivatives else body
 
 
 @dataclass(frozen=True)
 class _World:
-    """The pixels of a quad on their way through a kernel, all as one of them goes.
+    """The pixels of a quad while a kernel is processed; all follow one of them.
 
     Attributes
     ----------
-    leader : the pixel whose conditions hold
-    ends : for each pixel, what the names of its variables end in
-    pixels : those that are computed
+    leader : the pixel whose conditions decide
+    ends : for each pixel, the suffix of its variables
+    pixels : the computed pixels
     """
 
     leader: int
@@ -243,15 +244,15 @@ class _World:
 class _Quads:
     """Writes a kernel's statements for all pixels of a quad, from the last to the first.
 
-    So what later ones need is known: ``live`` are the variables of other pixels that are read before they are assigned
-    again.  This pixel's own have no ending, and are all computed.
+    So later uses are known: ``live`` are the variables of other pixels that are read before they are assigned again.
+    This pixel's own have no suffix, and are all computed.
     """
 
     def __init__(self, body: tuple[ir.Stmt, ...], builder: Builder) -> None:
         self.body, self.builder = body, builder
         self.feeding = Feeding(body, builder.derivatives)
         self.worlds = self.visits = 0
-        self.places: dict[str, ir.Assign] = {}  # where the pixels lie, as far as it is asked for
+        self.places: dict[str, ir.Assign] = {}  # positions of the pixels, as far as needed
 
     def run(self) -> tuple[ir.Stmt, ...]:
         world = _World(0, ("", "@x", "@y", "@xy"), self.feeding.pixels)
@@ -290,7 +291,8 @@ class _Quads:
             self._write(ir.Assign(statement.name + end, value, statement.span), end, moved)
 
     def _difference(self, statement: ir.Assign, axis: str, pixel: int, world: _World, live: set[_Held]) -> ir.Expr:
-        """The value at the odd pixel minus that at the even one; which is which this pixel's place says."""
+        """Return the value at the odd pixel minus that at the even one; this pixel's position decides which is
+        which."""
         bit, span = AXES[axis], statement.span
         here, there = (self._at(statement.value, p, world.ends[p], live) for p in (pixel & ~bit, pixel | bit))
         one, other = apply("sub", [here, there], span), apply("sub", [there, here], span)
@@ -304,7 +306,8 @@ class _Quads:
         at_jump: Collection[_Held],
         moved: list[ir.Stmt],
     ) -> None:
-        """A branch or loop for each pixel that needs it, as that one goes; what jumps out, as the leader goes."""
+        """Emit a branch or loop for each pixel that needs it, by its own conditions; jumps out of it follow the
+        leader."""
         here = id(statement)
         if isinstance(statement, ir.If) and here in self.feeding.leaving:
             self._if(statement, world, live, at_jump, moved)
@@ -316,16 +319,16 @@ class _Quads:
                 self._if(statement, inner, live, at_jump, moved)
             else:
                 self._for(statement, inner, live, moved)
-        # Before any of them: they begin with what the pixels hold then.
+        # Before any of them: they begin with the pixels' values at that time.
         for inner in worlds:
             self._enter(world, inner, live, moved)
 
     def _matters(self, block: int, end: str, live: set[_Held]) -> bool:
-        """Whether a block is computed for the pixel whose variables end so."""
+        """Return True if a block is computed for the pixel with this suffix."""
         return not end or any((name, end) in live for name in self.feeding.assigned[block])
 
     def _around(self, world: _World, leader: int) -> _World:
-        """The pixels of a quad led by another one, with variables of their own for all but that one."""
+        """Return the quad's pixels led by another one, with variables of their own for all others."""
         self.worlds += 1
         ends = [f"@{self.worlds}{end}" for end in ("", "x", "y", "xy")]
         ends[leader] = world.ends[leader]
@@ -354,7 +357,7 @@ class _Quads:
 
     def _for(self, statement: ir.For, world: _World, live: set[_Held], moved: list[ir.Stmt]) -> None:
         feeding, name = self.feeding, statement.name
-        # What a trip may hand to the next one, as far as a derivative anywhere hangs on it.
+        # Values that an iteration may carry to the next one, if a derivative depends on them.
         handed = {
             (other, world.ends[p])
             for other in feeding.exposed[id(statement)]
@@ -381,7 +384,7 @@ class _Quads:
             fail(
                 self.body[0].span,
                 f"the kernel takes more than {MAX_VISITS} steps to compute its derivatives; derivatives of derivatives "
-                "inside branches and loops take many: compute them before",
+                "inside branches and loops take many: compute them first",
             )
 
     def _write(self, statement: ir.Stmt, end: str, moved: list[ir.Stmt]) -> None:
@@ -392,7 +395,7 @@ class _Quads:
     # Expressions
 
     def _at(self, expression: ir.Expr, pixel: int, end: str, live: set[_Held]) -> ir.Expr:
-        """An expression at a pixel of the quad; what it reads there is live."""
+        """Return an expression at a pixel of the quad; its variables there become live."""
         if not end:
             return expression
         common = self.feeding.common
@@ -425,7 +428,7 @@ class _Quads:
             return replace(expression, x=x, y=y)
         return expression
 
-    # Where the pixels lie
+    # Positions of the pixels
 
     def _place(self, name: str, value: ir.Expr) -> ir.Expr:
         self.places.setdefault(name, ir.Assign(name, value))

@@ -1,9 +1,8 @@
-"""The scalar program: what backends print.
+"""The scalar program, which backends print.
 
-Straight-line instructions on ``bool``, ``int`` and ``float`` values, each assigned once, with structured
-``If`` and ``For`` around them.  What a branch or loop hands on goes through named variables (:class:`Read`,
-:class:`Write`).  Only primitive rows of the operations table occur, so that a printer is a loop over a few
-instruction kinds.
+Straight-line instructions on ``bool``, ``int`` and ``float`` values, each assigned once, with structured ``If`` and
+``For`` around them.  Branches and loops pass values through named variables (:class:`Read`, :class:`Write`).  It uses
+only primitive rows of the operations table, so a printer is a loop over a few instruction kinds.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ FORMAT_VERSION = 2
 
 @dataclass(frozen=True, slots=True)
 class Lit:
-    """A number that is known."""
+    """A known number."""
 
     type: str
     value: bool | int | float
@@ -49,7 +48,7 @@ Operand: TypeAlias = Lit | Val
 
 
 def literal(type_: Type, value: bool | int | float) -> Lit:
-    """A component of a type as programs hold it."""
+    """Return a component of a type as programs store it."""
     return Lit(held_as(type_), int_of_bits(int(value)) if element_of(type_) is UINT else value)
 
 
@@ -94,7 +93,7 @@ class LoadTable:
 
 @dataclass(frozen=True, slots=True)
 class LoadBuiltin:
-    """``pixel.0``, ``output_size.1``, ``size.IMAGE.0``, ``vertex.normal.2``, ``varying.uv.0`` …"""
+    """Loads ``pixel.0``, ``output_size.1``, ``size.IMAGE.0``, ``vertex.normal.2``, ``varying.uv.0`` …"""
 
     to: Val
     name: str
@@ -102,7 +101,7 @@ class LoadBuiltin:
 
 @dataclass(frozen=True, slots=True)
 class LoadTexel:
-    """The first ``len(to)`` channels of one texel; None where a channel is not used."""
+    """Loads the first ``len(to)`` channels of one texel; None for an unused channel."""
 
     to: tuple[Val | None, ...]
     image: str
@@ -110,7 +109,7 @@ class LoadTexel:
     y: Operand
     relative: bool
     border: str
-    #: The place is two floats from 0 to 1, and the device weights four texels by itself.
+    #: True if the position is two floats from 0 to 1, and the device interpolates four texels itself.
     filtered: bool = False
     span: Span = field(default=NOWHERE, compare=False, repr=False)
 
@@ -125,7 +124,7 @@ class Read:
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """A variable takes a value."""
+    """Assigns a value to a variable."""
 
     variable: str
     value: Operand
@@ -142,7 +141,7 @@ class ReadAt:
 
 @dataclass(frozen=True, slots=True)
 class WriteAt:
-    """An array takes a value at an index, which lies inside."""
+    """Assigns a value to an array element at an index inside its range."""
 
     array: str
     index: Operand
@@ -151,7 +150,7 @@ class WriteAt:
 
 @dataclass(frozen=True, slots=True)
 class If:
-    """One of two blocks."""
+    """Executes one of two blocks."""
 
     condition: Operand
     then: tuple[Instruction, ...]
@@ -160,7 +159,7 @@ class If:
 
 @dataclass(frozen=True, slots=True)
 class For:
-    """A loop with known bounds: ``range(start, stop, step)``, whose every member is an int of 32 bits."""
+    """A loop with known bounds: ``range(start, stop, step)``, with only 32-bit ints."""
 
     index: Val
     start: int
@@ -174,7 +173,8 @@ class For:
 
     @property
     def wraps(self) -> bool:
-        """Whether counting on after the last trip leaves 32 bits, so that comparing the index never ends the loop."""
+        """Return True if the index would overflow 32 bits after the last iteration, so that comparing it never ends the
+        loop."""
         return not -(2**31) <= self.start + self.trips * self.step < 2**31
 
 
@@ -185,7 +185,7 @@ class Break:
 
 @dataclass(frozen=True, slots=True)
 class Continue:
-    """Goes on to the next trip of the innermost loop."""
+    """Continues with the next iteration of the innermost loop."""
 
 
 Instruction: TypeAlias = (
@@ -208,19 +208,19 @@ Instruction: TypeAlias = (
 
 @dataclass(frozen=True, slots=True)
 class UniformSlot:
-    """The place of a parameter in its block: ``count`` entries from ``offset``, in component order."""
+    """The position of a parameter in its block: ``count`` entries from ``offset``, in component order."""
 
     name: str
     type: object  # a Scalar, Vector, Matrix or Array of passgraph.language.types
     block: str
     offset: int
     count: int
-    range: Range | None = None  # what each entry may be
+    range: Range | None = None  # range of each entry
 
 
 @dataclass(frozen=True, slots=True)
 class ImageUse:
-    """How a pass reads an image: its range of relative offsets (x and y, inclusive), and whether it reads elsewhere."""
+    """How a pass reads an image: its range of relative offsets (x and y, inclusive), and True if it reads elsewhere."""
 
     name: str
     channels: int
@@ -230,7 +230,7 @@ class ImageUse:
     absolute: bool = False
 
     def reaching(self, x: tuple[int, int], y: tuple[int, int]) -> ImageUse:
-        """The same use with these relative offsets read too."""
+        """Return the same use extended by these relative offsets."""
         if self.relative:
             x = min(self.x[0], x[0]), max(self.x[1], x[1])
             y = min(self.y[0], y[0]), max(self.y[1], y[1])
@@ -238,7 +238,7 @@ class ImageUse:
 
     @property
     def pointwise(self) -> bool:
-        """Reads this pixel only."""
+        """Return True if it reads this pixel only."""
         return not self.absolute and self.x == (0, 0) and self.y == (0, 0)
 
 
@@ -246,8 +246,8 @@ class ImageUse:
 class Output:
     """One result: a target's channels, or a varying's components.
 
-    ``unrounded`` is what the values were before they were rounded to the target's format, the last that was done: a
-    backend may round as its memory is written instead.
+    ``unrounded`` are the values before rounding to the target's format, the last operation: a backend may round while
+    storing instead.
     """
 
     name: str
@@ -271,14 +271,14 @@ class ScalarProgram:
     builtins: tuple[tuple[str, str], ...]  # name, scalar type
     sources: tuple[Span, ...] = field(default=(), compare=False, repr=False)
     arrays: tuple[tuple[str, str, int], ...] = ()  # name, scalar type, length
-    #: Images that hold long arrays of parameters (:mod:`.long_arrays`): name, Array of passgraph.language.types.
+    #: Images that store long array parameters (:mod:`.long_arrays`): name, Array of passgraph.language.types.
     buffers: tuple[tuple[str, object], ...] = ()
-    #: Numbers of the first and the last value of each call of a function of the prelude that is long.
+    #: Numbers of the first and the last value of each call of a long prelude function.
     calls: tuple[tuple[int, int], ...] = field(default=(), compare=False, repr=False)
 
     @cached_property
     def key(self) -> str:
-        """SHA-256 of everything that decides what the program computes; names of kernels and files do not."""
+        """Return the SHA-256 of everything that affects the program's results; names of kernels and files do not."""
         parts = (FORMAT_VERSION, self.stage, self.body, self.outputs, self.keep, self.variables, self.arrays)
         slots = [(s.block, s.offset, s.count) for s in self.uniforms]
         text = repr((*parts, slots, [(n, t, [float(v).hex() for v in vs]) for n, t, vs in self.tables], self.images))
@@ -294,7 +294,7 @@ class ScalarProgram:
 
     @property
     def attributes(self) -> tuple[str, ...]:
-        """Mesh attributes that a vertex program reads, by name, sorted."""
+        """Return the mesh attributes that a vertex program reads, by name, sorted."""
         return tuple(sorted({name.split(".")[1] for name, _ in self.builtins if name.startswith("vertex.")}))
 
     def image(self, name: str) -> ImageUse:
@@ -305,7 +305,7 @@ class ScalarProgram:
 
 
 def walk(body: Iterable[Instruction]) -> Iterator[Instruction]:
-    """Every instruction, those inside branches and loops too."""
+    """Yield every instruction, including those inside branches and loops."""
     for instruction in body:
         yield instruction
         if isinstance(instruction, If):
@@ -328,7 +328,7 @@ def count(body: Iterable[Instruction]) -> int:
 
 
 def work(body: Iterable[Instruction]) -> int:
-    """Instructions that one pixel takes at most, the longer of two branches and every trip of a loop."""
+    """Return the most instructions of one pixel: the longer of two branches, and every iteration of a loop."""
     total = 0
     for i in body:
         if isinstance(i, For):
@@ -341,9 +341,9 @@ def work(body: Iterable[Instruction]) -> int:
 
 
 def trips(body: Iterable[Instruction], certain: bool = False) -> int:
-    """Trips of all loops that one pixel makes at most, those of loops inside loops every time.
+    """Return the most loop iterations of one pixel, nested loops multiplied.
 
-    ``certain``: those that every pixel makes, whatever its data; of a loop that it may leave, one.
+    ``certain``: only iterations that every pixel makes, whatever its data; one for a loop that it may leave.
     """
     total = 0
     for i in body:
@@ -355,17 +355,17 @@ def trips(body: Iterable[Instruction], certain: bool = False) -> int:
 
 
 def breaks(body: Iterable[Instruction]) -> bool:
-    """Whether the loop of this body may be left."""
+    """Return True if the loop with this body may be left early."""
     return any(isinstance(i, Break) or (isinstance(i, If) and (breaks(i.then) or breaks(i.orelse))) for i in body)
 
 
 def is_straight(program: ScalarProgram) -> bool:
-    """Whether all instructions run once, one after another, and what they name is never written again."""
+    """Return True if all instructions run once, in sequence, and their results are never assigned again."""
     return not program.variables and not program.arrays and not any(isinstance(i, (If, For)) for i in program.body)
 
 
 def results_of(instruction: Instruction) -> tuple[Val, ...]:
-    """The values that an instruction defines."""
+    """Return the values that an instruction defines."""
     if isinstance(instruction, (Op, Choose, LoadUniform, LoadTable, LoadBuiltin, Read, ReadAt)):
         return (instruction.to,)
     if isinstance(instruction, LoadTexel):
@@ -374,7 +374,7 @@ def results_of(instruction: Instruction) -> tuple[Val, ...]:
 
 
 def operands_of(instruction: Instruction) -> tuple[Operand, ...]:
-    """The values that an instruction itself uses (bodies of branches and loops apart)."""
+    """Return the values that an instruction itself uses (without the bodies of branches and loops)."""
     if isinstance(instruction, Op):
         return instruction.arguments
     if isinstance(instruction, Choose):
@@ -393,9 +393,9 @@ def operands_of(instruction: Instruction) -> tuple[Operand, ...]:
 
 
 def nameless(program: ScalarProgram) -> ScalarProgram:
-    """The same program, with image 0, 1 … as ``image0``, ``image1`` …, so that its key says nothing of names.
+    """Return the same program with images renamed ``image0``, ``image1`` …, so that its key is independent of names.
 
-    What kernels call their images says nothing of what they compute.
+    Names of images in kernels do not affect the computation.
     """
     names = {use.name: f"image{number}" for number, use in enumerate(program.images)}
     sizes = {f"size.{name}.{axis}": f"size.{new}.{axis}" for name, new in names.items() for axis in (0, 1)}

@@ -44,14 +44,13 @@ from passgraph.language.types import (
 from passgraph.language.uniform_layout import described, in_order
 from passgraph.ranges import Range
 
-#: Every name that the language itself has.
+#: All names of the language itself.
 OWN = (*NAMED, *symbols.FUNCTIONS, *FUNCTIONS, *BUILTINS.values(), "Const", "Array", "Vertex", "len", "range", "pi")
 #: Longest name that is compared with others.
 _LONGEST = 40
 
 _SAMPLE, _TEXEL, _SIZE = "image.sample(uv)", "image.texel(p)", "image.size"
-#: Functions and values, each with the text of a kernel that gives the same.  What a text calls the language has, or the
-#: row says nothing.
+#: Functions and values of other languages, each with equivalent kernel text; functions in that text must exist.
 FORMS: dict[str, str] = {
     "lerp": "mix(a, b, t)", "frac": "fract(x)", "rsqrt": "inversesqrt(x)", "rcp": "1.0 / x", "recip": "1.0 / x",
     "atan2": "atan(y, x)", "arctan2": "atan(y, x)", "arctan": "atan(x)", "arcsin": "asin(x)", "arccos": "acos(x)",
@@ -92,7 +91,7 @@ FORMS: dict[str, str] = {
     **dict.fromkeys(("isf_FragNormCoord", "gl_TexCoord", "texCoord", "vUv", "v_uv"), "uv()"),
     "gl_FrontFacing": "front_facing()",
 }  # fmt: skip
-#: Types, each with the kernel's.
+#: Types of other languages, each with the kernel's.
 TYPES: dict[str, str] = {
     **{f"{kind}{n}": f"vec{n}" for kind in ("float", "half", "double", "dvec", "fvec") for n in (2, 3, 4)},
     **{f"{kind}{n}": f"ivec{n}" for kind in ("int", "short") for n in (2, 3, 4)},
@@ -106,7 +105,7 @@ TYPES: dict[str, str] = {
     **dict.fromkeys(("boolean", "bool_"), "bool"),
     **dict.fromkeys(("sampler2D", "Texture2D", "image2d_t", "texture2d", "Texture", "ndarray"), "Image"),
 }
-#: What is not one expression, in words.
+#: Names without an equivalent expression, with an explanation.
 WORDS: dict[str, str] = {
     "gl_Position": "a vertex kernel returns a struct with position: vec4",
     "gl_FragColor": "a kernel returns its colour",
@@ -163,7 +162,7 @@ def own_spelling(name: str) -> str:
 
 
 def method_spelling(name: str) -> str:
-    """A method as the function that it is, such as ``.length()``.
+    """Return the function for a method of another language, such as ``.length()``.
 
     >>> method_spelling("length"), method_spelling("dot"), method_spelling("norm"), method_spelling("zzz")
     ('; write length(v)', '; write dot(v, …)', '; write length(v)', '')
@@ -179,17 +178,17 @@ def _has(form: str) -> bool:
 
 
 def _call(name: str) -> str:
-    """A function of the language with letters for what it takes."""
+    """Return a call of a language function with letters for its arguments."""
     row = FUNCTIONS.get(name)
     return f"{name}({', '.join('xyz'[: len(row.operands)]) if row is not None else 'x'})"
 
 
 #: Longest table that a kernel may capture: as long as the longest array that it may declare.
 MAX_TABLE_ENTRIES = 1024
-#: Python's builtins that kernels may call, and what each is called there.
+#: Python's builtins that kernels may call, with their names in the language.
 PYTHON_BUILTINS: dict[object, str] = {**OPERATIONS_OF_PYTHON, builtins.len: "len", builtins.range: "range"}
 
-#: Names that kernel text may use without importing them.
+#: Names that kernel text may use without an import.
 TEXT_NAMES: dict[str, object] = {
     **{name: marker for marker, name in symbols.TYPE_MARKERS.items()},
     **symbols.FUNCTIONS,
@@ -209,23 +208,23 @@ TEXT_NAMES: dict[str, object] = {
 
 @dataclass(frozen=True, eq=False)
 class FunctionSource:
-    """A function of the kernel language as text: what is parsed, inlined, never run."""
+    """The text of a function of the kernel language: parsed, inlined, never run."""
 
     name: str
     source: Source
     node: ast.FunctionDef
     scope: Scope
-    #: Where Python finds the function that it was written as; empty of text.
+    #: Qualified name of the Python function; empty for text.
     module: str = ""
     qualname: str = ""
 
     @cached_property
     def assigned(self) -> frozenset[str]:
-        """Every name that the body assigns to: its locals, as Python decides it."""
+        """Return every name that the body assigns to: its locals, by Python's rules."""
         return frozenset(_assigned_names(self.node.body))
 
     def nearby(self) -> list[str]:
-        """Names that the body may use: its parameters, its locals, and what is around it."""
+        """Return names that the body may use: its parameters, its locals, and names around it."""
         arguments = self.node.args
         parameters = [one.arg for one in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
         return [*parameters, *self.assigned, *self.scope.listed()]
@@ -248,17 +247,17 @@ def _assigned_names(nodes: Iterable[ast.stmt]) -> set[str]:
 
 @dataclass(eq=False)
 class Scope:
-    """Names around a kernel.  ``captured`` remembers every constant that was taken by value."""
+    """Names around a kernel.  ``captured`` records every constant captured by value."""
 
     names: Callable[[str], object]
     captured: dict[str, object] = field(default_factory=dict)
-    #: What every name that was asked for stands for, dotted ones too.
+    #: Meanings of all names looked up, dotted ones too.
     meanings: dict[str, Any] = field(default_factory=dict)
-    #: Tables met, by name, with the values that they were made from; None where values may change between uses.
+    #: Tables by name, with the values that they were made from; None if values may change between uses.
     tables: dict[str, tuple[object, ir.Table]] | None = None
-    #: Names that errors may take one with a mistake for.
+    #: Names that error messages may suggest for a misspelled one.
     listed: Callable[[], Iterable[str]] = tuple
-    #: Every name of the language that the text uses and does not have, where that is known.
+    #: All names of the language that the text uses without importing them, if known.
     lacking: Callable[[], Iterable[str]] = tuple
 
     def lookup(self, name: str, span: Span) -> object:
@@ -280,14 +279,14 @@ class Scope:
         return f"; import {'it' if len(every) == 1 else 'them'}: from passgraph import {', '.join(every)}"
 
     def changed_constants(self) -> list[str]:
-        """Captured names whose value is not what the kernel was built with."""
+        """Return captured names whose value differs from the one that the kernel was built with."""
         changed = []
         for name, then in self.captured.items():
             try:
                 now = self.names(name.split(".")[0])
                 for part in name.split(".")[1:]:
                     now = getattr(now, part)
-                if repr(freeze(now)) != repr(then):  # tells -0.0 from 0.0, 1 from True, and NaN is NaN
+                if repr(freeze(now)) != repr(then):  # distinguishes -0.0 from 0.0, 1 from True, and NaN is NaN
                     changed.append(name)
             except (KeyError, AttributeError, TypeError):
                 changed.append(name)
@@ -295,7 +294,7 @@ class Scope:
 
 
 def python_scope(function: Callable[..., Any]) -> Scope:
-    """Names as Python would find them: closure, module, builtins."""
+    """Return the names that Python would find: closure, module, builtins."""
     cells = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
 
     def names(name: str) -> object:
@@ -311,7 +310,7 @@ def python_scope(function: Callable[..., Any]) -> Scope:
         raise KeyError(name)
 
     def lacking() -> list[str]:
-        import dis  # for an error alone
+        import dis  # needed for an error only
 
         read = {one.argval for one in dis.get_instructions(function) if one.opname == "LOAD_GLOBAL"}
         return [
@@ -324,12 +323,12 @@ def python_scope(function: Callable[..., Any]) -> Scope:
 
 
 def text_scope(own: Mapping[str, object]) -> Scope:
-    """Names of kernel text from anywhere: its own definitions and the language, nothing of Python."""
+    """Return the names of kernel text: its own definitions and the language, nothing of Python."""
     return Scope(lambda name: own[name] if name in own else TEXT_NAMES[name], listed=lambda: own)
 
 
 def freeze(value: object) -> object:
-    """A comparable copy of a constant, or TypeError where it is not one."""
+    """Return a comparable copy of a constant, or raise TypeError if it is not one."""
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, enum.Enum):
@@ -345,7 +344,7 @@ def freeze(value: object) -> object:
 
 @dataclass(frozen=True, eq=False)
 class ModuleName:
-    """A module met in a dotted name."""
+    """A module in a dotted name."""
 
     module: pytypes.ModuleType
     path: str
@@ -362,7 +361,7 @@ def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:
 
 
 def classified(value: object, path: str, scope: Scope, span: Span) -> Any:
-    """Classify what a name leads to.
+    """Classify the value of a name.
 
     Returns a :class:`Type`, a :class:`Struct`, a :class:`FunctionSource`, a :class:`~.symbols.Symbol`, a
     module, the name of a Python builtin, one of the generic markers (Const, Array, Vertex), or a constant
@@ -388,7 +387,7 @@ def classified(value: object, path: str, scope: Scope, span: Span) -> Any:
     if isinstance(value, pytypes.BuiltinFunctionType | type) and value in PYTHON_BUILTINS:
         return PYTHON_BUILTINS[value]
     if isinstance(value, np.ndarray):
-        _check_entries(math.prod(_sides(value.shape)), path, span)  # before they become Python's numbers
+        _check_entries(math.prod(_sides(value.shape)), path, span)  # before they are converted to Python's numbers
     elif isinstance(value, (tuple, list)):
         _check_entries(len(value), path, span)
     try:
@@ -402,7 +401,7 @@ def classified(value: object, path: str, scope: Scope, span: Span) -> Any:
 
 
 def _is_foreign(value: object) -> bool:
-    """Whether it is called, and no function that the user wrote."""
+    """Return True for a callable that is not a function of the user."""
     if isinstance(value, pytypes.FunctionType):
         return (value.__module__ or "").partition(".")[0] == "numpy"
     return callable(value)
@@ -415,7 +414,7 @@ def _described(value: object) -> str:
 
 
 def number(value: object, span: Span) -> ir.Literal:
-    """A literal of the language, checked against its ranges."""
+    """Return a literal of the language, with its range checked."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, bool):
@@ -434,7 +433,7 @@ def number(value: object, span: Span) -> ir.Literal:
 
 
 def written(node: ast.Constant, span: Span) -> ir.Literal:
-    """A number as it stands in source; an int beyond 2147483647 is a bit pattern, and must look like one."""
+    """Return a number from the source; an int beyond 2147483647 is a bit pattern, and must be written as one."""
     value = node.value
     bits = span.text[span.column : span.column + 2].lower() in ("0x", "0o", "0b")
     if isinstance(value, int) and INT_MAX < value <= UINT_MAX and not bits:
@@ -455,7 +454,7 @@ def as_array(value: object) -> NDArray[Any]:
 
 
 def constant(value: object, path: str, span: Span) -> ir.Expr:
-    """A captured number, vector, matrix or table."""
+    """Return a captured number, vector, matrix or table."""
     marker = symbols.TYPE_MARKERS.get(type(value))
     if marker == "uint":
         return ir.Literal(UINT, int(value), span)  # type: ignore[call-overload]
@@ -475,7 +474,7 @@ def constant(value: object, path: str, span: Span) -> ir.Expr:
 
 
 def _sides(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """Sides of a table of this shape: rows of two to four numbers are vectors."""
+    """Return the sides of a table of this shape: rows of two to four numbers are vectors."""
     return shape[:-1] if len(shape) > 1 and 2 <= shape[-1] <= 4 else shape
 
 
@@ -485,7 +484,7 @@ def _check_entries(entries: int, path: str, span: Span) -> None:
 
 
 def _table_type(shape: tuple[int, ...], element: Scalar, path: str, span: Span) -> Array:
-    """Arrays of scalars or vectors, in arrays."""
+    """Return the type of a nested array of scalars or vectors."""
     sides = _sides(shape)
     _check_entries(math.prod(sides), path, span)
     entry: Scalar | Vector | Array = Vector(element, shape[-1]) if sides != shape else element
@@ -496,7 +495,7 @@ def _table_type(shape: tuple[int, ...], element: Scalar, path: str, span: Span) 
 
 
 def typed_constant(value: object, type_: Type, path: str, span: Span) -> ir.Expr:
-    """A host value as a constant of a given type; numbers are converted to the element type."""
+    """Return a host value as a constant of a given type; numbers are converted to the element type."""
     assert isinstance(type_, (Scalar, Vector, Matrix, Array))
     flat = host_numbers(value, type_, path, span)
     element = element_of(type_)
@@ -508,7 +507,7 @@ def typed_constant(value: object, type_: Type, path: str, span: Span) -> ir.Expr
 
 
 def host_numbers(value: object, type_: Type, path: str, span: Span) -> list[ir.Number]:
-    """A host value's numbers in component order (:func:`~.layout.in_order`), or fail naming ``path``."""
+    """Return a host value's numbers in component order (:func:`~.layout.in_order`); the error names ``path``."""
     array = as_array(value)
     flat = in_order(array, type_)
     element = element_of(type_)

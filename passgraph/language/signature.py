@@ -38,7 +38,7 @@ from passgraph.language.types import (
 )
 from passgraph.language.uniform_layout import in_range
 
-#: What a mesh can hand to a vertex kernel, with the value where the mesh has none.
+#: Attributes of a vertex, with the value for meshes without the attribute.
 VERTEX_FIELDS: dict[str, tuple[Type, tuple[float, ...]]] = {
     "position": (NAMED["vec3"], (0, 0, 0)),
     "normal": (NAMED["vec3"], (0, 0, 1)),
@@ -51,11 +51,11 @@ VERTEX = Struct("Vertex", tuple((name, type_) for name, (type_, _) in VERTEX_FIE
 
 #: Longest array that a kernel may have as a parameter.
 MAX_BUFFER_LENGTH = 1 << 24
-#: Images of a kernel, those of structs and arrays counted; devices read fewer in one pass.
+#: Most images of a kernel, including those in structs and arrays; devices support fewer in one pass.
 MAX_IMAGES = 128
-#: Most fields of a struct, those of structs within it counted.
+#: Most fields of a struct, including nested ones.
 MAX_STRUCT_FIELDS = 256
-#: Structs within structs.
+#: Deepest nesting of structs.
 MAX_STRUCT_DEPTH = 32
 
 
@@ -66,7 +66,7 @@ class Signature:
 
 
 def resolve(node: ast.expr, scope: Scope, source: Source) -> object:
-    """The meaning of a (dotted) name."""
+    """Return the meaning of a (dotted) name."""
     span = source.span(node)
     if isinstance(node, ast.Name):
         return meaning_of(scope.lookup(node.id, span), node.id, scope, span)
@@ -83,7 +83,7 @@ def resolve(node: ast.expr, scope: Scope, source: Source) -> object:
 
 
 def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type, bool]:
-    """The type that an annotation names, and whether it is Const."""
+    """Return the type that an annotation names, and True if it is Const."""
     span = source.span(node)
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         return annotation_type(_unquoted(node, source), scope, source)
@@ -118,7 +118,7 @@ def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type,
 
 
 def _unquoted(node: ast.expr, source: Source) -> ast.expr:
-    """An annotation, which may be written as a string."""
+    """Return an annotation, which may be written as a string."""
     if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
         return node
     try:
@@ -139,7 +139,7 @@ def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
         fail(span, "an array cannot hold tuples; use a @pg.struct")
     length_node = node.slice.elts[1]
     if isinstance(length_node, ast.Subscript) and ast.unparse(length_node.value).split(".")[-1] == "Literal":
-        length_node = length_node.slice  # as type checkers want numbers
+        length_node = length_node.slice  # type checkers need it so
     if isinstance(length_node, ast.Constant):
         length: object = length_node.value
     else:
@@ -154,7 +154,7 @@ def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
 
 
 def checked_array(array: Array, span: Span) -> Array:
-    """An array type that keeps to the limits."""
+    """Return an array type, with its limits checked."""
     most = MAX_ARRAY_LENGTH if image_count(array) else MAX_BUFFER_LENGTH
     if longest(array) > most:
         fail(span, f"{array} has {longest(array)} elements, those of arrays in it counted; at most {most}")
@@ -162,7 +162,7 @@ def checked_array(array: Array, span: Span) -> Array:
 
 
 def read_signature(function: FunctionSource) -> Signature:
-    """Typed parameters and result of a function; every parameter needs an annotation."""
+    """Return the typed parameters and result of a function; every parameter needs an annotation."""
     node, source, scope = function.node, function.source, function.scope
     arguments = node.args
     if arguments.vararg or arguments.kwarg:
@@ -188,7 +188,7 @@ def read_signature(function: FunctionSource) -> Signature:
 
 
 def check_images(name: str, parameters: tuple[ir.Parameter, ...], span: Span) -> None:
-    """Refuse more images than a kernel may read."""
+    """Raise an error for more images than a kernel may read."""
     count = sum(image_count(parameter.type) for parameter in parameters)
     if count > MAX_IMAGES:
         fail(span, f"{name} takes {count} images, those in structs and arrays too; at most {MAX_IMAGES}")
@@ -220,7 +220,7 @@ def _parameter(argument: ast.arg, default: ast.expr | None, function: FunctionSo
 
 
 def default_value(node: ast.expr, type_: Type, name: str, source: Source, scope: Scope) -> object:
-    """A default as plain data: numbers and tuples of them."""
+    """Return a default as plain data: numbers and tuples of them."""
     span = source.span(node)
     if not isinstance(innermost(type_), (Scalar, Vector, Matrix)):
         fail(span, f"parameter {name!r} of type {type_} cannot have a default")
@@ -230,7 +230,7 @@ def default_value(node: ast.expr, type_: Type, name: str, source: Source, scope:
 
 
 def literal_value(node: ast.expr, source: Source, scope: Scope) -> object:
-    """Numbers, tuples and captured constants, evaluated without running Python."""
+    """Return numbers, tuples and captured constants, evaluated without running Python."""
     span = source.span(node)
     if isinstance(node, ast.Constant):
         return _plain(node.value, written(node, span))
@@ -263,7 +263,7 @@ def literal_value(node: ast.expr, source: Source, scope: Scope) -> object:
 
 
 def host_value(constant: ir.Construct | ir.Table) -> object:
-    """A captured vector, matrix or table as the host would write it."""
+    """Return a captured vector, matrix or table in host notation."""
     if isinstance(constant, ir.Table):
         return _rows(constant.values, (*sides_of(constant.type), component_count(innermost(constant.type))))
     flat = [part.value for part in constant.arguments if isinstance(part, ir.Literal)]
@@ -271,7 +271,7 @@ def host_value(constant: ir.Construct | ir.Table) -> object:
 
 
 def _rows(values: tuple[ir.Number, ...], sides: tuple[int, ...]) -> object:
-    """Flat numbers as rows in rows; the last side may be 1, of a scalar."""
+    """Return flat numbers as nested rows; the last side may be 1, for a scalar."""
     if len(sides) == 1:
         return values if sides[0] > 1 else values[0]
     each = len(values) // sides[0]
@@ -292,7 +292,7 @@ def _fold(operator: ast.operator, left: float, right: float, span: Span) -> floa
 
 
 def _plain(value: Any, checked: ir.Literal) -> Any:
-    """Whole numbers as they are written: what 0xFFFFFFFF stands for depends on the type that it becomes."""
+    """Return integers as written: the meaning of 0xFFFFFFFF depends on the type that it becomes."""
     return value if type(value) is int else checked.value
 
 
@@ -311,7 +311,7 @@ def _construct(maker: Scalar | Vector | Matrix, parts: list[object], span: Span)
 
 
 def _converted(value: object, type_: Scalar, span: Span) -> ir.Number:
-    """A number as a scalar type has it; floats lose what is behind the point where it has whole numbers."""
+    """Convert a number to a scalar type; floats are truncated for integer types."""
     if not isinstance(value, (int, float)) or (type_ in (INT, UINT) and not math.isfinite(value)):
         fail(span, f"{type_} takes a number, got {shown(value)}")
     if type_ is UINT and not 0 <= value <= symbols.UINT_MAX:
@@ -331,7 +331,7 @@ def _depth(type_: Type) -> int:
 
 
 def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
-    """A struct from its class statement: annotated fields, optional defaults, nothing else."""
+    """Return a struct from its class statement: annotated fields, optional defaults, nothing else."""
     fields: list[tuple[str, Type]] = []
     defaults: list[tuple[str, object]] = []
     if node.bases or node.keywords:
@@ -363,7 +363,7 @@ def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
 
 
 def checked_struct(struct: Struct, span: Span) -> Struct:
-    """A struct that keeps to the limits."""
+    """Return a struct, with its limits checked."""
     count = _leaf_count(struct)
     if count > MAX_STRUCT_FIELDS:
         fail(span, f"struct {struct.name} has {count} fields, nested ones too; at most {MAX_STRUCT_FIELDS}")

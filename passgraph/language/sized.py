@@ -1,4 +1,4 @@
-"""Whether loops of a kernel run as far as pictures are large: such kernels are made for the sizes that a plan has."""
+"""Detect loops over whole pictures: such kernels are compiled for the sizes in the plan."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from passgraph.language import ir
 
 
 def loops_over_sizes(program: ir.TypedKernel) -> bool:
-    """Whether a bound of a loop hangs on the size of an image or of the output, through variables too."""
+    """Return True if a bound of a loop depends on the size of an image or of the output, also through variables."""
     bounds: list[ir.Expr] = [bound for loop in _loops(program.body) for bound in (loop.start, loop.stop, loop.step)]
     pending: list[ir.Expr] = [bound for bound in bounds if not isinstance(bound, ir.Literal)]
     if not pending:

@@ -1,4 +1,4 @@
-"""Kernel source: where it comes from, and positions for errors."""
+"""Kernel source: its origin, and positions for errors."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from typing import NoReturn
 from passgraph.cached import cached_property
 from passgraph.errors import KernelError, PassgraphError
 
-#: Longest kernel text taken from a stranger, in characters; the longest kernel of our own has about 5,000.
+#: Longest untrusted kernel text, in characters; the longest kernel of this package has about 5,000.
 MAX_SOURCE_CHARACTERS = 200_000
 #: Longest line of kernel text, in characters.
 MAX_LINE_CHARACTERS = 10_000
 #: Deepest nesting of statements and expressions; ``a + b + c + …`` nests once for each term.
 MAX_NESTING = 200
-#: A longer source line is shown in part, around the caret.
+#: Longer source lines are abbreviated around the caret.
 _SHOWN_CHARACTERS = 160
-#: Where statements hold statements.
+#: Fields with nested statements.
 _BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
 
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A stretch of one source line; ``line`` counts from 1, columns count characters from 0."""
+    """A part of one source line; ``line`` counts from 1, columns count characters from 0."""
 
     file: str
     line: int
@@ -40,7 +40,7 @@ class Span:
     text: str = ""
 
     def point_at(self, message: str) -> str:
-        """The message with file, line, the source line and a caret below it."""
+        """Return the message with file, line, the source line and a caret below it."""
         column, end, text = self.column, self.end_column, self.text.rstrip()
         if len(text) > _SHOWN_CHARACTERS:
             start = max(0, column - _SHOWN_CHARACTERS // 2)
@@ -52,7 +52,7 @@ class Span:
 
 
 def _blank(character: str) -> str:
-    """Spaces as wide as a character in a terminal; a tab stays a tab."""
+    """Return spaces as wide as a character in a terminal; a tab stays a tab."""
     if character == "\t" or character.isascii():
         return character if character == "\t" else " "
     if unicodedata.combining(character):
@@ -67,7 +67,7 @@ def fail(span: Span, message: str) -> NoReturn:
     raise KernelError(span.point_at(message))
 
 
-#: Python warns of unknown escapes, and only a filter for the whole process would silence it; docstrings have some.
+#: Python warns of unknown escapes, and only a process-wide filter could silence that; docstrings have some.
 _ESCAPE = re.compile(r"\\(.)", re.DOTALL)
 _ESCAPES = "\n\r\\'\"abfnrtvxNuU01234567"
 
@@ -78,16 +78,16 @@ def _known_escape(match: re.Match[str]) -> str:
 
 @dataclass(frozen=True)
 class Source:
-    """One piece of kernel text and where it begins."""
+    """A piece of kernel text and its position."""
 
     file: str
     text: str  # dedented
     first_line: int = 1
-    indent: int = 0  # columns that dedenting took away
+    indent: int = 0  # columns removed by dedenting
 
     @cached_property
     def lines(self) -> list[str]:
-        # Only the line ends that Python's own parser knows; str.splitlines has more.
+        # Only the line ends of Python's own parser; str.splitlines has more.
         return self.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
     def _line(self, number: int) -> str:
@@ -114,12 +114,12 @@ class Source:
         return Span(self.file, self.first_line + line - 1, column, end, text)
 
     def parse(self) -> ast.Module:
-        """The syntax tree.
+        """Return the syntax tree.
 
         Raises
         ------
         KernelError
-            For what is not Python, and for nesting that would exhaust the stack.
+            For text that is not Python, and for nesting that would exhaust the stack.
         """
         try:
             tree = ast.parse(_ESCAPE.sub(_known_escape, self.text))
@@ -158,18 +158,18 @@ def _children(node: ast.AST) -> list[ast.AST]:
 
 
 def _dedented(lines: list[str]) -> tuple[str, int]:
-    """Text without the indent of its first line; comments and strings may stand further left."""
+    """Return text without the indent of its first line; comments and strings may be indented less."""
     indent = lines[0][: len(lines[0]) - len(lines[0].lstrip())]
     return "".join(line[len(indent) :] if line.startswith(indent) else line for line in lines), len(indent)
 
 
 def source_of(function: Callable[..., object] | type) -> Source:
-    """The text of a function or class, from its file, a notebook cell or the REPL.
+    """Return the text of a function or class, from its file, a notebook cell or the REPL.
 
     Raises
     ------
     KernelError
-        When Python kept no source (``exec``, ``python -c`` before 3.13); the mend is to give the text.
+        If Python kept no source (``exec``, ``python -c`` before 3.13); pass the text instead.
     """
     name = getattr(function, "__qualname__", str(function))
     try:
@@ -186,10 +186,10 @@ def source_of(function: Callable[..., object] | type) -> Source:
 
 
 def source_of_class(cls: type, frame: pytypes.FrameType | None) -> Source:
-    """The text of a class statement that is running in ``frame``.
+    """Return the text of a class statement that is running in ``frame``.
 
-    Python 3.11 finds classes by name and only in modules with a file; the line that is running also finds
-    those of notebook cells, and the right one of two with one name.
+    Python 3.11 finds classes by name and only in modules with a file; the running line also finds those of notebook
+    cells, and the right one of two with one name.
     """
     if frame is not None:
         file = frame.f_code.co_filename
@@ -207,7 +207,7 @@ def source_of_class(cls: type, frame: pytypes.FrameType | None) -> Source:
 
 @lru_cache(maxsize=1)
 def _classes(text: str) -> list[ast.ClassDef]:
-    """Class statements of a text, outer ones first; a module's structs ask for the same one after another."""
+    """Return the class statements of a text, outer ones first; cached, as structs of a module parse the same text."""
     try:
         level: list[ast.AST] = [ast.parse(text)]
     except (SyntaxError, ValueError, RecursionError, MemoryError):
@@ -220,14 +220,14 @@ def _classes(text: str) -> list[ast.ClassDef]:
 
 
 def source_from_text(text: str, name: str = "<kernel text>") -> Source:
-    """Kernel text from anywhere, within limits that keep parsing quick."""
+    """Return untrusted kernel text as source, within limits that keep parsing fast."""
     if not isinstance(text, str):
         raise PassgraphError(f"kernel source must be str, got {type(text).__name__}")
     return check_length(Source(name, textwrap.dedent(text)))
 
 
 def check_length(source: Source) -> Source:
-    """The same source, whose text keeps to the limits of text from anywhere."""
+    """Return the same source after checking the limits for untrusted text."""
     name, text, limit = source.file, source.text, MAX_LINE_CHARACTERS
     if len(text) > MAX_SOURCE_CHARACTERS:
         raise KernelError(f"{name}: kernel text has {len(text)} characters; at most {MAX_SOURCE_CHARACTERS} are read")

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 Node = TypeVar("Node", bound=ast.AST)
 
-#: Branches that one statement becomes, one inside the other.
+#: Most nested branches from one statement.
 MAX_CASES = 100
 
 
 def always_matches(case: ast.match_case) -> bool:
-    """Whether it is ``case _``."""
+    """Return True for ``case _``."""
     pattern = case.pattern
     return isinstance(pattern, ast.MatchAs) and pattern.name is None and pattern.pattern is None and case.guard is None
 
@@ -36,7 +36,7 @@ def branches(node: ast.Match, subject: str, span: Callable[[ast.AST], Span]) -> 
     Raises
     ------
     KernelError
-        For patterns other than whole numbers, their alternatives and ``_``, and for what follows ``_``.
+        For patterns other than integers, their alternatives and ``_``, and for cases after ``_``.
     """
     if len(node.cases) > MAX_CASES:
         fail(span(node.subject), f"this match has {len(node.cases)} cases; at most {MAX_CASES}")
@@ -85,30 +85,30 @@ _REFUSED: dict[type[ast.stmt], str] = {
     ast.Global: "global", ast.Nonlocal: "nonlocal",
 }  # fmt: skip
 
-#: A longer condition is not repeated in an error.
+#: Longer conditions are not repeated in an error.
 _SHOWN_CONDITION = 60
-#: Blocks within blocks once functions are inlined; drivers' compilers go through them by recursion.
+#: Deepest nesting of blocks after inlining; drivers' compilers use recursion.
 MAX_BLOCKS = 100
 
 
 class Exit:
-    """Whether a function body has been left, in a variable."""
+    """Tracks in a variable if a function body has returned."""
 
     def __init__(self, builder: Builder, function: str) -> None:
         self.builder, self.name = builder, builder.fresh(f"{function}.returned")
 
     def open(self, span: Span) -> None:
-        """At the beginning of the body."""
+        """Declare it at the beginning of the body."""
         self.builder.emit(ir.Assign(self.name, ir.Literal(BOOL, False, span), span))
 
     def leave(self, span: Span, *, in_loop: bool) -> None:
-        """A return, and the end of the trip that it is in."""
+        """Handle a return, and end the iteration that it is in."""
         self.builder.emit(ir.Assign(self.name, ir.Literal(BOOL, True, span), span))
         if in_loop:
             self.builder.emit(ir.Break(span))
 
     def leave_loop_around(self, span: Span) -> None:
-        """Behind a loop inside another: a return has left it, and leaves the one around too."""
+        """Leave the enclosing loop if a return has left the inner one."""
         self.builder.emit(ir.If(ir.Local(BOOL, self.name, span), (ir.Break(span),), (), span))
 
     def unless_left(self, emit: Callable[[], None], span: Span) -> None:
@@ -123,7 +123,7 @@ class Statements:
 
     def __init__(self, frame: Frame) -> None:
         self.frame = frame
-        self.loops: list[str] = []  # indices of the loops around, as written
+        self.loops: list[str] = []  # indices of the enclosing loops, as written
         self._here = NOWHERE  # the branch or loop whose blocks are being parsed
 
     def span(self, node: ast.AST) -> Span:
@@ -140,7 +140,7 @@ class Statements:
                 if isinstance(node, ast.If):
                     condition = self._condition(node)
                     if isinstance(condition, ir.Literal):
-                        # What never runs is not read; what does, next in this loop.
+                        # Code that never runs is not parsed; code that runs is, next in this loop.
                         pending[position:position] = node.body if condition.value else node.orelse
                         continue
                     always_leaves = self._if(node, condition, pending, position)
@@ -167,7 +167,7 @@ class Statements:
         return False
 
     def _captured(self, nodes: Iterable[ast.stmt]) -> tuple[tuple[ir.Stmt, ...], bool]:
-        """Statements of a block of their own, and whether every path through them returns."""
+        """Parse the statements of a block; also return True if every path through them returns."""
         returns: list[bool] = []
         body = self.frame.builder.captured(lambda: returns.append(self.block(nodes)), self._here)
         return body, returns[0]
@@ -177,18 +177,20 @@ class Statements:
         return decided(self.frame.expressions.condition(node.test))
 
     def _if(self, node: ast.If, condition: ir.Expr, pending: list[ast.stmt], position: int) -> bool | None:
-        """A branch; what follows from ``position`` on too where the branch decides about it: true when every path
-        through both returns.  None: what follows is still to be parsed."""
+        """Parse a branch, and the statements from ``position`` on if the branch affects them.
+
+        Return True if every path through both returns; None: the following statements still need parsing.
+        """
         frame, span = self.frame, self.span(node.test)
         then_returns, else_returns = self._always_returns(node.body), self._always_returns(node.orelse)
-        # What follows a branch that returned belongs to the other branch alone.
+        # Statements after a branch that returned belong to the other branch only.
         then_nodes = [*node.body, *pending[position:]] if else_returns and not then_returns else node.body
         else_nodes = [*node.orelse, *pending[position:]] if then_returns and not else_returns else node.orelse
         before = set(frame.assigned)
         then, then_done = self._captured(then_nodes)
         after_then, frame.assigned = frame.assigned, before
         orelse, else_done = self._captured(else_nodes)
-        # A branch that left has no say in what is assigned after it.
+        # A branch that returned does not affect assignments after it.
         if else_done or _jumps(orelse):
             frame.assigned = after_then
         elif not (then_done or _jumps(then)):
@@ -201,7 +203,7 @@ class Statements:
         frame, span = self.frame, self.span(node)
         self._here = span
         if self.loops:
-            # Inside a loop a return has left it: an inner loop hands that on to the one around.
+            # A return has left the inner loop; propagate it to the enclosing one.
             if isinstance(node, ast.For):
                 frame.exit.leave_loop_around(span)
             return None
@@ -212,12 +214,12 @@ class Statements:
         return leaves[0]
 
     def _match(self, node: ast.Match) -> list[ast.stmt]:
-        """The branches that a match stands for; its subject is computed once."""
+        """Return the branches equivalent to a match; its subject is computed once."""
         frame, span = self.frame, self.span(node.subject)
         subject = frame.expressions.value(node.subject)
         if subject.type != INT:
             fail(span, f"match takes an int, got {subject.type}; write if and elif")
-        # No name of the text has a space.
+        # No name in the text has a space.
         name = frame.builder.fresh("match subject")
         frame.parts[name] = frame.name_it(subject, span, keep_locals=False)
         return branches(node, name, self.span)
@@ -248,7 +250,7 @@ class Statements:
         frame.assigned = before
         del frame.variables[name]
         if outer is not None:
-            # The name meant an int before the loop and holds the last index after it, as in Python.
+            # The name was an int before the loop and has the last index after it, as in Python.
             frame.variables[name] = outer
             body = (ir.Assign(outer.name, ir.Local(INT, index.name, span), span), *body)
         frame.emit(ir.For(index.name, start, stop, step, body, span))
@@ -297,7 +299,7 @@ class Statements:
         frame.exit.leave(span, in_loop=bool(self.loops))
 
     def _always_returns(self, nodes: list[ast.stmt]) -> bool:
-        """Whether a block ends in a return on every path, read off its shape."""
+        """Return True if a block returns on every path, judged by its structure."""
         for node in nodes:
             if isinstance(node, ast.Return) or self._is_discard(node):
                 return True
@@ -308,7 +310,7 @@ class Statements:
                 return True
         return False
 
-    # Everything else
+    # Other statements
 
     def _simple(self, node: ast.stmt) -> None:
         span = self.span(node)
@@ -349,7 +351,7 @@ def _may_be_discard(function: ast.expr) -> bool:
 
 
 def _returns(node: ast.stmt) -> bool:
-    """Whether a return (or discard) is inside."""
+    """Return True if a return (or discard) is inside."""
     for part in ast.walk(node):
         if isinstance(part, ast.Return) or (isinstance(part, ast.Call) and _may_be_discard(part.func)):
             return True

@@ -1,8 +1,7 @@
-"""The names that kernels use beside operations: types, constructors, what a stage provides.
+"""Names that kernels use besides operations: types, constructors, stage builtins.
 
-They are markers.  The parser reads a kernel's source and recognises these objects by identity; calling
-a function such as :func:`pixel` in ordinary Python is an error, while ``vec3(1, 0, 0)`` makes a constant
-that a kernel may capture.
+They are markers.  The parser reads a kernel's source and recognizes these objects by identity.  Calling a function such
+as :func:`pixel` in ordinary Python is an error, while ``vec3(1, 0, 0)`` makes a constant that a kernel may capture.
 """
 
 from __future__ import annotations
@@ -21,11 +20,11 @@ T = TypeVar("T")
 N = TypeVar("N")
 
 if TYPE_CHECKING:
-    uint = int  # to Python's type checkers a uint is an int
+    uint = int  # type checkers treat a uint as an int
 else:
 
     class uint(int):
-        """A whole number from 0 to 4294967295 on the host; kernels that capture it have a uint."""
+        """An integer from 0 to 4294967295 on the host; kernels that capture it get a uint."""
 
         def __new__(cls, value: int = 0) -> uint:
             try:
@@ -60,14 +59,15 @@ def _flat(values: Iterable[Any]) -> Iterator[Any]:
 
 
 class _Constant(tuple[Any, ...]):
-    """A vector or matrix value on the host: numbers in the language's order, without arithmetic."""
+    """A vector or matrix value on the host: numbers in component order, without arithmetic."""
 
     size = 0
 
     def __new__(cls, *arguments: Any) -> Self:
         numbers: list[Any] = []
         for argument in arguments:
-            # An array of NumPy, of no dimension too, as Python's numbers; of a matrix the rows are its columns.
+            # NumPy arrays, including 0-dimensional ones, are converted to Python numbers; the rows of a matrix are its
+            # columns.
             values = argument.tolist() if hasattr(argument, "tolist") else argument
             numbers.extend(_flat(values) if isinstance(values, (list, tuple)) else [values])
         for number in numbers:
@@ -83,7 +83,7 @@ class _Constant(tuple[Any, ...]):
     def _filled(cls, number: Any) -> list[Any]:
         return [number] * cls.size
 
-    if TYPE_CHECKING:  # what kernels do with a value is checked by the parser, not by Python's checkers
+    if TYPE_CHECKING:  # operations in kernels are checked by the parser, not by type checkers
 
         def __getattr__(self, name: str) -> Any: ...
         def __setattr__(self, name: str, value: Any) -> None: ...
@@ -121,7 +121,7 @@ if TYPE_CHECKING:
     V4 = TypeVar("V4")
 
     class _Two(_Constant, Generic[S, V2]):
-        """The components of a vector of numbers ``S``, and the vectors made of its first ones."""
+        """The components of a vector of numbers ``S``, and the types of its shorter swizzles."""
 
         x: S
         y: S
@@ -202,7 +202,7 @@ class _MatrixConstant(_Constant):
 
     @classmethod
     def _filled(cls, number: Any) -> list[Any]:
-        """One number on the diagonal, as in GLSL."""
+        """Return a diagonal matrix for one number, as in GLSL."""
         return [number if i // cls.rows == i % cls.rows else number * 0 for i in range(cls.size)]
 
 
@@ -261,8 +261,8 @@ class Image:
 
 
 class Vertex:
-    """One vertex of a mesh, as a vertex kernel sees it, in object space; what a mesh without an attribute has instead
-    says :data:`passgraph.language.signature.VERTEX_FIELDS`."""
+    """One vertex of a mesh in a vertex kernel, in object space; :data:`passgraph.language.signature.VERTEX_FIELDS` has
+    the values of missing attributes."""
 
     if TYPE_CHECKING:
         position: vec3
@@ -274,7 +274,7 @@ class Vertex:
 
 
 if TYPE_CHECKING:
-    Const = Annotated[T, "baked"]  # to Python's type checkers a Const[int] is an int
+    Const = Annotated[T, "baked"]  # type checkers treat a Const[int] as an int
 else:
 
     class Const(Generic[T]):
@@ -322,13 +322,13 @@ pack_snorm4x8, unpack_snorm4x8 = Symbol("pack_snorm4x8"), Symbol("unpack_snorm4x
 pack_unorm2x16, unpack_unorm2x16 = Symbol("pack_unorm2x16"), Symbol("unpack_unorm2x16")
 pack_snorm2x16, unpack_snorm2x16 = Symbol("pack_snorm2x16"), Symbol("unpack_snorm2x16")
 pack_half2x16, unpack_half2x16 = Symbol("pack_half2x16"), Symbol("unpack_half2x16")
-#: Functions whose text is in :mod:`.library`.
+#: Functions defined in :mod:`.library`.
 WRITTEN = (
     modf, frexp, pack_unorm4x8, pack_snorm4x8, pack_unorm2x16, pack_snorm2x16, pack_half2x16,
     unpack_unorm4x8, unpack_snorm4x8, unpack_unorm2x16, unpack_snorm2x16, unpack_half2x16,
 )  # fmt: skip
 
-#: Functions that are no operations.
+#: Functions that are not operations.
 FUNCTIONS = {**{symbol.name: symbol for symbol in (*_STAGE, *WRITTEN)}, "dFdx": dFdx, "dFdy": dFdy}
 
 __all__ = [

@@ -1,8 +1,8 @@
 """The types of the kernel language, as plain data.
 
 Scalars are ``bool``, ``int`` (32 bits, two's complement), ``uint`` (32 bits, from 0) and ``float`` (IEEE 754 binary32);
-vectors, matrices and fixed-size arrays are built from them.  Structs, and arrays of anything but plain values,
-exist only in source: the parser takes them apart (:func:`plain_parts`), so nothing behind it knows them.
+vectors, matrices and fixed-size arrays are built from them.  Structs, and arrays of other than plain values, exist only
+in source: the parser splits them (:func:`plain_parts`), so later stages do not know them.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Matrix:
 
     @property
     def column(self) -> Vector:
-        """The type of one column."""
+        """Return the type of one column."""
         return Vector(FLOAT, self.rows)
 
 
@@ -61,7 +61,7 @@ class Array:
 
 @dataclass(frozen=True, slots=True)
 class ImageType:
-    """A picture that a kernel reads; what it holds always arrives as vec4 (missing channels 0, 0, 1)."""
+    """A picture that a kernel reads; its texels are always vec4 (missing channels are 0, 0, 1)."""
 
     def __str__(self) -> str:
         return "Image"
@@ -100,10 +100,10 @@ VEC2, VEC3, VEC4 = (Vector(FLOAT, n) for n in (2, 3, 4))
 IVEC2, IVEC3, IVEC4 = (Vector(INT, n) for n in (2, 3, 4))
 IMAGE = ImageType()
 
-#: Entries of the longest array that is a value; longer ones are parameters, read by index (:mod:`.long_arrays`).
+#: Longest array that is a value; longer ones are parameters, read by index (:mod:`.long_arrays`).
 MAX_ARRAY_LENGTH = 1024
 
-#: What an annotation or a constructor call may say, by name.
+#: Types that an annotation or a constructor call may name.
 NAMED: dict[str, Type] = {
     "bool": BOOL, "int": INT, "uint": UINT, "float": FLOAT,
     "vec2": VEC2, "vec3": VEC3, "vec4": VEC4,
@@ -116,7 +116,7 @@ NAMED: dict[str, Type] = {
 
 
 def element_of(type_: Type) -> Scalar:
-    """The scalar that a scalar, vector, matrix or array is made of."""
+    """Return the scalar element of a scalar, vector, matrix or array."""
     if isinstance(type_, Scalar):
         return type_
     if isinstance(type_, Vector):
@@ -134,7 +134,7 @@ def innermost(type_: Type) -> Type:
 
 
 def flat_type(array: Array) -> Array:
-    """Arrays in arrays as one: Array[Array[T, 3], 2] holds six T, those of its first array first."""
+    """Flatten nested arrays: Array[Array[T, 3], 2] has six T, those of its first array first."""
     if not isinstance(array.element, Array):
         return array
     inner = flat_type(array.element)
@@ -147,7 +147,7 @@ def sides_of(type_: Type) -> tuple[int, ...]:
 
 
 def is_plain(type_: Type) -> bool:
-    """Whether what comes behind the parser knows the type: a scalar, vector or matrix, or an array of such."""
+    """Return True for types that exist after parsing: scalars, vectors, matrices, and arrays of them."""
     entry = type_.element if isinstance(type_, Array) else type_
     return isinstance(entry, (Scalar, Vector, Matrix))
 
@@ -173,7 +173,8 @@ def plain_parts(type_: Type, name: str = "") -> list[tuple[str, Type]]:
 
 
 def image_names(type_: Type, name: str) -> list[str]:
-    """The images of a parameter: itself, or those in its fields and entries, such as ``maps.2`` and ``light.map``."""
+    """Return the images of a parameter: itself, or those in its fields and entries, such as ``maps.2`` and
+    ``light.map``."""
     names: list[str] = []
     for path, part in plain_parts(type_, name):
         if isinstance(part, ImageType):
@@ -190,14 +191,14 @@ def image_count(type_: Type) -> int:
 
 
 def longest(type_: Type) -> int:
-    """Entries of the longest array in a type, arrays in arrays taken together."""
+    """Return the length of the longest array in a type, with nested arrays flattened."""
     if isinstance(type_, Struct):
         return max((longest(inner) for _, inner in type_.fields), default=1)
     return type_.length * longest(type_.element) if isinstance(type_, Array) else 1
 
 
 def held_as(type_: Type) -> str:
-    """The scalar that holds its components in a program: a uint is the int with the same bits."""
+    """Return the scalar type of its components in a program: a uint is the int with the same bits."""
     element = element_of(type_)
     return "int" if element is UINT else element.name
 
@@ -216,7 +217,7 @@ def component_count(type_: Type) -> int:
 
 
 def shape_of(type_: Type) -> tuple[int, ...]:
-    """The array shape of one value: () for scalars, (n,) for vectors, (columns, rows) for matrices."""
+    """Return the array shape of one value: () for scalars, (n,) for vectors, (columns, rows) for matrices."""
     if isinstance(type_, Scalar):
         return ()
     if isinstance(type_, Vector):
@@ -229,5 +230,5 @@ def shape_of(type_: Type) -> tuple[int, ...]:
 
 
 def with_element(type_: Scalar | Vector, element: Scalar) -> Scalar | Vector:
-    """The same shape made of another scalar."""
+    """Return the same shape with another scalar type."""
     return element if isinstance(type_, Scalar) else Vector(element, type_.size)

@@ -1,4 +1,4 @@
-"""Types of operations and the conversions that happen by themselves (whole numbers to float, never back)."""
+"""Types of operations, and implicit conversions (integers to float, never back)."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _LETTERS = {"G": FLOAT, "S": INT, "U": UINT, "B": BOOL, "f": FLOAT, "i": INT, "b
 
 
 def widen(value: ir.Expr, type_: Type, span: Span, what: str) -> ir.Expr:
-    """``value`` as ``type_``: unchanged, a whole number as float, a written int as uint.
+    """Convert ``value`` to ``type_``: unchanged, an integer to float, or a literal int to uint.
 
-    Anything else is an error that names the mend.
+    Anything else is an error that names the remedy.
     """
     if value.type == type_:
         return value
@@ -56,7 +56,7 @@ def widen(value: ir.Expr, type_: Type, span: Span, what: str) -> ir.Expr:
 
 
 def _as_uint(value: ir.Literal, what: str) -> ir.Literal:
-    """A written int where a uint is wanted."""
+    """Convert a literal int where a uint is expected."""
     number = int(value.value)
     if number < 0 and not value.bits:
         fail(value.span, f"{what} must be uint, from 0 to {UINT_MAX}, got {number}; write uint({number}) for its bits")
@@ -64,7 +64,7 @@ def _as_uint(value: ir.Literal, what: str) -> ir.Literal:
 
 
 def _widen_array(value: ir.Expr, type_: Array, span: Span, what: str) -> ir.Expr | None:
-    """A written-out or captured array of ints where floats or uints are wanted."""
+    """Convert a literal or captured array of ints where floats or uints are expected."""
     array, element_type = value.type, element_of(type_)
     if not isinstance(array, Array) or array.length != type_.length or element_of(array) is not INT:
         return None
@@ -84,7 +84,7 @@ def _element(type_: Value) -> Scalar:
 
 
 def apply(name: str, arguments: list[ir.Expr], span: Span) -> ir.Expr:
-    """An operation on typed arguments, with its result type, or an error that shows the signature."""
+    """Return an operation on typed arguments, with its result type; the error shows the signature."""
     row = OPERATIONS[name]
     if row.unsigned and _shared_element(row, arguments) is UINT:
         return apply(row.unsigned, arguments, span)
@@ -121,20 +121,20 @@ def _common_size(row: Operation, arguments: list[ir.Expr], span: Span) -> int:
 
 
 def _number_element(row: Operation, arguments: list[ir.Expr], span: Span) -> Scalar:
-    """The element type shared by all ``N`` and ``I`` arguments."""
+    """Return the element type shared by all ``N`` and ``I`` arguments."""
     if "N" in row.operands and not row.converts and BOOL in _elements(row, arguments):
         fail(span, f"{row.spoken} takes numbers, got bool; write int(...) or float(...)")
     return _shared_element(row, arguments)
 
 
 def _elements(row: Operation, arguments: list[ir.Expr]) -> list[Scalar]:
-    """The element types of arguments that may be of several."""
+    """Return the element types of arguments that may be of several."""
     pairs = zip(row.operands, arguments, strict=False)
     return [_element(a.type) for letter, a in pairs if letter in "NI" and isinstance(a.type, (Scalar, Vector))]
 
 
 def _shared_element(row: Operation, arguments: list[ir.Expr]) -> Scalar:
-    """Uint when one argument is and none is float; int when all are, and where only whole numbers go; else float."""
+    """Return uint if one argument is uint and none float; int if all are, or only integers are allowed; else float."""
     elements = _elements(row, arguments)
     if elements and all(e is BOOL for e in elements) and row.converts:
         return BOOL
@@ -165,7 +165,7 @@ def _result_type(letter: str, size: int, element: Scalar, arguments: list[ir.Exp
     if letter in ("M", "Q"):
         first = arguments[0].type
         if isinstance(first, Matrix):
-            return Matrix(first.rows, first.columns)  # transposed; what is square stays so
+            return Matrix(first.rows, first.columns)  # transposed; square matrices stay square
         assert isinstance(first, Vector)
         last = arguments[-1].type
         assert isinstance(last, Vector)
@@ -201,7 +201,7 @@ def _factors(a: Type, b: Type) -> str:
 
 
 def binary(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
-    """An operator between typed operands: the row for floats where one of them is, else the one for ints."""
+    """Return an operator applied to typed operands: the row for floats if one is a float, else the one for ints."""
     matrices = isinstance(left.type, Matrix) or isinstance(right.type, Matrix)
     if sign == "@":
         if matrices:
@@ -216,7 +216,7 @@ def binary(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
 
 
 def _matrix_arithmetic(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
-    """``*`` between matrices and vectors is the product; with scalars, and for + and -, it goes by column."""
+    """Return ``*`` of matrices and vectors as the product; with scalars, and for + and -, it goes by column."""
     if sign == "*" and not isinstance(left.type, Scalar) and not isinstance(right.type, Scalar):
         return _matmul([left, right], span)
     if sign not in ("+", "-", "*", "/"):
@@ -237,7 +237,7 @@ def _matrix_arithmetic(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> 
 
 
 def _widens(value: ir.Expr, type_: Type) -> bool:
-    """Whether a value becomes another type by itself."""
+    """Return True if a value converts implicitly to another type."""
     if not isinstance(value.type, (Scalar, Vector)) or _element(value.type) not in (INT, UINT):
         return False
     written = isinstance(value, ir.Literal) and value.type is INT and type_ is UINT
@@ -245,7 +245,7 @@ def _widens(value: ir.Expr, type_: Type) -> bool:
 
 
 def unify(left: ir.Expr, right: ir.Expr, span: Span, what: str) -> tuple[ir.Expr, ir.Expr]:
-    """Both sides of a choice as one type."""
+    """Convert both sides of a choice to one type."""
     if left.type == right.type:
         return left, right
     for a, b, flip in ((left, right, False), (right, left, True)):

@@ -1,4 +1,4 @@
-"""Packs parameters into the blocks of floats and ints that passes read."""
+"""Pack parameters into the blocks of floats and ints that passes read."""
 
 from __future__ import annotations
 
@@ -21,54 +21,54 @@ if TYPE_CHECKING:
     from passgraph.ranges import Range
 
 
-#: The least and the largest number that a component holds as it is; what lies outside gets a second look.
+#: The least and the largest number that a component can hold unchanged; others need a closer check.
 LIMITS = {"float": (-LARGEST_FLOAT, LARGEST_FLOAT), "int": (INT_MIN, INT_MAX), "uint": (0, INT_MAX), "bool": (0, 1)}
-#: From here on a float64 rounds to infinity as a float32: half a step above the largest.
+#: Larger float64 numbers round to infinity as float32: half a step above the largest.
 FLOAT_END = LARGEST_FLOAT + 2.0**103
-#: Types of arrays, as letters of NumPy's, of which a component holds every number: they get no look at all.
+#: NumPy type letters of arrays whose numbers all fit a component: they are not checked.
 HELD = {"float": "?bBhHiIlLqQef", "int": "?bBhHi", "uint": "?BH", "bool": "?"}
-#: Types of arrays whose numbers are looked at; what is left over gets the long look.
+#: NumPy type letters of arrays whose numbers are checked quickly; others get the full check.
 LOOKED_AT = {"float": "d", "int": "IlLqQ", "uint": "ILQ", "bool": ""}
-#: Types of values that are plain: compared by themselves, so that no method of a stranger's runs.
+#: Plain Python types: compared directly, so that no foreign method runs.
 _NUMBERS = frozenset((float, int, bool))
 _WHOLE = frozenset((int, bool))
 _SCALARS = frozenset(np.dtype(letter).type for letter in HELD["float"] + "d")
 _ROWS = frozenset((tuple, list, *CONSTANTS))
-#: Up to so many numbers Python's functions are quicker than NumPy's.
+#: Up to this many numbers Python's functions are faster than NumPy's.
 FEW = 16
 
 
 def components(value: object, type_: Type, name: str) -> NDArray[np.float64]:
-    """A host value in component order (matrices ``m[row][column]`` on the host become columns).
+    """Return a host value in component order (matrices ``m[row][column]`` on the host become columns).
 
-    The result may be the value's own memory: to be read at once.
-    Ints from 2147483648 to 4294967295 are bit patterns, as in kernels: they mean the int with these bits.  A block of
-    ints holds uints too, by their bits, so such a uint is that int here.
+    The result may share the value's memory: read it at once. Ints from 2147483648 to 4294967295 are bit patterns, as in
+    kernels: they mean the int with these bits.  A block of ints also stores uints, by their bits, so such a uint is
+    that int here.
 
     Raises
     ------
     InputError
-        When shape, kind or range do not fit, naming the parameter.
+        If shape, kind or range do not fit, with the parameter's name.
     """
-    # Every run packs its values: what is plainly right must cost little.
+    # Every run packs its values: plain values must cost little.
     kind = type(value)
     numbers = None
     if kind is np.ndarray:
-        numbers = _of_array(value, type_)  # type: ignore[arg-type]
+        numbers = _from_array(value, type_)  # type: ignore[arg-type]
     elif kind in _NUMBERS:
-        numbers = _of_numbers((value,), type_)
+        numbers = _from_numbers((value,), type_)
     elif kind in _SCALARS:
-        numbers = _of_numbers((value.item(),), type_)  # type: ignore[attr-defined]
+        numbers = _from_numbers((value.item(),), type_)  # type: ignore[attr-defined]
     elif kind in _ROWS:
         if len(value) <= FEW:  # type: ignore[arg-type]
-            numbers = _of_numbers(value, type_)  # type: ignore[arg-type]
+            numbers = _from_numbers(value, type_)  # type: ignore[arg-type]
         if numbers is None:
-            numbers = _of_rows(value, type_)
-    return _looked_through(value, type_, name) if numbers is None else numbers
+            numbers = _from_rows(value, type_)
+    return _fully_checked(value, type_, name) if numbers is None else numbers
 
 
-def _of_numbers(numbers: Sequence[Any], type_: Type) -> NDArray[np.float64] | None:
-    """Python's own numbers as components; None where any is something else or out of range."""
+def _from_numbers(numbers: Sequence[Any], type_: Type) -> NDArray[np.float64] | None:
+    """Return Python numbers as components; None if any is something else or out of range."""
     if len(numbers) != component_count(type_):
         return None
     element = element_of(type_).name
@@ -80,17 +80,17 @@ def _of_numbers(numbers: Sequence[Any], type_: Type) -> NDArray[np.float64] | No
     return np.array(numbers, np.float64)
 
 
-def _of_rows(rows: object, type_: Type) -> NDArray[np.float64] | None:
-    """Many numbers, numbers in rows, and numbers of NumPy's in a row."""
+def _from_rows(rows: object, type_: Type) -> NDArray[np.float64] | None:
+    """Return many numbers, nested rows of numbers, or sequences of NumPy numbers as components."""
     try:
         array = np.asarray(rows)
     except (ValueError, OverflowError):
         return None
-    return _of_array(array, type_)
+    return _from_array(array, type_)
 
 
-def _of_array(array: NDArray[Any], type_: Type) -> NDArray[np.float64] | None:
-    """An array's numbers as components; None where it holds something else, too many or what is out of range."""
+def _from_array(array: NDArray[Any], type_: Type) -> NDArray[np.float64] | None:
+    """Return an array's numbers as components; None for other content, a wrong count or numbers out of range."""
     element, kind = element_of(type_).name, array.dtype.char
     is_exact = kind in HELD[element]
     if not is_exact and kind not in LOOKED_AT[element]:
@@ -100,9 +100,9 @@ def _of_array(array: NDArray[Any], type_: Type) -> NDArray[np.float64] | None:
 
 
 def in_order(array: NDArray[Any], type_: Type) -> NDArray[Any] | None:
-    """A host value's numbers in component order, flat; None where their count or the sides of matrices do not fit.
+    """Return a host value's numbers in component order, flat; None if their count or the sides of matrices do not fit.
 
-    Host matrices are written as mathematics does, ``m[row][column]``; components are stored by columns.
+    Host matrices are written as in mathematics, ``m[row][column]``; components are stored by columns.
     """
     if array.size != component_count(type_):
         return None
@@ -110,13 +110,13 @@ def in_order(array: NDArray[Any], type_: Type) -> NDArray[Any] | None:
         if array.shape[-2:] == (matrix.rows, matrix.columns):
             array = np.swapaxes(array, -1, -2)
         elif matrix.rows != matrix.columns:
-            return None  # by rows or by columns: it cannot be told
+            return None  # ambiguous: by rows or by columns
     return array.ravel()
 
 
 def described(type_: Type) -> str:
-    """Describe how many numbers a host value of this type has, for errors; of matrices that are not square, the rows
-    too."""
+    """Describe the number of elements of a host value of this type, for errors; for non-square matrices, also the
+    rows."""
     count, matrix = component_count(type_), innermost(type_)
     if isinstance(matrix, Matrix) and matrix.rows != matrix.columns:
         return f"{count} numbers; {matrix.rows} rows of {matrix.columns} each"
@@ -124,20 +124,21 @@ def described(type_: Type) -> str:
 
 
 def _wide(array: NDArray[Any], type_: Type) -> NDArray[np.float64] | None:
-    """:func:`in_order`, as float64."""
+    """Return :func:`in_order`, as float64."""
     flat = in_order(array, type_)
     return None if flat is None else flat.astype(np.float64, copy=False)
 
 
 def _fits(wide: NDArray[np.float64], element: str) -> bool:
     low, high = LIMITS[element]
-    # No number is farther from 0 than all together; NaN is below nothing.  Unlike dot, vdot warns of no overflow.
+    # No number is farther from 0 than the norm; comparisons with NaN are false.  Unlike dot, vdot does not warn of
+    # overflow.
     far = math.hypot(*wide.tolist()) if wide.size <= FEW else math.sqrt(np.vdot(wide, wide))
     return far <= high or bool(low <= wide.min() and wide.max() <= high)
 
 
-def _looked_through(value: object, type_: Type, name: str) -> NDArray[np.float64]:
-    """`components` of what is unusual or wrong: NaN and infinity are floats, and ints may be bit patterns."""
+def _fully_checked(value: object, type_: Type, name: str) -> NDArray[np.float64]:
+    """Return `components` of unusual or wrong values: NaN and infinity are floats, and ints may be bit patterns."""
     expected = f"be {type_} ({described(type_)})"
     array = numbers(value, name, expected)
     wide = _wide(array, type_)
@@ -164,7 +165,7 @@ def _looked_through(value: object, type_: Type, name: str) -> NDArray[np.float64
 
 
 def pack(program: ScalarProgram, values: Mapping[str, object]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """The two blocks of a pass from values by slot name."""
+    """Return the two blocks of a pass from values by slot name."""
     floats = np.zeros(max(1, program.float_count), np.float32)
     ints = np.zeros(max(1, program.int_count), np.int32)
     for slot in program.uniforms:
@@ -175,7 +176,7 @@ def pack(program: ScalarProgram, values: Mapping[str, object]) -> tuple[NDArray[
 
 
 def in_range(value: object, type_: Type, limits: Range | None, name: str) -> NDArray[np.float64]:
-    """The components of a parameter's value, which lie in its range; InputError where one does not."""
+    """Return the components of a parameter's value; InputError if one is out of its range."""
     numbers = components(value, type_, name)
     if limits is not None:
         check_numbers(limits, numbers, type_, name)

@@ -1,7 +1,7 @@
-"""Bounds of the values of a scalar program, from what they are made of: how far a loop and a footprint may reach.
+"""Bounds of the values of a scalar program, from their operands: the reach of loops and footprints.
 
-They hold for every input, NaN and infinities too, and for every lane, idle ones too: each operation is bounded by
-itself, never by the branch that it stands in.  Where nothing but its type bounds a number, its end is infinite.
+They hold for every input, including NaN and infinities, and for every lane, including idle ones: each operation is
+bounded by itself, never by its enclosing branch.  If only a number's type bounds it, its end is infinite.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ import numpy as np
 from passgraph.language import scalar as s
 from passgraph.language.meanings import INT_MAX, INT_MIN
 
-#: How far bounds are followed into what a value is made of.
+#: Depth to which a value's operands are followed.
 MAX_DEPTH = 64
-#: How far a difference is: both its sides branch.
+#: Depth for a difference, both sides of which branch.
 MAX_DIFFERENCE_DEPTH = 4
-#: What rounding moves a sum or product of floats by at most, of its size and below the smallest numbers: far above an
-#: ULP, since fused and flushed results lie inside too.
+#: Largest rounding error of a sum or product of floats, relative and absolute: far above an ULP, to include fused and
+#: flushed results.
 ROUNDING, SMALLEST = 2.0**-20, 1e-30
-#: Below the largest float32: a result beyond may be infinite.
+#: Below the largest float32: larger results may be infinite.
 LARGEST = 3.4e38
 
 
 class Range(NamedTuple):
-    """Inclusive.  ``nan`` says whether a float may also be NaN."""
+    """An inclusive range.  ``nan``: True if a float may also be NaN."""
 
     low: float
     high: float
@@ -35,7 +35,7 @@ class Range(NamedTuple):
 
     @property
     def known(self) -> bool:
-        """Whether both ends are."""
+        """Return True if both ends are known."""
         return math.isfinite(self.low) and math.isfinite(self.high)
 
 
@@ -52,7 +52,7 @@ class Ranges:
         self.found: dict[int, Range] = {}
 
     def forget(self, number: int) -> None:
-        """The number of a value is given to another one."""
+        """Forget a value's range, as its number is reused."""
         self.found.pop(number, None)
 
     def of(self, value: s.Operand, depth: int = 0) -> Range:
@@ -76,10 +76,10 @@ class Ranges:
             instruction.operation, instruction.on == "float", [self.of(a, depth) for a in instruction.arguments]
         )
 
-    # Differences: what both sides have in common, a pixel's place say, falls out.
+    # Differences: terms that both sides share, such as a pixel's position, cancel.
 
     def apart(self, high: s.Operand, low: s.Operand, depth: int = 0) -> float:
-        """The most that int ``high`` may lie above ``low``, as numbers that do not wrap."""
+        """Return the largest difference of int ``high`` minus ``low``, as numbers that do not wrap."""
         (_, top), (bottom, _) = _ends(self.of(high)), _ends(self.of(low))
         best = self._offset(high, low, top - bottom)
         if depth < MAX_DIFFERENCE_DEPTH:
@@ -90,7 +90,7 @@ class Ranges:
         return best
 
     def _alternatives(self, value: s.Operand, operation: str) -> tuple[s.Operand, ...]:
-        """The operands that a value is the least (or greatest) of: it lies below (above) each of them."""
+        """Return the operands of which a value is the minimum (or maximum)."""
         instruction = self.made.get(value.id) if isinstance(value, s.Val) else None
         return instruction.arguments if isinstance(instruction, s.Op) and instruction.operation == operation else ()
 
@@ -109,7 +109,7 @@ class Ranges:
         return most if least >= 0 and most <= INT_MAX else otherwise
 
     def _terms(self, value: s.Operand, depth: int = 0) -> tuple[dict[int, int], int]:
-        """A sum of values, each with its whole factor, and a constant: equal to ``value`` up to multiples of 2**32."""
+        """Return a sum of values with integer factors, and a constant: equal to ``value`` up to multiples of 2**32."""
         if isinstance(value, s.Lit):
             return {}, int(value.value)
         instruction = self.made.get(value.id)
@@ -130,17 +130,17 @@ class Ranges:
 
 
 def _ends(a: Range) -> tuple[int, int]:
-    """An int's ends, those of its type where no others are known."""
+    """Return an int's ends; those of its type if no others are known."""
     return int(max(a.low, INT_MIN)), int(min(a.high, INT_MAX))
 
 
 def _fitting(low: int, high: int) -> Range:
-    """An int's range, or nothing known where it may wrap."""
+    """Return an int's range; unknown if it may wrap."""
     return Range(low, high) if low >= INT_MIN and high <= INT_MAX else ANY_INT
 
 
 def _int_range(low: int, high: int) -> Range:
-    """An int's range whose ends, where they are its type's, say nothing."""
+    """Return an int's range; ends equal to the type's count as unknown."""
     if low == high:
         return Range(low, high)
     return Range(low if low > INT_MIN else -math.inf, high if high < INT_MAX else math.inf)
@@ -151,7 +151,7 @@ def union(a: Range, b: Range) -> Range:
     return Range(min(a.low, b.low), max(a.high, b.high), a.nan or b.nan)
 
 
-# Ints.  An end that only the type gives stays unknown when it is moved.
+# Ints.  An end given only by the type stays unknown when it is shifted.
 
 
 def _add(a: Range, b: Range) -> Range:
@@ -203,7 +203,7 @@ def _int_mod(a: Range, b: Range) -> Range | None:
 
 
 def _bit_and(a: Range, b: Range) -> Range | None:
-    """No bit is set that is not in both."""
+    """A bit is set only if it is set in both."""
     highest = [r.high for r in (a, b) if r.low >= 0]
     return Range(0, min(highest)) if highest else None
 
@@ -237,7 +237,7 @@ def _upper(a: Range, b: Range) -> Range:
 
 
 def _exactly(a: Range) -> Range:
-    """An int or bool as an int."""
+    """Return an int or bool as an int."""
     return a
 
 
@@ -253,7 +253,7 @@ _INTS: dict[str, Callable[..., Range | None]] = {
 
 
 def of_number(number: float) -> Range:
-    """A number of the text, as the float32 that it becomes, which is 0 where a device drops the smallest."""
+    """Return the range of a literal as float32, including 0 if a device may flush it."""
     with np.errstate(over="ignore", under="ignore"):
         exact = float(np.float32(number))
     if exact != exact:
@@ -270,13 +270,13 @@ def _float_upper(a: Range, b: Range) -> Range:
 
 
 def _rounded(low: float, high: float, nan: bool) -> Range:
-    """A result that may be rounded either way."""
+    """Return the range of a result that may be rounded either way."""
     return Range(low - (abs(low) * ROUNDING + SMALLEST), high + (abs(high) * ROUNDING + SMALLEST), nan)
 
 
 def _corners(combine: Callable[[float, float], float]) -> Callable[[Range, Range], Range | None]:
     def rule(a: Range, b: Range) -> Range | None:
-        # Of infinite ends nothing is said: infinities cancel, and times 0 they are NaN.
+        # Infinite ends stay unknown: infinities cancel, and times 0 they are NaN.
         if not (a.known and b.known):
             return None
         results = [combine(float(p), float(q)) for p in a[:2] for q in b[:2]]
@@ -301,7 +301,7 @@ def _rounding(function: Callable[[float], int]) -> Callable[[Range], Range]:
 
 
 def _to_int(a: Range) -> Range:
-    """Toward zero, no farther than an int reaches; NaN gives 0."""
+    """Convert toward zero, saturating; NaN gives 0."""
     low, high = (math.trunc(min(max(end, INT_MIN), INT_MAX)) for end in a[:2])
     return _int_range(min(low, 0), max(high, 0)) if a.nan else _int_range(low, high)
 

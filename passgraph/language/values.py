@@ -1,4 +1,4 @@
-"""Values while parsing: what an expression can be, what is known, and how values are built, converted, selected."""
+"""Values during parsing: kinds of expressions, known constants, construction, conversion, selection."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from passgraph.language.typing_rules import apply, unify, widen
 
 @dataclass(frozen=True)
 class StructValue:
-    """A struct taken apart: one value a field."""
+    """A struct split into one value per field."""
 
     struct: Struct
     fields: dict[str, Part]
@@ -52,7 +52,7 @@ class ImageValue:
 
 @dataclass(frozen=True)
 class ImageChoice:
-    """One of several images: that at an index, or the nearest end."""
+    """One of several images: the one at an index, or at the nearest end."""
 
     images: tuple[ImageValue, ...]
     index: ir.Expr
@@ -60,11 +60,10 @@ class ImageChoice:
 
 @dataclass(frozen=True)
 class ArrayValue:
-    """An array of structs, arrays or images, taken apart; or an entry of such that is itself an array.
+    """An array of structs, arrays or images, split into parts; or an entry of one that is itself an array.
 
-    ``parts`` holds one flat array for each plain part of an entry: under the fields' names for structs.  The array
-    begins at entry ``first`` of them, counted in entries of its own; at 0 it is all that they hold where ``first`` is
-    None.
+    ``parts`` has one flat array for each plain part of an entry: under the fields' names for structs.  The array begins
+    at entry ``first`` of them, counted in its own entries; None means that it is their whole content.
     """
 
     type: Array
@@ -81,7 +80,7 @@ Parts: TypeAlias = "ir.Expr | tuple[ImageValue, ...] | dict[str, Parts]"
 Part: TypeAlias = ir.Expr | StructValue | ImageValue | ImageChoice | ArrayValue | TupleValue
 #: Parts that are not one value.
 COMPOSITE = (StructValue, ImageValue, ImageChoice, ArrayValue, TupleValue)
-#: Puts a value behind a name, so that an expression that uses it several times does not grow.
+#: Puts a value into a variable, so that an expression that uses it several times does not grow.
 Namer: TypeAlias = Callable[[ir.Expr, Span], ir.Expr]
 
 _SWIZZLES = ("xyzw", "rgba", "stpq")
@@ -94,7 +93,7 @@ def part_type(part: Part) -> str:
         return "Image"
     if isinstance(part, TupleValue):
         return "tuple"
-    return str(part.type)  # of an array too
+    return str(part.type)  # including arrays
 
 
 def type_of(part: Part) -> Type:
@@ -128,7 +127,7 @@ def swizzle_components(name: str, type_: Vector, span: Span) -> tuple[int, ...]:
 
 
 def with_components(name: str, base: ir.Expr, value: ir.Expr, span: Span, named: Namer) -> ir.Expr:
-    """``base`` with ``base.name = value``, for a swizzle that names each component once."""
+    """Return ``base`` after ``base.name = value``, for a swizzle that names each component once."""
     if not isinstance(base.type, Vector):
         fail(span, f"{base.type} has no attribute {name!r}")
     components = swizzle_components(name, base.type, span)
@@ -152,7 +151,7 @@ def with_components(name: str, base: ir.Expr, value: ir.Expr, span: Span, named:
 
 
 def construct(type_: Scalar | Vector | Matrix, arguments: list[ir.Expr], span: Span, name: Namer) -> ir.Expr:
-    """``float(x)``, ``vec3(a, b)``, ``mat3(m4)``: GLSL's constructors."""
+    """Return ``float(x)``, ``vec3(a, b)``, ``mat3(m4)``: GLSL's constructors."""
     for argument in arguments:
         if not isinstance(argument.type, (Scalar, Vector, Matrix)):
             fail(span, f"{type_}() does not take {argument.type}")
@@ -200,7 +199,7 @@ def _construct_matrix(type_: Matrix, arguments: list[ir.Expr], span: Span, name:
 
 
 def convert(value: ir.Expr, element: Scalar, span: Span) -> ir.Expr:
-    """An explicit conversion of a scalar or vector to components of another type."""
+    """Return an explicit conversion of a scalar or vector to components of another type."""
     assert isinstance(value.type, (Scalar, Vector))
     if element_of(value.type) is element:
         return value
@@ -235,7 +234,7 @@ def index_into(base: ir.Expr, index: ir.Expr, span: Span) -> ir.Expr:
 
 
 def check_index(index: ir.Expr, count: int, type_: Type, span: Span) -> None:
-    """A written index in range."""
+    """Check that a literal index is in range."""
     if isinstance(index, ir.Literal) and not 0 <= int(index.value) < count:
         fail(span, f"index {index.value} is outside {type_} (0 to {count - 1})")
 
@@ -244,7 +243,7 @@ def check_index(index: ir.Expr, count: int, type_: Type, span: Span) -> None:
 
 
 def choose(condition: ir.Expr, then: Part, orelse: Part, span: Span) -> Part:
-    """A conditional value, field by field for structs; ``condition`` may be used several times."""
+    """Return a conditional value, field by field for structs; ``condition`` may be used several times."""
     if isinstance(then, StructValue) and isinstance(orelse, StructValue) and then.struct == orelse.struct:
         fields = {n: choose(condition, then.fields[n], orelse.fields[n], span) for n in then.fields}
         return StructValue(then.struct, fields)
@@ -262,12 +261,12 @@ def choose(condition: ir.Expr, then: Part, orelse: Part, span: Span) -> Part:
 
 
 def of_bools(value: ir.Expr) -> bool:
-    """Whether it is a bool or a vector of them: what ``mix`` and ``select`` choose by."""
+    """Return True for a bool or a vector of them: the conditions of ``mix`` and ``select``."""
     return isinstance(value.type, (Scalar, Vector)) and element_of(value.type) is BOOL
 
 
 def select(arguments: list[ir.Expr], span: Span, name: Namer) -> ir.Expr:
-    """Component by component: ``select(bvec, a, b)``."""
+    """Return ``select(bvec, a, b)``, component by component."""
     condition, then, orelse = arguments
     then, orelse = unify(then, orelse, span, "both sides of select()")
     if isinstance(then.type, Array):
@@ -289,7 +288,7 @@ def select(arguments: list[ir.Expr], span: Span, name: Namer) -> ir.Expr:
 
 
 def coerce(part: Part, type_: Type, span: Span, what: str) -> Part:
-    """A value where a declared type is wanted."""
+    """Convert a value to a declared type."""
     if isinstance(type_, Struct):
         if isinstance(part, StructValue) and part.struct == type_:
             return part
@@ -308,13 +307,13 @@ def coerce(part: Part, type_: Type, span: Span, what: str) -> Part:
 
 
 def _widens(array: ArrayValue, type_: Array) -> bool:
-    """Whether it may be arrays of ints in arrays, written out where floats are wanted."""
+    """Return True for nested arrays of int literals that may become floats."""
     plain = is_plain(flat_type(type_)) and is_plain(flat_type(array.type))
     return plain and array.first is None and shape_of(array.type) == shape_of(type_)
 
 
 def check_clamp(arguments: list[ir.Expr], span: Span) -> None:
-    """Constant bounds of clamp() in the right order."""
+    """Check that constant bounds of clamp() are in the right order."""
     if len(arguments) == 3:
         bounds = [a for a in arguments[1:] if isinstance(a, ir.Literal)]
         first = arguments[0].type
@@ -329,7 +328,7 @@ _DTYPES = {"float": np.float64, "int": np.int64, "uint": np.uint32, "bool": np.b
 
 
 def folded(value: ir.Expr) -> Numbers | None:
-    """The numbers of a value in the order of its components, or None where it is not known.
+    """Return the numbers of a value in component order; None if unknown.
 
     Floats are rounded to float32 after each operation.
     """
@@ -368,7 +367,7 @@ def _applied(value: ir.Apply) -> Numbers | None:
         array: NDArray[Any] = np.array(numbers, _DTYPES[_element(part.type)])
         if array.dtype.kind == "f":
             array = array.astype(np.float32).astype(np.float64)
-        # References of vectors take a batch on the first axis; a scalar is a batch of one.
+        # Reference functions of vectors take a batch on the first axis; a scalar is a batch of one.
         arrays.append(array[None] if row.kind == "expanded" and isinstance(part.type, Vector) else array)
     with np.errstate(all="ignore"):
         result = np.asarray(row.reference(*arrays)).ravel()
@@ -382,22 +381,23 @@ def _element(type_: Type) -> str:
 
 
 def settled(part: Part) -> Part:
-    """Whole numbers and bools written out where they are known: lengths of arrays are made of them.
+    """Replace known integers and bools by literals: array lengths depend on them.
 
-    Floats stay as they are, since what computes them rounds as it runs.
+    Floats stay, since their computation is rounded at run time.
     """
     return constant(part) if isinstance(part, ir.Apply) and _element(part.type) != FLOAT.name else part
 
 
 def decided(condition: ir.Expr) -> ir.Expr:
-    """A condition written out where whole numbers and bools alone decide it: what it rules out need not be read."""
+    """Replace a condition by a literal if only known integers and bools decide it, so that dead code need not be
+    parsed."""
     parts = ir.expressions(condition)
     is_whole = all(isinstance(p.type, (Scalar, Vector)) and _element(p.type) != FLOAT.name for p in parts)
     return constant(condition) if is_whole else condition
 
 
 def constant(value: ir.Expr) -> ir.Expr:
-    """The same value, written out where it is known."""
+    """Return the same value, as a literal if it is known."""
     numbers = None if isinstance(value, (ir.Literal, ir.Table)) else folded(value)
     if numbers is None:
         return value

@@ -1,7 +1,7 @@
-"""The rows of vectors and matrices, taken apart by :mod:`.expand`.
+"""Rows of vectors and matrices, which :mod:`.expand` expands.
 
-Functions are names of this module; what is imported here has an underscore, so that ``from … import *`` takes those
-alone.  Examples write vectors as tuples, matrices as tuples of columns.
+Functions are names of this module; imports have an underscore, so that ``from … import *`` takes only the functions.
+Examples write vectors as tuples, matrices as tuples of columns.
 """
 
 from __future__ import annotations
@@ -50,5 +50,5 @@ outer = _row("outer", "V V -> M", "column vector times row vector, of any two si
              ((1, 2), (3, 4), ((3, 6), (4, 8))), ulp=0.5)
 # fmt: on
 
-#: What kernels call by these names; stubs for type checkers are written by docs/stubs.py.
+#: Names that kernels call; docs/stubs.py writes stubs for type checkers.
 __all__ = [name for name in vars() if "a" <= name[0] <= "z" and name != "annotations"]

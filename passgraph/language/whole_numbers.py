@@ -1,8 +1,8 @@
-"""The rows of whole numbers that are functions of the kernel language: what uints do otherwise than ints, and bits.
+"""Rows of integer functions of the kernel language: operations of uints that differ from ints, and bit operations.
 
-Each is the function of its name in :mod:`.prelude_whole`.  Programs hold a uint as the int with the same bits, so a row
-that makes the same bits of both has no second one here.  Functions are names of this module; what is imported here has
-an underscore, so that ``from … import *`` takes those alone.
+Each is the function with its name in :mod:`.prelude_whole`.  Programs store a uint as the int with the same bits, so a
+row with equal bits for both has no second one here.  Functions are names of this module; imports have an underscore, so
+that ``from … import *`` takes only the functions.
 """
 
 from __future__ import annotations

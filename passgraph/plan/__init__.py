@@ -1,1 +1,1 @@
-"""The planner: validate, specialize, cull, fuse, order, share memory. Needs no device."""
+"""The planner: validate, specialize, cull, fuse, order, alias memory. Needs no device."""

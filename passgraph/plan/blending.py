@@ -1,8 +1,8 @@
-"""Blending as a kernel: what a colour and the pixel under it become, in the kernel language.
+"""Blending as a kernel, which combines the source color and the destination pixel.
 
-A blend of targets of one format is one text, from ``source`` (the fragment's result) and ``destination`` (what the
-target holds) to the new value.  The reference and the oracle interpret its typed representation and quantise by
-themselves, as with any kernel; other backends print or run the scalar program, which quantises too.
+A blend into a format is one kernel text, from ``source`` (the fragment's result) and ``destination`` (the stored value)
+to the new value.  The reference and the oracle interpret its typed representation and quantize the result as for any
+kernel.  Other backends print or run the scalar program, which includes quantization.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from passgraph.language.parse import parse_kernel
 from passgraph.language.scalar import ScalarProgram
 from passgraph.language.source import Source
 
-#: Factor → ``{x}`` times it; ``s``, ``d``, ``sa`` and ``da`` are source, destination and their alphas.  What is
-#: multiplied by zero vanishes, infinities too.
+#: Factor → ``{x}`` times it; ``s``, ``d``, ``sa`` and ``da`` are source, destination and their alphas.  Factor zero
+#: gives 0 even for infinities.
 _TERMS = {
     "zero": "{zero}",
     "one": "{x}",
@@ -33,7 +33,7 @@ _TERMS = {
     "destination_alpha": "{x} * {da}",
     "one_minus_destination_alpha": "{x} * (1.0 - {da})",
 }
-#: Equation → both terms together; least and most use no factors, as in OpenGL.
+#: Equation → combination of both terms; min and max ignore the factors, as in OpenGL.
 _EQUATIONS = {
     "add": "{source} + {destination}",
     "subtract": "{source} - {destination}",
@@ -44,7 +44,7 @@ _EQUATIONS = {
 
 
 def blend_text(blend: Blend, format_: Format) -> str:
-    """The kernel of a blend; a target without alpha counts as opaque.
+    """Return the kernel text of a blend; a target without alpha counts as opaque.
 
     >>> from passgraph.formats import FORMATS
     >>> print(blend_text(Blend("source_alpha", "one_minus_source_alpha", source_alpha="one"), FORMATS["rgba8"]))
@@ -64,7 +64,7 @@ def blend_text(blend: Blend, format_: Format) -> str:
     return "\n".join(
         [
             f"def blended(source: vec4, destination: vec4) -> {result_type}:",
-            # In this order NaN becomes 0, as where it is stored.
+            # This order turns NaN into 0, as storing does.
             f"    s = {'min(max(0.0, source), 1.0)' if format_.steps else 'source'}",
             "    d = destination",
             f"    color = {color}",
@@ -86,7 +86,7 @@ def _combined(terms: tuple[str, str, str], letters: str, zero: str, alphas: dict
 def blend_kernel(blend: Blend, format_: Format) -> ir.TypedKernel:
     """Return the kernel of a blend before quantization: builtins ``source`` and ``destination`` (vec4), one result.
 
-    Of channels that the format lacks nothing hangs on what the builtins hold.
+    Builtin values in channels that the format lacks have no effect.
     """
     text = Source("<passgraph blending>", blend_text(blend, format_))
     return parse_kernel(functions_of(text)["blended"], "blend")
@@ -94,11 +94,11 @@ def blend_kernel(blend: Blend, format_: Format) -> ir.TypedKernel:
 
 @cache
 def blend_program(blend: Blend, format_: Format) -> ScalarProgram:
-    """A blend lowered: one output with the format's channels, as they are stored.
+    """Return the lowered program of a blend: one output with the format's channels, quantized.
 
-    It reads the builtins ``source.0`` to ``source.3`` (what the fragment program gave, not clamped) and
-    ``destination.0`` to ``destination.3`` (what the target holds, as a read gives it), of channels that the format has;
-    no uniforms, tables or images, and no branches.
+    It reads the builtins ``source.0`` to ``source.3`` (the fragment program's result, not clamped) and
+    ``destination.0`` to ``destination.3`` (the target's value as read) for the channels in the format.  It has no
+    uniforms, tables, images or branches.
 
     >>> from passgraph.formats import FORMATS
     >>> program = blend_program(Blend("one", "source_color"), FORMATS["rg32f"])

@@ -1,7 +1,7 @@
 """Build a plan from targets, phase by phase.
 
-collect → specialise → levels → cull, trim → fuse → order → lifetimes and memory → static → emit → limits.  Each
-phase takes and returns plain data; what it decided goes into ``notes``.
+collect → specialize → levels → cull, trim → fuse → order → lifetimes and memory → static → emit → limits.  Each phase
+takes and returns plain data, and records its decisions in ``notes``.
 """
 
 from __future__ import annotations
@@ -36,23 +36,23 @@ def build(
     outputs
         Result name → target.
     size
-        (width, height) of the output in pixels; left out, the size of the first input.
+        (width, height) of the output in pixels; default: the size of the first input.
     inputs
-        Format and size of each input, for those that the graph leaves open.
+        Format and size of each input that the graph leaves open.
     options
-        Which optimisations run; all by default.
+        Optimizations that run; default: all.
     limits
-        What the device takes; left out, nothing is held back.
+        Limits of the device; default: none.
     in_windows
-        The pictures will never be made whole (see :mod:`.window`): they may be larger than a device or memory takes.
+        Pictures are never allocated whole (see :mod:`.window`): they may exceed the limits of device and memory.
 
     Raises
     ------
     GraphError
-        For a cycle, sizes or formats that do not fit, history that nothing writes; the message names pass,
-        target and mend.
+        For a cycle, inconsistent sizes or formats, or history that no pass writes; the message names pass, target and
+        remedy.
     BackendError
-        For what the device does not take, with pass, limit and device.
+        For a pass that exceeds a device limit, with pass, limit and device.
     """
     options = options or Options()
     limits = limits or Limits()

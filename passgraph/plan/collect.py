@@ -1,4 +1,4 @@
-"""First phase: collect everything behind the outputs, check it, and resolve formats and sizes."""
+"""First phase: collect all passes and inputs behind the outputs, check them, and resolve formats and sizes."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def _bind_inputs(
 
 
 def _check_names(passes: list[Pass]) -> None:
-    """One name means one target, so that results and messages are clear."""
+    """Check that each name means one target, so that results and messages are unambiguous."""
     names: dict[str, TargetSpec] = {}
     for node in passes:
         for spec in node.writes:
@@ -80,7 +80,7 @@ def _check_names(passes: list[Pass]) -> None:
 
 
 def _check_values(passes: list[Pass], inputs: Mapping[InputSpec, object]) -> None:
-    """One name means one run value, and no input too: runs bring both by name."""
+    """Check that each name means one run value and no input, as runs set both by name."""
     values_by_name: dict[str, Value] = {}
     names = {spec.name for spec in inputs}
     for node in passes:
@@ -96,7 +96,7 @@ def _check_values(passes: list[Pass], inputs: Mapping[InputSpec, object]) -> Non
 
 
 def _final_contents(passes: list[Pass]) -> dict[TargetSpec, Target]:
-    writers = {spec: node for node in passes for spec in node.writes}  # the last one of each
+    writers = {spec: node for node in passes for spec in node.writes}  # the last writer of each
     final: dict[TargetSpec, Target] = {}
     for spec in dict.fromkeys(t.spec for node in passes for t in node.reads if t.is_previous):
         assert isinstance(spec, TargetSpec)
@@ -112,7 +112,7 @@ def _final_contents(passes: list[Pass]) -> dict[TargetSpec, Target]:
 
 
 def _check_starts(work: Work) -> None:
-    """Pictures that history starts from are as large as their targets."""
+    """Check that initial pictures of history are as large as their targets."""
     for spec in work.final:
         width, height = work.sizes[spec]
         if isinstance(spec.initial, np.ndarray) and spec.initial.shape[:2] != (height, width):

@@ -1,4 +1,4 @@
-"""A plan: what to run, in which order, in which memory.  Plain data; no device is needed to make or read one."""
+"""A plan: steps, their order and their memory.  Plain data that needs no device."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """Optimisations, each of which can be switched off; results are the same bits either way."""
+    """Optimizations, each of which can be switched off; results are bit-identical either way."""
 
     cull: bool = True
     fuse: bool = True
-    order: bool = True  # for least memory; off: as written
+    order: bool = True  # reorder passes for least memory; off: as written
     alias: bool = True
     static: bool = True
     simplify: bool = True
@@ -41,7 +41,7 @@ class Options:
 
 @dataclass(frozen=True, slots=True)
 class Resource:
-    """A logical picture: an input, a target, or what a target held in an earlier run."""
+    """A logical picture: an input, a target, or a target's content from an earlier run."""
 
     id: int
     name: str
@@ -50,9 +50,9 @@ class Resource:
     kind: str  # "input", "buffer", "target" or "history"
     memory: int  # index into Plan.memories; several targets may share one
     persistent: bool = False  # keeps its content between runs
-    #: For targets with history: the resource that holds last run's content; of that one, the run's before.
+    #: For targets with history: the resource with last run's content; for that one, the run before, and so on.
     history: int | None = None
-    #: Of history: what it holds before a run has written it, numbers or a picture.
+    #: For history: its content before the first write, numbers or a picture.
     initial: tuple[float, ...] | NDArray[np.float32] = field(default=(), compare=False)
 
 
@@ -70,9 +70,9 @@ class Memory:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class BufferSpec(InputSpec):
-    """The picture of a long array of a parameter (:mod:`passgraph.language.long_arrays`).
+    """The picture that stores a long array parameter (:mod:`passgraph.language.long_arrays`).
 
-    ``value`` is the parameter's, ``fields`` lead from it to the array.
+    ``value`` is the parameter's value; ``fields`` are the field names from it to the array.
     """
 
     value: object
@@ -82,7 +82,7 @@ class BufferSpec(InputSpec):
 
 @dataclass(frozen=True, eq=False)
 class PixelStep:
-    """One full-screen pass: ``program`` for every pixel of ``outputs``."""
+    """One full-screen pass: ``program`` runs for every pixel of ``outputs``."""
 
     name: str
     program: ScalarProgram
@@ -121,7 +121,7 @@ class PixelStep:
 
 @dataclass(frozen=True, eq=False)
 class DrawStep:
-    """One draw.  ``vertex`` has two outputs, the clip-space position and the scalars named in ``varyings``."""
+    """One draw.  ``vertex`` has two outputs: the clip-space position and the scalars named in ``varyings``."""
 
     name: str
     vertex: ScalarProgram
@@ -133,7 +133,7 @@ class DrawStep:
     output_formats: tuple[Format, ...]
     clears: tuple[tuple[float, ...] | None, ...]  # for each output: clear to this, or None to draw over
     depth: int | None
-    depth_clear: float | None  # None draws over (stencil too)
+    depth_clear: float | None  # None draws over it (stencil too)
     state: DrawState
     size: tuple[int, int]
     values: Mapping[str, object]
@@ -171,7 +171,7 @@ class DrawStep:
 
 @dataclass(frozen=True, eq=False)
 class CopyStep:
-    """The content of one resource into another of the same format and size."""
+    """Copies a resource into another of the same format and size."""
 
     name: str
     source_resource: int
@@ -197,7 +197,7 @@ Step: TypeAlias = PixelStep | DrawStep | CopyStep
 
 
 def lifetimes(resources: Sequence[Resource], steps: Sequence[Step]) -> dict[int, tuple[int, int]]:
-    """First and last step (inclusive) that touches each resource."""
+    """Return the first and last step (inclusive) that uses each resource."""
     spans: dict[int, tuple[int, int]] = {}
     for index, step in enumerate(steps):
         for resource in (*step.reads, *step.writes):
@@ -208,7 +208,7 @@ def lifetimes(resources: Sequence[Resource], steps: Sequence[Step]) -> dict[int,
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Steps in order, their pictures and memories, and what was decided on the way (``notes``)."""
+    """Steps in order, their pictures and allocations, and the planner's decisions (``notes``)."""
 
     steps: tuple[Step, ...]
     resources: tuple[Resource, ...]
@@ -219,21 +219,21 @@ class Plan:
     options: Options
     notes: tuple[str, ...] = ()
     static_inputs: frozenset[str] = frozenset()
-    buffers: Mapping[int, BufferSpec] = field(default_factory=dict)  # resource id → what it holds
+    buffers: Mapping[int, BufferSpec] = field(default_factory=dict)  # resource id → its array parameter
 
     @cached_property
     def values(self) -> dict[str, Value]:
-        """Every run value that some step needs, by name."""
+        """Return every run value that some step needs, by name."""
         return {source.name: source for step in self.steps for source in sources_of(step.values)}
 
     @property
     def lifetimes(self) -> dict[int, tuple[int, int]]:
-        """First and last step (inclusive) that touches each resource, by id."""
+        """Return the first and last step (inclusive) that uses each resource, by id."""
         return lifetimes(self.resources, self.steps)
 
     @property
     def bytes(self) -> int:
-        """Memory of all targets together."""
+        """Return the memory of all targets in bytes."""
         return sum(memory.bytes for memory in self.memories)
 
     @property
@@ -248,7 +248,7 @@ class Plan:
         return explain(self)
 
     def svg(self) -> str:
-        """The plan as a drawing: steps from top to bottom, pictures beside them with their lifetimes."""
+        """Return the plan as a drawing: steps from top to bottom, with pictures and their lifetimes next to them."""
         from passgraph.plan.explain import svg
 
         return svg(self)

@@ -33,9 +33,9 @@ def topological_order(waits: Mapping[Pass, Collection[Pass]], rank: Mapping[Pass
 
 
 def passes_behind(outputs: list[Target]) -> list[Pass]:
-    """Every pass behind the outputs, producers first; history leads to its writer where that is in reach.
+    """Return every pass behind the outputs, producers first; history leads to its writer if that is reachable.
 
-    Handles cannot be made before their passes, so a cycle can only be forged by hand; it is refused all the same.
+    The API cannot make a cycle, since a handle needs its pass; cycles in handmade graphs raise an error.
     """
     waits: dict[Pass, dict[Pass, None]] = {}
     pending = [t.made_by for t in outputs if t.made_by is not None]
@@ -45,7 +45,7 @@ def passes_behind(outputs: list[Target]) -> list[Pass]:
             makers = [target.made_by for target in node.reads if target.made_by is not None]
             waits[node] = dict.fromkeys(makers)
             pending += makers
-    # What was reached last was written first.
+    # Passes reached last were written first.
     sequence = topological_order(waits, {node: -number for number, node in enumerate(waits)})
     if len(sequence) < len(waits):
         raise GraphError(
@@ -62,7 +62,7 @@ def _cycle(waits: Mapping[Pass, Collection[Pass]]) -> str:
 
 
 def inputs_behind(outputs: list[Target]) -> dict[str, InputSpec]:
-    """Every input behind some targets, by name."""
+    """Return every input behind some targets, by name."""
     return inputs_of(passes_behind(outputs))
 
 
@@ -72,7 +72,7 @@ def inputs_of(passes: list[Pass]) -> dict[str, InputSpec]:
     seen: set[TargetSpec] = set()
     for candidate in [*(t.spec for node in passes for t in node.reads), *lenders]:
         input_spec = candidate
-        # The input itself, and inputs that only lend their size.
+        # The input itself, and inputs from which only a size is taken.
         while (
             isinstance(input_spec, TargetSpec) and isinstance(input_spec.size, Like | Blocks) and input_spec not in seen
         ):

@@ -1,4 +1,4 @@
-"""Last phase: resources, lifetimes, shared memory, what runs once, and the steps themselves."""
+"""Last phase: resources, lifetimes, shared memory, static steps, and the steps themselves."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from passgraph.plan.data import BufferSpec, CopyStep, DrawStep, Memory, PixelSte
 from passgraph.plan.order import Copies
 from passgraph.plan.work import Lowered, Work
 
-#: Notes name so many targets that share one memory.
+#: Most sharers of an allocation named in a note.
 MAX_NAMED = 16
 
 
 class Resources:
-    """Pictures by content; draws over a content share its picture."""
+    """Resources by content; a draw over a content shares its resource."""
 
     def __init__(self, work: Work) -> None:
         self.work = work
@@ -106,7 +106,7 @@ def _share_pictures(lowered: Lowered, resources: Resources, copies: Copies, step
 
 
 def _loads(lowered: Lowered) -> list[tuple[Target, Target | None]]:
-    """Return what a draw makes, and what it draws over."""
+    """Return pairs of what a draw makes and what it draws over."""
     pass_ = lowered.done
     if not isinstance(pass_, DrawPass):
         return []
@@ -153,14 +153,14 @@ def _depth_clear(spec: TargetSpec) -> float:
 def _mark_static(
     steps: list[Step], resources: list[Resource], with_history: set[int], work: Work
 ) -> tuple[list[Step], set[int]]:
-    """Mark the steps whose every source is static: they run once.
+    """Mark the steps that run once: every source is static.
 
     A resource is not static if another step also writes it, or if a step of every run reads it before its last write:
-    from the second run on that step would read the final content.
+    from the second run on, that step would read the final content.
     """
     if not work.options.static:
         return steps, set()
-    # A picture with history changes its memory at each run, so what it holds must be written at each run.
+    # History changes its allocation at each run, so it must be written at each run.
     changing = with_history | {r.id for r in resources if r.kind == "history"}
     still = {spec.name for spec in work.inputs if spec.static}
     changing |= {r.id for r in resources if r.kind == "input" and r.name not in still}
@@ -182,7 +182,7 @@ def _mark_static(
 
 
 def _read_before_last_write(changing: set[int], steps: list[Step]) -> set[int]:
-    """Resources outside ``changing`` that a step of every run reads before the last step that writes them."""
+    """Return resources outside ``changing`` that a step of every run reads before their last write."""
     last_write = {r: index for index, step in enumerate(steps) for r in step.writes}
     return {
         r
@@ -194,7 +194,7 @@ def _read_before_last_write(changing: set[int], steps: list[Step]) -> set[int]:
 
 
 def _spread(changing: set[int], steps: list[Step]) -> set[int]:
-    """Pictures that change, and all that is written by steps that read them or write them too."""
+    """Return the pictures that change: those given, and all that steps write that read or write one of them."""
     touching: dict[int, list[Step]] = {}
     for step in steps:
         for resource in (*step.reads, *step.writes):
@@ -209,31 +209,31 @@ def _spread(changing: set[int], steps: list[Step]) -> set[int]:
 
 
 def _handed_on(steps: list[Step], static: set[int]) -> set[int]:
-    """Static pictures that must outlive the run: those that a step of every run reads."""
+    """Return the static pictures that must outlive the run: a step of every run reads them."""
     return {r for step in steps if not step.static for r in step.reads if r in static}
 
 
 @dataclass
 class _Shared:
-    """Memories of one format and size, for steps that run once or for those of every run."""
+    """Allocations of one format and size, for static steps or for those of every run."""
 
     busy: list[tuple[int, int]] = field(default_factory=list)  # heap: last step that needs it, index
     free: list[int] = field(default_factory=list)  # heap of indices
 
     def taken(self, first: int) -> int | None:
-        """The first memory whose pictures are not needed from step ``first`` on; steps only grow."""
+        """Return the first allocation that is free from step ``first`` on; steps must come in order."""
         while self.busy and self.busy[0][0] < first:
             heappush(self.free, heappop(self.busy)[1])
         return heappop(self.free) if self.free else None
 
 
 def _memories(resources: list[Resource], steps: list[Step], work: Work) -> tuple[list[Resource], list[Memory]]:
-    """Targets of one format and size share memory where their lifetimes are disjoint from *all* that share it."""
+    """Assign allocations: targets of one format and size share one if their lifetimes are disjoint."""
     spans = lifetimes(resources, steps)
     static_only = {r for step in steps if step.static for r in step.writes}
     memories: list[Memory] = []
     occupants: list[list[str]] = []
-    # A step that runs once must not scribble over a picture of every run, nor the other way round.
+    # A static step must not overwrite a picture of every run, nor the other way round.
     groups: dict[tuple[Memory, bool], _Shared] = {}
     placed: list[Resource] = []
     for resource in sorted(resources, key=lambda r: (spans[r.id][0], r.id)):

@@ -1,4 +1,4 @@
-"""A plan in words, and as a drawing."""
+"""A plan as text, and as a drawing."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def explain(plan: Plan) -> str:
-    """Steps in order, memory, and what was left out, fused or shared."""
+    """Describe the steps in order, memory, and what was culled, fused or aliased."""
     steps = "1 step" if len(plan.steps) == 1 else f"{len(plan.steps)} steps"
     lines = [f"{steps}, output {plan.size[0]}x{plan.size[1]}"]
     names = {r.id: r.name for r in plan.resources}
@@ -35,16 +35,16 @@ def _mebibytes(count: int) -> str:
 
 
 ROW_PX, COLUMN_PX, LEFT_PX = 34, 56, 300
-#: Room above the first row for a title, and for each letter of a name written at 45 degrees.
+#: Height above the first row for a title, and per letter of a name written at 45 degrees.
 TITLE_PX, LETTER_PX, LABEL_DEGREES = 40, 5, -45
-#: Hues, one for each memory that several pictures share; they stay apart for the commonest kinds of colour blindness
-#: (Okabe and Ito, 2008).
+#: Hues, one for each shared allocation; distinguishable with the commonest kinds of color blindness (Okabe and Ito,
+#: 2008).
 COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
 ALONE = "#999999"
 
 
 def svg(plan: Plan) -> str:
-    """The drawing as SVG text; pictures that share memory have one colour, others are grey."""
+    """Return the drawing as SVG text; pictures that share an allocation have one color, others are gray."""
     top_px = TITLE_PX + LETTER_PX * max((len(r.name) for r in plan.resources), default=0)
     width = LEFT_PX + COLUMN_PX * len(plan.resources) + top_px
     height = top_px + ROW_PX * (len(plan.steps) + 1)
@@ -65,7 +65,7 @@ def _middle(column: int) -> int:
 
 
 def _columns(plan: Plan, top_px: int) -> Iterator[str]:
-    """A bar for each picture, and its name above."""
+    """Draw a bar for each picture, and its name above."""
     spans, uses = plan.lifetimes, Counter(r.memory for r in plan.resources)
     shared = [memory for memory, count in uses.items() if count > 1]
     for column, resource in enumerate(plan.resources):
@@ -86,7 +86,7 @@ def _columns(plan: Plan, top_px: int) -> Iterator[str]:
 
 
 def _rows(plan: Plan, top_px: int, width: int) -> Iterator[str]:
-    """The name of each step, and dots at what it reads and writes."""
+    """Draw the name of each step, and dots at what it reads and writes."""
     for row, step in enumerate(plan.steps):
         y = top_px + row * ROW_PX + ROW_PX // 2
         note = " (runs once)" if step.static else ""

@@ -1,4 +1,4 @@
-"""Fuse pixel passes: a producer read at the same pixel is computed inside its reader; chains share rows in cache."""
+"""Fuse pixel passes: a producer read at the same pixel is inlined into its reader; chains keep rows in cache."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from passgraph.plan.data import PixelStep, Plan, Step
 from passgraph.plan.limits import Limits
 from passgraph.plan.work import Lowered, Work
 
-#: Steps of a chain at most.  What a chain computes again around a piece grows with its length, and one kernel of many
-#: passes takes long to compile; longer rows of passes become several chains.
+#: Most steps of a chain.  The halo that a chain recomputes around each piece grows with its length, and one kernel of
+#: many passes compiles slowly; longer sequences of passes become several chains.
 MAX_STEPS = 16
-#: Instructions of all its steps together: beyond that the way to memory and back is little beside them.  Steps that are
-#: long stand alone, and steps alike are compiled once then (128 passes of some 80 instructions each: 12 s together, 3
-#: apart).
+#: Most instructions of a chain's steps together: for longer ones, memory traffic is small compared with the
+#: computation.  Long steps run singly, so equal ones are compiled once (128 passes of some 80 instructions each: 12 s
+#: as chains, 3 s singly).
 MAX_INSTRUCTIONS = 2000
 
 
 class Chains:
-    """The places where a plan's chains may begin and end; properties of the whole plan are computed once."""
+    """The possible starts and ends of a plan's chains; properties of the whole plan are computed once."""
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
@@ -36,10 +36,10 @@ class Chains:
         for number, step in enumerate(plan.steps):
             for resource in step.reads:
                 readers[resource] = (readers.get(resource, (number, number))[0], number)
-        #: Instructions of each step.
+        #: Number of instructions of each step.
         self.lengths = [_instruction_count(step) for step in plan.steps]
         never = (-1, len(plan.steps))
-        #: For each step the first and the last that read what it writes, as far as a chain may hold that.
+        #: For each step the first and the last readers of its output, within the length of a chain.
         self.spans: list[tuple[int, int]] = []
         for number, step in enumerate(plan.steps):
             spans = [(number, number)]
@@ -50,11 +50,11 @@ class Chains:
             self.spans.append((min(first for first, _ in spans), max(last for _, last in spans)))
 
     def ends(self, start: int) -> Iterator[int]:
-        """Steps before which a chain that begins with step ``start`` may end, the longest chain first."""
+        """Yield the steps before which a chain that begins with step ``start`` may end, the longest chain first."""
         if not self.plan.options.fuse:
             return
         closed: list[int] = []
-        last = start  # that reads what the chain's steps but its last write
+        last = start  # the last reader of what the chain's steps, except the last, write
         length = 0
         for end in range(start + 1, min(start + MAX_STEPS, len(self.plan.steps)) + 1):
             length += self.lengths[end - 1]
@@ -68,7 +68,7 @@ class Chains:
 
     def _alike(self, start: int, number: int) -> bool:
         first, step = self.plan.steps[start], self.plan.steps[number]
-        if not isinstance(step, PixelStep) or step.known is not None:  # which devices do in ways of their own
+        if not isinstance(step, PixelStep) or step.known is not None:  # devices may implement it in their own way
             return False
         return step.size == first.size and step.static == first.static
 
@@ -77,10 +77,10 @@ def _instruction_count(step: Step) -> int:
     return s.count(step.program.body) if isinstance(step, PixelStep) else 0
 
 
-#: A fused program longer than this stays two passes: compile time grows faster than what is saved.  Numbers that are
-#: alive at once leave the registers long before, and a driver takes about a second for a kernel of this length.
+#: Longest fused program in instructions: compile time grows faster than the savings.  Live values exceed the registers
+#: long before, and a driver takes about a second to compile a kernel of this length.
 MAX_FUSED_INSTRUCTIONS = 2048
-#: Nor does fusion alone make a program that reads more images: it saves one written and read, which is little then.
+#: Most images of a fused program: fusion saves one write and read, which is small compared with many images.
 MAX_FUSED_IMAGES = 32
 
 
@@ -90,10 +90,10 @@ class Known:
 
     static: set[Pass]
     wanted: set[Target]
-    #: Pass → who reads what it makes, images of passes fused before too.
+    #: Pass → its readers, including those through passes fused before.
     readers: dict[Pass, set[Pass]]
     lengths: dict[Pass, int]
-    #: Floats and ints that a pass has as parameters, and trips of its loops.
+    #: Floats and ints among a pass's parameters, and its loop iterations.
     numbers: dict[Pass, tuple[int, int, int]]
     limits: Limits
 
@@ -103,7 +103,7 @@ def fuse(work: Work, limits: Limits) -> None:
         return
     counts = _known(work, limits)
     grown: dict[Pass, Lowered] = {}
-    # Producers first, so that a chain grows from its head.
+    # Producers first, so that chains grow from their head.
     for consumer in list(work.passes.values()):
         if isinstance(consumer.node, PixelPass) and consumer.node in work.passes:
             for image, target in list(consumer.images.items()):
@@ -113,10 +113,10 @@ def fuse(work: Work, limits: Limits) -> None:
                     grown[consumer.node] = consumer
                     _fuse_into(consumer, target, work)
                     _note_fused(target.made_by, consumer, counts)
-    # Lowered once, when all that belongs inside is known.
+    # Lowered once, when the fused content is complete.
     for consumer in grown.values():
         assert isinstance(consumer.done, PixelPass)
-        _number_anew(consumer)
+        _renumber(consumer)
         consumer.program = lower_once(consumer.done.kernel.program, consumer.facts, work.programs)
         consumer.images = {use.name: consumer.images[use.name] for use in consumer.program.images}
 
@@ -139,7 +139,7 @@ def _known(work: Work, limits: Limits) -> Known:
 def _note_fused(producer: Pass, consumer: Lowered, counts: Known) -> None:
     """Note that the producer's inputs are now read by the consumer."""
     counts.lengths[consumer.node] += counts.lengths[producer]
-    counts.numbers[consumer.node] = _together(counts, producer, consumer.node)
+    counts.numbers[consumer.node] = _combined_needs(counts, producer, consumer.node)
     for target in consumer.images.values():
         readers = counts.readers.get(target.made_by) if target.made_by is not None else None
         if readers is not None and producer in readers:
@@ -168,23 +168,23 @@ def _fusable(target: Target, consumer: Lowered, counts: Known, work: Work) -> bo
     if any(not consumer.program.image(name).pointwise or consumer.program.reads_size(name) for name in names):
         return False
     if producer.program.arrays or consumer.program.arrays:
-        return False  # what one kernel may hold in arrays is bounded; together they could take more
+        return False  # arrays in one kernel are limited; together they could exceed that
     if counts.lengths[producer.node] + counts.lengths[consumer.node] > MAX_FUSED_INSTRUCTIONS:
         return False
     images = len(consumer.images) - len(names) + len(producer.images)
-    numbers = _together(counts, producer.node, consumer.node)
+    numbers = _combined_needs(counts, producer.node, consumer.node)
     return images <= MAX_FUSED_IMAGES and counts.limits.fits(images, len(consumer.slots), *numbers)
 
 
-def _together(counts: Known, one: Pass, other: Pass) -> tuple[int, int, int]:
+def _combined_needs(counts: Known, one: Pass, other: Pass) -> tuple[int, int, int]:
     (floats, ints, instructions), (more_floats, more_ints, more) = counts.numbers[one], counts.numbers[other]
     return floats + more_floats, ints + more_ints, instructions + more
 
 
 def _static_passes(work: Work) -> set[Pass]:
-    """Passes that depend on static inputs, directly or through others, and on nothing that changes.
+    """Return the passes that depend on static inputs, directly or through others, and on nothing that changes.
 
-    What depends on no picture at all does not count: it is cheap to compute again.
+    Passes without inputs do not count: they are cheap to compute again.
     """
     static: set[Pass] = set()
     for node, lowered in work.passes.items():  # producers first
@@ -217,26 +217,26 @@ def _fuse_into(consumer: Lowered, target: Target, work: Work) -> None:
 
 
 def _prefixed(prefix: str, name: str) -> str:
-    """Names that already carry the prefix of a pass fused earlier keep it."""
+    """Return a prefixed name; names from passes fused earlier keep their prefix."""
     return name if "/" in name else prefix + name
 
 
-def _number_anew(consumer: Lowered) -> None:
-    """Number what is fused from 0 on, in writing order: rows of passes that are alike then are one program, wherever in
-    the graph they stand, and are lowered and compiled once."""
+def _renumber(consumer: Lowered) -> None:
+    """Number the fused passes from 0 on, in writing order, so that equal sequences of passes become one program, which
+    is lowered and compiled once."""
     renumbered: dict[int, Facts] = {}
     order = inner_first(consumer.facts)
     prefixes = {fused.prefix for facts in order for fused in fused_in(facts)}
     new = {prefix: f"p{place}/" for place, prefix in enumerate(sorted(prefixes, key=_index))}
     for facts in order:
-        images = {name: _under(image, new, renumbered) for name, image in facts.images.items()}
+        images = {name: _rename_image(image, new, renumbered) for name, image in facts.images.items()}
         renumbered[id(facts)] = replace(facts, images=images)
     consumer.facts = renumbered[id(consumer.facts)]
     consumer.images = {_renamed(name, new): target for name, target in consumer.images.items()}
     consumer.values = {_renamed(name, new): value for name, value in consumer.values.items()}
 
 
-def _under(image: ImageFacts, prefixes: Mapping[str, str], renumbered: Mapping[int, Facts]) -> ImageFacts:
+def _rename_image(image: ImageFacts, prefixes: Mapping[str, str], renumbered: Mapping[int, Facts]) -> ImageFacts:
     if image.fused is None:
         return image
     fused = replace(image.fused, prefix=prefixes[image.fused.prefix], facts=renumbered[id(image.fused.facts)])

@@ -1,9 +1,9 @@
-"""Steps whose work is known by their program, so that a device may do it in a way of its own.
+"""Recognize steps by their program that a device may implement in its own way.
 
-A pixel pass gathers.  What would be scattered is then asked for many times over: a histogram's pixel asks of thousands
-of texels whether they are its own.  The program stays what such a step means, on every device and for the oracle; a
-backend that has a shorter way to the same bits takes it (`Backend.own_way`).  Programs are told by their keys, so that
-graphs that have travelled are known too, and whatever is written anew is run as it is written.
+A pixel pass gathers.  Scattering in this form reads every texel many times: each pixel of a histogram tests thousands
+of texels.  The program defines the result on every device and for the oracle; a backend with a faster way to the same
+bits uses it (`Backend.own_way`).  Programs are recognized by their cache keys, so this works for deserialized graphs;
+changed kernels run as written.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from passgraph.language.scalar import ScalarProgram, nameless
 if TYPE_CHECKING:
     from passgraph.plan.data import PixelStep
 
-#: Of the picture that is counted, and of the four that are written.
+#: Formats of the counted picture, and of the four outputs.
 COUNTED, COUNTS = FORMATS["r32f"], FORMATS["rgba32f"]
 
 
@@ -26,14 +26,14 @@ COUNTED, COUNTS = FORMATS["r32f"], FORMATS["rgba32f"]
 class Counting:
     """Count integers in the rows of a single-channel picture.
 
-    Each row of the picture gives a row of each output.  There a channel of a pixel holds how many texels of the row are
-    exactly the number of its bin; numbers between, beyond and NaN are in none.  Rows of the outputs below the picture
-    are 0.  Whoever wrote the picture, it may hold anything.
+    Each row of the picture gives a row of each output.  A channel of a pixel there counts the texels of the row that
+    equal the number of its bin; other numbers and NaN are not counted.  Rows of the outputs below the picture are 0.
+    The picture may hold any values.
 
     Attributes
     ----------
-    quarter : bins in a row of each of the four outputs, a multiple of 4: of output k, the channel c of the pixel in
-        column x is the bin of the number ``k * quarter + 4 * x + c + 1``
+    quarter : bins in a row of each of the four outputs, a multiple of 4: in output k, channel c of the pixel in column
+        x is the bin of the number ``k * quarter + 4 * x + c + 1``
     """
 
     quarter: int
@@ -44,10 +44,10 @@ class Counting:
 
 
 def known_work(step: PixelStep) -> Counting | None:
-    """Recognize the work of a step; None for nearly every one."""
+    """Recognize the work of a step; None for most steps."""
     if (step.image_formats, step.output_formats) != ((COUNTED,), (COUNTS,) * 4):
         return None
-    # Few plans count, and these kernels take a while to read.
+    # Few plans count, and importing these kernels takes a while.
     from passgraph.graph.reductions import MOST_BINS
 
     if 16 * step.size[0] > MOST_BINS or nameless(step.program).key != _counting_key():
@@ -57,7 +57,7 @@ def known_work(step: PixelStep) -> Counting | None:
 
 @cache
 def _counting_key() -> str:
-    """The key of the counting kernel's program."""
+    """Return the key of the counting kernel's program."""
     from passgraph.graph.reductions import count_bins
     from passgraph.language.facts import Facts, ImageFacts
     from passgraph.language.lower_cache import lower_once
@@ -69,7 +69,7 @@ def _counting_key() -> str:
 
 @cache
 def numbers_program() -> ScalarProgram:
-    """A program that gives a texel's number as the picture holds it, for backends that print it."""
+    """Return a program that gives a texel's number as stored, for backends that print it."""
     from passgraph.graph.reductions import reduced_one
     from passgraph.language.facts import Facts, ImageFacts
     from passgraph.language.lower import lower

@@ -1,4 +1,4 @@
-"""Limits of a device and of memory: checked on the plan, before anything is allocated."""
+"""Check the limits of device and memory on the plan, before anything is allocated."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ from passgraph.plan.data import DrawStep, PixelStep, Plan, Resource, Step
 if TYPE_CHECKING:
     from passgraph.language.scalar import ScalarProgram
 
-#: Where a device has no limit of its own.
+#: Stands for no limit.
 NONE = 1 << 62
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of one device; those left out hold nothing back.
+    """Limits of one device; by default there are none.
 
     Attributes
     ----------
-    device : what messages call it, such as ``"gl (llvmpipe)"``
+    device : its name in messages, such as ``"gl (llvmpipe)"``
     side : pixels along one side of a picture
     pixels : of one picture
     picture_bytes : of one picture
-    images : that one pass reads, those of both kernels of a draw together
-    targets : that one pass writes, depth apart
+    images : that one pass reads; those of both kernels of a draw count together
+    targets : that one pass writes, without depth
     bindings : images and targets of one pass together
     vertex_numbers, numbers : parameters of a vertex kernel, and of any other, in numbers of 4 bytes
-    rounding : floats and ints take multiples of so many numbers each
-    filters : whether its own filter may stand for bilinear samples
-    varyings : numbers that a vertex kernel hands to the fragment kernel
-    trips : of all loops of one pixel together, those of loops inside loops every time; a plan is refused where every
-        pixel makes more, whatever its data
-    not_kept, not_written : what channels hold (`Format.number`) that no picture can hold here, and that no pass can
-        write; and what the device lacks for it
+    rounding : floats and ints are each padded to multiples of this many numbers
+    filters : True if its own filter may replace bilinear samples
+    varyings : numbers passed from a vertex kernel to the fragment kernel
+    trips : loop iterations of one pixel, nested loops multiplied; a plan is rejected if every pixel makes more,
+        whatever its data
+    not_kept, not_written : channel types (`Format.number`) that the device cannot store in pictures, or cannot write in
+        passes; with the feature that it lacks
     """
 
     device: str = "this device"
@@ -61,11 +61,11 @@ class Limits:
     not_written: Mapping[str, str] = field(default_factory=dict)
 
     def numbers_taken(self, floats: int, ints: int) -> int:
-        """Room that so many parameters take."""
+        """Return the padded number of parameters."""
         return sum(-(-count // self.rounding) * self.rounding for count in (floats, ints))
 
     def fits(self, images: int, targets: int, floats: int, ints: int, trips: int = 0) -> bool:
-        """Whether a pixel pass with so much is within the limits."""
+        """Return True if a pixel pass with these needs is within the limits."""
         return (
             images <= self.images
             and images + targets <= self.bindings
@@ -75,7 +75,7 @@ class Limits:
 
 
 def check(plan: Plan, limits: Limits) -> None:
-    """Refuse what the device does not take, before anything is made there.
+    """Raise BackendError if the plan exceeds the limits of the device.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def _check_numbers(step: Step, program: ScalarProgram, limits: Limits) -> None:
 def _check_trips(step: Step, program: ScalarProgram, limits: Limits) -> None:
     from passgraph.language.scalar import trips  # backends import this module before there is a program
 
-    # Loops that are left early mostly make few of the trips that they may make.
+    # Loops that may exit early usually make few of their possible iterations.
     trips_made = trips(program.body, certain=True) if limits.trips < NONE else 0
     if trips_made > limits.trips:
         mend = "make fewer in one pass, or use another backend"
@@ -165,18 +165,18 @@ def _refuse(step: Step, what: str, limits: Limits, limit: int, mend: str) -> Non
 
 _UNITS = {"": 1, "k": 10**3, "m": 10**6, "g": 10**9, "t": 10**12}
 _BINARY = {"ki": 1 << 10, "mi": 1 << 20, "gi": 1 << 30, "ti": 1 << 40}
-#: A number of bytes beyond this is a typing error.
+#: Larger memory limits are taken for typing errors.
 MOST_BYTES = 1 << 52
-#: Of the machine's memory, what a plan takes by default at most.
+#: Default memory limit of a plan as a fraction of the machine's memory.
 SHARE = 0.5
-#: Where control groups say how much a container may take (version 2, version 1).
+#: Files with the memory limit of a container (control groups version 2, version 1).
 _CGROUPS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
-#: Targets that a message names.
+#: Most targets named in a message.
 _NAMED = 3
 
 
 def bytes_of(memory: object) -> int:
-    """A number of bytes, such as ``1_000_000``, ``"1 GB"`` or ``"512 MiB"``.
+    """Parse a number of bytes, such as ``1_000_000``, ``"1 GB"`` or ``"512 MiB"``.
 
     >>> bytes_of("1 GB"), bytes_of("1.5 KiB")
     (1000000000, 1536)
@@ -191,13 +191,13 @@ def bytes_of(memory: object) -> int:
 
 
 def format_bytes(count: int) -> str:
-    """Bytes as messages tell them."""
+    """Format a number of bytes for messages."""
     return f"{count / 1e9:.1f} GB" if count >= 10**9 else f"{-(-count // 10**6)} MB"
 
 
 @cache
 def machine_memory() -> int:
-    """The memory of the machine, or of the container that this process runs in; bytes."""
+    """Return the memory of the machine, or of the container that this process runs in, in bytes."""
     limits = [_physical_memory()]
     for name in _CGROUPS:
         try:
@@ -215,7 +215,7 @@ def _physical_memory() -> int:
 
 
 def check_memory(plan: Plan, allowed: int | None) -> None:
-    """Refuse a plan that allocates more than ``allowed`` bytes, or than half of the machine's memory.
+    """Raise GraphError if a plan allocates more than ``allowed`` bytes; None allows half of the machine's memory.
 
     Raises
     ------

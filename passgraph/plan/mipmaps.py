@@ -1,8 +1,8 @@
-"""Smaller levels of pictures: where a pass reads them of a handle with ``mipmaps()``, the passes that make them.
+"""Mipmaps: passes that compute the smaller levels of pictures whose handles have ``mipmaps()``.
 
 Level ``k`` has half the sides of the one before, rounded down, at least 1; the last one is a single texel.  A texel is
-the mean over the area that it covers: of 2 texels each way, of 3 where a side was odd.  Kernels read all levels from 1
-on in one picture, where they lie below one another (:func:`first_row`), so that no backend has to know of them.
+the mean over the area that it covers: 2 texels each way, or 3 where a side was odd.  Kernels read all levels from 1 on
+in one picture, which stores them one below another (:func:`first_row`), so backends need no support for mipmaps.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from passgraph.plan.sizes import level_sizes
 from passgraph.plan.specialise import specialise_pass
 from passgraph.plan.work import Lowered, Work
 
-#: Two texels that a side of even length halves to; a side of odd length 2m + 1 is spread over m, each over three, with
-#: weights after Guthe and Heckbert, "Non-Power-of-Two Mipmapping" (NVIDIA, 2005).  A weight of 0 would make NaN of an
-#: infinite neighbour, so the second of two is read twice.
+#: A side of even length is halved by means of two texels; a side of odd length 2m + 1 by m means of three, with weights
+#: after Guthe and Heckbert, "Non-Power-of-Two Mipmapping" (NVIDIA, 2005).  A weight of 0 would turn an infinite
+#: neighbor into NaN, so for even sides the second texel is read twice.
 _HALVED = """
 def weights(count: int, i: int) -> vec3:
     half = count // 2
@@ -42,7 +42,7 @@ def halved(finer: Image) -> {result}:
 
 
 def first_row(height: int, level: int) -> int:
-    """The row in the picture of levels at which one begins, from 1 on: each has at least the rows that it needs.
+    """Return the row at which a level begins in the picture of levels, from 1 on.
 
     >>> [first_row(5, level) for level in (1, 2, 3)]
     [0, 4, 6]
@@ -51,13 +51,13 @@ def first_row(height: int, level: int) -> int:
 
 
 def add_levels(work: Work) -> None:
-    """The passes of every picture whose smaller levels are read into ``work``, each before the first reader."""
+    """Add the passes of every picture whose smaller levels are read to ``work``, each before the first reader."""
     passes = list(work.passes.values())
     work.passes.clear()
     level_pictures: dict[Target, Target] = {}
     for lowered in passes:
         for name, target in lowered.images.items():
-            # Where there is one level alone, code that never runs may name others.
+            # With a single level, dead code may still refer to others.
             if name.endswith(MIPS) and target.has_levels and max(work.size_of(target)) > 1:
                 if target.content not in level_pictures:
                     level_pictures[target.content] = _levels(target, work)
@@ -70,7 +70,7 @@ def _add(lowered: Lowered, work: Work) -> None:
 
 
 def _levels(target: Target, work: Work) -> Target:
-    """The picture of levels of a content, with the passes that make it."""
+    """Return the picture of a content's levels, and add the passes that make it."""
     sizes, smaller = level_sizes(work.size_of(target)), target.content
     format_ = work.format_of(target)
     format_ = FORMATS["r32f"] if format_.is_depth else format_
@@ -78,7 +78,7 @@ def _levels(target: Target, work: Work) -> Target:
     for number, size in enumerate(sizes[1:], 1):
         smaller = _pass(_halving(format_.channels), [smaller], f"{target.name} level {number}", format_, size, work)
         levels.append(smaller)
-    work.notes.append(f"{len(levels)} smaller levels of {target.name} are made, down to 1x1")
+    work.notes.append(f"{len(levels)} smaller levels of {target.name} are computed, down to 1x1")
     if len(levels) == 1:
         return smaller
     rows = [first_row(sizes[0][1], number) for number in range(1, len(sizes))]
@@ -107,7 +107,7 @@ def _halving(channels: int) -> PixelKernel[Target]:
 
 @cache
 def _stacking(count: int, channels: int) -> PixelKernel[Target]:
-    """Levels below one another; between and beside them lies what nobody reads."""
+    """Return a kernel that stores levels one below another; the rest of the picture is never read."""
     images = ", ".join(f"level{k}: Image" for k in range(count))
     reads = "".join(
         f"    if p.y < rows[{k + 1}]:\n        return level{k}.texel(p - ivec2(0, rows[{k}])){_swizzle(channels)}\n"

@@ -1,4 +1,4 @@
-"""The order of passes: producers first, readers before content is drawn over, and little memory alive at once."""
+"""Order passes: producers first, readers before their content is drawn over, and little memory alive at once."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from passgraph.plan.data import Memory
 from passgraph.plan.dependencies import topological_order
 from passgraph.plan.work import Work
 
-#: Contents that a draw must not write over: each with the draw that takes a copy.
+#: Contents that a draw must not overwrite, each with the draw that takes a copy.
 Copies: TypeAlias = set[tuple[Target, Pass]]
-#: Each pass with those that must run before it, as the keys of a dictionary: a set that keeps its order.
+#: Each pass with those that must run before it, as dictionary keys: a set that keeps its order.
 Waits: TypeAlias = dict[Pass, dict[Pass, None]]
 
 
 def order(work: Work) -> tuple[list[Pass], Copies]:
-    """The sequence of passes and the contents to copy first."""
+    """Return the sequence of passes and the contents to copy first."""
     waits, copies = dependencies(work)
     for node, lowered in work.passes.items():
         for content in lowered.done.drawn_over:
@@ -32,8 +32,8 @@ def order(work: Work) -> tuple[list[Pass], Copies]:
 def dependencies(work: Work) -> tuple[Waits, Copies]:
     """Return the dependencies of passes, and the contents to copy because a later pass still reads them.
 
-    A draw over existing content writes in place.  Whoever else reads that content must come before; where that is
-    impossible (the reader waits for the draw, the content is a result, or two draws start from it) a copy is made.
+    A draw over existing content writes in place.  Other readers of that content must come before; where that is
+    impossible (the reader depends on the draw, the content is a result, or two draws start from it) a copy is made.
     """
     waits: Waits = {node: {} for node in work.passes}
     readers: dict[Target, list[Pass]] = {}
@@ -61,7 +61,7 @@ def dependencies(work: Work) -> tuple[Waits, Copies]:
 
 
 def _with_copies(waits: Waits, before: list[tuple[Target, Pass, list[Pass]]], copies: Copies) -> Waits:
-    """Some reader waits for the draw that waits for it: which one is searched for, draw by draw."""
+    """Resolve cyclic waits of readers and draws by copies: search the draw to copy for, draw by draw."""
     import networkx as nx
 
     graph = nx.DiGraph((one, node) for node, waits_for in waits.items() for one in waits_for)
@@ -79,9 +79,9 @@ def _ranks(work: Work) -> dict[Pass, int]:
 
 
 def _least_memory(as_written: list[Pass], waits: Mapping[Pass, Mapping[Pass, None]], work: Work) -> list[Pass]:
-    """Order passes for least memory: from the results back, first what needs most memory beside what it leaves behind.
+    """Order passes for least memory: from the results back, first what needs most memory compared with what it leaves.
 
-    Exact where every pass has one reader; elsewhere a good guess.
+    Optimal if every pass has one reader; elsewhere a heuristic.
     Source: R. Sethi and J. D. Ullman, "The Generation of Optimal Code for Arithmetic Expressions", 1970.
     """
     place = {node: number for number, node in enumerate(as_written)}

@@ -1,4 +1,4 @@
-"""Sizes of targets: declared, or taken from an input, another target or the output."""
+"""Find the sizes of targets: declared, or taken from an input, another target or the output."""
 
 from __future__ import annotations
 
@@ -22,13 +22,12 @@ from passgraph.graph.targets import (
 )
 from passgraph.plan.work import Lowered, Work
 
-#: Largest picture that a plan will ask memory for, in bytes: a typing error in a size should not swap a machine to
-#: death.
+#: Largest picture in bytes: a typing error in a size should not make the machine swap.
 MAX_PICTURE_BYTES = 16 << 30
 
 
 def find_sizes(passes: list[Pass], work: Work) -> None:
-    """Every pass into ``work``, in writing order, with the size of what it writes; the output's where none is asked."""
+    """Add every pass to ``work``, in writing order, with the size of its targets; default: the output's size."""
     requested = work.size
     work.size = requested or _output_size(work)
     for node in passes:
@@ -64,7 +63,7 @@ def _pass_size(node: Pass, work: Work) -> tuple[int, int]:
 
 
 def _find_size(spec: TargetSpec, work: Work) -> None:
-    """The size of a target into ``work.sizes``, and before it those that it is taken from."""
+    """Add the size of a target to ``work.sizes``, and first the sizes that it depends on."""
     pending = {spec: None}
     while pending:
         last = next(reversed(pending))
@@ -74,7 +73,7 @@ def _find_size(spec: TargetSpec, work: Work) -> None:
             pending.popitem()
         elif size is not None:
             work.sizes[last] = _checked(_taken(size, last), last, work)
-            work.not_asked[last] = _why_not_asked(last, source, work)
+            work.not_asked[last] = _why_not_output_size(last, source, work)
         else:
             assert isinstance(source, Target) and isinstance(source.spec, TargetSpec)
             _check_lender(source.spec, last, pending, work)
@@ -100,8 +99,8 @@ def _size_source(spec: TargetSpec, work: Work) -> Target | tuple[int, int]:
     return work.size
 
 
-def _why_not_asked(spec: TargetSpec, source: Target | tuple[int, int], work: Work) -> str:
-    """Why a target's size does not hang on the output's; empty where it does."""
+def _why_not_output_size(spec: TargetSpec, source: Target | tuple[int, int], work: Work) -> str:
+    """Explain why a target's size does not depend on the output's; empty if it does."""
     if isinstance(spec.size, Absolute):
         return f"as target {spec.name!r} is declared"
     if not isinstance(source, Target):
@@ -115,7 +114,7 @@ def _why_not_asked(spec: TargetSpec, source: Target | tuple[int, int], work: Wor
 
 
 def _check_asked(size: tuple[int, int], work: Work) -> None:
-    """A size that nothing takes is refused, and one that outputs do not take because an input has another one."""
+    """Raise an error if no target uses the requested size, or outputs have another one because of an input."""
     specs = {name: target.spec for name, target in work.outputs.items() if isinstance(target.spec, TargetSpec)}
     if any(work.sizes[spec] == size or not work.not_asked[spec] for spec in specs.values()):
         return
@@ -126,8 +125,8 @@ def _check_asked(size: tuple[int, int], work: Work) -> None:
         reason, (width, height) = work.not_asked[spec], work.sizes[spec]
         if not is_used or reason.startswith("the size of input"):
             raise GraphError(
-                f"size=({size[0]}, {size[1]}) is asked for, and output {name!r} is {width}x{height}, {reason}; "
-                "leave size out, or declare the target with scale=1.0, which takes the size asked for"
+                f"size=({size[0]}, {size[1]}) was requested, but output {name!r} is {width}x{height}, {reason}; "
+                "leave size out, or declare the target with scale=1.0, which takes the requested size"
             )
 
 
@@ -148,12 +147,12 @@ def _check_lender(lender: TargetSpec, spec: TargetSpec, pending: Container[Targe
 
 
 def _taken(size: tuple[int, int], spec: TargetSpec) -> tuple[int, int]:
-    """The size of a target that takes it from a picture of this size."""
+    """Return the size of a target that takes it from a picture of this size."""
     declared = spec.size
     if isinstance(declared, Blocks):
         return declared.each * -(-size[0] // declared.width), -(-size[1] // declared.height)
-    scale = declared.scale if isinstance(declared, Like | Relative) else 1.0
-    return max(1, math.ceil(size[0] * scale)), max(1, math.ceil(size[1] * scale))
+    across, down = declared.scale if isinstance(declared, Like | Relative) else (1.0, 1.0)
+    return max(1, math.ceil(size[0] * across)), max(1, math.ceil(size[1] * down))
 
 
 def _checked(size: tuple[int, int], spec: TargetSpec, work: Work) -> tuple[int, int]:
@@ -170,7 +169,7 @@ def _checked(size: tuple[int, int], spec: TargetSpec, work: Work) -> tuple[int, 
 
 
 def level_sizes(size: tuple[int, int]) -> list[tuple[int, int]]:
-    """Width and height of every level, the picture's own first.
+    """Return the width and height of every level, starting with the picture itself.
 
     >>> level_sizes((5, 3))
     [(5, 3), (2, 1), (1, 1)]

@@ -1,4 +1,4 @@
-"""Lowers every kernel under what the graph knows."""
+"""Lower every kernel, specialized for what the graph determines."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def image_facts(target: Target, where: str, work: Work, sized: bool = False, by_
             f"{where} reads {target.name!r} as {target.slice_count} slices, and it is {size[0]}x{size[1]}: "
             "its height must be a multiple of that; pg.stacked makes such a picture of a volume"
         )
-    # Beyond its edges a texture gives its last texel; encoded values and depths are not for weighting.
+    # Textures clamp at their edges; encoded values and depths must not be interpolated.
     fits = target.border_rule == "clamp" and target.filter_rule == "linear" and not (format_.srgb or format_.is_depth)
     return ImageFacts(
         format_.channels, target.border_rule, format_.decode, size=size if sized else None, filter=target.filter_rule,
@@ -43,7 +43,7 @@ def specialise_pass(lowered: Lowered, work: Work) -> None:
     node = lowered.node
     lowered.values = dict(node.values)
     sized = _made_for_sizes(node)
-    # Smaller levels lie in a picture of the same format, which :mod:`.mipmaps` puts in the place of the image.
+    # Smaller levels are stored in a picture of the same format, which :mod:`.mipmaps` substitutes for the image.
     read = {**node.images, **{name + MIPS: target for name, target in node.images.items()}}
     where = f"pass {node.name!r}"
     by_device = isinstance(node, PixelPass) and work.filters
@@ -63,7 +63,7 @@ def specialise_pass(lowered: Lowered, work: Work) -> None:
 
 
 def _filter_apart(lowered: Lowered, work: Work) -> None:
-    """Pictures that a pixel pass reads by texel too are filtered in the kernel: a texture has one filter in a pass."""
+    """Filter in the kernel if a pixel pass also reads the picture by texel: a texture has one filter per pass."""
     assert lowered.program is not None and isinstance(lowered.node, PixelPass)
     loads = [i for i in walk(lowered.program.body) if isinstance(i, LoadTexel)]
     filtered = {i.image for i in loads if i.filtered}
@@ -78,7 +78,7 @@ def _filter_apart(lowered: Lowered, work: Work) -> None:
 
 
 def _made_for_sizes(node: Pass) -> bool:
-    """Return True if the pass asks for known sizes, or has loops over whole pictures: known sizes bound their trips."""
+    """Return True if the pass requests known sizes, or needs them to bound loops over whole pictures."""
     return (isinstance(node, PixelPass) and node.known_sizes) or any(map(loops_over_sizes, _programs_of(node)))
 
 
@@ -92,7 +92,7 @@ def _specialise_draw(
     node: DrawPass, lowered: Lowered, images: dict[str, ImageFacts], size: tuple[int, int] | None, work: Work
 ) -> None:
     blends = node.state.blend or (None,) * len(node.into)
-    # A blended target is quantised after blending, by the backend.
+    # The backend quantizes a blended target after blending.
     stores = tuple(((), ()) if blend else spec.format.store for spec, blend in zip(node.into, blends, strict=True))
     simplify = work.options.simplify
     lowered.vertex_facts = Facts(node.constants, images, (), simplify, lowered.size)
@@ -105,7 +105,7 @@ def _specialise_draw(
 
 
 def varyings_of(fragment: ScalarProgram | None) -> tuple[str, ...]:
-    """The scalars that the fragment kernel really reads, such as ``normal.0``."""
+    """Return the scalars that the fragment kernel really reads, such as ``normal.0``."""
     if fragment is None:
         return ()
     read = [own_pixel(name)[0] for name, _ in fragment.builtins]
@@ -113,7 +113,7 @@ def varyings_of(fragment: ScalarProgram | None) -> tuple[str, ...]:
 
 
 def link(vertex: ScalarProgram, varyings: tuple[str, ...]) -> ScalarProgram:
-    """The vertex program with two outputs, position and the wanted varyings, and nothing that only served others."""
+    """Return the vertex program reduced to two outputs, position and the wanted varyings."""
     outputs = {output.name: output.values for output in vertex.outputs}
     linked = []
     for name in varyings:
@@ -139,7 +139,7 @@ def used_images(program: ScalarProgram, images: dict[str, Target], node: Pass, w
 
 
 def check_relative(lowered: Lowered, work: Work) -> None:
-    """``image[dx, dy]`` needs the image to have the pass's size."""
+    """Check that images read as ``image[dx, dy]`` have the pass's size."""
     assert lowered.program is not None
     for use in lowered.program.images:
         size = work.size_of(lowered.images[use.name])

@@ -27,7 +27,7 @@ def cull(work: Work) -> None:
             continue
         needed.add(node)
         lowered = work.passes[node]
-        # What is read of the last run must be written in this one.
+        # History that is read must be written in this run.
         history = [t.spec for t in lowered.images.values() if t.is_previous]
         still_read.update(history)
         needs = [*lowered.reads, *(work.final[s] for s in history)]  # type: ignore[index]
@@ -43,11 +43,11 @@ T = TypeVar("T")
 
 
 def trim(work: Work) -> bool:
-    """True where a pass was left with fewer targets, and so may read less."""
+    """Drop unused targets of passes; return True if a pass lost one, and so may read less."""
     if not work.options.cull:
         return False
     live = _live(work)
-    # A pass of which nothing is live is drawn over where nobody looks, and goes once the draws over it are trimmed.
+    # A pass without live targets is drawn over unread, and is dropped once the draws over it are trimmed.
     makers = {target.made_by for target in live}
     changed = False
     for lowered in (lowered for node, lowered in work.passes.items() if node in makers):
@@ -56,13 +56,13 @@ def trim(work: Work) -> bool:
         if len(live_slots) < len(lowered.slots):
             names = ", ".join(target.name for target in dead)
             work.notes.append(f"left out {names} of pass {lowered.name}: nothing that reaches an output reads it")
-            _leave(lowered, live_slots, work)
+            _keep_targets(lowered, live_slots, work)
             changed = True
     return changed
 
 
 def _live(work: Work) -> set[Target]:
-    """Contents that an output or the next run needs, each target of a pass by itself."""
+    """Return the contents that an output or the next run needs, each target of a pass separately."""
     live: set[Target] = set()
     seen: set[Pass] = set()
     pending = [target.content for target in work.roots()]
@@ -87,13 +87,13 @@ def _live(work: Work) -> set[Target]:
 def _kept(lowered: Lowered, dead: Sequence[Target]) -> list[int]:
     """Return the color targets that stay, by number."""
     live_slots = [number for number, target in enumerate(lowered.colours) if target not in dead]
-    # Without any there is no fragment program, which may be what says where depth is not written.
+    # Without color targets there is no fragment program, which may be what discards depth.
     discards = lowered.fragment is not None and lowered.fragment.keep is not None
     return live_slots or ([0] if discards else [])
 
 
-def _leave(lowered: Lowered, slots: Sequence[int], work: Work) -> None:
-    """Lower a pass anew with these of its colour targets."""
+def _keep_targets(lowered: Lowered, slots: Sequence[int], work: Work) -> None:
+    """Lower a pass again with some of its color targets."""
     lowered.facts = replace(lowered.facts, stores=_chosen(lowered.facts.stores, slots))
     if isinstance(lowered.done, DrawPass):
         lowered.trimmed = _draw_with(lowered, lowered.done, slots, work)
@@ -127,7 +127,7 @@ def _draw_with(lowered: Lowered, drawn: DrawPass, slots: Sequence[int], work: Wo
 
 
 def _with_results(program: TypedKernel, slots: Sequence[int]) -> TypedKernel:
-    """The same kernel with some of its results."""
+    """Return the same kernel with some of its results."""
     return replace(program, results=_chosen(program.results, slots))
 
 

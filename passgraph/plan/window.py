@@ -1,4 +1,4 @@
-"""Windows of a plan: how far its results reach, and the plan that computes one window."""
+"""Windows of a plan: the halo of its results, and the plan that computes one window."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from passgraph.plan.data import PixelStep, Plan, Resource, Step
 
 
 class Halo(NamedTuple):
-    """Pixels around a rectangle."""
+    """A margin of pixels around a rectangle."""
 
     left: int = 0
     right: int = 0
@@ -29,11 +29,11 @@ class Halo(NamedTuple):
     down: int = 0
 
     def over(self, other: Halo) -> Halo:
-        """The larger of both on every side."""
+        """Return the larger of both on every side."""
         return Halo(*map(max, self, other))
 
     def beyond(self, other: Halo) -> Halo:
-        """This much around what lies ``other`` around."""
+        """Return the sum of both: this halo around a rectangle with the ``other`` one."""
         return Halo(*(a + b for a, b in zip(self, other, strict=True)))
 
 
@@ -43,9 +43,9 @@ class Footprint:
 
     Attributes
     ----------
-    halo : pixels of every input, and of every target between, around it
-    whole : resources that each window needs whole: pictures of another size, such as tables and textures
-    wide, high : why a window must be as wide, or as high, as the picture; empty where it need not
+    halo : margin of every input, and of every intermediate target
+    whole : resources that each window reads whole: pictures of another size, such as tables and textures
+    wide, high : why a window must be as wide, or as high, as the picture; empty if it need not
     """
 
     halo: Halo
@@ -55,13 +55,13 @@ class Footprint:
 
 
 def footprint(plan: Plan) -> Footprint:
-    """Return what windows of the results need.
+    """Return the footprint of the results' windows.
 
     Raises
     ------
     GraphError
-        Where no window does: a pass that draws, reads last run's content, reads anywhere in the picture, or has
-        another size than the results; the message names the pass and how to mend it.
+        If the plan cannot be windowed: a pass draws, reads last run's content, reads anywhere in the picture, or has
+        another size than the results; the message names the pass and the remedy.
     """
     size = _result_size(plan)
     uncut = _find_uncut(plan, size)
@@ -97,7 +97,7 @@ def _result_size(plan: Plan) -> tuple[int, int]:
 
 
 def _find_uncut(plan: Plan, size: tuple[int, int]) -> frozenset[int]:
-    """Resources that every window needs whole; passes that fit neither way are refused here."""
+    """Return the resources that every window reads whole; raise GraphError for passes that cannot be windowed."""
     near = {
         resource
         for step in plan.steps
@@ -106,7 +106,7 @@ def _find_uncut(plan: Plan, size: tuple[int, int]) -> frozenset[int]:
         if step.program.image(name).relative
     }
     inputs = {resource: name in plan.static_inputs for name, resource in plan.inputs.items()}
-    # A static input that is read anywhere is a texture, also where it happens to be as large as the picture.
+    # A static input that is read anywhere is a texture, even if it is as large as the picture.
     uncut = {
         resource
         for resource, static in inputs.items()
@@ -174,7 +174,7 @@ def _reach(program: s.ScalarProgram, use: s.ImageUse) -> Halo:
         return Halo()
     left, right, up, down = max(0, -use.x[0]), max(0, use.x[1]), max(0, -use.y[0]), max(0, use.y[1])
     if any(not _stays(rule) for rule in _rules(program, use)):
-        # Beyond the picture's edge such a rule turns round: what was read to the left is found to the right.
+        # Some rules mirror at the edge: reads beyond the left edge go to the right of it.
         left = right = max(left, right)
         up = down = max(up, down)
     return Halo(left, right, up, down)
@@ -185,7 +185,7 @@ def _rules(program: s.ScalarProgram, use: s.ImageUse) -> set[str]:
 
 
 def _wraps(step: PixelStep, use: s.ImageUse, read: Resource) -> tuple[str, str]:
-    """Why windows must be as wide and as high as the picture: a border rule that leads to its other side."""
+    """Explain why windows must be as wide and as high as the picture: a border rule that wraps to the other side."""
     rules = [rule for rule in _rules(step.program, use) if not _turns_near(rule)]
     if not rules:
         return "", ""
@@ -196,32 +196,32 @@ def _wraps(step: PixelStep, use: s.ImageUse, read: Resource) -> tuple[str, str]:
     )
 
 
-#: Of the axis on which rules are looked at, and how far beyond its ends.
+#: Length of the axis on which border rules are probed, and the distance probed beyond its ends.
 _AXIS = 64
 
 
 @cache
 def _beyond(rule: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Texels beyond an axis' start, counted from there, and where a rule finds them."""
+    """Return positions beyond an axis' start, and where a rule maps them."""
     outside = np.arange(1, _AXIS // 2)
     return outside, border_place(rule, -outside, _AXIS)
 
 
 def _stays(rule: str) -> bool:
-    """Whether what is read beyond an edge is found at the edge itself."""
+    """Return True if the rule maps reads beyond an edge to the edge itself."""
     return bool((_beyond(rule)[1] == 0).all())
 
 
 def _turns_near(rule: str) -> bool:
-    """Whether what is read beyond an edge is found as near on this side of it."""
+    """Return True if the rule maps reads beyond an edge to the same distance inside it."""
     outside, near = _beyond(rule)
     return bool((near <= outside).all())
 
 
 def windows(length: int, core: int, before: int, behind: int) -> Iterator[tuple[int, int, int]]:
-    """Windows along an axis: where each begins, and from where to where its results are right.
+    """Yield the windows along an axis: start, and begin and end of their valid results.
 
-    All are as long as each other: those at the ends are moved inward.
+    All have the same length: those at the ends are moved inward.
 
     >>> list(windows(10, 4, 1, 2))
     [(0, 0, 4), (3, 4, 8), (3, 8, 10)]
@@ -231,25 +231,23 @@ def windows(length: int, core: int, before: int, behind: int) -> Iterator[tuple[
         yield min(max(0, begin - before), length - window), begin, min(begin + core, length)
 
 
-#: Where the window lies and how large the picture is: (x, y, width, height), in pixels.  No kernel has a parameter of
-#: this name: it is no identifier.
+#: Position of the window and size of the picture: (x, y, width, height), in pixels.  No kernel parameter can have this
+#: name, as it is no identifier.
 WINDOW = Value("tile window", tuple)
 
 
 def window_plan(plan: Plan, footprint: Footprint, size: tuple[int, int]) -> Plan:
-    """The plan of a window of so many (width, height) pixels; :data:`WINDOW` tells each run where it lies.
+    """Return the plan of a window of (width, height) pixels; :data:`WINDOW` gives each run its position.
 
     ``plan`` is that of the whole picture, made without static passes; it is never run.
 
     Raises
     ------
     GraphError
-        Where a run value has the name of :data:`WINDOW`.
+        If a run value has the name of :data:`WINDOW`.
     """
     if WINDOW.name in plan.values:
-        raise GraphError(
-            f"{WINDOW.name!r} is the name of the value that tells tiles where they are; give your value another one"
-        )
+        raise GraphError(f"{WINDOW.name!r} is reserved for the value with a tile's position; rename your value")
     inside = [r for r in plan.resources if r.id not in footprint.whole]
     cut_memories = {r.memory for r in inside}
     resources = tuple(r if r.id in footprint.whole else replace(r, size=size) for r in plan.resources)
@@ -269,7 +267,7 @@ def _step(step: Step, plan: Plan, inside: Collection[int], size: tuple[int, int]
 
 
 def placed(program: s.ScalarProgram, inside: Iterable[str]) -> s.ScalarProgram:
-    """The program of a window; ``inside`` are the images of which it has a window too."""
+    """Return the program of a window; ``inside`` are the images that are windowed too."""
     sizes = {"output_size": 2, **{f"size.{name}": 2 for name in inside}}
     entries = {f"{name}.{axis}": first + axis for name, first in {"pixel": 0, **sizes}.items() for axis in (0, 1)}
     if not any(name in entries for name, _ in program.builtins):
@@ -281,7 +279,7 @@ def placed(program: s.ScalarProgram, inside: Iterable[str]) -> s.ScalarProgram:
 
 
 class _Rewriting:
-    """Instructions with builtins taken from the parameter."""
+    """Rewrites instructions to read builtins from the window parameter."""
 
     def __init__(self, program: s.ScalarProgram, entries: dict[str, s.Lit]) -> None:
         self.entries = entries

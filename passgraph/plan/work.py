@@ -1,4 +1,4 @@
-"""State shared by the phases of planning: every pass and what is known of it."""
+"""State shared by the phases of planning: every pass and its known properties."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from passgraph.plan.data import BufferSpec, Options
 
 @dataclass
 class Lowered:
-    """A pass with its scalar programs, growing through the phases."""
+    """A pass with its scalar programs, which the phases fill in."""
 
     node: Pass
     size: tuple[int, int]
@@ -27,11 +27,11 @@ class Lowered:
     vertex_facts: Facts = field(default_factory=Facts)
     fragment: ScalarProgram | None = None
     varyings: tuple[str, ...] = ()
-    #: Image name in the program → what it reads; after culling only what is really read.
+    #: Image name in the program → its target; after culling only images that are really read.
     images: dict[str, Target] = field(default_factory=dict)
     values: dict[str, object] = field(default_factory=dict)
     fused: tuple[str, ...] = ()
-    #: The pass without targets that nobody reads, and which of its targets are left.
+    #: The pass without unused targets, and the indices of the targets that remain.
     trimmed: Pass | None = None
     slots: tuple[int, ...] = ()
 
@@ -40,12 +40,12 @@ class Lowered:
 
     @property
     def done(self) -> Pass:
-        """The pass as it is done."""
+        """Return the pass with its remaining targets."""
         return self.trimmed or self.node
 
     @property
     def colours(self) -> list[Target]:
-        """The contents that it makes, without depth."""
+        """Return the contents that it makes, without depth."""
         return [Target(spec, self.node, slot) for spec, slot in zip(self.done.into, self.slots, strict=True)]
 
     @property
@@ -54,12 +54,12 @@ class Lowered:
 
     @property
     def reads(self) -> list[Target]:
-        """Images that it really reads, last frame's too, and contents that it draws over."""
+        """Return the images that it really reads, history included, and contents that it draws over."""
         return [*self.images.values(), *self.done.drawn_over]
 
     @property
     def awaits(self) -> list[Target]:
-        """Contents that must be there first: images of this run, and what it draws over."""
+        """Return the contents that must exist first: images of this run, and what it draws over."""
         return [*(t.content for t in self.images.values() if not t.is_previous), *self.done.drawn_over]
 
 
@@ -68,22 +68,22 @@ class Work:
     """State shared by the phases of planning."""
 
     outputs: dict[str, Target]
-    size: tuple[int, int] | None  # None as long as neither asked for nor known from an input
+    size: tuple[int, int] | None  # None if neither requested nor known from an input
     options: Options
     inputs: dict[InputSpec, tuple[Format, tuple[int, int]]]
-    filters: bool = False  # whether the device's own filter may stand for bilinear samples
-    in_windows: bool = False  # pictures are never made whole, so that any size is allowed
+    filters: bool = False  # True if the device's own filter may replace bilinear samples
+    in_windows: bool = False  # pictures are never allocated whole, so any size is allowed
     passes: dict[Pass, Lowered] = field(default_factory=dict)
-    #: For history: the last content of each target that is read as last frame's.
+    #: For history: the last content of each target that is read in a later run.
     final: dict[TargetSpec, Target] = field(default_factory=dict)
     sizes: dict[TargetSpec, tuple[int, int]] = field(default_factory=dict)
-    #: For each target why its size does not hang on the output's; empty where it does.
+    #: For each target why its size does not depend on the output's; empty if it does.
     not_asked: dict[TargetSpec, str] = field(default_factory=dict)
-    #: Who writes a target first: a size may be taken from a target that is not read.
+    #: The first writer of each target: a size may be taken from a target that is not read.
     makers: dict[TargetSpec, Pass] = field(default_factory=dict)
-    #: Programs lowered so far: many passes of one kernel share one.
+    #: Programs lowered so far: passes of one kernel share one.
     programs: Programs = field(default_factory=Programs)
-    #: Pictures of long arrays, by the value that a parameter has, the way from it to the array, and its type: passes
+    #: Pictures of long arrays, by the parameter's value, the field names from it to the array, and its type: passes
     #: that are given one array share one.
     buffers: dict[tuple[int, tuple[str, ...], Array], BufferSpec] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -97,7 +97,7 @@ class Work:
         return self.inputs[target.spec][0] if isinstance(target.spec, InputSpec) else target.spec.format
 
     def buffer(self, node: Pass, name: str, type_: Array) -> Target:
-        """The picture of a long array, which a pass has as a parameter or within one, by its dotted name."""
+        """Return the picture of a pass's long array parameter, or of one within a parameter, by its dotted name."""
         parameter, *fields = name.split(".")
         value = node.values[parameter]
         key = id(value), tuple(fields), type_  # the graph keeps the value
@@ -111,5 +111,5 @@ class Work:
         return Target(self.buffers[key])
 
     def roots(self) -> list[Target]:
-        """Return what must be computed: outputs, and history for the next run."""
+        """Return the contents to compute: outputs, and history for the next run."""
         return [*self.outputs.values(), *self.final.values()]

@@ -1,1 +1,1 @@
-"""A plan bound to inputs and a device."""
+"""Run a plan on a device: inputs, execution, results."""

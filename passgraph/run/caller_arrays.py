@@ -1,4 +1,4 @@
-"""Arrays of the caller: pictures that a run reads in place, and memory that it writes results into."""
+"""The caller's arrays: inputs read in place, and arrays that results are written into."""
 
 from __future__ import annotations
 
@@ -28,27 +28,27 @@ if TYPE_CHECKING:
     from passgraph.run.program import Program
 
 
-#: Shape and type of an array.
+#: Shape and dtype of an array.
 Kind: TypeAlias = "tuple[tuple[int, int, int], np.dtype[Any]]"
-#: Bytes of a result from which on its memory is kept: less than that the allocator keeps itself.
+#: Results of at least this many bytes are pooled; the allocator itself keeps smaller blocks.
 LEAST = 1 << 17
-#: Bytes of a cache line: vectors that straddle two are stored in twice the time.
+#: Bytes of a cache line: storing vectors that straddle two takes twice the time.
 LINE = 64
 
 
 class Spare:
-    """Memory of results, handed out again once nobody has it any more.
+    """A pool of result buffers, reused once they have been garbage-collected.
 
-    A result belongs to whom it is handed to, so that its memory cannot simply be written again; but once the last array
-    that looks at it is gone, it is.  New memory would be asked of the system, and zeroed by it, with each run.
+    The caller owns a result, so its buffer is reused only when no array refers to it any more.  Without the pool, each
+    run would allocate new memory, which the system fills with zeros.
     """
 
     def __init__(self, most: int = 2) -> None:
-        #: By size in bytes.  Whoever drops a result may do so in any thread: adding and taking are one step each.
+        #: By size in bytes.  Results may be dropped in any thread: adding and taking are atomic.
         self._free: defaultdict[int, deque[NDArray[np.uint8]]] = defaultdict(lambda: deque(maxlen=most))
 
     def array(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
-        """An array that holds anything."""
+        """Return an uninitialized array."""
         needed = prod(shape) * dtype.itemsize
         if needed < LEAST:
             return np.empty(shape, dtype)
@@ -59,22 +59,22 @@ class Spare:
             padded = np.empty(needed + LINE, np.uint8)
             first = -padded.ctypes.data % LINE
             memory = padded[first : first + needed]
-        owner = _Lent(memory)
+        owner = _PooledBuffer(memory)
         weakref.finalize(owner, free.append, memory).atexit = False
         return np.asarray(owner).view(dtype).reshape(shape)
 
 
-class _Lent:
-    """The owner of an allocation, kept alive by the arrays in it."""
+class _PooledBuffer:
+    """The owner of a pooled buffer, kept alive by the arrays that use it."""
 
     def __init__(self, memory: NDArray[np.uint8]) -> None:
         self.__array_interface__ = memory.__array_interface__
 
 
 def room_of(program: Program, names: Iterable[str] | None = None) -> dict[str, NDArray[Any]]:
-    """New arrays by output name, of the sizes and in the types of the program's results: what ``into=`` takes.
+    """Return new arrays by output name, with the shapes and dtypes of the program's results, to pass as ``into=``.
 
-    Of ``names``, else of all.  Runs that are given the same ones again allocate nothing of a picture's size.
+    ``names`` selects outputs (default: all).  Runs that reuse these arrays allocate no pictures.
 
     >>> import passgraph as pg
     >>> dim = pg.kernel(source="def dim(color: Image) -> vec4: return color[0, 0] * 0.5")
@@ -90,7 +90,7 @@ def room_of(program: Program, names: Iterable[str] | None = None) -> dict[str, N
 
 
 def _kinds(program: Program) -> dict[str, Kind]:
-    """Shape and type of each result."""
+    """Return the shape and dtype of each result."""
     plan, stored = program.plan, program.settings()["results"] == "stored"
     results = {name: plan.resources[resource] for name, resource in plan.outputs.items()}
     return {
@@ -99,19 +99,19 @@ def _kinds(program: Program) -> dict[str, Kind]:
     }
 
 
-#: What a run is given, and gives back in the place of a result that was written there.
+#: A picture given to a run, or returned for a result that was written into it.
 Picture: TypeAlias = "NDArray[Any] | DevicePicture"
-#: A picture without channels, (h, w), is grey where no format is declared: as many channels have its value.
+#: A picture (h, w) without a channel axis is gray; for an input of undeclared format it fills this many channels.
 GREY_CHANNELS = 3
-#: Steps that finding shared memory may take: enough for pictures side by side in one array.
+#: Most steps in a search for shared memory: enough for pictures side by side in one array.
 OVERLAP_WORK = 10_000
 _FLOAT32 = np.dtype(np.float32)
 
 
 def format_of(dtype: np.dtype[Any], channels: int, srgb: bool = False) -> Format:
-    """The format that pictures of such numbers are bound to: their own, or float32 where no format holds them.
+    """Return the format for pictures of a dtype and channel count; float32 if no format stores that dtype.
 
-    ``srgb``: the one that is decoded from sRGB, where there is such a one.
+    ``srgb``: the sRGB-encoded format, if there is one.
 
     >>> format_of(np.dtype(np.uint8), 4).name
     'rgba8'
@@ -121,12 +121,12 @@ def format_of(dtype: np.dtype[Any], channels: int, srgb: bool = False) -> Format
 
 
 def admitted_device_picture(picture: DevicePicture, spec: InputSpec) -> DevicePicture:
-    """A picture on the device, where it fits what the input declares; nobody looks at its pixels.
+    """Return a picture on the device if it fits the input's declaration; its pixels are not checked.
 
     Raises
     ------
     InputError
-        For another size, or fewer channels or more than the declared format has.
+        For another size, or fewer or more channels than the declared format has.
     """
     if spec.size is not None and picture.size != spec.size:
         (width, height), (across, down) = spec.size, picture.size
@@ -142,17 +142,17 @@ def admitted_device_picture(picture: DevicePicture, spec: InputSpec) -> DevicePi
 def admitted_picture(
     picture_: Any, spec: InputSpec, non_finite: NonFinite = "keep", readers: Iterable[Pass] = ()
 ) -> NDArray[Any]:
-    """An input as (height, width, channels): as it is where the input's format holds such numbers, else in float32.
-    What could hold NaN or infinity is looked through, see :func:`passgraph.run.finite_checks.admitted`.
+    """Return an input as (height, width, channels): unchanged if a format stores its dtype, else as float32.
+    Values that may be NaN or infinite are checked, see :func:`passgraph.run.finite_checks.admitted`.
 
-    As float32, uint8, uint16 and bool count from 0 to 1; floats of 64 and more bits are rounded.  Byte order and
-    strides may be any.  Without channels, (height, width), it is grey: red, green and blue are its value.  For an input
-    that is declared with one channel it is that one, and (height, width, 1) is one channel of data anywhere.
+    In a float32 input, uint8, uint16 and bool are scaled to 0 to 1; floats of 64 and more bits are rounded.  Byte order
+    and strides may be any.  A picture (height, width) is gray: red, green and blue are its value.  For an input
+    declared with one channel it is that channel.  (height, width, 1) is always one channel.
 
     Raises
     ------
     InputError
-        For what is not a picture, holds no numbers, does not fit the declared size or channels, or is not finite.
+        If it is not a picture of numbers, does not fit the declared size or channels, or is not finite.
     """
     array = _picture(picture_, spec)
     format_ = spec.format or format_of(array.dtype, array.shape[2])
@@ -163,7 +163,7 @@ def admitted_picture(
 
 
 def bound_to(picture: Picture, spec: InputSpec) -> tuple[Format, tuple[int, int]]:
-    """Format and size (width, height) of an input that such a picture is given for."""
+    """Return the format and size (width, height) of an input for a given picture."""
     if isinstance(picture, DevicePicture):
         return spec.format or picture.format, picture.size
     height, width, channels = picture.shape
@@ -171,15 +171,15 @@ def bound_to(picture: Picture, spec: InputSpec) -> tuple[Format, tuple[int, int]
 
 
 class Admission:
-    """The pictures of a program's runs, by input; a static one that is given again is not looked through again."""
+    """The input pictures of a program's runs; a static picture that is given again is not checked again."""
 
     def __init__(self, specs: Mapping[str, InputSpec], outputs: Iterable[Target], non_finite: NonFinite) -> None:
         self._specs, self._outputs, self._non_finite = specs, tuple(outputs), non_finite
-        #: Of static inputs what was given last, and what that became.
+        #: The last picture given for each static input, and the checked result.
         self._static: dict[str, tuple[Any, Any]] = {}
 
     def known(self) -> dict[str, tuple[Format, tuple[int, int]]]:
-        """Formats and sizes before a run: as declared, or those of what stands in where a run brings none."""
+        """Return the known formats and sizes before a run: as declared, or those of the inputs' defaults."""
         formats_and_sizes: dict[str, tuple[Format, tuple[int, int]]] = {}
         for name, spec in self._specs.items():
             if spec.format is not None and spec.size is not None:
@@ -191,7 +191,7 @@ class Admission:
     def pictures(
         self, inputs: Mapping[str, Any], on_device: Callable[[object], DevicePicture | None]
     ) -> dict[str, Any]:
-        """Return the checked pictures of one run; InputError for one that is missing or unfit."""
+        """Return the checked pictures of one run; InputError for one that is missing or does not fit."""
         pictures: dict[str, Any] = {}
         for name, spec in self._specs.items():
             picture = inputs.get(name, spec.default)
@@ -205,7 +205,7 @@ class Admission:
             if not spec.static or seen is not picture:
                 checked = admitted_picture(picture, spec, self._non_finite, readers_of(name, self._outputs))
             if spec.static:
-                # The same object again is the same picture: what depends on it does not run again.
+                # The same object counts as unchanged: steps that depend on it do not run again.
                 self._static[name] = picture, checked
             pictures[name] = checked
         return pictures
@@ -231,7 +231,7 @@ def _picture(value: Any, spec: InputSpec) -> NDArray[Any]:
 
 
 def _grey(array: NDArray[Any], channels: int) -> NDArray[Any]:
-    """A picture without channels with as many as are read: its value in each colour, and alpha 1."""
+    """Expand a picture (h, w) to the given number of channels: its value in each color, and alpha 1."""
     if channels < GREY_CHANNELS:
         return array[:, :, None]
     color = np.empty((*array.shape, channels), array.dtype)
@@ -244,21 +244,21 @@ def _grey(array: NDArray[Any], channels: int) -> NDArray[Any]:
 def _as_values(array: NDArray[Any]) -> NDArray[np.float32]:
     if array.dtype.kind == "u":  # of any byte order
         return np.ascontiguousarray(array / np.float32(np.iinfo(array.dtype).max), np.float32)
-    with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite, and non_finite says what of that
+    with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite, which non_finite then handles
         return np.ascontiguousarray(array, np.float32)
 
 
 def given_room(
     into: object, plan: Plan, pictures: Mapping[str, Picture], on_device: Callable[[object], DevicePicture | None]
 ) -> dict[int, Picture]:
-    """Arrays, and pictures on the device, that results are written into, by resource.
+    """Return the arrays and device pictures that results are written into, by resource.
 
     Raises
     ------
     InputError
-        For an array that does not fit its target, cannot be written, or lies where another picture lies.
+        For an array that does not fit its target, is read-only, or shares memory with another picture.
     """
-    if type(into) is not dict and not isinstance(into, Mapping):  # the second asks Python code
+    if type(into) is not dict and not isinstance(into, Mapping):  # the isinstance check runs Python code
         raise InputError(f"into= takes arrays by output name, {{'name': array}}, got {arguments.shown(into)}")
     result_arrays: dict[int, Picture] = {}
     arrays = {}
@@ -299,9 +299,9 @@ def _room(array: Any, format_: Format, size: tuple[int, int], what: str) -> NDAr
     if not isinstance(array, np.ndarray):
         expected = _expected_room(format_, size)
         destination, array = array, arguments.numbers(array, what, f"be {expected}")
-        if array.flags.owndata:  # a list: what is written into the array would not be in it
+        if array.flags.owndata:  # converted from a list: writing to the array would not change the list
             raise InputError(
-                f"{what} takes {expected}, got {arguments.shown(destination)}, which is no memory to write into"
+                f"{what} takes {expected}, got {arguments.shown(destination)}, which cannot be written into"
             )
     shaped = array[:, :, None] if array.ndim == 2 else array
     fits = array.dtype == _FLOAT32 or array.dtype == np.dtype(format_.number)
@@ -310,7 +310,7 @@ def _room(array: Any, format_: Format, size: tuple[int, int], what: str) -> NDAr
     if not array.flags.writeable:
         raise InputError(f"{what} is read-only; give an array that may be written, such as a copy of it")
     if not array.flags.c_contiguous and _overlaps_itself(shaped):
-        raise InputError(f"{what} has pixels that share memory (strides {array.strides}); give a plain array")
+        raise InputError(f"{what} has pixels that share memory (strides {array.strides}); give a contiguous array")
     view: NDArray[Any] = shaped
     return view
 
@@ -318,11 +318,11 @@ def _room(array: Any, format_: Format, size: tuple[int, int], what: str) -> NDAr
 def _expected_room(format_: Format, size: tuple[int, int]) -> str:
     number, (width, height) = np.dtype(format_.number), size
     types = "float32" if number == _FLOAT32 else f"{number} or float32"
-    return f"an array ({height}, {width}, {format_.channels}) of {types}, as target format {format_.name} says"
+    return f"an array ({height}, {width}, {format_.channels}) of {types}, as target format {format_.name} requires"
 
 
 def _overlaps_itself(array: NDArray[Any]) -> bool:
-    """Whether two elements lie in one place, as in what np.broadcast_to makes."""
+    """Return True if two elements share memory, as in a result of np.broadcast_to."""
     reach = array.itemsize
     for stride, count in sorted((abs(s), n) for s, n in zip(array.strides, array.shape, strict=True) if n > 1):
         if stride < reach:
@@ -346,10 +346,10 @@ def _overlap(one: NDArray[Any], other: NDArray[Any]) -> bool:
     try:
         return np.shares_memory(one, other, max_work=OVERLAP_WORK)  # type: ignore[arg-type]
     except np.exceptions.TooHardError:
-        return True  # their bounds overlap
+        return True  # the search gave up; their memory ranges overlap
 
 
-#: Bytes of a result from which on passes write it where its caller will have it.
+#: Smaller results are copied; binding them costs more than the copy.
 WORTH_MAKING = 1 << 13
 
 
@@ -358,9 +358,9 @@ class Lending:
 
     Attributes
     ----------
-    storages : those that the backend made of such arrays, by the place of the memory that they stand for
-    room : where the caller wants results of the last run, by resource
-    made : memory for others of them, which will be the caller's, written as the caller wants them
+    storages : storages that the backend made from the caller's arrays, by allocation
+    room : arrays of the caller for results of the last run, by resource
+    made : new arrays for other results, laid out as the caller gets them
     """
 
     def __init__(self, plan: Plan, backend: Backend) -> None:
@@ -371,18 +371,18 @@ class Lending:
         self._handed_out: set[int] = set()
         self._names = {resource: name for name, resource in plan.outputs.items()}
         self.spare = Spare()
-        #: How each array of the last run came in or went out: in words, and what tells of its layout.
+        #: How each array of the last run was transferred: a description, and the array's layout.
         self._transfers: dict[str, tuple[str, tuple[object, ...]]] = {}
 
     @property
     def transfers(self) -> dict[str, str]:
         """Describe how each array of the last run was transferred."""
-        return {what: f"{how} {_in_words(layout)}" for what, (how, layout) in self._transfers.items()}
+        return {what: f"{how} {_layout_text(layout)}" for what, (how, layout) in self._transfers.items()}
 
     def begin(self, result_arrays: Mapping[int, Picture], results: Results | None = None) -> None:
-        """Another run begins: what the one before was lent is the caller's alone.
+        """Begin a run: release the arrays of the last one.
 
-        ``results``: as what its caller wants those that are not in ``room``; None for one that reads none.
+        ``results``: how results outside ``room`` are returned; None if the run returns none.
         """
         self.storages.clear()
         self._transfers.clear()
@@ -395,12 +395,12 @@ class Lending:
                 self.made[resource] = self.array(resource, np.dtype(number))
 
     def array(self, resource: int, dtype: np.dtype[Any]) -> NDArray[Any]:
-        """An array of a result's size, which is the caller's from then on."""
+        """Return a new array for a result; the caller will own it."""
         info = self.plan.resources[resource]
         return self.spare.array((*info.size[::-1], info.format.channels), dtype)
 
     def result(self, resource: int) -> Picture | None:
-        """A result that is where its caller wants it; None for one that must be moved."""
+        """Return a result that is already in its destination; None if it must be downloaded."""
         array = self.made.get(resource)
         if array is None:
             return self.room.get(resource)
@@ -410,7 +410,7 @@ class Lending:
         return array
 
     def takes(self, name: str, resource: int, place: int, picture: Picture) -> bool:
-        """Whether an input's picture is read where it lies, or a copy of it on the device."""
+        """Return True if the picture of an input is used in place, or as a copy on the device."""
         format_ = self.plan.resources[resource].format
         is_overwritten = isinstance(picture, DevicePicture) and self._is_overwritten(resource, picture)
         use = OVERWRITTEN if is_overwritten else READ
@@ -426,7 +426,7 @@ class Lending:
         return storage is not None
 
     def _is_overwritten(self, resource: int, picture: DevicePicture) -> bool:
-        """Whether a step reads an input's picture where, or after, a result is written over it."""
+        """Return True if a step reads an input's memory at or after a step that overwrites it with a result."""
         over = [
             self._uses[self.plan.resources[result].memory].first_written
             for result, destination in self.room.items()
@@ -435,7 +435,7 @@ class Lending:
         return any(resource in step.reads for first in over for step in self.plan.steps[first:])
 
     def take_room(self, places: Sequence[int]) -> None:
-        """Results that the backend can write where the caller wants them are written there."""
+        """Let the backend write results straight into the caller's arrays where it can."""
         for resource in (self.room.keys() & self._plain_results) | self.made.keys():
             target = self.plan.resources[resource]
             array = self.room[resource] if resource in self.room else self.made[resource]
@@ -446,9 +446,9 @@ class Lending:
                 self.made.pop(resource, None)
 
     def end(self, places: Sequence[int], memories: Sequence[Any]) -> None:
-        """Move the other results to where they are wanted, and give the inputs back.
+        """Download the other results into their destinations, and release the inputs.
 
-        Results stay lent until the next run, so that they can be read.
+        Results stay bound until the next run, so that they can be read.
         """
         for resource, array in self.room.items():
             moved = places[resource] not in self.storages
@@ -461,7 +461,7 @@ class Lending:
 
     @cached_property
     def _read_only(self) -> set[int]:
-        """Inputs of which nothing is needed after a run, and that no step draws over."""
+        """Return the inputs that are not needed after a run and that no step draws over."""
         plan = self.plan
         caller_visible = {*plan.outputs.values(), *(r for name, r in plan.inputs.items() if name in plan.static_inputs)}
         written = {plan.resources[r].memory for step in plan.steps for r in step.writes}
@@ -490,7 +490,7 @@ class Lending:
 
     @cached_property
     def _plain_results(self) -> set[int]:
-        """Results that every run writes anew, and that the next one does not need."""
+        """Return the results that every run rewrites and that the next run does not read."""
         plan = self.plan
         static = {r for step in plan.steps if step.static for r in step.writes}
         plain = (plan.resources[r] for r in plan.outputs.values() if r not in static)
@@ -498,7 +498,7 @@ class Lending:
 
     @cached_property
     def _worth_making(self) -> list[int]:
-        """Plain results that take longer to be moved than to be lent memory."""
+        """Return the plain results that are large enough to be written in place."""
         memories = ((r, self.plan.memories[self.plan.resources[r].memory]) for r in self._plain_results)
         return [resource for resource, memory in memories if memory.bytes >= WORTH_MAKING]
 
@@ -512,11 +512,11 @@ class _PlaceUse:
 
 
 def _layout(array: Picture) -> tuple[object, ...]:
-    """Return the layout that `_in_words` describes; keeps no reference to the array."""
+    """Return the layout that `_layout_text` describes; keeps no reference to the array."""
     return (str(array),) if isinstance(array, DevicePicture) else (array.dtype, array.shape, array.strides)
 
 
-def _in_words(layout: tuple[object, ...]) -> str:
+def _layout_text(layout: tuple[object, ...]) -> str:
     if len(layout) == 1:
         return str(layout[0])
     dtype, shape, strides = layout

@@ -1,4 +1,4 @@
-"""Compile targets: check and plan the graph behind them, and open a backend for it."""
+"""Compile targets: check and plan the graph, and open a backend."""
 
 from __future__ import annotations
 
@@ -28,45 +28,43 @@ def compile(
     results: Results = "float32",
     memory: int | str | None = None,
 ) -> Program:
-    """Plan the graph behind some targets and make it ready to run.
+    """Plan the graph behind some targets and prepare it to run.
 
     Parameters
     ----------
     outputs
         One target, several, or ``{name: target}``; results are read by target name or by the given name.
     backend
-        ``"numpy"`` (default), ``"gl"``, ``"opencl"``, ``"opencl:1"``, ``"reference"``, or an open backend, which
-        then stays yours to close.
+        ``"numpy"`` (default), ``"gl"``, ``"opencl"``, ``"opencl:1"``, ``"webgpu"``, ``"reference"``, or an open
+        backend, which the caller closes.
     size
-        (width, height) of the output in pixels; left out, the size of the first input.  Targets that are declared
-        with a size, or take that of an input, keep it; where no output would have the size asked for, or a fraction
-        of it, it is refused.
+        (width, height) of the output in pixels; default: the size of the first input.  Targets declared with a size, or
+        with the size of an input, keep it.  An error if no output has this size or a fraction of it.
     options
-        Optimisations to switch off.
+        Optimizations to switch off.
     non_finite
-        What becomes of NaN and infinity in an input: ``"error"`` refuses the picture with an ``InputError`` that
-        names the pixel and the passes that read it; ``"replace"`` makes NaN 0 and infinity the largest number that
-        the input's format holds; ``"keep"`` lets passes read them.  Static inputs are looked through once, those
-        in 8 and 16 bits never.
+        Treatment of NaN and infinity in an input: ``"error"`` raises an ``InputError`` that names the pixel and the
+        passes that read it; ``"replace"`` makes NaN 0 and infinity the largest number of the input's format; ``"keep"``
+        passes them on.  Static inputs are checked once; 8- and 16-bit integers are never checked.
     check_finite
-        Look at what every pass wrote, and raise a ``GraphError`` that names the first pass and pixel where a value
-        that is not finite came from finite ones.  Slow: every target is read back, and no passes are fused.
+        Check what every pass wrote, and raise a ``GraphError`` that names the first pass and pixel where finite values
+        gave one that is not finite.  Slow: every target is read back, and no passes are fused.
     results
-        ``"float32"``: values, 0 to 1 for formats of whole steps; ``"stored"``: what the target itself holds, such as
+        ``"float32"``: values, 0 to 1 for normalized formats; ``"stored"``: the target's own dtype, such as
         uint8 for ``rgba8``.
 
     memory
-        Most memory that inputs and targets may take: bytes, or text such as ``"2 GB"``. Left out, half of the machine's
-        (or the container's). Checked on the plan, before anything is allocated.
+        Memory limit for inputs and targets: bytes, or text such as ``"2 GB"``. Default: half of the memory of the
+        machine or container. Checked on the plan, before anything is allocated.
 
     Raises
     ------
     GraphError, KernelError
-        For what does not fit, also into ``memory``; with inputs whose size is open, at the first run.
+        For a graph that is inconsistent or exceeds ``memory``; if an input's size is open, at the first run.
     BackendError
-        For a pass that needs more images, parameters or targets, or a larger picture, than the device takes.
+        For a pass with more images, parameters or targets, or a larger picture, than the device supports.
     DeviceMissingError
-        Where the backend's driver is missing, with the command that installs it.
+        If the backend's driver is missing, with the command that installs it.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A plan on a device: its pictures, its compiled steps, one run after another."""
+"""A plan on a device: its storages and compiled steps; runs them."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 
 def picked(value: object, fields: Sequence[str], key: str) -> object:
-    """A field of a field of a value; of a list, that of each entry."""
+    """Return the nested field of a value; for a list, a list of each entry's field."""
     for i, field in enumerate(fields):
-        # A list has methods, such as count, whose names fields may have; a named tuple is a struct.
+        # Lists have methods, such as count, that fields may be named like; a named tuple is a struct.
         if isinstance(value, (list, tuple)) and not hasattr(value, "_fields"):
             return [picked(one, fields[i:], key) for one in value]
         if not hasattr(value, field):
@@ -47,20 +47,20 @@ def resolve(handle: object, values: dict[Any, object]) -> object:
     if isinstance(handle, Value):
         return values[handle.name]
     assert isinstance(handle, Derived)
-    # By identity: a default inside the handle may be an array, which has no hash.
+    # Compared by identity: a default in the handle may be an array, which is not hashable.
     if id(handle) not in values:
         values[id(handle)] = handle.function(*(values[source.name] for source in handle.sources))
     return values[id(handle)]
 
 
 class Buffers:
-    """The pictures of a plan's long arrays; ``storages`` has each by its resource."""
+    """The buffers of a plan's long array parameters; ``storages`` maps resource ids to their storage."""
 
     def __init__(self, plan: Plan, backend: Backend, storages: Mapping[int, Any]) -> None:
         self.plan, self.backend, self.storages = plan, backend, storages
-        #: By resource, what the parameter has: an array, or what each run brings.
+        #: By resource, the parameter's value: an array, or a handle that each run sets.
         self.given: dict[int, object] = {resource: spec.value for resource, spec in plan.buffers.items()}
-        #: By resource, the value whose numbers lie there, where it holds them as long as it is the same.
+        #: By resource, the value whose numbers it holds, if that cannot change unnoticed.
         self.written: dict[int, object] = {}
         for resource, value in self.given.items():
             if not isinstance(value, (Value, Derived)):
@@ -72,7 +72,7 @@ class Buffers:
         Raises
         ------
         InputError
-            For a value that does not fit.
+            For a value of the wrong type or shape.
         """
         for resource, source in self.given.items():
             value = resolve(source, values) if isinstance(source, (Value, Derived)) else source
@@ -88,14 +88,14 @@ class Buffers:
             self.written[resource] = value
 
     def _stays(self, resource: int, value: object) -> bool:
-        """Whether a value that is given again holds what it held."""
+        """Return True if a value is the one uploaded last."""
         source = self.given[resource]
         if not isinstance(source, (Value, Derived)) or source.static:
             return True
         return isinstance(value, np.ndarray) and is_fixed(value)
 
     def override(self, step: Step, key: str, value: object) -> None:
-        """Another value for a parameter of a step, by its name with the prefix of a fused pass."""
+        """Set a parameter of a step, by its name with the prefix of a fused pass."""
         mine = self._of(step, key)
         for other in self.plan.steps:
             names = [key] if other is step else []
@@ -112,7 +112,7 @@ class Buffers:
         return {resource for resource, parameter in self._used(step) if parameter == key}
 
     def _used(self, step: Step) -> list[tuple[int, str]]:
-        """The long arrays that a step reads, each with its parameter's name."""
+        """Return the long arrays that a step reads, each with its parameter's name."""
         if not isinstance(step, (PixelStep, DrawStep)):
             return []
         return [(resource, name.partition(".")[0]) for name, resource in step.images if resource in self.plan.buffers]
@@ -120,7 +120,7 @@ class Buffers:
 
 Picture = NDArray[np.float32]
 Execute: TypeAlias = Callable[[dict[Any, object]], None]
-#: Runs a step that it is handed, and takes the time.
+#: Runs a step that it is given, and measures the time.
 Timed: TypeAlias = Callable[[Step, Callable[[], None]], None]
 
 
@@ -140,7 +140,7 @@ class Execution:
         self._uploaded: dict[str, object] = {}
         self._static_seen: dict[str, object] | None = None
         self._static_values = [name for name, handle in plan.values.items() if handle.static]
-        #: What static steps derive from sources that are not static.
+        #: Values of static steps that are derived from sources that are not static.
         self._by_value = [
             value
             for step in plan.steps
@@ -148,15 +148,15 @@ class Execution:
             for value in step.values.values()
             if isinstance(value, Derived) and value.by_value
         ]
-        #: Steps one by one, and with chains made one (under the chain's last step).
+        #: Compiled steps, singly and with fused chains (under the chain's last step).
         self._runs: list[tuple[Step, Execute]] = []
         self._chained: list[tuple[Step, Execute]] = []
-        #: Steps that run as one, in order.
+        #: Steps that run as one unit, in order.
         self.units: list[tuple[Step, ...]] = []
-        #: Results of chains whose memory one of the chain's images has, and the memory that they have instead.
+        #: Results of chains whose allocation also backs one of the chain's images, and their replacement allocation.
         self._apart: dict[int, int] = {}
         self.lending = Lending(plan, backend)
-        self.runs = 0  # that ended well, since history began
+        self.runs = 0  # completed runs, since history began
         self._moves_due = False
         #: Resource id and that of its content one run before, the earliest first.
         self._histories = _earliest_first(plan)
@@ -164,7 +164,7 @@ class Execution:
             for number in range(len(plan.memories)):
                 self.memories.append(self._new_storage(number))
             self._begin_history(started=True)
-            # Nothing moves them, and they know nothing of this: a program that nobody has is gone at once.
+            # They hold no reference to this object, so that a dropped program is freed at once.
             self._buffers = Buffers(plan, backend, {resource: self._storage(resource) for resource in plan.buffers})
             chains = Chains(plan)
             with backend.compiling(), self._reports_memory("compile this graph"):
@@ -181,7 +181,7 @@ class Execution:
     # Compiling: each step becomes a function of this run's values.
 
     def _compile_next(self, chains: Chains) -> None:
-        """The next steps that the backend makes one, or the next step."""
+        """Compile the next chain that the backend can fuse, or else the next single step."""
         start = len(self._runs)
         for end in chains.ends(start):
             steps = self.plan.steps[start:end]
@@ -197,7 +197,7 @@ class Execution:
         self.units.append((step,))
 
     def _compiled_when_run(self, step: Step) -> Execute:
-        """A step of a chain by itself: needed where someone looks at what every step writes."""
+        """Return a function that compiles a chain's step when first called: single steps run only under observation."""
         compiled: list[Execute] = []
 
         def execute(values: dict[Any, object]) -> None:
@@ -214,7 +214,7 @@ class Execution:
         blocks = [Uniforms(step.program, step, self._overrides) for step in steps]
         image_ids = [[r for _, r in step.images] for step in steps]
         outputs = steps[-1].outputs
-        # Step by step, a result may take the memory of what only the first step reads; here that is still being read.
+        # Single steps may write over an image that only an earlier step reads; a chain still reads it at that time.
         inner = {r for step in steps[:-1] for r in step.outputs}
         used_pictures = {self._apart.get(r, self.places[r]) for ids in image_ids for r in ids if r not in inner}
         for resource in outputs:
@@ -244,7 +244,7 @@ class Execution:
 
     @contextmanager
     def _reports_memory(self, doing: str) -> Iterator[None]:
-        """Want of memory as an error that says what was being done, and what the graph takes."""
+        """Report an out-of-memory error with the failed operation and the memory of the graph's targets."""
         try:
             yield
         except MemoryError as error:
@@ -255,7 +255,7 @@ class Execution:
             ) from error
 
     def _new_storage(self, number: int) -> Any:
-        """A storage for one of the plan's memories."""
+        """Return a new storage for one of the plan's allocations."""
         memory = self.plan.memories[number]
         try:
             return self.backend.make(memory.format, memory.size)
@@ -300,20 +300,20 @@ class Execution:
         timed: Timed | None = None,
         results: Results | None = None,
     ) -> None:
-        """Every step in order; static ones only where something that they depend on is new.
+        """Run every step in order; static steps only if a source changed.
 
-        ``observe`` and ``check`` see what each step wrote, which is then read back: slow, for looking.  ``room`` says
-        where results go, by resource; ``results`` as what the others are asked for afterwards, None if they are not.
-        ``timed`` is handed each step to run.
+        ``observe`` and ``check`` get what each step wrote, which is read back: slow, for debugging.  ``room`` has the
+        arrays for results, by resource; ``results`` says how other results are returned, None if they are not.
+        ``timed`` runs each step.
         """
-        with self._reports_memory("make room for the results"):
+        with self._reports_memory("allocate the results"):
             self.lending.begin(result_arrays or {}, results)
         values = self._values(inputs)
         static = {name: values[name] for name in self._static_values}
         for number, handle in enumerate(self._by_value):
             static[str(number)] = _contents(resolve(handle, values))
         static_changed = self._changed(static)
-        self._static_seen = None  # until this run has ended well, nothing counts as done
+        self._static_seen = None  # until this run completes, static steps count as not done
         if check is not None:
             check.begin()
         try:
@@ -331,7 +331,7 @@ class Execution:
         timed: Timed | None,
     ) -> None:  # fmt: skip
         looking = observe is not None or check is not None
-        # Who looks may use the device between two steps.
+        # The observer may use the device between two steps.
         with nullcontext() if looking else self.backend.running():
             static_changed |= self._upload(pictures)
             if check is not None:
@@ -359,7 +359,7 @@ class Execution:
             self.lending.end(self.places, self.memories)
 
     def ends(self, looking: bool) -> list[Step]:
-        """The last step of each that runs as one, in order; of who looks at what passes wrote each is one."""
+        """Return the last step of each unit, in order; when observed, each step is a unit."""
         return [step for step, _ in (self._runs if looking else self._chained)]
 
     def _move_history(self) -> None:
@@ -376,7 +376,7 @@ class Execution:
         self._begin_history(started=False)
 
     def continue_from(self, earlier: Execution) -> None:
-        """Take over the number of runs, and history that both have with one name, size and format."""
+        """Copy the run count, and history of targets that match in name, size and format."""
         earlier._move_history()
         earlier_history = {(r.name, r.size, r.format): r.id for r in earlier.plan.resources if r.kind == "history"}
         for resource in self.plan.resources:
@@ -386,7 +386,7 @@ class Execution:
         self.runs = earlier.runs
 
     def _begin_history(self, started: bool) -> None:
-        """Fill the history that comes before the first run. ``started``: memory is new, and 0."""
+        """Fill the history from before the first run. ``started``: memory is new, and 0."""
         for resource in self.plan.resources:
             is_zero = not isinstance(resource.initial, np.ndarray) and not any(resource.initial)
             if resource.kind == "history" and not (started and is_zero):
@@ -396,7 +396,7 @@ class Execution:
                 self.backend.upload(self._storage(resource.id), np.ascontiguousarray(picture))
 
     def _values(self, run_values: Mapping[str, object]) -> dict[Any, object]:
-        """Run values by handle; derived ones are computed when first asked for."""
+        """Return run values by handle; derived values are computed on first use."""
         needed = self.plan.values
         if run_values and (surplus := [name for name in run_values if name not in needed]):
             names = ", ".join([*self.plan.inputs, *needed]) or "nothing"
@@ -420,7 +420,7 @@ class Execution:
         return self.runs if handle is FRAME_INDEX else handle.default
 
     def _upload(self, pictures: Mapping[str, Given]) -> bool:
-        """Inputs to the device; true when a static one is new."""
+        """Upload the inputs; return True if a static one is new."""
         changed = False
         static = self.plan.static_inputs
         for name, resource in self.plan.inputs.items():
@@ -440,14 +440,14 @@ class Execution:
         return changed
 
     def _changed(self, static: dict[str, object]) -> bool:
-        """Whether a static value is another one than in the last run; arrays count as new whenever given anew."""
+        """Return True if a static value differs from the last run's; an array passed again counts as changed."""
         last_static = self._static_seen
         if last_static is not None and not static:
             return False
         return last_static is None or any(not _same(last_static.get(name), value) for name, value in static.items())
 
     def override(self, step: str, name: str, value: object) -> None:
-        """Another value for a plain parameter of a step."""
+        """Set a plain parameter of a step."""
         step, name = text(step, "the name of a pass"), text(name, "the name of a parameter")
         steps = [s for s in self.plan.steps if s.name == step or (isinstance(s, PixelStep) and step in s.fused)]
         if not steps:
@@ -462,12 +462,12 @@ class Execution:
         self._static_seen = None
 
     def download(self, resource: int) -> Picture:
-        """A picture of the last run."""
+        """Return a picture of the last run."""
         with self._reports_memory(f"read {self.plan.resources[resource].name!r}"):
             return self.backend.download(self._storage(resource))
 
     def result(self, resource: int, results: Results) -> Given:
-        """The same as its caller wants it: what was given to write into, the format's numbers, or values."""
+        """Return a picture in the requested form: the caller's array, the format's dtype, or float32."""
         result = self.lending.result(resource)
         if result is None:
             info = self.plan.resources[resource]
@@ -478,11 +478,11 @@ class Execution:
         return result
 
     def replace(self, resource: int, picture: Picture) -> None:
-        """Put another picture in the place of what a step wrote: for comparing pass by pass."""
+        """Replace what a step wrote by another picture, to compare pass by pass."""
         self.backend.upload(self._storage(resource), picture)
 
     def release(self) -> None:
-        """Give back pictures, meshes and, by letting go of them, compiled steps."""
+        """Release pictures, meshes and compiled steps."""
         for memory in self.memories:
             self.backend.release(memory)
         for geometry in self._geometries.values():
@@ -490,7 +490,7 @@ class Execution:
         self.forget()
 
     def forget(self) -> None:
-        """Let go of everything; compiled steps know this object, so that it would wait for the garbage collector."""
+        """Drop all references; compiled steps refer to this object, so it would wait for the cycle collector."""
         self.memories, self._runs, self._chained = [], [], []
         self._geometries.clear()
 
@@ -522,13 +522,13 @@ def _contents(value: object) -> object:
 
 
 def is_object_type(type_: object) -> bool:
-    """Whether a value's type is a class of its own, such as Camera; numbers and vectors are checked when packed."""
+    """Return True if a value's type is a class of its own, such as Camera; other types are checked when packed."""
     plain = type_ in (int, float, bool) or getattr(type_, "__module__", "") == "passgraph.language.symbols"
     return isinstance(type_, type) and not plain
 
 
 class Uniforms:
-    """The parameters of one stage: constant parts packed once, run values at each run."""
+    """The parameters of one stage: constants packed once, run values at each run."""
 
     def __init__(self, program: ScalarProgram, step: Step, overrides: Mapping[tuple[str, str], object]) -> None:
         from passgraph.backends.base import Block
@@ -556,7 +556,7 @@ class Uniforms:
         place[:] = in_range(picked(value, fields, key), slot.type, slot.range, name)
 
     def pack(self, values: dict[Any, object]) -> Block:
-        """The block for this run."""
+        """Return the parameter block for this run."""
         for entry in self.changing:
             handle = self.step.values[entry[0]]
             self._store(entry, self.overrides.get((self.step.name, entry[0]), resolve(handle, values)))

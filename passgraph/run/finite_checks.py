@@ -1,6 +1,6 @@
-"""NaN and infinity: refused or replaced where pictures enter a graph, and traced to the pass that makes them.
+"""NaN and infinity: rejected or replaced in inputs, and traced to the pass that makes them.
 
-One such value in a picture blackens all that a blur reaches, and stays for good where a target has history.
+One such value blackens everything within a blur's radius, and stays forever in a target with history.
 """
 
 from __future__ import annotations
@@ -21,29 +21,30 @@ from passgraph.plan.data import Plan, Step
 Picture: TypeAlias = NDArray[np.float32]
 NonFinite: TypeAlias = Literal["error", "replace", "keep"]
 CHOICES: tuple[NonFinite, ...] = get_args(NonFinite)
-#: The kernel that makes infinite, NaN and negative depth sky (effects/checked.py).
+#: The kernel that treats infinite, NaN and negative depth as sky (effects/checked.py).
 SURFACE_DEPTH = "surface_depth"
-#: From here on float16 rounds to infinity (halfway between its largest number and 2¹⁶); below, to `LARGEST_HALF`.
+#: float16 rounds larger numbers to infinity (halfway between its largest number and 2¹⁶), smaller ones to
+#: `LARGEST_HALF`.
 HALF_OVERFLOW = 65520.0
 LARGEST_HALF = 65504.0
-#: The bits of a half that is infinite; those of NaN are larger.
+#: The bits of an infinite half float; those of NaN are larger.
 HALF_INFINITY = 0x7C00
-#: Of pictures whose rows lie apart so many numbers are looked at together.
+#: Numbers checked at a time in pictures whose rows are not contiguous.
 NUMBERS_AT_ONCE = 1 << 16
 LARGEST_FLOAT = float(np.finfo(np.float32).max)
-#: Texts name this many passes that read an input.
+#: Most readers of an input named in a message.
 NAMED = 4
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The values of a picture that are not finite, or not once they are stored.
+    """The values of a picture that are not finite, or become infinite when stored.
 
     Attributes
     ----------
-    count, total : such values, and all
+    count, total : number of such values, and of all values
     column, row, channel : of the first, row by row from the top
-    value : the first itself
+    value : the first such value
     """
 
     count: int
@@ -65,7 +66,7 @@ def _is_half(format: Format | None) -> bool:
 
 
 def find(picture: Picture, format: Format | None = None) -> Found | None:
-    """The values of a picture that are not finite, or become infinite in a format.
+    """Return the values of a picture that are not finite, or become infinite in a format; None if there are none.
 
     >>> find(np.array([[[1.0, 2.0], [np.inf, np.nan]]], np.float32))
     Found(count=2, total=4, column=1, row=0, channel=0, value=inf)
@@ -74,10 +75,10 @@ def find(picture: Picture, format: Format | None = None) -> Found | None:
     if picture.dtype == np.float16:
         if _are_finite_halves(picture):
             return None
-    # The sum of squares cannot be below the largest of them, so one pass over memory clears nearly every picture.
+    # The sum of squares is at least the largest square, so one pass over memory clears nearly every picture.
     elif _squares(picture) < (HALF_OVERFLOW**2 if half else np.inf):
         return None
-    # to halves themselves that number is infinite, which NumPy would warn of
+    # converting this number to half overflows to infinity, which NumPy would warn of
     becomes_half = half and picture.dtype != np.float16
     bad = ~(np.abs(picture) < HALF_OVERFLOW) if becomes_half else ~np.isfinite(picture)
     if not bad.any():
@@ -87,7 +88,7 @@ def find(picture: Picture, format: Format | None = None) -> Found | None:
 
 
 def _squares(picture: NDArray[np.floating]) -> float:
-    """The sum of squares; what does not lie together is copied a few rows at a time."""
+    """Return the sum of squares; pictures that are not contiguous are copied a few rows at a time."""
     together = picture.flags.c_contiguous and picture.dtype == np.float32
     rows = len(picture) if together else max(1, NUMBERS_AT_ONCE // max(1, picture[:1].size))
     total = 0.0
@@ -106,23 +107,23 @@ def _are_finite_halves(picture: NDArray[Any]) -> bool:
 
 
 def admitted(picture: Picture, name: str, format: Format | None, choice: NonFinite, readers: Iterable[Pass]) -> Picture:
-    """An input as passes may read it.
+    """Return an input as passes may read it.
 
     Parameters
     ----------
     picture : (height, width, channels) float32
     name : of the input
-    format : that it is stored in; None for float32
-    choice : "error" refuses values that are not finite; "replace" makes NaN 0 and infinity the largest number of
-        the format; "keep" lets them in
-    readers : the passes that read it; a picture that `SURFACE_DEPTH` alone reads is let in as it is
+    format : the format it is stored in; None for float32
+    choice : "error" raises for values that are not finite; "replace" makes NaN 0 and infinity the largest number of the
+        format; "keep" accepts them
+    readers : the passes that read it; a picture that only `SURFACE_DEPTH` reads is not checked
 
     Raises
     ------
     InputError
-        With the number of values, the first of them, and the passes that would read it.
+        With the number of such values, the first one, and the passes that read it.
     """
-    # formats of a fixed range store NaN as its lower end and infinity as 1
+    # normalized formats store NaN as their lower end and infinity as 1
     if choice == "keep" or (format is not None and format.steps):
         return picture
     where = find(picture, format)
@@ -150,14 +151,14 @@ def _passes(names: list[str]) -> str:
 
 
 def checked_choice(choice: object) -> NonFinite:
-    """One of `CHOICES`, or GraphError."""
+    """Return one of `CHOICES`; GraphError for anything else."""
     return cast("NonFinite", one_of(choice, "non_finite", CHOICES))
 
 
 class PassCheck:
-    """Looks at what every pass wrote, and raises at the first that made a value that is not finite.
+    """Checks what every pass wrote, and raises at the first pass that made a value that is not finite.
 
-    A pass that only spreads what it read is not blamed.
+    A pass that only propagates such values is not reported.
     """
 
     def __init__(self, plan: Plan) -> None:
@@ -165,24 +166,24 @@ class PassCheck:
         self._bad: set[int] = set()  # resources that hold such a value
 
     def begin(self) -> None:
-        """Before a run: what the last one left behind."""
+        """Forget the results of the last run."""
         before = set(self._bad)
         for resource in self.plan.resources:
             if resource.history is not None:
                 self._mark(resource.history, resource.id in before)
 
     def admit(self, resource: int, picture: Picture) -> None:
-        """An input, as the passes read it."""
+        """Check an input, as the passes read it."""
         format = self.plan.resources[resource].format
         self._mark(resource, not format.steps and find(picture, format) is not None)
 
     def look(self, step: Step, written: Mapping[int, Picture]) -> None:
-        """Behind a step; ``written`` by resource.
+        """Check what a step wrote; ``written`` by resource.
 
         Raises
         ------
         GraphError
-            With the pass, the target and the first pixel, where everything that it read was finite.
+            With the pass, the target and the first pixel, if everything that the pass read was finite.
         """
         spreads = any(resource in self._bad for resource in step.reads)
         for resource, picture in written.items():
@@ -200,7 +201,7 @@ class PassCheck:
 
 
 def readers_of(name: str, outputs: Iterable[Target]) -> Iterator[Pass]:
-    """Passes behind some targets that read an input."""
+    """Yield the passes behind some targets that read an input."""
     from passgraph.graph.calls import graph
 
     network = graph(*outputs)

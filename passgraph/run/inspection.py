@@ -1,4 +1,4 @@
-"""Every value of every line of a kernel at one pixel, by the reference: `passgraph.Program.inspect`."""
+"""Trace a kernel at one pixel, line by line, on the reference: `passgraph.Program.inspect`."""
 
 from __future__ import annotations
 
@@ -26,32 +26,32 @@ if TYPE_CHECKING:
     from passgraph.language.ir import TypedKernel
 
 
-#: Columns in which source stands before values.
+#: Columns of source text to the left of the values.
 _SOURCE_COLUMNS = 56
-#: Arrays longer than this are shown in part.
+#: Longer arrays are abbreviated.
 _SHOWN_NUMBERS = 16
 
 
 @dataclass(frozen=True)
 class Inspection:
-    """Trace of a pass at one pixel, in float64; ``str()`` shows it beside the lines of the source.
+    """A trace of a pass at one pixel, in float64; ``str()`` shows it next to the lines of the source.
 
     Attributes
     ----------
     step : the pass's name
-    kernel, file : the kernel's name, and where its text stands
+    kernel, file : the kernel's name, and its source file
     pixel, size : (x, y), row 0 on top, and (width, height) of the pass
-    parameters : values of the kernel's parameters that were read, by name
-    events : in the order in which they happened, see `passgraph.backends.reference.traced`
-    results : what the kernel returns, by target
-    stored : what of that the target's format holds
-    texels : positions that a full-screen pass reads, each once and in order, by image parameter; borders may map those
-        outside of the picture to others
-    drawn : of a draw, which triangles cover the pixel and what becomes of each; None for a full-screen pass
+    parameters : values of the kernel's parameters that it read, by name
+    events : in execution order, see `passgraph.backends.reference.traced`
+    results : the kernel's results, by target
+    stored : the results as the target's format stores them
+    texels : positions that a full-screen pass reads, each once and in order, by image parameter; border rules may map
+        those outside of the picture to others
+    drawn : for a draw, the triangles that cover the pixel and the fate of each; None for a full-screen pass
 
-    Of a draw, parameters, events and results are those of the fragment that is visible, the last that passes its tests
-    (the last that is blended in); empty where there is none.  ``stored`` is what the targets hold once all is drawn:
-    the depth and stencil targets too, the latter as ``depth (stencil)``.
+    For a draw, parameters, events and results are those of the visible fragment: the last that passes its tests (or is
+    blended in last); empty if there is none.  ``stored`` is what the targets hold after the draw, including depth and
+    stencil, the latter as ``depth (stencil)``.
 
     Examples
     --------
@@ -91,7 +91,7 @@ class Inspection:
     texels: Mapping[str, Sequence[tuple[int, int]]] = field(default_factory=dict)
 
     def values(self, name: str) -> list[Any]:
-        """Every value that a variable took, in order; of loops those of the trips that are kept."""
+        """Return every value that a variable took, in order; for loops, those of the recorded iterations."""
         return [event.value for event in _all(self.events) if isinstance(event, Taken) and event.name == name]
 
     def __str__(self) -> str:
@@ -99,7 +99,7 @@ class Inspection:
         lines = [f"pass {self.step} at ({x}, {y}) of {self.size[0]}x{self.size[1]}: kernel {self.kernel}, {self.file}"]
         lines += [f"  {name} = {text_of(value)}" for name, value in self.parameters.items()]
         if self.drawn is not None:
-            return "\n".join([*lines, *_of_draw(self.drawn, list(self.stored)), *_holds(self.stored)])
+            return "\n".join([*lines, *_draw_lines(self.drawn, list(self.stored)), *_stored_lines(self.stored)])
         lines += _lines(self.events)
         for name, value in self.results.items():
             stored = self.stored[name]
@@ -123,7 +123,7 @@ def _lines(events: Sequence[Event]) -> list[str]:
         source = "" if place == before else event.span.text.expandtabs().rstrip()
         number = "" if place == before else str(event.span.line)
         before = place
-        lines.append(f"{number:>5}  {source:<{_SOURCE_COLUMNS}}  {_said(event)}")
+        lines.append(f"{number:>5}  {source:<{_SOURCE_COLUMNS}}  {_event_text(event)}")
         if isinstance(event, Loop):
             left, text = event.count - len(event.trips), event.span.text.expandtabs()
             indent = " " * (len(text) - len(text.lstrip()) + 2)
@@ -136,7 +136,7 @@ def _lines(events: Sequence[Event]) -> list[str]:
     return lines
 
 
-def _said(event: Event) -> str:
+def _event_text(event: Event) -> str:
     if isinstance(event, Taken):
         name = f"{event.name} = " if event.name else ""
         return f"{'returns ' if event.returns else ''}{name}{text_of(event.value)}"
@@ -146,7 +146,7 @@ def _said(event: Event) -> str:
 
 
 def text_of(value: Any) -> str:
-    """A number with 9 digits, and tuples of them; long ones in part."""
+    """Return a number with 9 digits, or a tuple of them; long tuples are abbreviated."""
     if isinstance(value, tuple):
         parts = [text_of(part) for part in value[:_SHOWN_NUMBERS]]
         more = f", … {len(value) - _SHOWN_NUMBERS} more" if len(value) > _SHOWN_NUMBERS else ""
@@ -157,7 +157,7 @@ def text_of(value: Any) -> str:
 # Draws
 
 
-def _of_draw(drawn: Drawn, names: Sequence[str]) -> list[str]:
+def _draw_lines(drawn: Drawn, names: Sequence[str]) -> list[str]:
     if not drawn.covering:
         return [f"none of {drawn.triangles} triangles covers the pixel"]
     covers = "covers" if drawn.covering == 1 else "cover"
@@ -202,11 +202,11 @@ def _fragment_lines(fragment: Fragment, names: Sequence[str]) -> list[str]:
     return lines
 
 
-def _holds(stored: Mapping[str, Any]) -> list[str]:
+def _stored_lines(stored: Mapping[str, Any]) -> list[str]:
     return [f"{name} holds {text_of(value)}" for name, value in stored.items()]
 
 
-#: Every pass as it is written, each target in memory of its own.
+#: Plan options: every pass as written, each target with an allocation of its own.
 OPTIONS = Options(fuse=False, alias=False, static=False)
 
 
@@ -226,13 +226,13 @@ def inspected(known: Known, name: str | None, x: int, y: int) -> Inspection:
     """Implement `passgraph.Program.inspect`."""
     for given_name, picture in known.pictures.items():
         if not isinstance(picture, np.ndarray):
-            raise InputError(f"input {given_name!r} is on the device, and the reference inspects; give an array")
+            raise InputError(f"input {given_name!r} is on the device; inspect needs an array")
     plan = build(dict(known.outputs), known.size, dict(known.bound), OPTIONS)
     step = step_named(plan, name)
     width, height = step.size
     x = whole_number(x, f"inspect: x, in pass {step.name!r}", 0, width - 1)
     y = whole_number(y, f"inspect: y, in pass {step.name!r}", 0, height - 1)
-    backend = _Looking(plan, step, (x, y))
+    backend = _InspectingBackend(plan, step, (x, y))
     execution = Execution(plan, backend)
     try:
         for (pass_name, parameter), value in known.overrides.items():
@@ -245,10 +245,10 @@ def inspected(known: Known, name: str | None, x: int, y: int) -> Inspection:
 
 
 def step_named(plan: Plan, name: str | None) -> PixelStep | DrawStep:
-    """The pass of this name; the last one where none is given, or several have it and no number is behind it."""
+    """Return the pass with this name or numbered name; by default, or among passes of one name, the last one."""
     steps = [step for step in plan.steps if isinstance(step, (PixelStep, DrawStep))]
     if not steps:
-        raise GraphError("inspect looks into passes, and this graph has none")
+        raise GraphError("inspect needs a pass, and this graph has none")
     named: dict[str, list[PixelStep | DrawStep]] = {}
     for step in steps:
         named.setdefault(step.name, []).append(step)
@@ -266,8 +266,8 @@ def step_named(plan: Plan, name: str | None) -> PixelStep | DrawStep:
     return numbered[name]
 
 
-class _Looking(ReferenceBackend):
-    """The reference up to one pass, of which it computes one pixel; what that does not need is left out."""
+class _InspectingBackend(ReferenceBackend):
+    """The reference up to one pass, of which it computes one pixel; steps that pass does not need are skipped."""
 
     def __init__(self, plan: Plan, step: PixelStep | DrawStep, pixel: tuple[int, int]) -> None:
         super().__init__()
@@ -278,12 +278,12 @@ class _Looking(ReferenceBackend):
     def pixel_pass(self, step: PixelStep) -> Any:
         if step is self.wanted:
             return partial(self._look, step)
-        return super().pixel_pass(step) if id(step) in self._needed else _nothing
+        return super().pixel_pass(step) if id(step) in self._needed else _skip
 
     def draw_pass(self, step: DrawStep) -> Any:
         if step is self.wanted:
             return partial(self._look_at_draw, step)
-        return super().draw_pass(step) if id(step) in self._needed else _nothing
+        return super().draw_pass(step) if id(step) in self._needed else _skip
 
     def _look(self, step: PixelStep, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
         x, y = self.pixel
@@ -293,7 +293,7 @@ class _Looking(ReferenceBackend):
         here = {"pixel": constant(np.array([[x, y]])), "output_size": constant(np.array([step.size], np.int64))}
         lane, results = traced(bound, here)
         holds = dict(zip(self._names(step), map(_as_stored, outputs, results), strict=True))
-        self._tell(step, program, bound, lane.events, map(plain, results), holds)
+        self._store(step, program, bound, lane.events, map(plain, results), holds)
         assert self.found is not None
         self.found = replace(self.found, texels={image: tuple(read) for image, read in lane.texels.items()})
 
@@ -320,13 +320,13 @@ class _Looking(ReferenceBackend):
                 holds[f"{name} (stencil)"] = int(depth.stencil[y, x])
         lines = None if drawn.visible is None else drawn.visible.lines
         events, results = ((), None) if lines is None else (lines.events, lines.results)
-        self._tell(step, program, draw.bound, events, results, holds, drawn)
+        self._store(step, program, draw.bound, events, results, holds, drawn)
 
     def _names(self, step: PixelStep | DrawStep) -> list[str]:
         """Return the names of the targets that it writes, in order."""
         return [self.plan.resources[resource].name for resource in step.outputs]
 
-    def _tell(
+    def _store(
         self,
         step: PixelStep | DrawStep,
         kernel: TypedKernel,
@@ -345,7 +345,7 @@ class _Looking(ReferenceBackend):
 
 
 def _pixel(values: np.ndarray[Any, Any]) -> Any:
-    """A texel as kernels write it: a number where it has one channel."""
+    """Return a texel as kernels see it: a number if it has one channel."""
     return float(values[0]) if len(values) == 1 else tuple(values.tolist())
 
 
@@ -354,12 +354,12 @@ def _as_stored(output: Storage, value: Any) -> Any:
     return row[0] if value.ndim == 1 else row
 
 
-def _nothing(*_: Any) -> None:
-    """A pass that nobody asked for."""
+def _skip(*_: Any) -> None:
+    """Skip a step that the inspected pass does not need."""
 
 
 def _behind(plan: Plan, target_step: Step) -> set[int]:
-    """Steps whose results a step reads, by identity."""
+    """Return the steps that a step depends on, by identity."""
     needed, resources = set[int](), set(target_step.reads)
     before = plan.steps[: plan.steps.index(target_step)]
     for step in reversed(before):

@@ -9,7 +9,7 @@ from time import perf_counter
 
 from passgraph.plan.data import PixelStep, Plan, Step
 
-#: Rows of a table that run several passes as one name the first and the last, where all take more.
+#: A row for more than this many fused passes names only the first and the last.
 _NAME_COLUMNS = 64
 
 
@@ -19,11 +19,11 @@ class PassTime:
 
     Attributes
     ----------
-    name : of the pass; of several, joined by " + "; passes computed inside of one stand in brackets
-    passes : every pass that is in it, by name, in order
-    size : (width, height) of what it writes, pixels
-    seconds : the median over the runs; 0 for what is static, and was kept
-    share : of the whole run, 0 to 1
+    name : the pass's; several are joined by " + "; passes computed inside another are in brackets
+    passes : the names of all its passes, in order
+    size : (width, height) of its target, pixels
+    seconds : the median over the runs; 0 for a static pass that did not run again
+    share : fraction of the whole run, 0 to 1
     """
 
     name: str
@@ -34,7 +34,7 @@ class PassTime:
 
     @property
     def pixels_per_second(self) -> float:
-        """Return the speed in pixels of its target; infinite if it was kept."""
+        """Return the speed in pixels of its target per second; infinite if it did not run."""
         return self.size[0] * self.size[1] / self.seconds if self.seconds else float("inf")
 
 
@@ -45,9 +45,9 @@ class Profile:
     Attributes
     ----------
     backend : its name
-    runs : how many were timed, after one that was not
-    seconds : the median of a whole run, from inputs to the last pass; reading results back is not in it
-    passes : in the order in which they run
+    runs : number of timed runs, after one that is not timed
+    seconds : the median of a whole run, from inputs to the last pass; reading results back is not included
+    passes : in execution order
     """
 
     backend: str
@@ -57,7 +57,7 @@ class Profile:
 
     @property
     def rest(self) -> float:
-        """Seconds of a run outside of passes: inputs, values, history."""
+        """Return the seconds of a run outside of passes: inputs, values, history."""
         return max(0.0, self.seconds - sum(each.seconds for each in self.passes))
 
     def __str__(self) -> str:
@@ -83,14 +83,14 @@ class Profile:
 
 
 class Stopwatch:
-    """Times each step of each run, and waits for the device before and after it."""
+    """Times each step of each run; waits for the device before and after each step."""
 
     def __init__(self, finish: Callable[[], None]) -> None:
         self._finish = finish
         self._runs: list[tuple[float, dict[int, float]]] = []
 
     def run(self, run: Callable[[], None]) -> None:
-        """A whole run, whose steps come to :meth:`step`."""
+        """Time a whole run, which calls :meth:`step` for its steps."""
         self._steps: dict[int, float] = {}
         self._finish()
         start = perf_counter()
@@ -106,7 +106,7 @@ class Stopwatch:
         self._steps[id(step)] = perf_counter() - start
 
     def profile(self, backend: str, plan: Plan, ends: Sequence[Step]) -> Profile:
-        """Times by what ran as one; ``ends``: the last step of each."""
+        """Return the median times; ``ends``: the last step of each timed unit."""
         total = median(seconds for seconds, _ in self._runs)
         rows, first = [], 0
         for end in ends:

@@ -28,26 +28,26 @@ if TYPE_CHECKING:
 
 @dataclass
 class Held:
-    """Resources of a program, for its finalizer, which cannot hold the program."""
+    """A program's resources, separate so that its finalizer can hold them without holding the program."""
 
     backend: Backend
     owns: bool
     execution: Execution | None = None
 
     def abandoned(self) -> None:
-        """The program was dropped without being closed; this may run in any thread, in the middle of anything."""
+        """Handle a program that was dropped without being closed; may run in any thread at any time."""
         execution, self.execution = self.execution, None
         if execution is None:
             return
         if self.owns:
-            # Nobody else has this backend: it goes with the last reference to it.
+            # No other owner: the backend is freed with its last reference.
             execution.forget()
         else:
             self.backend.turn.later(execution.release)
 
 
 class Alone:
-    """Around what one thread does with a program; a class, since every call passes here."""
+    """A context in which one thread uses a program exclusively; a class, since every call enters it."""
 
     __slots__ = ("program", "what")
 
@@ -57,7 +57,7 @@ class Alone:
     def __enter__(self) -> None:
         program = self.program
         program.backend.turn.__enter__()
-        # Only this thread can have come here twice.
+        # Only the thread that holds the lock can enter twice.
         if program._busy or (program._closed and self.what != "closed"):
             program.backend.turn.__exit__()
             program._check_open()
@@ -75,12 +75,12 @@ class Alone:
 class Program:
     """A compiled graph, returned by :func:`passgraph.compile`. Call it with inputs and values by name.
 
-    It owns its pictures and compiled passes until :meth:`close` (it is a context manager too).
+    It owns its pictures and compiled passes until :meth:`close`; it is also a context manager.
 
-    Threads may share it: each call, from the inputs to the results, is one thread's alone, and others wait; so does
-    :meth:`close`.  Between :meth:`run` and :meth:`read` another thread's run may come; call the program instead.
-    What a run calls (an observer, a value's function) cannot run, change or close the program.  In a process forked
-    after it was compiled, it works on ``numpy`` and ``reference``, and refuses on ``gl`` and ``opencl``.
+    Threads may share a program: calls and :meth:`close` are exclusive, and other threads wait.  Between :meth:`run` and
+    :meth:`read`, another thread's run may intervene; call the program instead.  An observer or a value's function must
+    not run, change or close the program.  In a forked process a program compiled before the fork works on ``numpy`` and
+    ``reference``, and raises an error on ``gl`` and ``opencl``.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class Program:
         self._held = Held(backend, owns)
         weakref.finalize(self, self._held.abandoned).atexit = False
         self._non_finite, self._check_finite = non_finite, check_finite
-        # A check names passes as they were written, so none is computed inside another.
+        # Checks name passes as written, so no pass is computed inside another.
         options = replace(options, fuse=False) if check_finite else options
         self._size, self._options = (
             size,
@@ -114,9 +114,9 @@ class Program:
         self._overrides: dict[tuple[str, str], object] = {}
         self._admission = Admission(self._inputs, outputs.values(), non_finite)
         self._closed = False
-        #: Bytes that the targets may take; None: half of the machine's memory.
+        #: Memory limit of the targets in bytes; None: half of the machine's memory.
         self.most_memory: int | None = None
-        self.replanned = 0  # how often an input of another size or format made a new plan
+        self.replanned = 0  # number of new plans for inputs of another size or format
 
     @property
     def _execution(self) -> Execution | None:
@@ -124,23 +124,23 @@ class Program:
 
     @property
     def inputs(self) -> dict[str, InputSpec]:
-        """Return the pictures of a run, by name: every input behind the outputs, read or not."""
+        """Return the input pictures by name: every input behind the outputs, even if no step reads it."""
         return dict(self._inputs)
 
     @cached_property
     def has_history(self) -> bool:
-        """Whether a pass reads last run's picture, so that the order of runs matters."""
+        """Return True if a pass reads last run's picture, so that the order of runs matters."""
         return any(t.is_previous for node in passes_behind(list(self._outputs.values())) for t in node.reads)
 
     @cached_property
     def has_frame_index(self) -> bool:
-        """Whether something hangs on :data:`passgraph.FRAME_INDEX`."""
+        """Return True if something depends on :data:`passgraph.FRAME_INDEX`."""
         passes = passes_behind(list(self._outputs.values()))
         return any(value is FRAME_INDEX for node in passes for value in sources_of(node.values))
 
     @property
     def plan(self) -> Plan:
-        """The plan; where inputs are open and have no default it exists after the first run."""
+        """The plan; if inputs are open and have no default, available after the first run."""
         self._check_open()
         plan = self._plan
         if plan is None:
@@ -172,7 +172,7 @@ class Program:
         return notebook.of_program(self)
 
     def _alone(self, what: str) -> Alone:
-        """While nobody else uses the backend."""
+        """Return a context in which no other thread uses the backend."""
         return Alone(self, what)
 
     def _check_open(self) -> None:
@@ -190,26 +190,26 @@ class Program:
         return "\n".join(lines)
 
     def _own_ways(self) -> list[str]:
-        """List what the device implements in its own way."""
+        """List the steps that the device implements in its own way."""
         lines: list[str] = []
         for unit in [] if self._execution is None else self._execution.units:
             step = unit[0]
             way = self.backend.own_way(step) if isinstance(step, PixelStep) and step.known is not None else None
             if way is not None:
-                lines.append(f"- {step.name} is done in a way of this device: {way}")
+                lines.append(f"- {step.name} is implemented in this device's own way: {way}")
         return lines
 
     def to_data(self) -> dict[str, Any]:
-        """The graph as plain data, for another process or machine to compile: see :func:`passgraph.to_data`.
+        """Return the graph as plain data, to compile in another process or machine: see :func:`passgraph.to_data`.
 
-        Of the outputs alone: what `compile` is told beside them (backend, size, options) is for whoever compiles them.
+        It holds the outputs only; backend, size and options are arguments of the `compile` call there.
         """
         from passgraph.serialize import to_data
 
         return to_data(self._outputs)
 
     def settings(self) -> dict[str, Any]:
-        """Return the settings of `compile` besides the outputs, as plain data; of the backend its name."""
+        """Return the settings of `compile` except the outputs, as plain data; the backend by its name."""
         return {
             "backend": self.backend.name, "size": self._size, "options": asdict(self._options),
             "non_finite": self._non_finite, "check_finite": self._check_finite, "results": self._results,
@@ -221,7 +221,7 @@ class Program:
         from passgraph.plan.limits import check_memory
         from passgraph.run.execution import Execution
 
-        # Nothing is left half made where the new plan fails: the next run starts afresh.
+        # No half-made state remains if the new plan fails: the next run starts afresh.
         if self._execution is not None:
             self._execution.release()
         self._held.execution = self._plan = None
@@ -236,33 +236,34 @@ class Program:
     def __call__(self, /, into: Into | None = None, **inputs: Any) -> Result:
         """Run once and read every output.
 
-        A result is the caller's: no later run changes it.  Once nobody has it, its memory serves another one.
+        The caller owns the results: no later run changes them.  Buffers of results that have been garbage-collected are
+        reused.
 
         Parameters
         ----------
         into
-            Arrays of yours by output name, (height, width, channels) in float32 or in the target's own type (uint8
-            for ``rgba8``, uint16 for ``rgba16``, float16 for ``rgba16f``): the results are written there, where the
-            backend can in place, and are what the result of the call holds.  They may be views with any row stride.
-            Pictures on the backend's device that are somebody else's too, such as those of a `pg.gl.Host`.
+            Destination arrays by output name, (height, width, channels) in float32 or in the target's own dtype (uint8
+            for ``rgba8``, uint16 for ``rgba16``, float16 for ``rgba16f``).  Results are written there, in place if the
+            backend can, and the returned result holds these arrays.  They may be views with any row stride.  Pictures
+            on the backend's device are accepted too, such as those of a `pg.gl.Host`.
         given
-            Pictures and values by name.  Arrays in the type of a format (uint8, uint16, float16, float32) are read
-            as they are, in place where the backend can; nothing of them is kept after the call.
+            Pictures and values by name.  Arrays in a format's dtype (uint8, uint16, float16, float32) are read without
+            conversion, in place if the backend can; no reference is kept after the call.
 
         Raises
         ------
         InputError
-            For a missing, surplus or unfit input or value, by name; for a picture that holds NaN or infinity; for an
-            array to write into that has another shape or type, is read-only, or shares memory with another one.
+            For a missing, unknown or unfit input or value, by name; for a picture that holds NaN or infinity; for a
+            destination array that has another shape or dtype, is read-only, or shares memory with another one.
         """
         with self._alone("called"):
             self._run(None, inputs, into, results=self._results)
             return self._read(None)
 
     def run(self, _observe: Observer | None = None, /, into: Into | None = None, **inputs: Any) -> None:
-        """Run once without reading anything back, but for what is given to write ``into``.
+        """Run once without reading results back, except those given in ``into``.
 
-        ``_observe(step, pictures)`` is called after every step with what it wrote: slow, for looking.
+        ``_observe(step, pictures)`` is called after every step with what it wrote: slow, for debugging.
         """
         if _observe is not None:
             arguments.function(_observe, "the observer of a run")
@@ -283,7 +284,7 @@ class Program:
         execution.run(pictures, values, observe, self._pass_check, result_arrays, timed, results)
 
     def read(self, name: str | None = None) -> Result:
-        """The outputs of the last run (or one of them); after a call, copies of what it gave, as they are now."""
+        """Return the outputs of the last run, or one of them; after a call, copies of its results as they are now."""
         with self._alone("read"):
             return self._read(name)
 
@@ -299,7 +300,7 @@ class Program:
             return Result({n: execution.result(outputs[n], self._results) for n in names})
 
     def reset(self) -> None:
-        """Begin anew: the next run is the first, for `passgraph.FRAME_INDEX` and for what `passgraph.previous` reads.
+        """Start over: the next run is the first, for `passgraph.FRAME_INDEX` and for what `passgraph.previous` reads.
 
         >>> import passgraph as pg
         >>> add = pg.kernel(source="def add(a: Image, b: Image) -> float: return a[0, 0].r + b[0, 0].r")
@@ -321,7 +322,7 @@ class Program:
                 self._pass_check = PassCheck(self._execution.plan)
 
     def continue_from(self, earlier: Program) -> None:
-        """Begin where another program on this backend stands: its frame index, and history of targets that both have.
+        """Continue from another program on this backend: take over its frame index, and history of targets in both.
 
         Targets match by name, size and format; history of others begins at their initial values. Both need a plan: a
         program has one after its first run, or once the formats and sizes of its inputs are known.
@@ -339,7 +340,7 @@ class Program:
         Raises
         ------
         GraphError
-            Where the other program runs on another backend, or one of both is closed.
+            If the other program runs on another backend, or one of the two is closed.
         """
         if earlier.backend is not self.backend:
             raise GraphError("history stays on its backend; compile both programs with backend=first.backend")
@@ -351,7 +352,7 @@ class Program:
                 self._execution.continue_from(earlier._execution)
 
     def set(self, step: str, name: str, value: object) -> None:
-        """Change a plain parameter of a pass, by the pass's name and the parameter's."""
+        """Set a plain parameter of a pass, by the pass's name and the parameter's."""
         with self._alone("changed"):
             if self._execution is None:
                 self._make_plan()
@@ -360,32 +361,32 @@ class Program:
             self._overrides[step, name] = value
 
     def inspect(self, x: int, y: int, step: str | None = None, /, **inputs: Any) -> Inspection:
-        """Every value of every line of a pass's kernel at one pixel, in float64, by the reference.
+        """Trace the kernel of a pass at one pixel, line by line, in float64 on the reference.
 
-        What the pass reads is computed by the reference too, as in a first run.  Of a draw it is the fragment kernel,
-        for the fragment that is visible and a few others; which triangles cover the pixel and what becomes of each
-        stands before it, with what the vertex kernel gave for their corners.
+        The reference also computes what the pass reads, as in a first run.  For a draw, the trace is of the fragment
+        kernel for the visible fragment and a few others; it begins with the triangles that cover the pixel, the fate of
+        each, and the vertex kernel's results at their corners.
 
         Parameters
         ----------
         x, y
-            The pixel, from 0 at the left and on top.
+            The pixel, counted from 0 at the top left.
         step
-            The name of a pass; left out, the last one.  Of passes of one name it is the last, or by a number behind it
-            (``"draw 1"``) the first, second …
+            The name of a pass; default: the last pass.  Of several passes with one name it selects the last; a number
+            behind the name (``"draw 1"``) selects the first, second …
         given
             Pictures and values by name, as for a call.
 
         Returns
         -------
         Inspection
-            Printed, each line of the source with what its variable takes; branches; a loop's trips.  Its docstring
-            has an example of a draw.
+            Its text shows each line of the source with the variable's values, branches, and loop iterations.  Its
+            docstring has an example of a draw.
 
         Raises
         ------
         GraphError
-            For a pass that is not there, and a pixel outside of it.
+            For an unknown pass, or a pixel outside of it.
         InputError
             As for a call.
 
@@ -410,19 +411,19 @@ class Program:
     def profile(self, runs: int = 5, /, **inputs: Any) -> Profile:
         """Time each pass: the median of some runs, after one that compiles and uploads.
 
-        The device is waited for around each pass, so what would overlap does not.  What it runs as one is one row.
+        It waits for the device around each pass, so passes do not overlap.  Passes that run as one are one row.
 
         Parameters
         ----------
         runs
-            How many are timed, 1 to 1000; each counts as a run, to history too.
+            Number of timed runs, 1 to 1000; each counts as a run for history too.
         given
             Pictures and values by name, as for a call.
 
         Returns
         -------
         Profile
-            Printed, a table.
+            Its text is a table.
 
         Raises
         ------
@@ -459,7 +460,7 @@ class Program:
         return {name: bound_to(pictures[name], spec) for name, spec in self._inputs.items()}
 
     def _bind(self, pictures: Mapping[str, Any]) -> bool:
-        """Formats and sizes of this run's inputs; true when they differ from the plan's."""
+        """Bind the formats and sizes of this run's inputs; return True if they differ from the plan's."""
         bound = self._bound_to(pictures)
         changed = bound != self._bound
         if changed and self._plan is not None:
@@ -468,12 +469,12 @@ class Program:
         return changed
 
     def close(self) -> None:
-        """Give back every picture and compiled pass; the backend too when the program opened it.
+        """Release all pictures and compiled passes; also the backend, if the program opened it.
 
-        A call that runs in another thread ends first.
+        Waits for a call in another thread to end.
         """
         if self._closed or self.backend.turn.lost:
-            # What belongs to the process that this one was forked from is left alone.
+            # Resources of the parent process are left alone after a fork.
             self._closed = True
             return
         with self._alone("closed"):
@@ -502,8 +503,10 @@ class Program:
 
 
 def _check_names(inputs: Mapping[str, InputSpec], outputs: Iterable[Target]) -> None:
-    """Runs are given inputs and values by name, and ``into``, which says where results go."""
+    """Check that no input or value is called ``into``, which is the argument for destination arrays."""
     values = {value.name for node in passes_behind(list(outputs)) for value in sources_of(node.values)}
     for what, names in (("an input", inputs), ("a value", values)):
         if "into" in names:
-            raise GraphError(f"{what} cannot be called 'into': that says where results go; give it another name")
+            raise GraphError(
+                f"{what} cannot be called 'into', which names the destination arrays; give it another name"
+            )

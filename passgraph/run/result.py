@@ -14,7 +14,7 @@ from passgraph.errors import InputError, UnknownNameError
 from passgraph.plan.data import Step
 
 Picture: TypeAlias = NDArray[np.float32]
-#: Arrays to write results into, by output name.
+#: Destination arrays by output name.
 Into: TypeAlias = Mapping[str, Any]
 Results: TypeAlias = Literal["float32", "stored"]
 Observer: TypeAlias = Callable[[Step, dict[str, Picture]], None]
@@ -40,7 +40,7 @@ class Result(Mapping[str, Picture]):
         return len(self._pictures)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
-        """The picture of a result with one target, so that ``np.asarray(result)`` is its array."""
+        """Return the picture of a result with one target, so that ``np.asarray(result)`` works."""
         if len(self) != 1:
             names = ", ".join(self)
             raise InputError(f"a result of {len(self)} targets is no array; name one of them: result[name] of {names}")
@@ -49,7 +49,7 @@ class Result(Mapping[str, Picture]):
         return array.copy() if copy and array is picture else array
 
     def save(self, path: str | PathLike[str], name: str | None = None) -> None:
-        """Write a result (the first where no name is given) as PNG, EXR …; the file is written whole or not at all.
+        """Write a result (by default the first) as PNG, EXR …; the file is written atomically.
 
         Values above 1 are clipped in 8-bit formats; use a tone-mapping effect, or EXR.
         """

@@ -97,7 +97,7 @@ def _middle(across: Float64, depth: Float64, tangent: float) -> float:
 
 
 def ways_round(points: Float64, centre: Float64) -> Float64:
-    """Points that hold what (n, 3) points sweep in a turn about the vertical through ``centre``."""
+    """Points that hold what (n, 3) points sweep in a turn about the vertical through ``center``."""
     radius = np.hypot(points[:, 0] - centre[0], points[:, 2] - centre[2])
     height = points[:, 1] - centre[1]
     angle = np.arange(PROFILE_WAYS) * (pi / PROFILE_WAYS) - 0.5 * pi
@@ -146,7 +146,7 @@ class Camera:
     ----------
     eye, target : world points, scene units; float64, so an offset of 1e6 keeps ten digits
     up : world direction that is up in the picture
-    vertical_fov_rad : full vertical angle, in ]0, pi[; of an off-centre picture that of a centred one as high
+    vertical_fov_rad : full vertical angle, in ]0, pi[; of an off-center picture that of a centerd one as high
     near, far : distances along the view axis, scene units, 0 < near < far; in perspective far may be infinite
     orthographic_height : how high the picture is in the scene, scene units, for rays that are all parallel; left
         out, the camera sees in perspective
@@ -245,7 +245,7 @@ class Camera:
         Parameters
         ----------
         view : (4, 4), world to the camera's frame, which looks along -z: a rotation and a shift; ``M @ v``
-        projection : (4, 4), to clip space: perspective or orthographic, off-centre too, with an infinite far plane,
+        projection : (4, 4), to clip space: perspective or orthographic, off-center too, with an infinite far plane,
             with reversed depth, with y down (Vulkan)
         zero_to_one : whether clip space reaches from 0 to 1 in depth, as with Direct3D, Vulkan, Metal, WebGPU and
             ``glClipControl``, or from -1 to 1, as else with OpenGL; left out, -1 to 1 unless the matrix cannot mean it:
@@ -396,7 +396,7 @@ class Camera:
         return cls(tuple(eye.tolist()), tuple(target.tolist()), aim.up, fov, *depths(eye, -away, points, in_reach))
 
     def turned(self, centre: ArrayLike, angle_rad: float) -> Camera:
-        """The camera carried about the vertical through ``centre``, counter-clockwise seen from above.
+        """The camera carried about the vertical through ``center``, counter-clockwise seen from above.
 
         >>> Camera((0, 1, 5), (0, 0, 0)).turned((0, 0, 0), pi / 2).eye[:2]
         (5.0, 1.0)

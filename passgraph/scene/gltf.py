@@ -266,7 +266,7 @@ class GltfData:
         return entry
 
     def array(self, index: Any) -> NDArray[Any]:
-        """(count, components) of an accessor; normalised integers as float64 in [-1, 1] or [0, 1]."""
+        """(count, components) of an accessor; normalized integers as float64 in [-1, 1] or [0, 1]."""
         accessor = self.entry("accessors", index)
         dtype, width, count = _layout(accessor, f"{self.file}: accessor {index}")
         if "bufferView" in accessor:  # its length is checked before anything is allocated

@@ -78,7 +78,7 @@ class GltfMaterials:
         return material, own
 
     def _base(self, source: dict[str, Any]) -> tuple[Any, dict[str, Any] | None]:
-        """Colour and picture of the light that a surface throws back in all directions."""
+        """Color and picture of the light that a surface throws back in all directions."""
         glossy = source.get("extensions", {}).get(GLOSSY)
         if glossy is not None:
             return glossy.get("diffuseFactor", (1, 1, 1, 1)), glossy.get("diffuseTexture")

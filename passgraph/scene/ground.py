@@ -127,7 +127,7 @@ FLAT = 1e-6
 REACH = 100.0
 #: It lies under the lowest vertex by this share of the scene's radius, so that a face there hides it.
 BELOW = 1e-4
-#: Grey stone, linear: bright enough for a shadow to read, darker than most skies.
+#: Gray stone, linear: bright enough for a shadow to read, darker than most skies.
 GROUND = (0.42, 0.40, 0.38, 1.0)
 #: Of the near plane, before the nearest ground that is seen; and the least share of the far plane that it may be.
 NEAR_SLACK, NEAR_OF_FAR = 0.9, 1e-4

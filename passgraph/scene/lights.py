@@ -234,9 +234,9 @@ class Light:
         return self.intensity / max(away, nearest) ** 2
 
     def around(self, centre: ArrayLike, azimuth_rad: float | None = None, elevation_rad: float | None = None) -> Light:
-        """The light from another direction, seen from ``centre``; angles that are left out stay.
+        """The light from another direction, seen from ``center``; angles that are left out stay.
 
-        Point and spot lights keep their distance from the centre, and spots look at it.  Angles are those of
+        Point and spot lights keep their distance from the center, and spots look at it.  Angles are those of
         `Camera.orbit`: azimuth 0 is light from the front, elevation pi/2 light from above.
 
         >>> light = Light.directional((0, -1, 0)).around((0, 0, 0), 0.0, 0.0)

@@ -56,8 +56,8 @@ def load_scene(
     Returns
     -------
     A scene with the file's camera and lights (glTF), or else a camera that sees the whole model and one key
-    light with an extent. Transforms, copies (EXT_mesh_gpu_instancing), base colours, textures, vertex colours,
-    normal maps and alpha modes are kept. Positions far from the origin are recentred in float64. What could not be
+    light with an extent. Transforms, copies (EXT_mesh_gpu_instancing), base colors, textures, vertex colors,
+    normal maps and alpha modes are kept. Positions far from the origin are recenterd in float64. What could not be
     had is in ``warnings``.
 
     Raises
@@ -68,7 +68,7 @@ def load_scene(
 
     Notes
     -----
-    Colours of vertices are taken as linear in glTF, as its specification says, and as sRGB elsewhere. Surfaces are
+    Colors of vertices are taken as linear in glTF, as its specification says, and as sRGB elsewhere. Surfaces are
     matt: of metal, roughness and gloss nothing is read, nor are animations, of which the pose at rest is shown. Both
     sides of a surface are seen where glTF says so; the others do not say it, and there they are of what is not closed.
     There, too, triangles have their outer side where the file's normals point, and what is inside out is turned.

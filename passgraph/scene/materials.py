@@ -32,7 +32,7 @@ class Texture:
     Attributes
     ----------
     pixels : (h, w, 4) uint8
-    color_space : "srgb" for colours (alpha is always linear), "linear" for normals and heights
+    color_space : "srgb" for colors (alpha is always linear), "linear" for normals and heights
     name : used in messages
     wrap : what lies beyond it, in both directions: it repeats, every second time mirrored, or its edge goes on (clamp)
     magnify : where a texel is larger than a pixel: a weighted mean of four texels, or the nearest one
@@ -127,8 +127,8 @@ class Material:
     Attributes
     ----------
     name : used in messages
-    base_color : linear RGBA in [0, 1]; multiplies the texture and the vertex colours
-    base_color_texture : sRGB-encoded colours with linear alpha
+    base_color : linear RGBA in [0, 1]; multiplies the texture and the vertex colors
+    base_color_texture : sRGB-encoded colors with linear alpha
     normal_texture : linear; RGB in 0..255 stands for x, y, z in -1..1, y up in the picture (OpenGL, glTF)
     height_texture : linear; red 255 is the surface itself, 0 is ``height_scale`` below it
     height_scale : depth of the height map in texture units: 1 is as deep as the texture is wide

@@ -93,7 +93,7 @@ def corners_of(bounds: Float64) -> Float64:
 
 
 def sphere_of(bounds: Float64) -> tuple[Float64, float]:
-    """Centre (3,) and radius of the sphere round a box; the radius of a point-like box is made positive.
+    """Center (3,) and radius of the sphere round a box; the radius of a point-like box is made positive.
 
     The floor on the radius is the larger of `LEAST_RADIUS` and 1e-9 of the distance from the origin: below that,
     float64 differences of world coordinates hold no shape.

@@ -57,7 +57,7 @@ class MtlReader:
         # MTL does not say in which space Kd is; it is taken as a reflectance, which is linear
         color = np.array([*_floats(extra.get("kd"), (0.8, 0.8, 0.8)), 1.0])
         if texture is not None and not color[:3].any():
-            # a common export: black diffuse colour beside a texture that is meant to be seen
+            # a common export: black diffuse color beside a texture that is meant to be seen
             color[:3] = 1.0
         opacity = _floats(extra.get("d"), (1.0,))[-1]
         if "tr" in extra and "d" not in extra:
@@ -78,14 +78,14 @@ class MtlReader:
         return Material(name, rgba(color), texture, normal, height, 0.02, mode, 0.5, False)
 
     def _bump(self, line: str | None, name: str, is_normal: bool) -> tuple[Texture | None, Texture | None]:
-        """A normal or a height map: MTL says 'bump' for both, a coloured picture is a normal map."""
+        """A normal or a height map: MTL says 'bump' for both, a colored picture is a normal map."""
         if not line:
             return None, None
         texture = self._picture(line, "linear", f"{name} bump map")
         if texture is None:
             return None, None
         rgb = texture.pixels[:, :, :3].reshape(-1, 3).astype(np.float64).mean(axis=0)
-        # the mean of a normal map is close to (128, 128, 255), that of a height map is grey
+        # the mean of a normal map is close to (128, 128, 255), that of a height map is gray
         if is_normal or rgb[2] > 1.2 * max(rgb[0], rgb[1]):
             return texture, None
         return None, texture
@@ -140,7 +140,7 @@ def texture_of(data: bytes, space: ColorSpace, what: str, notes: Notes, where: s
 
 
 def rgba(color: Any) -> tuple[float, float, float, float]:
-    """A base colour of a file, brought into [0, 1]."""
+    """A base color of a file, brought into [0, 1]."""
     r, g, b, a = np.clip(np.nan_to_num(np.asarray(color, dtype=np.float64)), 0.0, 1.0).tolist()
     return (r, g, b, a)
 
@@ -191,7 +191,7 @@ class Arrays:
 
 
 def arrays_of(geometry: Any, name: str) -> Arrays:
-    """The arrays of a trimesh geometry, whose colours are sRGB-encoded; ``name`` for errors."""
+    """The arrays of a trimesh geometry, whose colors are sRGB-encoded; ``name`` for errors."""
     positions = np.asarray(geometry.vertices, dtype=np.float64)
     # trimesh keeps the normals of a file in its cache, and computes smooth ones for who asks for the property
     normals = geometry._cache.cache.get("vertex_normals")

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from passgraph.scene.scene import Scene
 
 
-# Linear base colours: a glazed blue-green pot, two warm props, one pale pillar.
+# Linear base colors: a glazed blue-green pot, two warm props, one pale pillar.
 TEAL = (0.045, 0.26, 0.29, 1.0)
 TERRACOTTA = (0.60, 0.20, 0.09, 1.0)
 OCHRE = (0.72, 0.43, 0.10, 1.0)

@@ -210,7 +210,7 @@ class _Graph:
         if names not in (["scale"], ["like", "scale"]):
             expected = "an object with pixels, with scale, with like and scale or blocks, or with formulas"
             document.wrong(where, expected, data)
-        scale = checked_scale(document.number(record["scale"], f"{where}.scale"), where)
+        scale = checked_scale(document.numbers(record["scale"], f"{where}.scale", nested=1), where)
         return Relative(scale) if names == ["scale"] else Like(self._lender(record["like"], f"{where}.like"), scale)
 
     def _lender(self, data: object, where: str) -> Target:

@@ -140,12 +140,15 @@ class _Writer:
         if isinstance(size, Absolute):
             return {"pixels": [size.width, size.height]}
         if isinstance(size, Relative):
-            return {"scale": size.scale}
+            return {"scale": _scale_data(size.scale)}
         if size is None:
             return None
         if isinstance(size, Computed):
             return {"formulas": [size.width, size.height]}
-        part = {"scale": size.scale} if isinstance(size, Like) else {"blocks": [size.width, size.height, size.each]}
+        if isinstance(size, Like):
+            part: dict[str, Any] = {"scale": _scale_data(size.scale)}
+        else:
+            part = {"blocks": [size.width, size.height, size.each]}
         lender = size.other.spec
         if isinstance(lender, InputSpec):
             return {"like": {"input": self._input(lender)}, **part}
@@ -234,6 +237,11 @@ class _Writer:
                 return self._add("kernels", written_from, data)
             self._numbers[id(written_from)] = known.index(data)
         return self._numbers[id(written_from)]
+
+
+def _scale_data(scale: tuple[float, float]) -> float | list[float]:
+    """Return one number where width and height are scaled alike, else two."""
+    return scale[0] if scale[0] == scale[1] else list(scale)
 
 
 def _reading(target: Target) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from passgraph import arguments
 from passgraph.backends.steps import numbers_of
 from passgraph.errors import InputError
 from passgraph.formats import FORMATS, Format
-from passgraph.image_files import Metadata
+from passgraph.image_formats import Metadata
 from passgraph.tiles.grid import Convert, Numbers, Part, block_of, checked_dtype, checked_shape, imported, pieces
 from passgraph.tiles.tiff import TILE, AlphaUsedError, TiffSink
 from passgraph.writing import NewFile, place_of

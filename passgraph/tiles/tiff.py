@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
-from passgraph.image_files import Metadata
+from passgraph.image_formats import Metadata
 from passgraph.tiles.grid import Convert, Numbers, Part, checked_dtype, checked_shape, imported, pieces
 
 #: Sides of the tiles that are written, in pixels: what readers of large pictures expect; a multiple of 16 by the

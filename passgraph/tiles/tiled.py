@@ -13,7 +13,7 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.image_files import Metadata
+from passgraph.image_formats import Metadata
 from passgraph.pictures import metadata_of
 from passgraph.plan.data import Options, Plan
 from passgraph.run.finite_checks import NonFinite

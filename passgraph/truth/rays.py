@@ -74,7 +74,7 @@ def strata(rng: np.random.Generator, count: int, side: int) -> Float64:
 
 
 def disc(square: Float64) -> Float64:
-    """The unit square onto the unit disc, areas and neighbours kept.
+    """The unit square onto the unit disc, areas and neighbors kept.
 
     Source: P. Shirley and K. Chiu, "A Low Distortion Map Between Disk and Square", 1997.
 

@@ -117,7 +117,7 @@ class Debugger:
             return {"name": name, "text": "a copy: no kernel computes it", "code": {}}
         sizes = {resource.id: resource.size for resource in plan.resources}
         code = {}
-        for backend in ("numpy", "gl", "opencl"):
+        for backend in ("numpy", "gl", "opencl", "webgpu"):
             with suppress(DeviceMissingError), self._using([backend]) as (opened,):
                 code[backend] = opened.code(step, sizes)
         source = step.source

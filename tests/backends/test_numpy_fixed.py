@@ -284,6 +284,7 @@ class Stages:
         return depth
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_shipped_functions_compute_what_numba_makes_of_them_here(seed: int) -> None:
     made, expected = (Stages(make, seed) for make in (lambda name: code(name).call(), anew))

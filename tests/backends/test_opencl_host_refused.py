@@ -41,7 +41,7 @@ def refusals(host: Host, queue: Any) -> dict[str, tuple[Callable[[], Any], str]]
         "no pixels": (described(size=(0, 4)), "each side"),
         "no order": (described(order="rg"), "lacks channels"),
         "a stencil": (described(format="depth32f_stencil8"), "stencil apart"),
-        "no buffer": (lambda: host.buffer(photo(), SIZE, "rgba8"), "must lie in a pyopencl.Buffer"),
+        "no buffer": (lambda: host.buffer(photo(), SIZE, "rgba8"), "must be in a pyopencl.Buffer"),
         "no picture": (lambda: host.picture(exact), "does not say its size"),
         "numbers": (lambda: host.picture(photo()), "a picture is made of a pyopencl array or image"),
     }

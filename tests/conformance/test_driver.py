@@ -10,6 +10,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from passgraph.backends.registry import open_backend
 from passgraph.verify.conformance import Case, judge
 from tests.conformance.choice import CASES
@@ -39,6 +41,7 @@ def main() -> None:
     print(len(chosen()), "cases")
 
 
+@pytest.mark.slow
 def test_the_driver_as_users_have_it_conforms() -> None:
     require("gl")
     environment = {name: value for name, value in os.environ.items() if name != SETTING}

@@ -24,7 +24,7 @@ def test_in_the_reference_every_operation_feeds_every_other_one(case: Case) -> N
 
 @pytest.mark.opencl
 @pytest.mark.gl
-@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl"])
+@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl", "webgpu"])
 def test_an_index_of_the_lowest_int_stays_inside_its_array(backend: str) -> None:
     """Its magnitude is itself, below every lower bound."""
     lookup = kernel(

@@ -23,7 +23,7 @@ from tests.conftest import require
 Picture = NDArray[Any]
 #: Backends, and ways that the machine of these tests does not take by itself: those of graphics processors, and OpenGL
 #: without compute shaders.
-WAYS = ("numpy", "opencl", "gl", "opencl in groups", "gl in groups", "gl without compute shaders")
+WAYS = ("numpy", "opencl", "gl", "opencl in groups", "gl in groups", "gl without compute shaders", "webgpu")
 
 
 @pytest.fixture(params=WAYS, scope="module")
@@ -171,14 +171,14 @@ def test_it_is_told_which_way_counts(device: Backend) -> None:
     made = pg.histogram(pg.Input("frame", "r8", (8, 8)), name="counts")
     for options in (pg.Options(), pg.Options(fuse=False)):
         with pg.compile(made, backend=device, options=options) as program:
-            lines = [line for line in program.explain().splitlines() if "in a way of this device" in line]
+            lines = [line for line in program.explain().splitlines() if "in this device's own way" in line]
             ran = program.profile(1, frame=np.zeros((8, 8), np.uint8)).passes
         assert [row.passes for row in ran if "counts rows" in row.passes] == [("counts rows",)]
         plain = isinstance(device, GLBackend) and not device.count_group
-        assert [line.partition(" done in a way")[0] for line in lines] == ([] if plain else ["- counts rows is"])
+        assert [line.partition(" implemented in this")[0] for line in lines] == ([] if plain else ["- counts rows is"])
 
 
-@pytest.mark.parametrize("backend", ["numpy", "opencl", "gl"])
+@pytest.mark.parametrize("backend", ["numpy", "opencl", "gl", "webgpu"])
 def test_a_count_beyond_what_floats_hold_is_near(backend: str) -> None:
     """An odd number of texels above 2^24, all of them in one bin: the sum of rows that the passes make, to the bit."""
     require(backend)

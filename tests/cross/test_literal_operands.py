@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.backends.base import Backend
-from passgraph.backends.gl.dialect import foreseen_values
+from passgraph.backends.foreseen import foreseen_values
 from passgraph.backends.registry import open_backend
 from passgraph.language import scalar as s
 from passgraph.language.lower import lower
@@ -64,7 +64,7 @@ UNROLLED: dict[str, Callable[[Numbers, np.float32], Numbers]] = {
 }
 
 
-@pytest.fixture(scope="module", params=["numpy", "gl", "opencl"])
+@pytest.fixture(scope="module", params=["numpy", "gl", "opencl", "webgpu"])
 def device(request: pytest.FixtureRequest) -> Iterator[Backend]:
     require(request.param)
     with open_backend(request.param) as opened:

@@ -200,15 +200,16 @@ FRAME = pg.Input("frame")
         (lambda: pg.reduce(3, "sum"), "image must be a target that a pass returned, or pg.Input(...), got 3"),  # type: ignore[arg-type]
         (
             lambda: pg.reduce(FRAME, "sum", into=pg.target("t", "rgba32f", (1, 1))),
-            "target 't' is declared with a size, and it gets one from what is reduced; leave size, scale and like out",
+            "target 't' is declared with a size, but its size comes from the reduced picture; "
+            "leave size, scale and like out",
         ),
         (lambda: pg.reduce(FRAME, "sum", into=FRAME), "give a new pg.target(...), not a handle"),  # type: ignore[arg-type]
         (lambda: pg.reduce(FRAME, "arg_min", into=pg.target("t", "rgba32f")), "use a format such as rg32f"),
         (lambda: pg.histogram(FRAME, 2049), "bins must be a whole number from 1 to 2048, got 2049"),
         (lambda: pg.histogram(FRAME, low=1.0), "low must be below high, got 1.0 and 1.0"),
-        (lambda: pg.histogram(FRAME, low=-3e38, high=3e38), "apart as float32, got -3e+38 and 3e+38"),
-        (lambda: pg.histogram(FRAME, low=0.0, high=4e-40), "low and high must lie from 1e-34 to 3.4e+38 apart"),
-        (lambda: pg.histogram(FRAME, low=1.0, high=1.0 + 1e-9), "apart as float32, got 1.0 and 1.000000001"),
+        (lambda: pg.histogram(FRAME, low=-3e38, high=3e38), "as float32, got -3e+38 and 3e+38"),
+        (lambda: pg.histogram(FRAME, low=0.0, high=4e-40), "high - low must be from 1e-34 to 3.4e+38 as float32"),
+        (lambda: pg.histogram(FRAME, low=1.0, high=1.0 + 1e-9), "as float32, got 1.0 and 1.000000001"),
         (lambda: pg.histogram(FRAME, low=float("nan")), "low must be a finite number within float32"),
         (lambda: pg.histogram(FRAME, into=pg.target("t")), "use a format such as r32f"),
     ],

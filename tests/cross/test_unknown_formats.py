@@ -13,7 +13,8 @@ from passgraph.errors import BackendError
 from passgraph.formats import FORMATS, Format
 
 #: Backend → the file that spells formats for it; the reference stores what NumPy has.
-FILES = {"gl": "gl/textures.py", "opencl": "opencl/opencl_c.py", "numpy": "numpy/vector/texels.py"}
+FILES = {"gl": "gl/textures.py", "opencl": "opencl/opencl_c.py", "numpy": "numpy/vector/texels.py",
+         "webgpu": "webgpu/textures.py"}  # fmt: skip
 
 
 def copied(format_: Format) -> pg.Target:
@@ -27,11 +28,11 @@ def test_a_format_that_is_not_spelled_is_named(device: Backend) -> None:
         pytest.skip("it stores any number that NumPy has")
     strange = replace(FORMATS["r16f"], name="r64s", bits=64, steps=2**63 - 1)
     where = re.escape(FILES[device.name])
-    expected = rf"^format 'r64s': .*{where} spells no numbers of kind 'u8', only 'u1'"
+    expected = rf"^format 'r64s': .*{where} has no spelling for channel type 'u8', only 'u1'"
     with pytest.raises(BackendError, match=expected), pg.compile(copied(strange), backend=device) as program:
         program(a=[[0.5] * 4] * 3)
 
 
 def test_a_format_whose_numbers_no_kernel_rounds_is_named() -> None:
-    with pytest.raises(BackendError, match=r"^format 'r64f': .*formats\.py spells no numbers of kind 'f8'"):
+    with pytest.raises(BackendError, match=r"^format 'r64f': .*formats\.py has no spelling for channel type 'f8'"):
         _ = Format("r64f", 1, 64).store

@@ -41,14 +41,16 @@ def test_many_walls_and_lights_are_refused_before_they_are_compared(
 ) -> None:
     monkeypatch.setattr(light_tiles, "MAX_COMPARED", 100_000)
     walls, lights = _world(400, 100, 200.0)
-    with pytest.raises(pg.GraphError, match=r"the first 1 lights and 1600 edges make \d+ pairs .*, and 100000 may"):
+    with pytest.raises(
+        pg.GraphError, match=r"the first 1 lights and 1600 edges make \d+ pairs .*, and at most 100000 are allowed"
+    ):
         light_map(WINDOW, lights, walls, (320, 320))
     assert compared == []
 
 
 def test_too_many_edges_before_one_light_end_the_work_at_it(compared: list[int]) -> None:
     walls, lights = _world(1000, 8, 200.0)
-    with pytest.raises(pg.GraphError, match="edges stand between one light and a tile"):
+    with pytest.raises(pg.GraphError, match="edges are between one light and a tile"):
         light_map(WINDOW, lights, walls, (64, 64))
     assert sum(compared) <= 4000 * 16
 
@@ -56,7 +58,9 @@ def test_too_many_edges_before_one_light_end_the_work_at_it(compared: list[int])
 def test_too_long_lists_end_the_work_when_they_are(monkeypatch: pytest.MonkeyPatch, compared: list[int]) -> None:
     monkeypatch.setattr(light_tiles, "MAX_TABLE_ROWS", 1)
     walls, lights = _world(20, 50, 200.0)
-    with pytest.raises(pg.GraphError, match=r"lists of its tiles take \d+ texels or more, and 1024 may; take larger"):
+    with pytest.raises(
+        pg.GraphError, match=r"lists of its tiles take \d+ texels or more, and at most 1024 are allowed; take larger"
+    ):
         light_map(WINDOW, lights, walls, (320, 320))
     assert len(compared) < 10
 

@@ -69,7 +69,7 @@ def test_each_thing_is_shaded_by_the_nearest_lamp_alone() -> None:
     assert nearest([LAMP, OTHER], (0.0, 0.0)) is LAMP
     assert nearest([LAMP, OTHER], (5.0, 5.0)) is OTHER
     assert nearest([OTHER], (-5.0, -5.0)) is None
-    with pytest.raises(pg.GraphError, match="there is room for 1"):
+    with pytest.raises(pg.GraphError, match="exceed count=1"):
         sprite_table([Mover((0, 0)), Mover((1, 1))], [LAMP], far, 1)
 
 

@@ -153,9 +153,9 @@ def test_a_live_map_is_the_map_of_what_each_run_brings(backend_name: str) -> Non
 
 
 def test_a_live_map_refuses_more_than_it_has_room_for() -> None:
-    with pytest.raises(pg.GraphError, match="there is room for 1024; raise room"):
+    with pytest.raises(pg.GraphError, match="the limit is 1024; raise room"):
         live_light_map(WINDOW, (640, 480), room=1024, tile_px=4).inputs(LIGHTS, MIXED)
-    with pytest.raises(pg.GraphError, match="more than 1 lights with edges before them; raise shaded"):
+    with pytest.raises(pg.GraphError, match="more than 1 lights with edges in front of them; raise shaded"):
         live_light_map(WINDOW, SIZE, shaded=1).inputs(LIGHTS, MIXED)
     with pytest.raises(pg.GraphError, match="room must be 1024 to"):
         live_light_map(WINDOW, SIZE, room=1)

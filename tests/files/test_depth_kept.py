@@ -49,7 +49,7 @@ def test_lost_bits_are_told(tmp_path: Path, many: bool, capsys: pytest.CaptureFi
     source, output = ("a.%d.tif", "out.%d.jpg") if many else ("a.1.tif", "out.1.jpg")
     assert run(["apply", *SAME, str(tmp_path / source), "-o", str(tmp_path / output)]) == 0
     assert capsys.readouterr().err == (
-        f"passgraph: warning: {tmp_path / 'out.1.jpg'}: JPEG holds 8 bits a channel, and what it is made of has 16; "
+        f"passgraph: warning: {tmp_path / 'out.1.jpg'}: JPEG holds 8 bits a channel, and the source has 16; "
         f"to keep them, save as .png or .tif ({tmp_path / 'a.1.tif'})\n"
     )
 
@@ -59,7 +59,7 @@ def test_python_keeps_them_or_warns(tmp_path: Path) -> None:
     picture = pg.load(tmp_path / "a.tif")
     pg.save(tmp_path / "b.png", picture, like=tmp_path / "a.tif")
     assert np.array_equal(load_stored(tmp_path / "b.png")[..., :3], WIDE)
-    with pytest.warns(UserWarning, match="WebP holds 8 bits a channel, and what it is made of has 16"):
+    with pytest.warns(UserWarning, match="WebP holds 8 bits a channel, and the source has 16"):
         pg.save(tmp_path / "b.webp", picture, like=tmp_path / "a.tif")
     with unchanged() as program:
         frames(program, Pictures([tmp_path / "a.tif"]), ToPictures({1: tmp_path / "c.png"}))

@@ -20,7 +20,7 @@ from passgraph.graph.draw_state import COMPARE, CULL, EQUATIONS, FACTORS, STENCI
 from passgraph.language import ir
 from passgraph.language.operations import OPERATIONS
 from passgraph.verify.fuzz import search
-from passgraph.verify.fuzz.cases import Tally, inputs_of, output_of, run
+from passgraph.verify.fuzz.cases import EXACT, Tally, inputs_of, output_of, run
 from passgraph.verify.fuzz.random_draws import draws
 from passgraph.verify.fuzz.random_expressions import CALLS, WHOLE, Features
 from passgraph.verify.fuzz.random_graphs import OPERATIONS as STEPS
@@ -215,8 +215,8 @@ def test_a_rewriting_with_another_meaning_is_found(old: str, new: str, backend: 
     case = {"kind": "variant", "text": TEXT, "other": TEXT.replace(old, new), "format": "rgba32f", "border": "clamp",
             "special": False, "seed": 0}  # fmt: skip
     why = outcome(case, [backend])
-    # OpenGL's bits may differ for other reasons, and the rewritten form by itself is within its own bounds.
-    assert why == ("" if backend.name == "gl" else f"{backend.name}: the rewritten kernel gives other bits")
+    # Bits may differ for other reasons there, and the rewritten form by itself is within its own bounds.
+    assert why == ("" if backend.name not in EXACT else f"{backend.name}: the rewritten kernel gives other bits")
 
 
 def test_every_call_has_a_range_that_literals_fit() -> None:

@@ -392,7 +392,7 @@ def test_a_context_that_is_too_old_is_refused() -> None:
     from passgraph.backends.gl.capabilities import version_of
 
     for text in ("OpenGL ES 2.0 (ANGLE 2.1)", "2.1 Mesa", ""):
-        with pytest.raises(DeviceMissingError, match=r"OpenGL 3.3 or OpenGL ES 3.0; ask for a newer one"):
+        with pytest.raises(DeviceMissingError, match=r"OpenGL 3.3 or OpenGL ES 3.0; request a newer one"):
             version_of(text)
 
 

@@ -106,7 +106,7 @@ def test_a_context_at_the_same_address_is_another(
     before = objects(other.gl)
     now = Current().state()
     monkeypatch.setattr(host.context, "host", now)
-    with pytest.raises(BackendError, match="is gone, and another one is in its place"):
+    with pytest.raises(BackendError, match="no longer exists; another one replaced it"):
         program(frame=ROWS)
     program.close()
     host.close()

@@ -56,7 +56,7 @@ def drawn(**changed: Any) -> Any:
 
 #: Python that provokes an error, and words of it.
 CALLS: list[tuple[Callable[[], Any], str]] = [
-    (lambda: Format("r64f", 1, 64).store, "spells no numbers of kind 'f8', only 'f4', 'f2'"),
+    (lambda: Format("r64f", 1, 64).store, "has no spelling for channel type 'f8', only 'f4', 'f2'"),
     (lambda: symbols.uint(-1), "a uint is a whole number from 0 to 4294967295, got -1"),
     (lambda: kernel(3), "a kernel is made from a function, got int"),  # type: ignore[call-overload]
     (lambda: kernel(source="a", glsl="b"), "from a function, from source=... or from glsl=..., one of the three"),
@@ -84,7 +84,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: source_from_text("\n#" + "a" * 20_000), "<kernel text>:2: this line has 20001 characters; at most 10000"),
     (lambda: kernel(source="x = " + "-" * 9000 + "1"), "kernel text cannot be parsed"),
     (lambda: pickle.dumps(INVERT), "kernel invert was made from text, and pickle finds kernels by their names"),
-    (lambda: pickle.dumps(FRAME), "handle of 'frame': graphs are not pickled; send plain data: pg.to_data(...)"),
+    (lambda: pickle.dumps(FRAME), "handle of 'frame': graphs cannot be pickled; send plain data: pg.to_data(...)"),
     (lambda: vectors.dot(1, 2), "dot() exists inside kernels only; on the host use numpy"),
     (lambda: symbols.vec3(1, 2), "vec3 takes 3 numbers, got 2"),
     (lambda: symbols.vec3("abc"), "vec3 takes numbers, got 'abc'"),

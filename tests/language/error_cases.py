@@ -201,7 +201,7 @@ BODIES: list[tuple[str, str]] = [
     ("for i in «range(0, 9, 0)»: x = x + 1.0\n    return x", "the step of range() is 0"),
     ("for i in «range(100000)»: x = x + 1.0\n    return x", "this loop makes 100000 trips; at most 65536"),
     ("for i in range(300):\n        for j in «range(300)»: x = x + 1.0\n    return x", "trips inside loops of 300"),
-    ("for i in «range(n)»: x = x + 1.0\n    return x", "this loop may make any number of trips"),
+    ("for i in «range(n)»: x = x + 1.0\n    return x", "this loop may make any number of iterations"),
     (
         "for i in «range(0, max(n, 0))»: x = x + 1.0\n    return x",
         "trips: its stop has no upper limit, as min(stop, 64)",
@@ -217,7 +217,7 @@ BODIES: list[tuple[str, str]] = [
         "trips: its start has no upper limit, as min(start, 64)",
     ),
     ("for i in «range(clamp(n, 0, 70000))»: x = x + 1.0\n    return x", "may make 70000 trips; at most 65536"),
-    ("for i in «range(-9, n, 99999)»: x = x + 1.0\n    return x", "may lie more than 2147483647 apart; bring"),
+    ("for i in «range(-9, n, 99999)»: x = x + 1.0\n    return x", "may be more than 2147483647 apart; limit"),
     ("return «c[n, 0]».x", "a texel offset must be a constant or bounded by a loop"),
 ]
 _DEEP = "1.0 + (" * 45 + "{}" + ")" * 45
@@ -308,7 +308,7 @@ TEXTS: list[tuple[str, str]] = [
     ),
     (
         "def k(«n: Annotated[Array[float, 2000], Range(0, 1)]») -> float: return 1.0",
-        "are not looked at one by one",
+        "are not checked one by one",
     ),
     (
         "def k(n: Annotated[int, «int»]) -> float: return 1.0",
@@ -316,11 +316,11 @@ TEXTS: list[tuple[str, str]] = [
     ),
     (
         "def k(n: Annotated[int, Range(1, «n»)]) -> float: return 1.0",
-        "a range has written numbers and text",
+        "a range takes literal numbers and text",
     ),
     (
         "def k(n: Annotated[int, Range(«*n»)]) -> float: return 1.0",
-        "a range has written numbers and text",
+        "a range takes literal numbers and text",
     ),
     (
         "def k(n: Annotated[int, «Range(1, 2, low=3)»]) -> float: return 1.0",
@@ -467,7 +467,7 @@ STAGES: list[tuple[Callable[..., Any], str, str]] = [
     (
         vertex,
         VARYING + "def k(v: Vertex) -> P: return P(vec4(«dfdx(v.uv.x)»), v.normal)",
-        "dfdx() exists in pixel and fragment kernels, not in a vertex kernel: a vertex has no pixels beside it",
+        "dfdx() exists in pixel and fragment kernels, not in a vertex kernel: a vertex has no neighboring pixels",
     ),
     (
         vertex,

@@ -153,7 +153,7 @@ def test_every_error_is_provoked_by_a_case() -> None:
     hit = {of_text(stage, marked).site for stage, marked, _ in texts()}
     hit |= {of_call(action).site for action, _ in CALLS}
     # These have tests of their own, below and in tests/test_pickling.py.
-    alone = {"captured", "is not here any more", "is a plain dataclass", "cannot be found", "program.source.point_at"}
+    alone = {"captured", "is no longer available", "is a plain dataclass", "cannot be found", "program.source.point_at"}
     alone |= {"pickle"}
     # A fail() of its own is what all others go through.
     left = []
@@ -292,7 +292,7 @@ def test_a_file_that_changed_after_import_is_noticed(tmp_path: Path) -> None:
     made = module_from(tmp_path, "\n\ndef k(c: Image) -> float:\n    return 1.0\n")
     path = tmp_path / "made.py"
     path.write_text("# nothing\n" * 8 + "def other() -> float:\n    return 1.0\n")
-    with pytest.raises(KernelError, match=r"is not here any more|cannot be found"):
+    with pytest.raises(KernelError, match=r"is no longer available|cannot be found"):
         kernel(made.k)
 
 

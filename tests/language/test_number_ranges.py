@@ -17,7 +17,7 @@ from passgraph.errors import GraphError
 from tests.conftest import require
 
 Numbers = NDArray[np.float32]
-DEVICES = ("reference", "numpy", "gl", "opencl")
+DEVICES = ("reference", "numpy", "gl", "opencl", "webgpu")
 LARGEST = float(np.finfo(np.float32).max)
 
 
@@ -151,7 +151,7 @@ def test_sines_of_huge_angles_are_sines_of_some_angle(backend: str) -> None:
     assert np.isnan(infinite[:, :3]).all()
 
 
-@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl"])
+@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl", "webgpu"])
 def test_sines_keep_their_bound_up_to_the_end_of_their_domain(backend: str) -> None:
     x = np.float32(np.random.default_rng(2).uniform(-8192, 8192, 8192))
     got = computed(backend, "vec4(sin(x), cos(x), 0.0, 0.0)", x)
@@ -214,7 +214,7 @@ def test_mod_is_the_exact_rest() -> None:
         assert abs(Fraction(r) - exact_rest(a, b)) <= Fraction(float(np.spacing(np.float32(abs(r) or 1e-30))))
 
 
-@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl"])
+@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl", "webgpu"])
 def test_mod_is_the_exact_rest_on_devices(backend: str) -> None:
     x, y = pairs(16384, 8)
     keep = np.abs(x) > 2.0**-80

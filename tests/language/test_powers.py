@@ -69,7 +69,7 @@ def test_known_exponents(exponent: float, spelling: str) -> None:
     checked(run(text if "**" in text else f"pow(x, {text})", BASES), BASES, y, text)
 
 
-@pytest.mark.parametrize("backend", ["reference", "numpy", "gl", "opencl"])
+@pytest.mark.parametrize("backend", ["reference", "numpy", "gl", "opencl", "webgpu"])
 @pytest.mark.parametrize("spelling", ["pow(c[0, 0].x, c[0, 0].y)", "pow(c[0, 0].x, p)", "pow(c[0, 0].x, 2.0)"])
 def test_every_backend_follows_the_rule(backend: str, spelling: str) -> None:
     x, y = (v[np.isfinite(v)] for v in (BASES, EXPONENTS))

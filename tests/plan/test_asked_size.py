@@ -35,8 +35,8 @@ def test_outputs_that_take_the_size_have_it() -> None:
 
 def test_an_output_as_large_as_an_input_is_not_made_another_size_in_silence() -> None:
     assert refusal(zoom(copy(frame)), size=(16, 9)) == (
-        "size=(16, 9) is asked for, and output 'zoom' is 8x4, the size of input 'frame'; leave size out, or declare "
-        "the target with scale=1.0, which takes the size asked for"
+        "size=(16, 9) was requested, but output 'zoom' is 8x4, the size of input 'frame'; leave size out, or declare "
+        "the target with scale=1.0, which takes the requested size"
     )
     assert sizes(zoom(copy(frame)), size=(8, 4)) == [(8, 4)]
 
@@ -55,7 +55,7 @@ def test_passes_between_do_not_hide_it() -> None:
 
 def test_an_open_input_is_judged_at_the_first_run() -> None:
     with pg.compile(copy(pg.Input("open")), "reference", size=(3, 2)) as program:
-        with pytest.raises(pg.GraphError, match=r"size=\(3, 2\) is asked for, and output 'copy' is 5x4"):
+        with pytest.raises(pg.GraphError, match=r"size=\(3, 2\) was requested, but output 'copy' is 5x4"):
             program(open=np.zeros((4, 5, 4), np.float32))
         assert program(open=np.ones((2, 3, 4), np.float32))["copy"].shape == (2, 3, 4)
 

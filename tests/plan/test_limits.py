@@ -144,7 +144,9 @@ def test_devices_state_real_limits(backend: Backend) -> None:
     limits = backend.limits
     assert limits.device.startswith(backend.name)
     stated = {"gl": ("side", "images", "targets", "numbers", "vertex_numbers", "varyings"),
-              "opencl": ("picture_bytes", "bindings", "numbers"), "numpy": ("pixels",)}[backend.name]  # fmt: skip
+              "opencl": ("picture_bytes", "bindings", "numbers"), "numpy": ("pixels",),
+              "webgpu": ("side", "picture_bytes", "images", "targets", "numbers", "vertex_numbers", "varyings"),
+    }[backend.name]  # fmt: skip
     for name in stated:
         assert 4 <= getattr(limits, name) < getattr(Limits(), name)
 

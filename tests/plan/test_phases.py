@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -260,11 +262,24 @@ def test_a_target_with_history_is_written_in_every_run() -> None:
 def test_size_classes() -> None:
     classes = {
         "absolute": {"size": (3, 2)}, "relative": {"scale": 0.3}, "like": {"like": frame, "scale": 0.5},
-        "open": {},
+        "open": {}, "narrow": {"scale": (0.3, 2.0)}, "low": {"like": frame, "scale": (1.0, 0.3)},
     }  # fmt: skip
     made = build({name: named(zoom, frame, name=name, **settings) for name, settings in classes.items()}, (10, 7))
     sizes = {step.name: step.size for step in made.steps}
-    assert sizes == {"absolute": (3, 2), "relative": (3, 3), "like": (4, 2), "open": (8, 4)}
+    assert sizes == {
+        "absolute": (3, 2),
+        "relative": (3, 3),
+        "like": (4, 2),
+        "open": (8, 4),
+        "narrow": (3, 14),
+        "low": (8, 2),
+    }
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, 17.0, (0.5,), (0.5, 0.5, 0.5), (0.5, 0.0), "half", (0.5, "half"), True])
+def test_scales_that_cannot_be(scale: Any) -> None:
+    with pytest.raises(pg.GraphError, match="target 'a': scale"):
+        pg.target("a", scale=scale)
 
 
 def test_the_output_is_as_large_as_the_first_input_unless_told() -> None:

@@ -154,7 +154,7 @@ def assert_is_naive(case: dict[str, Any]) -> None:
             assert naive_difference(outputs, backend, frames(), options) == ""
 
 
-@pytest.mark.parametrize("backend_name", ["reference", "numpy", "gl", "opencl"])
+@pytest.mark.parametrize("backend_name", ["reference", "numpy", "gl", "opencl", "webgpu"])
 def test_content_drawn_over_by_a_static_pass_is_there_in_every_run(backend_name: str) -> None:
     """A static draw, a reader of every run, and a static draw over the same target."""
     require(backend_name)

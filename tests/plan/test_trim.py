@@ -69,7 +69,7 @@ def written(plan: Plan) -> list[list[str]]:
 
 
 @pytest.mark.parametrize("wanted", [("color",), ("seen",), ("height", "color"), ("depth",), ("depth", "seen")])
-@pytest.mark.parametrize("name", ["numpy", "gl", "opencl", "reference"])
+@pytest.mark.parametrize("name", ["numpy", "gl", "opencl", "webgpu", "reference"])
 def test_what_is_left_is_the_same_bits(name: str, wanted: tuple[str, ...]) -> None:
     picture = np.random.default_rng(4).random((*SIZE[::-1], 4), np.float32)
     results = []

@@ -127,7 +127,9 @@ def test_one_program_serves_every_picture() -> None:
 def test_no_value_may_have_the_name_of_the_windows_own() -> None:
     gain = pg.kernel(source="def gain(color: Image, by: float) -> vec4: return color[0, 0] * by")
     plan = plan_of(gain(FRAME, pg.Value(WINDOW.name), into=pg.target("made", "rgba32f")))
-    with pytest.raises(pg.GraphError, match="'tile window' is the name of the value that tells tiles where they are"):
+    with pytest.raises(
+        pg.GraphError, match="'tile window' is reserved for the value with a tile's position; rename your value"
+    ):
         window_plan(plan, footprint(plan), (16, 16))
 
 

@@ -56,7 +56,7 @@ def graph() -> dict[str, pg.Target]:
     """A graph with every kind of thing that travels: history, two results, sizes of others, run values, a draw."""
     frame, dim = pg.Input("frame"), pg.Input("dim", "r8", (4, 2), static=True, border="mirror", default=_ramp())
     split = pg.kernel(source="def split(a: Image) -> tuple[vec4, float]: return a[0, 0], a[0, 0].r")
-    small = pg.target("small", "rgba16f", like=frame, scale=0.5, notes=("half as large",))
+    small = pg.target("small", "rgba16f", like=frame, scale=(0.5, 0.75), notes=("half as large",))
     whole, red = split(frame, into=(pg.target("whole", "rgba32f"), pg.target("red", "r32f")), name="split")
     smooth, layered = pg.kernel(source=SMOOTH), pg.kernel(source=SMOOTH, name="layered")
     whole, dim = whole.filter("nearest").mipmaps(), dim.slices(2)

@@ -285,7 +285,7 @@ def test_shaders_include_what_the_document_holds_and_no_file(
     assert read(of_shader(text=f'#include "b.glsl"\n{SHADER["text"]}', included={"b.glsl": "\n"})) is not None
 
 
-@pytest.mark.parametrize("backend", ["gl", "opencl", "numpy"])
+@pytest.mark.parametrize("backend", ["gl", "opencl", "webgpu", "numpy"])
 def test_names_of_shaders_are_no_code(backend: str) -> None:
     made = of_shader(name="a\n#error b", file="*/ #error c", prelude_file="\n#error d")
     with pg.compile(pg.from_data(made), backend) as program:

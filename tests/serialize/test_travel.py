@@ -55,7 +55,7 @@ def test_every_effect_on_pictures_travels_to_the_same_bits(name: str, variant: M
     )
 
 
-@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl", "reference"])
+@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl", "webgpu", "reference"])
 def test_every_kind_of_part_travels_to_the_same_bits(backend: str) -> None:
     """History over three runs, sizes of others, two results, a struct, run values, a draw over a draw with stencil."""
     assert_same_runs(graph(), backend, 3, frame=FRAME, share=0.25)

@@ -61,7 +61,7 @@ def test_a_shader_computes_what_its_formula_says() -> None:
     np.testing.assert_allclose(second, np.stack([0.5 - u, 0.25 - v, 3 + 0 * u, 1 + 0 * u], -1), atol=1e-6)
 
 
-@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl"])
+@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl", "webgpu"])
 def test_backends_agree_on_a_shader(backend: str) -> None:
     for one, other in zip(drawn(backend), drawn("reference"), strict=True):
         np.testing.assert_allclose(one, other, atol=4e-6)
@@ -81,7 +81,7 @@ def test_gathers_at_the_middle_of_a_texel_take_it() -> None:
     np.testing.assert_array_equal(run(shader, (53, 31), {"t": frame})[:, :, 0], frame[:, :, 0])
 
 
-@pytest.mark.parametrize("backend", ["reference", "numpy", "gl", "opencl"])
+@pytest.mark.parametrize("backend", ["reference", "numpy", "gl", "opencl", "webgpu"])
 def test_not_a_number_is_its_limit_where_that_is_known(backend: str) -> None:
     text = """uniform float zero;
     void main() {

@@ -145,7 +145,7 @@ def test_a_pass_shows_its_kernel_and_the_code_of_each_backend(tmp_path: Path) ->
         assert watched.session.code("no pass")["code"] == {}
     assert "def tint" in found["text"]
     assert found["target"] == "tint"
-    for backend, words in {"numpy": "define", "gl": "void main()", "opencl": "__kernel"}.items():
+    for backend, words in {"numpy": "define", "gl": "void main()", "opencl": "__kernel", "webgpu": "fn main("}.items():
         assert words in found["code"][backend]
 
 

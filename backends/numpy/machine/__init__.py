@@ -1,1 +1,1 @@
-"""Machine code, the threads that run it and the memory that it reads: what knows no kernel."""
+"""Machine code, threads and memory; independent of kernels."""

@@ -1,6 +1,6 @@
-"""LLVM: text becomes an object file for this processor; threads may do so side by side.
+"""Compile LLVM text to object code for this processor, in parallel threads.
 
-Imported only where there is something to compile.
+Imported only when there is something to compile.
 """
 
 # mypy: disable-error-code="no-untyped-call"
@@ -19,22 +19,22 @@ from llvmlite.binding.newpassmanagers import NewPassManager
 
 from passgraph.backends.numpy.machine.llvm import POINTS
 
-#: Of each thread its own: a target machine fills in what it finds out as it goes.
+#: One per thread: a target machine caches results as it works.
 _own = threading.local()
-#: Engines whose code nobody has any more.
+#: Engines whose code is no longer used.
 _unloaded: list[Any] = []
 
 
 @cache
 def host() -> tuple[str, str]:
-    """This processor's name and its features, as LLVM calls them."""
+    """Return LLVM's name of this processor and its features."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
 
 
 def machine() -> Any:
-    """A target machine of this processor, for this thread alone."""
+    """Return a target machine of this processor, for this thread only."""
     if not hasattr(_own, "machine"):
         _own.machine = _new_machine()
     return _own.machine
@@ -47,11 +47,11 @@ def _new_machine() -> Any:
 
 
 def compiled(text: str, loops: int) -> bytes:
-    """Object code of a text; see :func:`optimised`."""
-    # What is in one context no other thread looks at.
+    """Return the object code of LLVM text; see :func:`optimised`."""
+    # Each thread uses a context of its own.
     with llvm.create_context() as context, optimised(text, loops=loops, context=context) as module:
         with ffi.OutputString() as error:
-            buffer = _beside_others("LLVMPY_TargetMachineEmitToMemory")(machine(), module, 1, error)
+            buffer = _without_lock("LLVMPY_TargetMachineEmitToMemory")(machine(), module, 1, error)
             if not buffer:
                 raise RuntimeError(str(error))
         try:
@@ -61,18 +61,18 @@ def compiled(text: str, loops: int) -> bytes:
 
 
 def optimised(text: str, *, loops: int = 0, context: Any = None) -> Any:
-    """A module as it becomes machine code.
+    """Return an optimized module.
 
-    In text of kernels common parts are shared and what is to be a vector is one: each function is simplified by itself
-    at LLVM's level 1, which takes half the time of level 2 on whole modules, and code is as quick.  For loops over
-    points one pass over the instructions does, in a third of that; windows would be up to a twelfth slower.
-    Other text has loops over single numbers; where ``loops`` is not 0, it makes vectors of them at that level, 1 to 3.
+    Kernel text is already vectorized and shares common subexpressions.  So each function is simplified separately at
+    LLVM's level 1: half the time of level 2 on whole modules, for equally fast code.  For loops over points one
+    instruction pass suffices, in a third of that time; windows would be up to a twelfth slower.
+    Other text has scalar loops; if ``loops`` is not 0, they are vectorized at that level, 1 to 3.
     """
     module = llvm.parse_assembly(text, context)
     try:
         _optimise(module, loops, POINTS in text)
     except BaseException:
-        module.close()  # before its context is: LLVM looks into it
+        module.close()  # before its context, which LLVM accesses
         raise
     return module
 
@@ -82,7 +82,7 @@ def _optimise(module: Any, loops: int, points: bool) -> None:
     options = llvm.create_pipeline_tuning_options(speed_level=loops or 1)
     options.loop_vectorization, options.slp_vectorization, options.loop_unrolling = loops > 0, False, False
     builder = llvm.create_pass_builder(machine(), options)
-    run = _beside_others("LLVMPY_RunNewModulePassManager")
+    run = _without_lock("LLVMPY_RunNewModulePassManager")
     if loops:
         with _disposing(builder.getModulePassManager()) as passes:
             run(passes, module, builder)
@@ -90,16 +90,16 @@ def _optimise(module: Any, loops: int, points: bool) -> None:
     if len(_defined(module)) > 1:
         with _disposing(llvm.create_new_module_pass_manager()) as calls:
             calls.add_always_inliner_pass()
-            calls.add_post_order_function_attributes_pass()  # what only reads need not be called again
+            calls.add_post_order_function_attributes_pass()  # functions that only read need not be called twice
             run(calls, module, builder)
-    run = _beside_others("LLVMPY_RunNewFunctionPassManager")
+    run = _without_lock("LLVMPY_RunNewFunctionPassManager")
     with _disposing(
         llvm.create_new_function_pass_manager() if points else builder.getFunctionPassManager()
     ) as simplify:
         if points:
             simplify.add_instruction_combine_pass()
         else:
-            # The one pass of level 2 that makes kernels faster: it finds what is computed twice, across branches.
+            # The one pass of level 2 that speeds kernels up: it removes redundant computations across branches.
             simplify.add_new_gvn_pass()
         for function in _defined(module):
             run(simplify, function, builder)
@@ -115,29 +115,29 @@ def _disposing(manager: Any) -> Iterator[Any]:
 
 
 def _defined(module: Any) -> list[Any]:
-    """Functions that a module has now: inlined ones are gone."""
+    """Return the functions that a module defines; inlined ones are gone."""
     return [function for function in module.functions if not function.is_declaration]
 
 
-def _beside_others(name: str) -> Any:
-    """A function of LLVM's, without the lock by which llvmlite lets one thread at a time into any.
+def _without_lock(name: str) -> Any:
+    """Return an LLVM function without llvmlite's global lock.
 
-    LLVM asks only that threads share no context and no machine.
+    LLVM only requires that threads share no context and no machine.
     """
     function = getattr(ffi.lib, name)
     return getattr(function, "_cfn", function)
 
 
 def load_object(code: bytes, function: str) -> tuple[int, Callable[[], object]]:
-    """Load a function of an object file through LLVM: its address, and a function that unloads it. One thread at a
-    time.
+    """Load a function of an object file through LLVM: return its address, and a function that unloads it. One thread at
+    a time.
 
-    What is unloaded goes with the next one that is loaded: it may be the garbage collector that unloads it, in a thread
-    that is inside LLVM or forks.
+    Unloading is deferred to the next load: the garbage collector may unload it in a thread that is inside LLVM or
+    forks.
     """
     while _unloaded:
         _unloaded.pop().close()
-    # An engine gives back nothing before it is closed, and its machine with it.
+    # An engine frees nothing before it is closed, and then its machine too.
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _new_machine())
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()

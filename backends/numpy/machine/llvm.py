@@ -1,4 +1,4 @@
-"""LLVM's text, written as it is built: types, constants, functions, blocks and instructions."""
+"""Classes to build LLVM text: types, constants, functions, blocks and instructions."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from contextlib import AbstractContextManager, contextmanager
 from itertools import count
 from typing import Any
 
-#: Attribute of a function that is one loop over points: nothing in it branches, or is found beside them.
+#: Attribute of a function that is one loop over points: it has no branches, and computes nothing outside the points.
 POINTS = '"points"'
 
 
 class _Once(type):
-    """Types that are equal are one object."""
+    """Metaclass of types: equal types are the same object."""
 
     made: dict[Any, Any] = {}  # noqa: RUF012 (of all classes together)
 
@@ -24,7 +24,7 @@ class _Once(type):
 
 
 class Type(metaclass=_Once):
-    """``text`` is how LLVM writes it."""
+    """An LLVM type; ``text`` is its spelling."""
 
     text: str
 
@@ -32,7 +32,7 @@ class Type(metaclass=_Once):
         return self.text
 
     def number(self, value: Any) -> str:
-        """A constant's text."""
+        """Return a constant's text."""
         return str(value)
 
 
@@ -49,7 +49,7 @@ class IntType(Type):
 
 
 class _Real(Type):
-    """Rounded to the type's own precision; written by the bits of the same float64."""
+    """A float type; constants are rounded to its precision and written as the bits of the same float64."""
 
     letter: str
 
@@ -95,7 +95,7 @@ class FunctionType(Type):
 
 
 class PointerType(Type):
-    """``pointee`` is said of functions, which are called by it."""
+    """A pointer; ``pointee`` is set for functions, to call them through it."""
 
     text = "ptr"
 
@@ -104,7 +104,7 @@ class PointerType(Type):
 
 
 class Value:
-    """``text`` names it where it is used; ``parent`` is the block of what an instruction gives."""
+    """A value; ``text`` is its name in operands; ``parent`` is the block of an instruction's result."""
 
     __slots__ = ("parent", "text", "type")
 
@@ -123,7 +123,7 @@ class Constant(Value):
         self.constant = constant
 
     def bitcast(self, kind: Type) -> Value:
-        """The same bits as another type's."""
+        """Return the constant's bits as another type."""
         return Value(kind, f"bitcast ({self} to {kind.text})")
 
 
@@ -155,7 +155,7 @@ class Phi(Value):
 
 
 class Block:
-    """Instructions one after another; ``end``, the last one, says where to go on."""
+    """A sequence of instructions; ``end`` is the terminator."""
 
     def __init__(self, name: str) -> None:
         self.name, self.end = name, ""
@@ -181,7 +181,7 @@ class Function(Value):
         self.args = [Argument(kind, f"%a{number}") for number, kind in enumerate(ftype.args)]
         self.attributes: set[str] = set()
         self.blocks: list[Block] = []
-        self.numbers = count()  # tell its values and blocks apart
+        self.numbers = count()  # to number its values and blocks
         module.globals[name] = self
 
     @property
@@ -202,7 +202,7 @@ class Function(Value):
 
 
 class GlobalVariable(Value):
-    """A constant in memory, of its module alone."""
+    """A private constant of a module, in memory."""
 
     __slots__ = ("initializer",)
 
@@ -223,7 +223,7 @@ class Module:
         self._metadata: dict[str, str] = {}
 
     def metadata(self, text: str) -> str:
-        """The name of what is said in braces about instructions."""
+        """Return the name of a metadata node for instructions."""
         return self._metadata.setdefault(text, f"!{len(self._metadata)}")
 
     def __str__(self) -> str:
@@ -232,7 +232,7 @@ class Module:
 
 
 def joined(values: Sequence[Value]) -> str:
-    """Operands with their types."""
+    """Return operands with their types."""
     return ", ".join([f"{value.type.text} {value.text}" for value in values])
 
 
@@ -247,7 +247,7 @@ def _aligned(align: int | None) -> str:
     return "" if align is None else f", align {align}"
 
 
-def _of_two(name: str) -> Callable[[IRBuilder, Value, Value], Value]:
+def _binary(name: str) -> Callable[[IRBuilder, Value, Value], Value]:
     return lambda self, x, y: self._value(x.type, f"{name} {x.type.text} {x.text}, {y.text}")
 
 
@@ -259,7 +259,7 @@ def _cast(name: str) -> Callable[[IRBuilder, Value, Type], Value]:
 
 
 class IRBuilder:
-    """Writes at the end of ``block``; before its end, where it has one."""
+    """Appends to ``block``, before its terminator if it has one."""
 
     def __init__(self, function: Function) -> None:
         self.function, self.module, self.block = function, function.module, function.append_basic_block("entry")
@@ -310,7 +310,7 @@ class IRBuilder:
         self.block.end = f"br label %{to.name}"
 
     def cbranch(self, condition: Value, then: Block, orelse: Block, weights: tuple[int, int] | None = None) -> None:
-        """``weights``: how often one is taken, and the other."""
+        """``weights``: how often each branch is taken."""
         self.block.end = f"br i1 {condition.text}, label %{then.name}, label %{orelse.name}"
         if weights is not None:
             weights_text = ", ".join(['!"branch_weights"', *(f"i32 {weight}" for weight in weights)])
@@ -329,9 +329,9 @@ class IRBuilder:
         block.lines.append(f"{text} = {line}")
         return Value(kind, text, block)
 
-    fadd, fsub, fmul, fdiv = map(_of_two, ("fadd", "fsub", "fmul", "fdiv"))
-    add, sub, mul, sdiv, srem = map(_of_two, ("add", "sub", "mul", "sdiv", "srem"))
-    shl, ashr, lshr, and_, or_, xor = map(_of_two, ("shl", "ashr", "lshr", "and", "or", "xor"))
+    fadd, fsub, fmul, fdiv = map(_binary, ("fadd", "fsub", "fmul", "fdiv"))
+    add, sub, mul, sdiv, srem = map(_binary, ("add", "sub", "mul", "sdiv", "srem"))
+    shl, ashr, lshr, and_, or_, xor = map(_binary, ("shl", "ashr", "lshr", "and", "or", "xor"))
     sext, zext, trunc, bitcast, inttoptr = map(_cast, ("sext", "zext", "trunc", "bitcast", "inttoptr"))
     fptrunc, fpext = map(_cast, ("fptrunc", "fpext"))
     sitofp, uitofp, fptosi = map(_cast, ("sitofp", "uitofp", "fptosi"))
@@ -382,7 +382,7 @@ class IRBuilder:
         return self._value(_POINTER, f"alloca {kind}" + (f", {size}" if size is not None else ""))
 
     def load(self, place: Value, typ: Type, align: int | None = None, steady: bool = False) -> Value:
-        """``steady``: nothing writes there meanwhile."""
+        """``steady``: the memory is not written meanwhile."""
         line = f"load {typ.text}, ptr {place.text}" + _aligned(align)
         return self._value(typ, f"{line}, !invariant.load {self.module.metadata('')}" if steady else line)
 

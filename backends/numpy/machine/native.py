@@ -1,4 +1,4 @@
-"""Machine code from LLVM text of our own, kept on disk: a second process compiles nothing."""
+"""Compile our LLVM text to machine code, cached on disk: a second process compiles nothing."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from passgraph.disk_cache import recall, remember, text_digest
 from passgraph.errors import BackendError
 from passgraph.language import borders
 
-#: Held by whoever writes text or loads code: LLVM's engine and what numba knows are one for the process, made once.
+#: Lock for writing text and loading code: LLVM's engine and numba's state exist once per process.
 _compiling = threading.RLock()
 _importing = threading.Lock()
-#: Whoever is inside LLVM with a text holds one of them; as many threads may be.
+#: One for each thread that uses LLVM with a text; limits their number.
 _places = [threading.Lock() for _ in range(16)]
 
 
-#: llvmlite's own lock while a process forks: what LLVM made may be disposed of in any thread, without a lock of ours.
+#: llvmlite's own lock, held during a fork: any thread may free LLVM's objects, without our lock.
 _forking: list[Any] = []
 
 
@@ -50,7 +50,7 @@ def _let_go() -> None:
 
 
 if hasattr(os, "register_at_fork"):
-    # A child must not begin with a lock, or half a module, of a thread that it does not have.
+    # A child must not inherit a lock, or half-loaded module, of a thread that it does not have.
     os.register_at_fork(before=_hold, after_in_parent=_let_go, after_in_child=_let_go)
 
 
@@ -62,15 +62,15 @@ def _processor() -> tuple[str, frozenset[str]]:
 
 
 def lanes() -> int:
-    """Numbers in one vector: a register's worth where there are many registers."""
+    """Return the numbers in a vector: a register's width where there are many registers."""
     with _compiling:
         return 16 if "avx512f" in _processor()[1] else 8
 
 
 class Code:
-    """Machine code of one function, maybe still on its way.
+    """Machine code of one function, possibly still being compiled.
 
-    It is unloaded with this object: whoever has its address keeps the object, as `function` does.
+    It is unloaded with this object: users of its address must keep the object, as `function` does.
     """
 
     def __init__(self, name: str, text: str, loops: int, machine_code: bytes | None) -> None:
@@ -80,7 +80,7 @@ class Code:
         self._making = threading.Lock()
 
     def make(self, wait: bool = True) -> None:
-        """Compile it, or wait for the thread that does; without ``wait``, leave it to that one."""
+        """Compile it, or wait for the thread that compiles it; ``wait=False`` leaves it to that thread."""
         if self._object is not None:
             return
         with _place():
@@ -105,7 +105,7 @@ class Code:
         return self._address
 
     def function(self, kind: Callable[[int], Any], *keeps: object) -> Any:
-        """The function as ctypes calls it, which keeps its code, and what else it is told to, alive."""
+        """Return the function for ctypes; it keeps its code, and the objects in ``keeps``, alive."""
         callable_ = kind(self.address)
         callable_.keeps = (self, *keeps)
         return callable_
@@ -113,15 +113,15 @@ class Code:
     def _load(self) -> None:
         assert self._object is not None
         self._address, unload = _compiler().load_object(self._object, self.name)
-        # Not when the interpreter ends: a daemon thread may still be in the function.
+        # Not when the interpreter exits: a daemon thread may still be in the function.
         finalize(self, unload).atexit = False
         self._text, self._object = "", b""
 
 
 def _compiler() -> Any:
-    """Import LLVM at first use: it compiles code and loads what is on disk."""
+    """Import LLVM at first use: it compiles code and loads cached code."""
     try:
-        # One at a time: a thread that waits for a module whose import fails is given half of it.
+        # One at a time: importing a module whose import fails in another thread yields half of it.
         with _importing:
             from passgraph.backends.numpy.machine import compiler
     except (ImportError, OSError) as error:
@@ -144,17 +144,17 @@ def _place() -> Iterator[None]:
         lock.release()
 
 
-#: What some program has, by its key: code is unloaded with the last program that has it.
+#: Code in use, by key: unloaded with its last program.
 _codes: WeakValueDictionary[str, Code] = WeakValueDictionary()
 _local = threading.local()
 
 
 def function_code(parts: tuple[str, ...], emit: Callable[[str], str], *, loops: int = 0) -> Code:
-    """The function that ``emit(name)`` gives the LLVM text of; ``parts`` tell it from every other.
+    """Return the function with the LLVM text ``emit(name)``; ``parts`` identify it.
 
     ``loops``: the level at which LLVM makes vectors of its loops, see `compiler.optimised`.
 
-    What one thread has asked for, others find.  Inside of :func:`side_by_side` code may still be on its way.
+    Threads share code.  Inside :func:`side_by_side` code may still be compiling.
     """
     with _compiling:
         code = _code(parts, emit, loops)
@@ -167,7 +167,7 @@ def function_code(parts: tuple[str, ...], emit: Callable[[str], str], *, loops: 
 
 
 def _code(parts: tuple[str, ...], emit: Callable[[str], str], loops: int) -> Code:
-    # Border rules come from the language's own text, beside the programs among the parts.
+    # Border rules come from the language's own text, in addition to the programs among the parts.
     texts = (text_digest(Path(__file__).parents[1], (".py", ".ll")), text_digest(Path(borders.__file__).parent))
     processor, features = _processor()
     key_parts = (*texts, llvmlite.__version__, processor, *sorted(features), *parts)
@@ -182,7 +182,7 @@ def _code(parts: tuple[str, ...], emit: Callable[[str], str], loops: int) -> Cod
 
 @contextmanager
 def side_by_side(threads: int) -> Iterator[None]:
-    """Compile what is asked for meanwhile in so many threads, this one too; all is made and loaded when it ends."""
+    """Compile code requested inside in this number of threads, including this one; all is loaded when it ends."""
     outer, _local.batch = getattr(_local, "batch", None), _Batch(threads)
     batch: _Batch = _local.batch
     try:
@@ -194,9 +194,9 @@ def side_by_side(threads: int) -> Iterator[None]:
 
 
 class _Batch:
-    """Codes that one thread asks for, and the threads that compile what it has not come to yet.
+    """Code that one thread requests, and helper threads that compile ahead of it.
 
-    They start with the first text to compile: code that is on disk needs none.
+    They start with the first text to compile, as cached code needs none.
     """
 
     def __init__(self, threads: int) -> None:
@@ -211,7 +211,7 @@ class _Batch:
             return
         self.queue.put(code)
         if self.started < self.others:
-            with suppress(RuntimeError):  # the system gives no more threads: this one compiles all
+            with suppress(RuntimeError):  # no more threads available: this one compiles all
                 threading.Thread(target=_help, args=(self.queue,), name="passgraph_compile", daemon=True).start()
                 self.started += 1
 
@@ -222,7 +222,7 @@ class _Batch:
             code.address  # noqa: B018 (waits and loads)
 
     def close(self) -> None:
-        """Leave what nobody waits for any more."""
+        """Drop requests that are no longer needed."""
         with suppress(Empty):
             while True:
                 self.queue.get_nowait()
@@ -232,6 +232,6 @@ class _Batch:
 
 def _help(queue: SimpleQueue[Code | None]) -> None:
     while (code := queue.get()) is not None:
-        with suppress(Exception):  # whoever needs it tries again, and raises
+        with suppress(Exception):  # the thread that needs it compiles again, and raises
             code.make(wait=False)
         del code

@@ -11,17 +11,17 @@ from typing import Any
 
 import llvmlite.binding as llvm
 
-#: numba's code for giving back arrays calls this for memory of numba's own, which no array here has.
+#: numba's code to release arrays calls this for memory of numba's own, which our arrays never have.
 _GIVE_BACK = "NRT_MemInfo_call_dtor"
 
 
 @lru_cache(maxsize=1)
 def dispatcher_class() -> type[Any]:
-    """numba's CPU dispatcher whose functions promise that their arrays do not overlap.
+    """Return numba's CPU dispatcher for functions whose arrays do not overlap.
 
-    Without that promise LLVM must assume that a store into one array changes the others, and loops stay scalar.  numba
-    has the flag but no option for it, so the target options are swapped for a subclass that sets it; pinned by a test
-    that looks for ``noalias`` in the text.
+    Otherwise LLVM must assume that a store into one array changes the others, and loops stay scalar.  numba has the
+    flag but no option for it, so the target options are replaced by a subclass that sets it; a test looks for
+    ``noalias`` in the text.
     """
     from numba.core.cpu import CPUTargetOptions
     from numba.core.registry import CPUDispatcher, CPUTarget, cpu_target
@@ -50,15 +50,15 @@ def dispatcher_class() -> type[Any]:
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """A function for others to call: no GIL, IEEE arithmetic, arrays apart."""
+    """Compile a function for other code to call: no GIL, IEEE arithmetic, non-overlapping arrays."""
     options = {"nopython": True, "nogil": True, "error_model": "numpy", "boundscheck": False}
     return dispatcher_class()(py_func=function, targetoptions=options)
 
 
 def llvm_text(function: Callable[..., Any], pieces: int, kinds: Sequence[str]) -> tuple[str, str]:
-    """LLVM text of a function and of all that it calls as numba writes it down, and its name there.
+    """Return numba's LLVM text of a function and its callees, and its name there.
 
-    ``pieces`` and ``kinds`` say what it takes, see :class:`~.shipped.NumbaCode`.
+    ``pieces`` and ``kinds`` describe its arguments, see :class:`~.shipped.NumbaCode`.
     """
     from numba import types
     from numba.core.compiler import Flags, compile_extra
@@ -77,7 +77,7 @@ def llvm_text(function: Callable[..., Any], pieces: int, kinds: Sequence[str]) -
         compiled = compile_extra(cpu_target.typing_context, context, function, tuple(argument_types), None, flags, {})
     assert compiled.signature.return_type in (types.int64, types.none)
     text = compiled.library.get_llvm_str()
-    # What is called from here alone need not be seen, and may become part of the caller.
+    # Internal functions need not be visible, and may be inlined.
     text = re.sub(r"^define (?!internal)(linkonce_odr )?", "define internal ", text, flags=re.MULTILINE)
     text = re.sub(r"= common (local_unnamed_addr )?global", "= internal global", text)
     text = re.sub(rf"^declare void @{_GIVE_BACK}\(ptr\).*$", "", text, flags=re.MULTILINE)
@@ -87,7 +87,7 @@ def llvm_text(function: Callable[..., Any], pieces: int, kinds: Sequence[str]) -
 
 @contextmanager
 def _unoptimised() -> Iterator[None]:
-    """numba optimises for the processor of the machine that it runs on."""
+    """Keep numba from optimizing for the processor of the build machine."""
     from numba.core import config
 
     before = config.OPT
@@ -98,13 +98,13 @@ def _unoptimised() -> Iterator[None]:
         config.OPT = before
 
 
-#: Names that numba makes of a function's path and of the types that it takes.
+#: Names that numba builds from a function's path and argument types.
 _MANGLED = re.compile(r"_ZN\w+")
 #: One part of such a name, after its length.
 _PART = re.compile(r"0?(\d+)")
 
-#: What says where the text came from, or what LLVM found out and finds again: newer versions have words for it that
-#: older ones cannot read.  Of an argument only ``noalias`` stays, which nothing can find out.
+#: Origin of the text, and attributes that LLVM can derive again: newer versions use words that older ones cannot read.
+#: Of arguments only ``noalias`` stays, which cannot be derived.
 _DROPPED = (
     r"^target .*\n", r"^source_filename .*\n", r"^; ModuleID .*\n", r"^; Function Attrs: .*\n", r"^attributes #.*\n",
     r"(?<=.) #\d+(?=[ \n])", r" +; preds = .*$", r"\b(dso_local|local_unnamed_addr|noundef) ",
@@ -115,8 +115,8 @@ _DROPPED = (
 
 
 def portable(text: str, function: str, name: str) -> str:
-    """One function of a text with all that it calls inside, called ``name``: no processor's, no system's, and read by
-    every LLVM from 20 on."""
+    """Return one function with all its callees inlined, called ``name``: independent of processor and system, and
+    readable by every LLVM from 20 on."""
     text = _readable(text.replace(f"@{function}(", f"@{name}("))
     module = llvm.parse_assembly(re.sub(r"^target .*\n", "", text, flags=re.MULTILINE))
     module.get_function(name).linkage = "external"
@@ -124,7 +124,7 @@ def portable(text: str, function: str, name: str) -> str:
     text = str(module)
     for pattern in _DROPPED:
         text = re.sub(pattern, "", text, flags=re.MULTILINE)
-    # An entry point that calls it follows, where it is compiled.
+    # When compiled, it is followed by an entry point that calls it.
     text = text.replace(f"define i32 @{name}(", f"define internal i32 @{name}(")
     return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
 
@@ -142,8 +142,8 @@ def _optimise(module: llvm.ModuleRef) -> None:
 
 
 def _readable(text: str) -> str:
-    """Mangled names as the last part of their path and a number, in order of appearance: numba's own change from one
-    process to the next."""
+    """Replace mangled names by the last part of their path and a number, in order of appearance: numba's own names
+    change from one process to the next."""
     short_names: dict[str, str] = {}
     counts: dict[str, int] = {}
 

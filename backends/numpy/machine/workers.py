@@ -1,4 +1,4 @@
-"""Threads that share the rows or tiles of a pass, and aligned memory for them."""
+"""Threads that share the rows or tiles of a pass, and aligned memory."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-#: Bytes of a cache line, and of the widest vectors: loads that straddle two lines take twice as long.
+#: Bytes of a cache line, and of the widest vectors: loads across two lines take twice as long.
 LINE = 64
-#: Numbers behind the last one that may be read: the last vector of a row loads whole ones.
+#: Readable numbers behind the last one: the last vector of a row is loaded whole.
 ROOM = 128
-#: Bytes that the processor protects together: what lies behind an array in its last page may be read.
+#: Bytes of a page: memory behind an array, in its last page, may be read.
 PAGE = 4096
 
 
 def aligned_zeros(count: int, dtype: DTypeLike = np.float32) -> NDArray[Any]:
-    """``count`` zeros from the start of a cache line."""
+    """Return ``count`` zeros, aligned to a cache line."""
     kind = np.dtype(dtype)
     size = count * kind.itemsize
     memory = np.zeros(size + LINE + ROOM * kind.itemsize, np.uint8)
@@ -31,15 +31,15 @@ def aligned_zeros(count: int, dtype: DTypeLike = np.float32) -> NDArray[Any]:
 
 
 def rest_of_page(end: int) -> int:
-    """Bytes from an address to the end of its page; none where a page begins there."""
+    """Return the number of bytes from an address to the end of its page; 0 at the start of a page."""
     return -end % PAGE
 
 
-#: Environment variable with the number of threads; default: one a core that this process may use.
+#: Environment variable with the number of threads; default: one per core that this process may use.
 THREADS_VARIABLE = "PASSGRAPH_THREADS"
 
-#: What a thread is asked to do: a function of the thread's number, a lock that whoever does it takes, and where to say
-#: how it ended.  None ends the thread.
+#: Work for a thread: a function of the thread's number, a lock to acquire for it, and a queue for the outcome.  None
+#: ends the thread.
 Ended: TypeAlias = "SimpleQueue[BaseException | None]"
 Job: TypeAlias = "tuple[Callable[[int], None], int, threading.Lock, Ended] | None"
 
@@ -52,10 +52,10 @@ def thread_count() -> int:
 
 
 class Workers:
-    """Threads that wait for work; the caller is one of them.
+    """A pool of threads; the caller works too.
 
-    They start with the first work and wait on a queue, which wakes one in a few microseconds: a tenth of what a pool
-    of futures takes.
+    Threads start with the first work and wait on a queue, which wakes one in a few microseconds: a tenth of the time of
+    a pool of futures.
     """
 
     def __init__(self, count: int | None = None) -> None:
@@ -65,17 +65,19 @@ class Workers:
     def _prepare(self) -> None:
         self._jobs: SimpleQueue[Job] = SimpleQueue()
         self._threads: list[threading.Thread] = []
-        # Threads know the queue only, so that a pool that nobody closed ends when nobody has it any more.
+        # Threads refer to the queue only, so a pool that is dropped without being closed ends.
         self._end = weakref.finalize(self, _end, self._jobs, self._threads)
 
     def after_fork(self) -> None:
-        """Forget the threads in a forked child, where they do not exist; new ones start with the next work."""
+        """Forget the threads after a fork, which does not copy them; new ones start with the next work."""
         if self._end.detach() is not None:
             self._prepare()
 
     def together(self, function: Callable[[int], None], threads: int) -> None:
-        """``function(0)`` … side by side, in as many threads as there are; returns when all are done, raises what one
-        raised.  The function shares out the work itself."""
+        """Run ``function(0)`` … in parallel on all threads; return when all are done, and raise an error of any.
+
+        The function itself divides the work.
+        """
         helpers = min(self.count, threads) - 1 if self._end.alive else 0
         if helpers <= 0:
             function(0)
@@ -90,7 +92,7 @@ class Workers:
         try:
             function(0)
         finally:
-            # Threads that have not woken yet are not waited for: there is nothing left for them to do.
+            # Threads that have not woken up are not waited for: no work is left for them.
             begun = [lock for lock in locks if not lock.acquire(blocking=False)]
             errors += [ended.get() for _ in begun]
         for error in errors:
@@ -98,7 +100,7 @@ class Workers:
                 raise error
 
     def each(self, function: Callable[[int], object], pieces: int) -> None:
-        """``function(0)`` … ``function(pieces - 1)``, dynamically: whoever is free takes the next."""
+        """Run ``function(0)`` … ``function(pieces - 1)`` on the threads, scheduled dynamically."""
         numbers = itertools.count()
 
         def take(_: int) -> None:
@@ -112,12 +114,12 @@ class Workers:
             thread = threading.Thread(target=_work, args=(self._jobs,), name=f"passgraph_{number}", daemon=True)
             try:
                 thread.start()
-            except RuntimeError:  # the system gives no more: there is no memory for a stack, or a limit
+            except RuntimeError:  # no more threads: no memory for a stack, or a limit
                 return
             self._threads.append(thread)
 
     def close(self) -> None:
-        """End the threads; idempotent.  Work given afterwards is done by the caller alone."""
+        """End the threads; idempotent.  Later work runs on the caller alone."""
         self._end()
 
     def __enter__(self) -> Workers:

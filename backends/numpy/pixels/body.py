@@ -1,6 +1,6 @@
-"""LLVM text of the bodies of pixel passes: a kernel over a stretch of a row, vectors of pixels side by side.
+"""LLVM text of the bodies of pixel passes: a kernel over part of a row, in vectors of pixels.
 
-Where rows begin, and what their ends hold, is found around them (code.py) and handed over in a frame (frame.py).
+The code around them (code.py) finds the start and the ends of rows, and passes them in a frame (frame.py).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from passgraph.backends.numpy.vector.texels import decoded, element, neighbours,
 from passgraph.language import scalar as s
 
 POINTER = llvm.PointerType()
-#: A frame, the number of the (first) row, and from which number of it to which.
+#: Parameters: a frame, the number of the (first) row, and the first and last number in the row.
 BODY = llvm.FunctionType(llvm.VoidType(), [POINTER, I64, I64, I64])
 
 
@@ -30,12 +30,12 @@ def times(b: Lanes, value: Any, count: int) -> Any:
 
 
 def body_text(stage: StageLayout, name: str) -> str:
-    """A module with the function :data:`BODY` of a stage."""
+    """Return a module with the function :data:`BODY` of a stage."""
     module = llvm.Module(name)
     function = llvm.Function(module, BODY, name)
     if s.is_straight(stage.program) and all(use.pointwise for use in stage.program.images):
         function.attributes.add(llvm.POINTS)
-    # Nothing writes to the frame meanwhile.
+    # The frame is constant while the function runs.
     function.args[0].add_attribute("noalias")
     b = Lanes(IRBuilder(function), stage.lanes)
     Stretch(b, stage, function.args[0]).emit(*function.args[1:])
@@ -44,7 +44,7 @@ def body_text(stage: StageLayout, name: str) -> str:
 
 
 class Entries(dict[str, Any]):
-    """A frame's entries by name, each loaded where the function begins once it is asked for; sizes as int32."""
+    """A frame's entries by name, each loaded at the start of the function on first use; sizes as int32."""
 
     def __init__(self, b: Lanes, frame: Frame, address: Any) -> None:
         super().__init__()
@@ -62,14 +62,14 @@ class Entries(dict[str, Any]):
         return entry
 
     def row(self, place: int) -> Any:
-        """The address in an entry."""
+        """Return the address in an entry."""
         if place not in self._rows:
             with self.b.goto_entry_block():
                 self._rows[place] = self._load(place, POINTER)
         return self._rows[place]
 
     def row_at(self, place: Any) -> Any:
-        """The address in an entry whose place is found out at work."""
+        """Return the address in an entry with a computed index."""
         return self.b.load(self.b.gep(self.address, [place], True, source_etype=I64), typ=POINTER)
 
     def _load(self, place: int, kind: Any) -> Any:
@@ -84,10 +84,10 @@ class Stretch:
         self.entries = Entries(b, stage.frame, frame)
 
     def emit(self, y: Any, begin: Any, last: Any) -> None:
-        """Emit the pixels from number ``begin`` of the row to ``last``: at least one turn of the loop.
+        """Emit the pixels from number ``begin`` of the row to ``last``: at least one loop iteration.
 
-        Numbers are pixels, or channels of pixels where these are alike.  The last turn ends where the row does, so that
-        there is no turn that stores in part: numbers that it shares with the one before come out the same.
+        Numbers are pixels, or channels where all channels are computed alike.  The last iteration ends with the row, so
+        no iteration stores in part: numbers that overlap with the iteration before get the same values.
         """
         b, stage = self.b, self.stage
         final = b.sub(last, number(stage.turn))
@@ -129,7 +129,7 @@ class Stretch:
 
 
 class PixelBody(LaneBody):
-    """The kernel on consecutive pixels of a row, or on consecutive numbers of it where channels are alike."""
+    """The kernel on consecutive pixels of a row, or consecutive numbers if channels are computed alike."""
 
     def __init__(self, place: Stretch, y: Any, row: int, at: Any) -> None:
         b, stage, entries = place.b, place.stage, place.entries
@@ -147,7 +147,7 @@ class PixelBody(LaneBody):
         self.views = {(view.image, view.border): number for number, view in enumerate(stage.views)}
 
     def stored(self) -> list[Any]:
-        """Emit everything; the outputs' numbers as they are stored."""
+        """Emit everything; return the outputs' stored numbers."""
         self.block(self.program.body)
         b, stage = self.builder, self.place.stage
         numbers_of_outputs = []
@@ -172,10 +172,10 @@ class PixelBody(LaneBody):
                 b.add(b.sext(self.operand(i.y), I64), number(stage.frame.view(at, view.up + self.row)))
             )
         channels = [channel for channel, value in enumerate(i.to) if value is not None]
-        self.keep(i, self.loaded(row, self._column_away(i.x, unit), view, channels))
+        self.keep(i, self.loaded(row, self._column_at_offset(i.x, unit), view, channels))
 
-    def _column_away(self, x: s.Operand, unit: int) -> Any:
-        """The number of the pixel, or of the number, so many columns away."""
+    def _column_at_offset(self, x: s.Operand, unit: int) -> Any:
+        """Return the index of the pixel, or number, at a column offset."""
         b = self.builder
         if isinstance(x, s.Lit):
             return b.add(self.at, number(int(x.value) * unit)) if x.value else self.at
@@ -183,7 +183,7 @@ class PixelBody(LaneBody):
         return b.add(self.at, times(b, away, unit))
 
     def loaded(self, row: Any, first: Any, view: View, channels: Sequence[int]) -> list[Any]:
-        """Channels of the pixels from number ``first`` of a row on, or the numbers themselves."""
+        """Return channels of the pixels from number ``first`` of a row on, or the numbers themselves."""
         if self.place.stage.alike > 1:
             return neighbours(self.builder, row, first, 1, (0,), view.read) * len(channels)
         place = times(self.builder, first, view.channels)
@@ -191,7 +191,7 @@ class PixelBody(LaneBody):
 
 
 class Choosing(PixelBody):
-    """The kernel on consecutive numbers as they are stored: unsigned ones, which it only chooses among."""
+    """The kernel on consecutive stored numbers: unsigned ones, among which it only selects."""
 
     def stored(self) -> list[Any]:
         self.block(self.program.body)

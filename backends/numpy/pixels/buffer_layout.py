@@ -1,4 +1,4 @@
-"""The interface between the host and the machine code of a chain of pixel passes: order of addresses, rings, strips."""
+"""Memory layout shared by the host and the machine code of a chain of pixel passes: addresses, rings, strips."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     pass
 
 
-#: What a body knows of an image that it reads anywhere: where it begins, width, height, pixels from row to row.
+#: Facts about an image that a body reads anywhere: address, width, height, row stride in pixels.
 IMAGE = ("", "_w", "_h", "_p")
 
 
 class Frame:
-    """Places of one stage's entries.
+    """The frame of a stage: indices of its entries.
 
-    Sizes of the target; addresses of uniforms; what is known of each image; for each view the
-    addresses of its rows where column 0 would be; for each target those of the rows that are made at once, likewise.
+    Entries: sizes of the target; addresses of uniforms; facts about each image; for each view the addresses of its rows
+    at column 0; for each target those of the rows computed together, likewise.
     """
 
     def __init__(self, stage: StageLayout) -> None:
@@ -63,30 +63,30 @@ class Frame:
         return self.target(len(self.stage.channels))
 
 
-#: Instructions that one turn of the loop may have where it makes several rows or vectors at once.
+#: Most instructions of a loop iteration that computes several rows or vectors together.
 MAX_AT_ONCE = 400
-#: Rows at once at most: more need more registers than there are, and with four channels to a texel sooner.
+#: Most rows together: more would need too many registers, with four channels per texel even sooner.
 MAX_ROWS, MAX_ROWS_OF_PIXELS = 8, 4
-#: Lanes at least: of narrower vectors processors make no use.
+#: Least lanes: processors gain nothing from narrower vectors.
 LEAST_LANES = 4
-#: Vectors side by side at most.
+#: Most vectors side by side.
 MAX_VECTORS = 3
-#: Numbers of a row that are decoded at once: they stay in the level-1 cache.
+#: Numbers of a row that are decoded together: they stay in the level-1 cache.
 SEGMENT = 2048
-#: Columns of a row between its ends at least.
+#: Least columns of a row between its ends.
 NARROW = 16
-#: Columns of a slender picture at most, and pixels from which on its time is worth code of its own.
+#: Most columns of a slender picture, and the pixels from which on code of its own pays.
 SLENDER, MANY = 16, 1 << 14
-#: So often may a body read an image whose numbers it decodes itself.
+#: Most reads of an image whose numbers the body decodes itself.
 MAX_READS = 3
-#: What the context says of an image: where it begins, its width and height, pixels from row to row, the number of the
-#: row that lies last in memory, and where a copy of that row is (see memory.py).
+#: Facts about an image in the context: address, width and height, row stride in pixels, the number of the row that is
+#: last in memory, and the address of a copy of that row (see memory.py).
 PICTURE = ("", "_w", "_h", "_p", "_last", "_row")
 
 
 @dataclass(frozen=True)
 class View:
-    """The texels that relative reads of one image by one border rule may reach: rows around a pixel."""
+    """The texels that relative reads of one image with one border rule may reach: rows around a pixel."""
 
     image: int
     border: str
@@ -94,9 +94,9 @@ class View:
     held: Format
     up: int
     rows: int
-    across: bool  # whether reads go left or right
-    decodes: bool  # whether the strips hold float32, and serve the whole of a row
-    strips: int  # where copies of its rows with the border applied begin in the scratch memory, in strips
+    across: bool  # True if reads go left or right
+    decodes: bool  # True if the strips hold float32, for the whole row
+    strips: int  # offset in scratch memory of copies of its rows with the border applied, in strips
 
     @property
     def read(self) -> Format:
@@ -131,13 +131,13 @@ class StageLayout:
     @cached_property
     def _single(self) -> s.ScalarProgram | None:
         program = self._before_rounding
-        # Texels that are read one by one are found by the numbers of pixels, not of channels.
+        # Single texels are addressed by pixel, not by channel.
         windows = all(use in near_images(program) for use in program.images if use.relative)
         return single_channel(program, self.channels) if windows else None
 
     @property
     def alike(self) -> int:
-        """Channels that one channel's program stands for (see channels.py); 1: a pixel is computed as a whole."""
+        """Return the number of channels that one program computes (see channels.py); 1: whole pixels."""
         return self.channels[0] if self._single is not None else 1
 
     @cached_property
@@ -152,7 +152,7 @@ class StageLayout:
 
     @property
     def selects(self) -> bool:
-        """Whether the body works on numbers as they are stored, see `selection`."""
+        """Return True if the body works on stored numbers, see `selection`."""
         return self._selection is not None
 
     @property
@@ -165,7 +165,7 @@ class StageLayout:
 
     @cached_property
     def near(self) -> tuple[s.ImageUse, ...]:
-        """Images that relative reads find in windows."""
+        """Return the images whose relative reads use windows."""
         return near_images(self.program)
 
     @property
@@ -186,7 +186,7 @@ class StageLayout:
 
     @property
     def rings(self) -> dict[int, tuple[int, int]]:
-        """Images that a stage before makes: that stage, and which of its outputs."""
+        """Return the images made by earlier stages: stage, and index among its outputs."""
         return {image: (producer, slot) for image, producer, slot in self.stage.rings}
 
     @property
@@ -196,13 +196,13 @@ class StageLayout:
 
     @property
     def is_slender(self) -> bool:
-        """Whether rows are so short and so many that code of its own is worth making; one code serves other widths."""
+        """Return True if rows are so short and many that special code pays; one code serves all other widths."""
         width, height = self.stage.step.size
         return width <= SLENDER and width * height >= MANY
 
     @cached_property
     def _flat(self) -> bool:
-        """Whether vectors hold consecutive numbers of memory."""
+        """Return True if vectors hold consecutive numbers of memory."""
         counts = [*self.channels, *(use.channels for use in self.program.images)]
         return self.alike > 1 or set(counts) == {1}
 
@@ -214,7 +214,8 @@ class StageLayout:
 
     @cached_property
     def rows(self) -> int:
-        """Rows that the last stage makes at once: neighbours share what they read above and below.  A power of 2."""
+        """Return the rows that the last stage computes together (a power of 2): neighbors share reads above and
+        below."""
         _, _, up, down = self.reach
         if not self.last or not up + down:
             return 1
@@ -223,7 +224,7 @@ class StageLayout:
 
     @cached_property
     def vectors(self) -> int:
-        """Vectors side by side that are made at once: they share what they read left and right."""
+        """Return the vectors computed together side by side: they share reads left and right."""
         left, right, _, _ = self.reach
         most = min(MAX_VECTORS, ROOM // self.lanes)
         if self.is_slender:
@@ -232,19 +233,19 @@ class StageLayout:
 
     @property
     def narrow(self) -> int:
-        """Columns of a row at most that is not cut: its ends would be most of it."""
+        """Return the largest width of rows that are not divided: most of such a row would be its ends."""
         left, right, _, _ = self.reach
         return left + right + NARROW
 
     @property
     def strip_pixels(self) -> int:
-        """Pixels of one row of a strip: the most that are made of it at once, what they reach, a turn's rest."""
+        """Return the pixels of a strip's row: the most computed together, their reach, and a rounded iteration."""
         left, right, _, _ = self.reach
         return max(self.narrow, self.segment) + left + right + self.turn
 
     @cached_property
     def segment(self) -> int:
-        """Pixels of a row that are decoded at once, for many reads of each; 0 where every read decodes for itself."""
+        """Return the pixels of a row decoded together for several reads; 0 if every read decodes."""
         decoding = [view.channels for view in self.views if view.decodes]
         return -(-SEGMENT // (max(decoding) * self.turn)) * self.turn if decoding else 0
 
@@ -275,7 +276,7 @@ class StageLayout:
 
     @property
     def turn(self) -> int:
-        """Return how far one turn of the loop advances, in pixels, or in channels if these are computed alike."""
+        """Return how far one loop iteration advances, in pixels, or in channels if these are computed alike."""
         return self.lanes * self.vectors
 
     @property
@@ -285,7 +286,7 @@ class StageLayout:
 
     @property
     def _turn(self) -> tuple[object, ...]:
-        """Return the key of one turn of the loop along a row."""
+        """Return the key of one iteration of the loop along a row."""
         return self.alike, self.rows, self.vectors, self.lanes, self.selects, self.channels
 
     @cached_property
@@ -310,7 +311,7 @@ class StageLayout:
 
     @property
     def scratch(self) -> int:
-        """Numbers that all strips take."""
+        """Return the numbers that all strips need."""
         ends = [(v.strips + v.rows * v.channels) * self.strip_pixels for v in self.views if v.across]
         return max(ends, default=0)
 
@@ -321,7 +322,7 @@ def _number_and_steps(format_: Format) -> tuple[str, int]:
 
 @dataclass(frozen=True)
 class Layout:
-    """A whole chain."""
+    """The memory layout of a whole chain."""
 
     stages: tuple[StageLayout, ...]
 
@@ -332,14 +333,15 @@ class Layout:
 
     @property
     def fixed(self) -> list[str]:
-        """Names of the first entries of the context, the same at each run: what the pieces decide, where bodies are."""
+        """Return the names of the first context entries, which are equal in each run: piece sizes and addresses of
+        bodies."""
         pitches = [f"pitch{stage.number}" for stage in self.stages[:-1]]
         own = [f"body{stage.number}" for stage in self.stages]
         return ["counter", "count", "columns", "tile", "band", "width", "height", "zeros", *pitches, *own]
 
     @property
     def bound(self) -> list[str]:
-        """Names of the others, in order."""
+        """Return the names of the other context entries, in order."""
         names = []
         for stage in self.stages:
             for image in range(len(stage.program.images)):
@@ -350,7 +352,7 @@ class Layout:
 
     @property
     def own(self) -> list[str]:
-        """Names of what each thread has for itself: rings, strips."""
+        """Return the names of per-thread entries: rings and strips."""
         rings = [f"ring{stage.number}_{slot}" for stage in self.stages[:-1] for slot in range(len(stage.channels))]
         return [*rings, "scratch"]
 
@@ -360,12 +362,12 @@ class Layout:
 
     @property
     def zeros(self) -> int:
-        """Numbers of a row of zeros for where nothing is, if one is needed."""
+        """Return the length of a row of zeros for reads outside, if one is needed."""
         counts = [v.channels for stage in self.stages for v in stage.views if BORDERS[v.border].blank]
         return max(counts, default=0) * self.stages[-1].stage.step.size[0]
 
     def ring_rows(self, number: int) -> int:
-        """Rows of a stage's results that are kept."""
+        """Return the number of rows of a stage's results that its ring keeps."""
         return self.stages[number].stage.rows + self.stages[-1].rows - 1
 
     @cached_property
@@ -394,7 +396,7 @@ class _Step:
 @lru_cache(maxsize=512)
 def _layout(chain: tuple[Stage, ...], lanes: int) -> Layout:
     wide = tuple(StageLayout(chain, number, lanes) for number in range(len(chain)))
-    # A turn that is wider than a row computes what nobody wants, and what is wanted of it is copied number by number.
+    # An iteration wider than a row computes unused results, and the used ones are copied number by number.
     if wide[-1].is_slender:
         while lanes > max(LEAST_LANES, min(stage.numbers for stage in wide)):
             lanes //= 2

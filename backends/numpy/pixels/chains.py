@@ -1,8 +1,8 @@
-"""Chains of pixel passes: what lies between them goes through rings of rows that stay in a core's cache.
+"""Chains of pixel passes: intermediate results are stored in rings of rows that stay in a core's cache.
 
-A piece of work is a rectangle of the last pass's target.  Its rows are made one by one, and before each the rows that
-it needs of the passes before it; of those only the last few are kept, in a ring.  What a piece needs beyond its own
-rectangle is computed again, so every piece stands alone and the values are the same bits as pass by pass.
+A piece of work is a rectangle of the last pass's target.  Its rows are computed one by one, each after the rows of
+earlier passes that it needs; a ring keeps only the last few of those.  The halo of a piece is recomputed, so pieces are
+independent and results are bit-identical to running pass by pass.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from passgraph.language.borders import BORDERS
 from passgraph.plan.data import PixelStep
 from passgraph.plan.window import Halo
 
-#: Texels of the windows of a pass, their rows times their columns: 256 x 256, or a row of 65,536.
+#: Most texels of a pass's windows, rows times columns: 256 x 256, or a row of 65,536.
 MAX_WINDOW = 1 << 16
-#: Rows of them: each is an address that is found anew for each row of pixels.
+#: Most rows of windows: each row's address is computed again for each row of pixels.
 MAX_WINDOW_ROWS = 1024
 
 
@@ -33,8 +33,8 @@ def reach(uses: Sequence[s.ImageUse]) -> Halo:
 
 
 def near_images(program: s.ScalarProgram) -> tuple[s.ImageUse, ...]:
-    """The images whose relative reads go through windows."""
-    apart = _apart(program)
+    """Return the images whose relative reads use windows."""
+    apart = _varying_images(program)
     around, halo = Halo(), []
     for use in program.images:
         wider = around.over(reach([use]))
@@ -46,8 +46,8 @@ def near_images(program: s.ScalarProgram) -> tuple[s.ImageUse, ...]:
     return tuple(halo)
 
 
-def _apart(program: s.ScalarProgram) -> set[str]:
-    """Images read at offsets that differ between pixels: choices by what a pixel holds."""
+def _varying_images(program: s.ScalarProgram) -> set[str]:
+    """Return the images whose read offsets depend on the pixel's values."""
     alike: set[int] = set()
     apart: set[str] = set()
     for i in s.walk(program.body):
@@ -62,14 +62,14 @@ def _apart(program: s.ScalarProgram) -> set[str]:
     return apart
 
 
-#: Rings of one thread take at most this, half of the level-2 cache of common cores; rows that the last stage makes at
-#: once come on top.
+#: Most bytes of one thread's rings, half of the level-2 cache of common cores; rows that the last stage computes
+#: together come on top.
 RING_BYTES = 512 * 1024
-#: Narrower columns of pieces spend more on beginning and ending rows than a ring saves.
+#: Least columns of a piece: for narrower ones, row starts and ends cost more than a ring saves.
 MIN_COLUMNS = 64
-#: A piece is at least so many times as large as what must be computed again around it, in each direction.
+#: Least size of a piece compared with its recomputed halo, in each direction.
 MIN_SHARE = 6
-#: Instructions a pixel that may be computed again for each number that then need not go to memory and back.
+#: Most recomputed instructions per pixel for each number that stays out of main memory.
 MAX_AGAIN = 12
 
 
@@ -91,12 +91,12 @@ class Stage:
     """One pass of a chain."""
 
     step: Work
-    margin: Halo  # what later stages need around a piece
-    rings: tuple[tuple[int, int, int], ...]  # image number, the stage that makes it, which of its outputs
+    margin: Halo  # the halo that later stages need around a piece
+    rings: tuple[tuple[int, int, int], ...]  # image number, the stage that makes it, index among its outputs
 
     @property
     def rows(self) -> int:
-        """Rows of its results that are needed at once."""
+        """Return the rows of its results that are needed at the same time."""
         return self.margin.up + self.margin.down + 1
 
     @property
@@ -105,14 +105,14 @@ class Stage:
 
 
 def single_stage(step: PixelStep) -> tuple[Stage, ...]:
-    """A pass by itself: a chain of one."""
+    """Return a chain of one pass."""
     return (Stage(step, Halo(), ()),)
 
 
 def stages(steps: Sequence[PixelStep]) -> tuple[Stage, ...] | None:
-    """The chain of these passes, or None where one reads another anywhere but in a fixed neighbourhood."""
+    """Return the chain of these passes; None if one reads another outside of a fixed neighborhood."""
     if any(step.program.arrays for step in steps):
-        return None  # the arrays of each would lie on the stack at once
+        return None  # the arrays of all would be on the stack together
     producers = {resource: (k, slot) for k, step in enumerate(steps) for slot, resource in enumerate(step.outputs)}
     margins = [Halo()] * len(steps)
     rings: list[list[tuple[int, int, int]]] = [[] for _ in steps]
@@ -133,13 +133,13 @@ def _near(program: s.ScalarProgram, use: s.ImageUse) -> bool:
     if use.absolute or (use.relative and use not in near_images(program)):
         return False
     loads = (i for i in s.walk(program.body) if isinstance(i, s.LoadTexel) and i.image == use.name)
-    # Other rules lead out of the rows and columns kept.
+    # Other rules read outside of the stored rows and columns.
     return all(BORDERS[load.border].is_nearest for load in loads)
 
 
 def pitch(stage: Stage, tile: int) -> int:
-    """Columns of a ring for pieces so wide: an odd multiple of 16, so that rows begin with a cache line, and lines
-    above one another do not fall into the same set of the cache."""
+    """Return the row stride of a ring for a piece width: an odd multiple of 16, so that rows are aligned to cache lines
+    and successive rows do not map to the same cache set."""
     return (tile + stage.margin.left + stage.margin.right + 15) // 16 // 2 * 32 + 16
 
 
@@ -154,9 +154,9 @@ class Tiling:
 
 
 def tiling(chain: Sequence[Stage], threads: int, least_pixels: int, at_once: int = 1) -> Tiling | None:
-    """Pieces that fill the threads and whose rings fit the cache; None where too much would be computed again.
+    """Return pieces that occupy all threads and whose rings fit the cache; None if too much would be recomputed.
 
-    ``at_once``: how many rows the last stage makes at once.
+    ``at_once``: number of rows that the last stage computes together.
     """
     width, height = chain[-1].step.size
     if len(chain) == 1:
@@ -175,13 +175,13 @@ def tiling(chain: Sequence[Stage], threads: int, least_pixels: int, at_once: int
     rows = max(-(-height * columns // tile_rows), MIN_SHARE * down)
     rows = min(height, -(-rows // at_once) * at_once)
     tiles = Tiling(columns, tile, rows, columns * -(-height // rows))
-    if tiles.pieces < min(threads, tile_rows) or any(_dear(stage, tiles) for stage in chain[:-1]):
+    if tiles.pieces < min(threads, tile_rows) or any(_costs_too_much(stage, tiles) for stage in chain[:-1]):
         return None
     return tiles
 
 
-def _dear(stage: Stage, tiles: Tiling) -> bool:
-    """Whether computing a stage again around every piece costs more than what a chain saves."""
+def _costs_too_much(stage: Stage, tiles: Tiling) -> bool:
+    """Return True if recomputing a stage around every piece costs more than a chain saves."""
     width, height = stage.step.size
     left, right, up, down = stage.margin
     again = (1 + (left + right) / tiles.width * (tiles.width < width)) * (

@@ -1,7 +1,7 @@
-"""Kernels that treat every channel alike, such as blurs: found by comparing the channels' computations.
+"""Detect kernels that treat all channels alike, such as blurs, by comparing the channels' computations.
 
-Such a pass runs over the interleaved numbers one by one instead of pixel by pixel: loads and stores are contiguous,
-so LLVM needs no shuffles, and there is a quarter of the code to compile.
+Such a pass runs over the interleaved numbers instead of pixel by pixel: loads and stores are contiguous, so LLVM needs
+no shuffles, and there is a quarter of the code to compile.
 """
 
 from __future__ import annotations
@@ -14,22 +14,22 @@ from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.emitter import COMMUTATIVE, eliminate_dead
 
-#: Builtins that do not tell one channel's loop index from another's.
+#: Builtins that do not depend on the channel's loop index.
 _SHARED_BUILTINS = ("output_size.", "size.", "pixel.1")
-#: Programs with these are computed pixel by pixel.
+#: Programs with these instructions are computed pixel by pixel.
 _STRUCTURED = (s.If, s.For, s.Read, s.Write, s.ReadAt, s.WriteAt, s.Break, s.Continue)
 Numbering: TypeAlias = dict[tuple[object, ...], int]
 
 
 def before_rounding(program: s.ScalarProgram) -> s.ScalarProgram:
-    """The program up to what is rounded to the targets' formats: machine code rounds as it stores."""
+    """Return the program without rounding to the targets' formats: machine code rounds as it stores."""
     outputs = tuple(replace(output, values=output.unrounded) for output in program.outputs)
     body = eliminate_dead(program.body, [value for output in outputs for value in output.values])
     return replace(program, body=body, outputs=outputs)
 
 
 def single_channel(program: s.ScalarProgram, channels: tuple[int, ...]) -> s.ScalarProgram | None:
-    """The program of one channel that stands for all, or None where the channels differ."""
+    """Return the program of one channel that is valid for all; None if the channels differ."""
     if len(program.outputs) != 1 or channels[0] < 2 or any(use.channels != channels[0] for use in program.images):
         return None
     if not program.images or any(use.absolute for use in program.images):
@@ -50,10 +50,10 @@ def single_channel(program: s.ScalarProgram, channels: tuple[int, ...]) -> s.Sca
 
 
 def selection(program: s.ScalarProgram, images: Sequence[Format], outputs: Sequence[Format]) -> s.ScalarProgram | None:
-    """The program as one of numbers as they are stored, where it only chooses among them; None where it does more.
+    """Return the program on stored numbers if it only selects among its inputs; None otherwise.
 
-    A larger number is stored as a larger one, and what is stored again is what was: minima and maxima of stored numbers
-    are the stored minima and maxima, and a register holds four bytes for each float32.
+    Storing is monotonic, and storing a stored number again changes nothing.  So minima and maxima of stored numbers are
+    the stored minima and maxima, and a register holds four bytes in the place of each float32.
     """
     if len(outputs) != 1 or not outputs[0].steps:
         return None
@@ -69,9 +69,9 @@ def selection(program: s.ScalarProgram, images: Sequence[Format], outputs: Seque
 
 
 def _shape(program: s.ScalarProgram, channel: int, result: s.Operand, numbering: Numbering) -> int | None:
-    """A number that equals another channel's exactly when the computations match; None for a foreign channel.
+    """Return a number that is equal for two channels exactly if their computations match; None for a foreign channel.
 
-    One visit for each instruction, in their order: programs may be thousands of instructions deep.
+    Visits each instruction once, in order: programs may be thousands of instructions deep.
     """
     counts: dict[int, int | None] = {}
 

@@ -1,12 +1,11 @@
-"""LLVM text of what is around the bodies of pixel passes: pieces of the target, and their rows.
+"""LLVM text around the bodies of pixel passes: pieces of the target, and their rows.
 
-A pass is a chain of one (see chains.py).  Threads take pieces by a shared counter until none is left.
-Relative reads go through tables of rows, one row for each of the reach above and below, with the border rule for rows
-applied.  Along a row the kernel's body (body.py) never looks at the border: at the two ends of a row the table leads to
-strips, copies of the few texels there with the rule applied, so that one body serves the whole row.
+A single pass is a chain of one (see chains.py).  Threads take pieces by a shared counter.  Relative reads use tables of
+row addresses, one for each row within reach above and below, with the border rule for rows applied.  Within a row the
+kernel's body (body.py) ignores the border: at both ends of a row the table points to strips, which are copies of the
+few texels there with the rule applied.  So one body serves the whole row.
 
-A body is a function of its own that is called for each stretch of a row: passes of the same shape, whatever they
-compute, share what is here.
+A body is a function of its own, called for each part of a row: passes of the same shape share the code here.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from passgraph.language.borders import BORDERS
 
 
 def pixel_text(layout: Layout, name: str) -> str:
-    """A module with ``pieces(context, own)``: both lead to entries as :class:`Layout` names them."""
+    """Return a module with ``pieces(context, own)``: both point to entries named by :class:`Layout`."""
     module = llvm.Module(name)
     function = llvm.Function(module, llvm.FunctionType(llvm.VoidType(), [POINTER, POINTER]), name)
     b = Lanes(IRBuilder(function), layout.stages[0].lanes)
@@ -57,7 +56,7 @@ def larger(b: Lanes, x: Any, y: Any) -> Any:
 
 
 def _pieces(b: Lanes, counter: Any, layout: Layout, memory: dict[str, Any]) -> None:
-    """Take a piece, make its rows, take the next."""
+    """Emit the loop over pieces: take a piece, compute its rows."""
     stages = [StageRows(b, layout, stage, memory) for stage in layout.stages]
     height, band, columns = (memory[name] for name in ("height", "band", "columns"))
     take, work, done = (b.append_basic_block(name) for name in ("take", "work", "done"))
@@ -72,7 +71,7 @@ def _pieces(b: Lanes, counter: Any, layout: Layout, memory: dict[str, Any]) -> N
     for stage in stages:
         stage.begin(x0, y0)
     with counting(b, y0, end, number(at_once)) as y:
-        # The last rows of a piece may be made twice, so that there are always as many at once.
+        # The last rows of a piece may be computed twice, so that the number of rows together is constant.
         bottom = larger(b, smaller(b, y, b.sub(end, number(at_once))), number(0)) if at_once > 1 else y
         for stage in stages[:-1]:
             stage.follow(b.add(bottom, number(at_once)))
@@ -90,13 +89,13 @@ class StageRows:
         with b.goto_entry_block():
             self.behind = b.alloca(I64)
             self.entries = b.alloca(I64, number(self.frame.count))
-            #: Rows of each view that is read across; of others what the body reads is them.
+            #: Table of rows for each view read across; for other views the body's rows are used.
             self.rows = [b.alloca(POINTER, number(view.rows)) if view.across else None for view in stage.views]
         self.turns: dict[int, Any] = {}
         self._begin_frame()
 
     def _begin_frame(self) -> None:
-        """Emit what is the same for all rows."""
+        """Emit the part of the frame that is the same for all rows."""
         b, memory, n = self.b, self.memory, self.stage.number
         entries = {name: memory[name] for name in ("width", "height")}
         entries |= {name: memory[f"{name}{n}"] for name in ("floats", "ints")}
@@ -109,7 +108,7 @@ class StageRows:
             b.store(value, self._entry(self.frame.places[name]))
 
     def begin(self, x0: Any, y0: Any) -> None:
-        """The columns and the first row that this stage makes for a piece."""
+        """Set the columns and the first row that this stage computes for a piece."""
         b, margin = self.b, self.stage.stage.margin
         self.first = larger(b, number(0), b.sub(x0, number(margin.left)))
         reached = b.add(b.add(x0, self.memory["tile"]), number(margin.right))
@@ -118,13 +117,13 @@ class StageRows:
             return
         self.memory[f"from{self.stage.number}"] = self.first
         if self.layout.stages[-1].rows > 1:
-            # As the last stage moves its last rows up, so do what it reads.
+            # If the last stage moves its last rows up, so do the stages that it reads.
             last = b.sub(self.memory["height"], number(self.layout.stages[-1].rows))
             y0 = larger(b, number(0), smaller(b, y0, last))
         b.store(larger(b, number(0), b.sub(y0, number(margin.up))), self.behind)
 
     def follow(self, bottom: Any) -> None:
-        """Make the rows that are needed before those of the last stage up to ``bottom``, and are not there yet."""
+        """Compute the missing rows that the last stage needs up to ``bottom``."""
         b, margin = self.b, self.stage.stage.margin
         stop = smaller(b, self.memory["height"], b.add(bottom, number(margin.down)))
         behind = b.load(self.behind, typ=I64)
@@ -133,7 +132,7 @@ class StageRows:
         b.store(larger(b, behind, stop), self.behind)
 
     def row(self, y: Any) -> None:
-        """Row ``y``, and the next ones where several are made at once, from the first to the last column."""
+        """Compute row ``y``, and the rows computed with it, from the first to the last column."""
         b, stage = self.b, self.stage
         for at, view in enumerate(stage.views):
             with self._each(view.rows) as k:
@@ -145,7 +144,7 @@ class StageRows:
             self._stretch(y, self.first, self.end)
             return
         cut, rest = self._cuts()
-        # Parts of a row: what reads beyond its beginning, the middle (maybe in segments), what reads beyond its end.
+        # Parts of a row: its beginning with reads outside, the middle (maybe in segments), its end with reads outside.
         segment = number(stage.segment) if stage.segment else b.sub(rest, cut)
         middles = b.sdiv(b.add(b.sub(rest, cut), number(stage.segment - 1)), segment) if stage.segment else number(1)
         last = b.add(middles, number(1))
@@ -160,7 +159,7 @@ class StageRows:
                 self._stretch(y, begin, end)
 
     def _cuts(self) -> tuple[Any, Any]:
-        """Columns between which no read leads out of a row; a narrow row is all beginning."""
+        """Return the columns between which no read leaves a row; a narrow row is all beginning."""
         b, (left, right, _, _) = self.b, self.stage.reach
         is_narrow = b.icmp_signed("<=", b.sub(self.end, self.first), number(self.stage.narrow))
         cut = smaller(b, larger(b, self.first, number(left)), self.end)
@@ -203,12 +202,12 @@ class StageRows:
             picture = f"im{n}_{view.image}"
             first = b.mul(b.mul(inner, memory[f"{picture}_p"]), number(view.channels))
             row = b.gep(memory[picture], [first], False, source_etype=element(view.held))
-            # Behind the last row of somebody else's memory nothing may be read: a copy with room stands for it.
+            # Memory behind the last row of a foreign picture may not be read: a padded copy replaces that row.
             row = b.select(b.icmp_signed("==", inner, memory[f"{picture}_last"]), memory[f"{picture}_row"], row)
         return b.select(inside, row, memory["zeros"]) if BORDERS[view.border].blank else row
 
     def _point(self, at: int, begin: Any, end: Any, is_middle: Any) -> None:
-        """Let a view's table lead to its rows, or to copies: at a row's end, and where numbers are decoded first."""
+        """Point a view's table to its rows, or to copies: at a row's ends, and for numbers that are decoded first."""
         b, stage, view = self.b, self.stage, self.stage.views[at]
         left, right, _, _ = stage.reach
         count = b.add(b.sub(end, begin), number(left + right))
@@ -231,12 +230,13 @@ class StageRows:
                     b.store(shifted, place)
 
     def _take(self, view: View, row: Any, start: Any, count: Any, strip: Any) -> None:
-        """Numbers of a row into a strip, as float32 where it holds these; up to a vector more than ``count``."""
+        """Copy numbers of a row into a strip, as float32 if the strip holds these; up to a vector more than
+        ``count``."""
         b, element_type, read = self.b, element(view.held), element(view.read)
         with counting(b, number(0), count, number(b.lanes)) as i:
             place = b.gep(row, [b.add(start, i)], True, source_etype=element_type)
             if view.decodes:
-                # The next part of the row is on its way while the body runs over this one.
+                # Prefetch the next part of the row while the body runs over this one.
                 ahead = b.intrinsic("llvm.prefetch.p0", llvm.VoidType(), [POINTER, I32, I32, I32])
                 there = b.gep(place, [number(self.stage.segment * view.channels)], source_etype=element_type)
                 b.plain.call(ahead, [there, llvm.Constant(I32, 0), llvm.Constant(I32, 3), llvm.Constant(I32, 1)])
@@ -245,7 +245,8 @@ class StageRows:
             b.plain.store(values, b.gep(strip, [i], True, source_etype=read), align=view.read.bits // 8)
 
     def _take_beyond(self, view: View, row: Any, start: Any, end: Any, strip: Any) -> None:
-        """Texels of columns ``start`` to ``end`` into a strip: those of the row, then the others by the border rule."""
+        """Copy texels of columns ``start`` to ``end`` into a strip: those of the row, then others by the border
+        rule."""
         b, channels = self.b, number(view.channels)
         first = smaller(b, larger(b, start, number(0)), end)
         last = larger(b, first, smaller(b, end, self.memory["width"]))
@@ -257,7 +258,7 @@ class StageRows:
                 self._copy(view, row, x, strip, b.sub(x, start))
 
     def _copy(self, view: View, row: Any, x: Any, strip: Any, i: Any) -> None:
-        """One texel into a strip, by the border rule."""
+        """Copy one texel into a strip, by the border rule."""
         b, channels, kind = self.b, number(view.channels), element(view.read)
         inner = b.sext(border(b, view.border, b.trunc(x, I32), b.trunc(self.memory["width"], I32)), I64)
         for channel in range(view.channels):
@@ -282,7 +283,7 @@ class StageRows:
         return b.gep(target, [b.mul(first, number(channels))], False, source_etype=kind)
 
     def _stretch(self, y: Any, begin: Any, end: Any) -> None:
-        """The body over columns from ``begin`` to ``end``."""
+        """Emit the body over columns from ``begin`` to ``end``."""
         b, stage = self.b, self.stage
         begin, last = times(b, begin, stage.alike), times(b, end, stage.alike)
         is_short = b.icmp_signed("<", b.sub(last, begin), number(stage.turn))
@@ -296,7 +297,7 @@ class StageRows:
         self.b.plain.call(self.memory[f"body{self.stage.number}"], [self.entries, y, begin, last])
 
     def _short(self, y: Any, begin: Any, last: Any) -> None:
-        """Less than the body makes in a turn: it goes to memory of our own, and what is wanted of it from there."""
+        """Emit a part shorter than one iteration: compute into scratch memory, and copy the needed results."""
         b, stage = self.b, self.stage
         for slot, count in enumerate(stage.counts):
             kind = element(stage.outputs[slot])
@@ -317,7 +318,7 @@ class StageRows:
                     )
 
     def _turn_of(self, slot: int, row: Any) -> Any:
-        """Memory for what a turn makes of a row."""
+        """Return scratch memory for an iteration's results of a row."""
         b, stage = self.b, self.stage
         if slot not in self.turns:
             with b.goto_entry_block():

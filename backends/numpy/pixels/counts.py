@@ -1,4 +1,4 @@
-"""Bins of rows, counted (:class:`passgraph.plan.known.Counting`): each texel adds to its bin in a table."""
+"""Count bins of rows (:class:`passgraph.plan.known.Counting`): each texel increments its bin in a table."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from passgraph.backends.numpy.storage import Storage
     from passgraph.plan.data import PixelStep
 
-#: Numbers side by side are often equal: added in several tables by turns, none waits for the one before.
+#: Neighboring numbers are often equal: they go to several tables in turn, so that additions do not wait for each other.
 TABLES = 4
-#: Entries of a table, with room for a vector behind the last bin.
+#: Entries of a table, padded by a vector.
 ROOM = MOST_BINS + 32
 #: Texels in one piece of work.
 PIECE = 65_536
@@ -31,7 +31,7 @@ _CALL = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 15)
 
 
 class Counts:
-    """The pass at work."""
+    """The counting pass, compiled."""
 
     def __init__(self, step: PixelStep, workers: Workers) -> None:
         assert step.known is not None
@@ -55,7 +55,8 @@ class Counts:
 
 
 def counts_text(name: str, width: int) -> str:
-    """A module with ``counts(picture…, outputs…, quarter, first, end)``: these rows, each to a row of the outputs."""
+    """Return a module with ``counts(picture…, outputs…, quarter, first, end)``: counts these rows into the outputs'
+    rows."""
     module = llvm.Module(name)
     function = llvm.Function(module, llvm.FunctionType(llvm.VoidType(), [I64] * 15), name)
     b = Lanes(IRBuilder(function), width)
@@ -68,7 +69,7 @@ def counts_text(name: str, width: int) -> str:
             for table in range(TABLES):
                 place = _place(b, tables, b.add(entry, _long(table * ROOM)), I32)
                 b.plain.store(zeros(b.vector(I32)), place, align=4)
-        with b.if_then(b.icmp_signed("<", y, down)):  # below the picture nothing is counted
+        with b.if_then(b.icmp_signed("<", y, down)):  # rows below the picture count nothing
             _row(b, _place(b, source, b.mul(y, pitch), element(COUNTED)), across, bins, tables)
         for part, (target, apart) in enumerate(zip(targets, outputs[1::2], strict=True)):
             row = b.mul(b.mul(y, apart), _long(4))
@@ -87,7 +88,7 @@ def _place(b: Lanes, pointer: Any, index: Any, kind: Any) -> Any:
 
 
 def _row(b: Lanes, row: Any, across: Any, bins: Any, tables: Any) -> None:
-    """A row's numbers into the tables: vectors of them, then the rest one by one."""
+    """Count a row's numbers in the tables: vectors, then the rest one by one."""
     kind, turns = element(COUNTED), b.lanes
     vectors_end = b.sub(across, b.srem(across, _long(turns)))
     with counting(b, _long(0), vectors_end, _long(turns)) as x:
@@ -100,7 +101,7 @@ def _row(b: Lanes, row: Any, across: Any, bins: Any, tables: Any) -> None:
 
 
 def _bins(b: Lanes, value: Any, bins: Any) -> Any:
-    """The numbers as ints; 0 for what is no bin's."""
+    """Return the bins as ints; 0 for numbers in no bin."""
     one, most = llvm.Constant(F32, 1.0), b.sitofp(bins, F32)
     inside = b.and_(b.fcmp_ordered(">=", value, one), b.fcmp_ordered("<=", value, most))
     near = b.fptosi(b.select(inside, value, llvm.Constant(F32, 0.0)), I32)
@@ -113,7 +114,7 @@ def _add(b: Lanes, tables: Any, number: Any, table: int) -> None:
 
 
 def _sums(b: Lanes, tables: Any, row: Any, bins: Any) -> None:
-    """The tables' sums, from entry 1 on, as the floats of a row."""
+    """Write the sums of the tables, from entry 1 on, as the floats of a row."""
     with counting(b, _long(0), bins, _long(b.lanes)) as x:
         total = None
         for table in range(TABLES):

@@ -1,7 +1,7 @@
-"""Pictures from memory to memory and from one format's numbers to another's, by compiled code and all threads.
+"""Copy pictures in memory and convert between formats, with compiled code on all threads.
 
-What is moved is a pixel pass that computes nothing: loads decode, stores round, channels may come in reverse, as
-programs that say BGR hold them, and some of each pixel's may be left, as in ``rgba[..., :3]``.
+A copy is a pixel pass that computes nothing: loads decode, stores round.  Channels may be reversed, as in BGR pictures,
+and some channels of each pixel may be skipped, as in ``rgba[..., :3]``.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.plan.window import Halo
 
-#: Numbers below which NumPy has moved a picture before compiled code is found.
+#: NumPy moves smaller pictures faster than compiled code is looked up.
 LEAST = 1 << 14
-#: Numbers of a pixel at most.
+#: Most numbers of a pixel.
 MOST_CHANNELS = 4
 _NOTHING = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
 
@@ -44,7 +44,7 @@ class Move:
 
 @lru_cache(maxsize=8)
 def _program(channels: int, channels_held: int, is_reversed: bool) -> s.ScalarProgram:
-    """``picture[0, 0]``, the first channels of so many that it holds, in order or in reverse."""
+    """Return ``picture[0, 0]`` with its first ``channels``, in order or reversed."""
     values = tuple(s.Val("float", channel) for channel in range(channels))
     zero, results = s.Lit("int", 0), values[::-1] if is_reversed else values
     load = s.LoadTexel(values, "picture", zero, zero, relative=True, border="clamp")
@@ -64,14 +64,14 @@ class Moves:
     def _compile(self, size: tuple[int, int], source: Format, target: Format, is_reversed: bool) -> PixelRun:
         step = Move(_program(target.channels, source.channels, is_reversed), size, (source,), (target,))
         run = PixelRun.compile((Stage(step, Halo(), ()),), self.workers)
-        assert run is not None  # a pass by itself
+        assert run is not None  # a single pass always compiles
         return run
 
     def __call__(self, source: NDArray[Any], from_format: Format, target: NDArray[Any], to_format: Format) -> None:
-        """The numbers of one format as those of another; arrays are (height, width, channels), with any strides."""
+        """Convert numbers of one format to another; arrays are (height, width, channels), with any strides."""
         if source.size >= LEAST:
-            (one, other), is_reversed = _side_by_side(source, target)
-            pixels = _whole_pixels(one)
+            (one, other), is_reversed = _in_memory_order(source, target)
+            pixels = _with_gaps(one)
             source_format = from_format if pixels is one else replace(from_format, channels=pixels.shape[2])
             read, written = adopted(pixels, source_format), adopted(other, to_format)
             if read is not None and written is not None:
@@ -83,14 +83,14 @@ class Moves:
         )
 
 
-def _whole_pixels(array: NDArray[Any]) -> NDArray[Any]:
-    """The array, or where its pixels lie a few numbers apart, one that has these numbers as channels too."""
+def _with_gaps(array: NDArray[Any]) -> NDArray[Any]:
+    """Return the array, or for pixels with gaps between them one that includes the gaps as channels."""
     (_, width, channels), item = array.shape, array.itemsize
     together, rest = divmod(array.strides[1], item)
     side_by_side = channels == 1 or array.strides[2] == item
     if width == 1 or rest or not side_by_side or not channels < together <= MOST_CHANNELS:
         return array
-    # Nothing may be behind the last of them; what is still in its page may be read.
+    # Memory behind the last pixel must not be used; within its page it may be read.
     end = np.lib.array_utils.byte_bounds(array)[1]
     if rest_of_page(end) < (together - channels) * item:
         return array
@@ -98,8 +98,8 @@ def _whole_pixels(array: NDArray[Any]) -> NDArray[Any]:
     return np.lib.stride_tricks.as_strided(array, (*array.shape[:2], together), strides, writeable=False)
 
 
-def _side_by_side(source: NDArray[Any], target: NDArray[Any]) -> tuple[tuple[NDArray[Any], NDArray[Any]], bool]:
-    """Both with their channels in the order of memory, and whether one is then the other's reverse."""
+def _in_memory_order(source: NDArray[Any], target: NDArray[Any]) -> tuple[tuple[NDArray[Any], NDArray[Any]], bool]:
+    """Return both with their channels in memory order, and True if one is then the other's reverse."""
     turned = [array.shape[2] > 1 and array.strides[2] < 0 for array in (source, target)]
     one, other = (array[:, :, ::-1] if turn else array for array, turn in zip((source, target), turned, strict=True))
     return (one, other), turned[0] != turned[1]

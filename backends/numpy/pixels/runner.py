@@ -1,4 +1,4 @@
-"""Compiled pixel passes at work: addresses bound, pieces handed out, rings kept from frame to frame."""
+"""Run compiled pixel passes: bind addresses, distribute pieces, keep rings from frame to frame."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from passgraph.language.scalar import work
 if TYPE_CHECKING:
     from passgraph.backends.numpy.storage import Storage
 
-#: Pixels in one piece of work: small enough to balance, large enough that one more thread is worth waking.
+#: Pixels in one piece of work: small enough for balance, large enough that waking another thread pays.
 MIN_PIXELS_A_PIECE = 16_384
-#: Instructions of all its pixels from which on a piece is large enough too, though the pixels be few.
+#: Instructions from which on a piece is large enough too, even with few pixels.
 MIN_WORK_A_PIECE = 128 * MIN_PIXELS_A_PIECE
 _CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 
@@ -52,7 +52,7 @@ class PixelRun:
 
     @classmethod
     def compile(cls, chain: Sequence[Stage], workers: Workers) -> PixelRun | None:
-        """The compiled chain, or None where it brings nothing."""
+        """Return the compiled chain; None if it has no advantage."""
         layout = Layout.of(chain, lanes())
         least = MIN_PIXELS_A_PIECE
         if len(chain) == 1:
@@ -69,7 +69,7 @@ class PixelRun:
     def __call__(
         self, outputs: Sequence[Storage], images: Sequence[Sequence[Storage]], blocks: Sequence[Block]
     ) -> None:
-        """The context holds bare addresses: the caller's arguments keep alive what they lead to."""
+        """Run the chain.  The context holds bare addresses: the arguments keep their memory alive."""
         if not self.blocks or any(map(is_not, blocks, self.blocks)):
             self.blocks = tuple(blocks)
             self.block_addresses = [(block.floats.ctypes.data, block.ints.ctypes.data) for block in blocks]
@@ -91,7 +91,7 @@ class PixelRun:
 
 
 class _Own:
-    """Memory of one thread: what lies between the stages, and the ends of rows."""
+    """Memory of one thread: intermediate results, and the ends of rows."""
 
     def __init__(self, chain: Sequence[Stage], tiles: Tiling, layout: Layout) -> None:
         self.arrays: list[FloatBlock] = [
@@ -122,6 +122,6 @@ def _body_text(stage: StageLayout, name: str) -> str:
 
 
 def _places(stage: StageLayout) -> list[tuple[int, bool]]:
-    """Places of those images that no stage makes, and whether texels are read one by one there, not by rows."""
+    """Return the images that no stage makes, and True for those read by texel instead of by row."""
     images = list(enumerate(stage.program.images))
     return [(n, use.absolute or use not in stage.near) for n, use in images if n not in stage.rings]

@@ -1,4 +1,4 @@
-"""Host side of a draw: vertices, triangles into tiles, tiles into pixels, each step over all threads."""
+"""Host side of a draw: vertices, triangles to tiles, tiles to pixels, each step on all threads."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class VertexStage:
     def bound(
         self, block: Block, attributes: Sequence[Any], images: Sequence[Storage], clip: Any, varyings: Any
     ) -> Callable[[int, int], None]:
-        """A function of the first vertex and the one behind the last.  It keeps alive what it reads and writes."""
+        """Return a function of the first vertex and the end.  It keeps the arrays that it uses alive."""
         arrays = (block.floats, block.ints, clip, varyings, *attributes)
         pictures = [part for image in images for part in image.anywhere]
         self.context[:] = [*(array.ctypes.data for array in arrays), *pictures]
@@ -63,7 +63,7 @@ class VertexStage:
 
 
 def _context_names(step: DrawStep) -> list[str]:
-    """Entries of the context, in order."""
+    """Return the names of the context's entries, in order."""
     return ["floats", "ints", "clip", "varyings", *step.vertex.attributes, *image_names(step.vertex)]
 
 
@@ -72,7 +72,7 @@ def _image_formats(step: DrawStep) -> tuple[Format, ...]:
 
 
 def _text(step: DrawStep, name: str) -> str:
-    """LLVM text of ``vertices(context, first, last)``."""
+    """Return LLVM text of ``vertices(context, first, last)``."""
     module = llvm.Module(name)
     kind = llvm.FunctionType(llvm.VoidType(), [llvm.PointerType(), I64, I64])
     function = llvm.Function(module, kind, name)
@@ -106,7 +106,7 @@ _CULL = {"none": 0, "back": 1, "front": 2}
 
 
 class Raster:
-    """A compiled draw.  Its scratch arrays live as long as it does and grow to what the mesh needs."""
+    """A compiled draw.  Its scratch arrays are kept and grow as the mesh needs."""
 
     def __init__(self, step: DrawStep, workers: Workers) -> None:
         self.step, self.workers = step, workers
@@ -123,7 +123,7 @@ class Raster:
         self._mesh: Geometry | None = None
         self.counts = self.cursors = np.zeros((0, 0), np.int64)
         self.starts, self.lists = np.zeros(1, np.int64), np.empty(1, np.int32)
-        self.sorts = np.zeros((0, 2), np.int64)  # of each chunk: triangles that are whole, and clipped
+        self.sorts = np.zeros((0, 2), np.int64)  # per chunk: whole triangles, and clipped ones
         self.corners = np.zeros((0, layout.CORNER_ROOM), np.int64)
 
     def __call__(
@@ -143,7 +143,7 @@ class Raster:
         return self.made, self.window_x, self.window_y, self.depth, self.inverse_w, self.varyings
 
     def _prepare(self, mesh: Geometry) -> None:
-        """Attributes and scratch for a mesh, kept from run to run."""
+        """Prepare attributes and scratch for a mesh, kept from run to run."""
         if self._mesh is mesh:
             return
         self._mesh = mesh
@@ -162,7 +162,7 @@ class Raster:
         self.codes = np.zeros(count, np.uint8)
 
     def _chunks(self, count: int) -> list[tuple[int, int]]:
-        """At least one, so that a mesh of nothing needs no ways of its own."""
+        """Return at least one chunk, so that an empty mesh is no special case."""
         return [(first, min(count, first + CHUNK)) for first in range(0, max(1, count), CHUNK)]
 
     def _transform(self, mesh: Geometry, block: Block, images: Sequence[Storage]) -> None:
@@ -179,7 +179,7 @@ class Raster:
         self.workers.each(piece, len(chunks))
 
     def _assemble(self, mesh: Geometry) -> list[tuple[int, int]]:
-        """Triangles to draw, chunk by chunk; returns where each chunk's lie."""
+        """Collect triangles to draw, chunk by chunk; return the range of each chunk."""
         chunks = self._chunks(len(self.triangles))
         if len(self.sorts) != len(chunks):
             self.sorts = np.zeros((len(chunks), 2), np.int64)
@@ -207,7 +207,7 @@ class Raster:
         return ends
 
     def _grow(self, vertices: int, triangles: int) -> None:
-        """More room, keeping what is there."""
+        """Grow the arrays, keeping their content."""
         for name in ("clip", "varyings", "window_x", "window_y", "depth", "inverse_w", "codes"):
             array = getattr(self, name)
             if len(array) < vertices:
@@ -218,7 +218,7 @@ class Raster:
             self.made = np.zeros((triangles, 8), np.int32)
 
     def _bin(self, ends: list[tuple[int, int]]) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
-        """Each tile's triangles in submission order: offsets of tiles into one list."""
+        """Return each tile's triangles in submission order: offsets of tiles into one list."""
         tiles = self.tiles_x * self.tiles_y
         if self.counts.shape != (len(ends), tiles):
             self.counts, self.cursors = np.zeros((len(ends), tiles), np.int64), np.zeros((len(ends), tiles), np.int64)
@@ -229,7 +229,7 @@ class Raster:
         by_tile = self.starts[1:].reshape(tiles, len(ends))
         by_tile[:] = self.counts.T
         np.cumsum(self.starts[1:], out=self.starts[1:])
-        self.cursors[:] = self.starts[:-1].reshape(tiles, len(ends)).T  # filling moves them on
+        self.cursors[:] = self.starts[:-1].reshape(tiles, len(ends)).T  # filling advances them
         if len(self.lists) < self.starts[-1]:
             self.lists = np.empty(int(self.starts[-1]) * 5 // 4, np.int32)
         fill = self.fill.bound(self.made, self.tiles_x, self.cursors, self.lists)

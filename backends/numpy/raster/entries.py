@@ -1,7 +1,7 @@
-"""The rasterizer's fixed functions as the host calls them.
+"""The rasterizer's fixed functions, for calls from the host.
 
-They are written for numba in setup.py and rasterize.py, which are imported only to make their text (``fixed/``) anew;
-generate.py does that.
+They are written for numba in setup.py and rasterize.py, which are imported only by generate.py to regenerate their text
+(``fixed/``).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 from passgraph.backends.numpy.machine.shipped import NumbaCode, Shipped
 
 _FOLDER = Path(__file__).parent
-#: Where the functions are written, what they take from elsewhere, and how they become text.
+#: The functions' module, its dependencies, and the code that generates the text.
 SOURCES = (
     *(_FOLDER / f"{name}.py" for name in ("layout", "rasterize", "setup")),
     _FOLDER.parent / "machine" / "numba_text.py",
@@ -22,8 +22,8 @@ SOURCES = (
 SHIPPED = Shipped(_FOLDER / "fixed", SOURCES, "python -m passgraph.backends.numpy.raster.generate")
 
 
-#: LLVM's first level is enough for text that has been optimised before; in the loops over a tile's triangles its third
-#: takes out conditions that stay the same.
+#: LLVM's level 1 suffices for text that is already optimized; in the loops over a tile's triangles level 3 hoists
+#: invariant conditions.
 _SETUP, _PIXELS = 1, 3
 
 

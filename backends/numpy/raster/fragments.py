@@ -1,4 +1,4 @@
-"""Fragments in vectors: the kernel, shading a whole tile, and tests and blending in order."""
+"""Fragments in vectors: the kernel, shading of a whole tile, and tests and blending in order."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from passgraph.graph.draw_state import Stencil
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep
 
-#: Endings of an image's sizes: width and height, and pixels from row to row.
+#: Suffixes of an image's sizes: width and height, and row stride in pixels.
 SIZES = ("_w", "_h", "_p")
 
 
@@ -33,7 +33,7 @@ def kernel_parts(step: DrawStep) -> tuple[str, ...]:
 
 
 def context_names(step: DrawStep) -> list[str]:
-    """Entries of the context, in order: each an address or a size."""
+    """Return the names of the context's entries, in order: each an address or a size."""
     names = ["floats", "ints", "clears", "depth", "stencil", "width", "height"]
     return [
         *names,
@@ -43,13 +43,13 @@ def context_names(step: DrawStep) -> list[str]:
 
 
 def image_names(program: ScalarProgram | None) -> list[str]:
-    """Entries of a context for a program's images."""
+    """Return the names of context entries for a program's images."""
     count = 0 if program is None else len(program.images)
     return [f"im{number}{end}" for number in range(count) for end in ("", *SIZES)]
 
 
 def found_in(b: Lanes, context: Any, names: Sequence[str]) -> dict[str, Any]:
-    """A context's entries: pointers, or sizes as int32."""
+    """Return a context's entries: pointers, or sizes as int32."""
     values = {}
     for place, name in enumerate(names):
         entry = b.load_at(context, llvm.Constant(I64, place), I64, steady=True)
@@ -59,7 +59,7 @@ def found_in(b: Lanes, context: Any, names: Sequence[str]) -> dict[str, Any]:
 
 
 def image_sizes(program: ScalarProgram | None, memory: Mapping[str, Any]) -> dict[str, Any]:
-    """Builtins that say how large images are."""
+    """Return the builtins with the sizes of images."""
     uses = enumerate(() if program is None else program.images)
     return {f"size.{use.name}.{axis}": memory[f"im{number}_{'wh'[axis]}"] for number, use in uses for axis in range(2)}
 
@@ -69,7 +69,7 @@ def _image_formats(step: DrawStep) -> tuple[Format, ...]:
 
 
 class Fragments:
-    """A function of so many pointers, of which the first is the context, and whole numbers, on its way into LLVM."""
+    """An LLVM function under construction, whose arguments are pointers (the first is the context) and integers."""
 
     def __init__(self, step: DrawStep, name: str, pointers: int, numbers: int) -> None:
         self.step, self.program = step, step.fragment
@@ -81,21 +81,22 @@ class Fragments:
         builtins = [] if self.program is None else [name for name, _ in self.program.builtins]
         #: Builtins that depend on the triangle.
         self.interpolated = [name for name in builtins if is_of_triangle(name)]
-        #: Of each target.
+        #: Clear values of each target.
         self.channels = [] if self.program is None else [len(output.values) for output in self.program.outputs]
 
     def found_in(self, context: Any) -> dict[str, Any]:
-        """The context's entries: pointers, or sizes as int32."""
+        """Return the context's entries: pointers, or sizes as int32."""
         return found_in(self.builder, context, context_names(self.step))
 
     def places(self, x: Any, y: Any) -> dict[str, Any]:
-        """Builtins that depend on the place alone."""
+        """Return the builtins that depend on the position only."""
         place = {"pixel.0": x, "pixel.1": y}
         size = {"output_size.0": self.memory["width"], "output_size.1": self.memory["height"]}
         return {**place, **size, **image_sizes(self.program, self.memory)}
 
     def run(self, builtins: dict[str, Any], mask: Any) -> tuple[list[Any], Any]:
-        """Run the kernel in the lanes of the mask: components of all outputs, and which of those lanes it keeps."""
+        """Run the kernel in the mask's lanes: return the components of all outputs, and the mask of lanes that it
+        keeps."""
         b, program = self.builder, self.program
         if program is None:
             return [], mask
@@ -117,14 +118,14 @@ class Fragments:
         return b.gep(self.memory[name], [b.mul(first, llvm.Constant(I64, numbers))], True, source_etype=kind)
 
     def stored(self, number: int, column: Any, row: Any, parts: Sequence[Any], mask: Any) -> None:
-        """Components of target ``number`` for pixels of a row, in the lanes of the mask."""
+        """Store components of target ``number`` for pixels of a row, in the lanes of the mask."""
         b, format_ = self.builder, self.step.output_formats[number]
         place = self.pixel(f"out{number}", column, row, len(parts), element(format_))
         store(b, [rounded(b, part, format_) for part in parts], place, format_, mask)
 
 
 def is_deferred(step: DrawStep) -> bool:
-    """Whether a pixel's last fragment alone decides what it becomes."""
+    """Return True if only the last fragment of a pixel matters."""
     state, program = step.state, step.fragment
     if program is None:
         return state.stencil is None
@@ -135,7 +136,7 @@ def is_deferred(step: DrawStep) -> bool:
 
 def shade_code(step: DrawStep) -> Code:
     """Compile ``shade(context, ids, planes, x, y, rows)`` for a draw: it writes every pixel of a tile that a triangle
-    covers, and the clear colour on the others where the draw clears."""
+    covers, and the clear color on the others if the draw clears."""
     return function_code(("shade", *kernel_parts(step)), lambda name: _Shade(step, name).text())
 
 
@@ -164,11 +165,11 @@ class _Shade(Fragments):
         return str(self.module)
 
     def _pixels(self, at: Any, slots: Any, covered: Any) -> None:
-        """Interpolate, run the kernel, store: neighbours in one row of the tile."""
+        """Interpolate, run the kernel, store: neighboring pixels in one row of the tile."""
         b = self.builder
         largest = b.intrinsic(f"llvm.vector.reduce.smax.v{b.lanes}i32", I32, [slots.type])
         one = b.plain.call(largest, [slots])
-        # Lanes that no triangle covers go with one that some other lane has.
+        # Lanes without a triangle use the triangle of some other lane.
         slots = b.select(covered, slots, one)
         x = b.add(b.add(self.left, b.and_(at, llvm.Constant(I32, TILE - 1))), b.counting(I32))
         y = b.add(self.top, b.lshr(at, llvm.Constant(I32, TILE.bit_length() - 1)))
@@ -176,7 +177,7 @@ class _Shade(Fragments):
         self._store(at, covered, self.run(builtins, covered)[0])
 
     def _store(self, at: Any, covered: Any, results: list[Any] | None) -> None:
-        """Results where a triangle covers a pixel, elsewhere the clear colour; no results: only that."""
+        """Store results where a triangle covers a pixel, elsewhere the clear color; without results only that."""
         b = self.builder
         column = b.add(self.left, b.and_(at, llvm.Constant(I32, TILE - 1)))
         row = b.add(self.top, b.lshr(at, llvm.Constant(I32, TILE.bit_length() - 1)))
@@ -198,7 +199,7 @@ class _Shade(Fragments):
         b, names = self.builder, self.interpolated
         if not names:
             return {}
-        # Inside large triangles all lanes have the same planes, and one load serves all.
+        # Inside large triangles all lanes have the same planes, so one load suffices.
         same, apart, merged = (b.append_basic_block(name) for name in ("same", "apart", "merged"))
         b.cbranch(b.all(b.icmp_signed("==", slots, one)), same, apart)
         sides = []
@@ -220,7 +221,7 @@ class _Shade(Fragments):
 _SIGNS = {"less": "<", "equal": "==", "less_equal": "<=", "greater": ">", "not_equal": "!=", "greater_equal": ">="}
 _FULL = llvm.Constant(I32, 255)
 _ONE, _NONE = llvm.Constant(I32, 1), llvm.Constant(I32, 0)
-#: What becomes of a held stencil value, by the operation's name; ``r`` is the reference.
+#: New stencil value, by the operation's name; ``r`` is the reference.
 _STENCIL: dict[str, Callable[[Lanes, Any, Any], Any]] = {
     "keep": lambda b, held, r: held,
     "zero": lambda b, held, r: _NONE,
@@ -236,8 +237,8 @@ _STENCIL: dict[str, Callable[[Lanes, Any, Any], Any]] = {
 def merge_code(step: DrawStep) -> Code:
     """Compile ``merge(context, spans, triangle, left, top, bottom, clear)`` for a draw.
 
-    It writes one triangle's pixels in a tile, ``spans`` of the rows ``top`` to ``bottom``; or, with ``clear`` other
-    than 0, it clears those rows of the tile.
+    It writes one triangle's pixels in a tile, ``spans`` of the rows ``top`` to ``bottom``; if ``clear`` is not 0, it
+    clears those rows of the tile instead.
     """
     state = step.state
     fixed = (step.depth is not None, state.depth_compare, state.depth_write, state.stencil, state.color_mask)
@@ -256,7 +257,7 @@ def _rows(step: DrawStep) -> int:
 
 
 class _Merge(Fragments):
-    """LLVM text of one such function."""
+    """LLVM text of one merging function."""
 
     def __init__(self, step: DrawStep, name: str) -> None:
         super().__init__(step, name, pointers=3, numbers=4)
@@ -279,7 +280,7 @@ class _Merge(Fragments):
         return str(self.module)
 
     def _clear(self, left: Any, y: Any) -> None:
-        """One row of the tile."""
+        """Clear one row of the tile."""
         b = self.builder
         with counting(b, left, b.add(left, llvm.Constant(I32, TILE)), llvm.Constant(I32, b.lanes)) as x:
             inside = b.icmp_signed("<", b.add(x, b.counting(I32)), self.memory["width"])
@@ -288,7 +289,7 @@ class _Merge(Fragments):
                     self.stored(number, x, y, self.clears(number), inside)
 
     def _row(self, spans: Any, y: Any, top: Any, bottom: Any) -> None:
-        """A row of blocks."""
+        """Emit a row of blocks."""
         b, blocks = self.builder, self.blocks
         kind = llvm.VectorType(I32, blocks.rows)
         ends = []
@@ -301,7 +302,7 @@ class _Merge(Fragments):
         self.y = b.add(y, blocks.row()) if blocks.rows > 1 else y
         self.rows = []
         for row in range(blocks.rows):
-            # Rows beyond the triangle's end are not in the picture, perhaps.
+            # Rows below the triangle may be outside of the picture.
             there = b.add(y, llvm.Constant(I32, row))
             self.rows.append(b.select(b.icmp_signed("<", there, bottom), there, bottom))
         with counting(b, low, b.add(high, _ONE), llvm.Constant(I32, blocks.columns)) as self.x:
@@ -312,7 +313,7 @@ class _Merge(Fragments):
             self._fragments(covered)
 
     def _planes(self, names: list[str]) -> None:
-        """Make builtins known that depend on the triangle."""
+        """Define the builtins that depend on the triangle."""
         new = [name for name in names if name not in self.given]
         planes = interpolated(self.builder, self.step, self.triangle, _NONE, self.columns, self.y, new)
         self.given |= {name: self.builder.spread(value) for name, value in zip(new, planes, strict=True)}
@@ -326,10 +327,10 @@ class _Merge(Fragments):
         return self.run(self.given, mask)
 
     def _fragments(self, covered: Any) -> None:
-        """Rule 6 of docs/rasterisation.md.
+        """Emit rule 6 of docs/rasterisation.md.
 
-        A kernel that discards runs before what it may prevent, but behind the depth test where nothing else hangs on
-        that.
+        A kernel that discards runs before the tests that it may prevent, but after the depth test if nothing else
+        depends on the order.
         """
         b, step, program = self.builder, self.step, self.program
         discards, stencil = program is not None and program.keep is not None, step.state.stencil
@@ -349,7 +350,7 @@ class _Merge(Fragments):
             self._colours(results, passed)
 
     def _depth_test(self, mask: Any) -> Any:
-        """The lanes of the mask that pass."""
+        """Return the lanes of the mask that pass the depth test."""
         b, compare = self.builder, self.step.state.depth_compare
         if self.step.depth is None or compare == "always":
             return mask
@@ -361,7 +362,8 @@ class _Merge(Fragments):
         return b.and_(mask, method(_SIGNS[compare], self.given["fragment_depth"], stored))
 
     def _stencil_test(self, stencil: Stencil, mask: Any, deep: Any) -> Any:
-        """Update the stencil in the lanes of the mask, of which ``deep`` pass the depth test; those that pass both."""
+        """Update the stencil in the mask's lanes (``deep`` pass the depth test); return the lanes that pass both
+        tests."""
         b = self.builder
         places = self._at("stencil", 1, I8)
         (loaded,) = self.blocks.numbers(places, 1, I8, 1)
@@ -384,7 +386,7 @@ class _Merge(Fragments):
         return b.and_(shown, deep)
 
     def _colours(self, results: list[Any], passed: Any) -> None:
-        """Each target's components, blended with what it holds if the draw blends, into the channels that it writes."""
+        """Write each target's components, blended if the draw blends, to the channels in the color mask."""
         b, step = self.builder, self.step
         begin = 0
         for number, count in enumerate(self.channels):

@@ -1,4 +1,4 @@
-"""Binned triangles into pixels: triangle by triangle in order, or a tile at once where order does not matter."""
+"""Draw binned triangles: triangle by triangle in order, or a tile at once if order does not matter."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from passgraph.plan.data import DrawStep
 if TYPE_CHECKING:
     from passgraph.backends.numpy.storage import Storage
 
-#: Triangles as setup.py makes them, and their vertices: window x and y, depth, 1/w, varyings.
+#: Triangles from setup.py, and their vertices: window x and y, depth, 1/w, varyings.
 Triangles: TypeAlias = "tuple[NDArray[Any], ...]"
 #: Pixels of a tile.
 PIXELS = TILE * TILE
@@ -77,7 +77,7 @@ class Painter:
             )
         depths = self.nothing if depth is None else depth.numbers.reshape(-1)
         stencil = self.nothing if depth is None or depth.stencil is None else depth.stencil
-        # The context holds bare addresses: what they lead to must live until the threads are done.
+        # The context holds bare addresses: their memory must live until the threads are done.
         arrays = [block.floats, block.ints, colours, depths, stencil]
         self._fill(arrays, images, outputs)
         self.counter[0] = 0
@@ -92,7 +92,7 @@ class Painter:
         del arrays
 
     def make_room(self, longest: int) -> None:
-        """Allocate scratch memory for so many triangles in one tile."""
+        """Allocate scratch memory for a number of triangles in one tile."""
 
     def _fill(self, arrays: Sequence[NDArray[Any]], images: Sequence[Storage], outputs: Sequence[Storage]) -> None:
         addresses = [array.ctypes.data for array in arrays]
@@ -105,7 +105,7 @@ class Painter:
 
 
 class Deferred(Painter):
-    """The triangle that each pixel of a tile shows, then the kernel once for each pixel."""
+    """Finds the visible triangle of each pixel in a tile, then runs the kernel once for each pixel."""
 
     def __init__(self, step: DrawStep, workers: Workers) -> None:
         # Without a depth buffer every fragment passes.
@@ -116,7 +116,7 @@ class Deferred(Painter):
         super().__init__(step, workers, entries.tiles, None if step.fragment is None else shade_code(step))
 
     def thread_scratch(self) -> list[Any]:
-        """Each pixel's triangle, numbers of visible triangles, rows of numbers of each, their planes."""
+        """Return scratch: each pixel's triangle, indices of visible triangles, their number rows, their planes."""
         table = np.empty(PIXELS * plane_numbers(self.step) if self.kernel is not None else 1, np.float64)
         return [np.empty(PIXELS, np.int32), np.empty(0, np.int32), plane_rows(self.step), table]
 
@@ -133,13 +133,13 @@ class Deferred(Painter):
 
 
 class Ordered(Painter):
-    """Triangle by triangle: tests, kernel and blending of each before the next."""
+    """Draws triangle by triangle: tests, kernel and blending of each before the next."""
 
     def __init__(self, step: DrawStep, workers: Workers) -> None:
         super().__init__(step, workers, entries.in_order, merge_code(step))
 
     def thread_scratch(self) -> list[Any]:
-        """Spans of one triangle, and its planes."""
+        """Return scratch: spans of one triangle, and its planes."""
         return [
             np.empty(2 * layout.SPAN_ROWS, np.int32),
             plane_rows(self.step),

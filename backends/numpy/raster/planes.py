@@ -1,4 +1,4 @@
-"""Interpolated values of a triangle's pixels: blocks in vectors, and planes through its corners."""
+"""Interpolated values of a triangle's pixels: blocks in vectors, and planes through the triangle's corners."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from passgraph.plan.data import DrawStep
 class Blocks:
     """Blocks of ``rows`` rows, 1 or 4.  Lane ``rows * column + row`` has the pixel in that column and row of its block.
 
-    With four rows, four channels of a block are 4x4 matrices that only want transposing.
+    With four rows, the four channels of a block are 4x4 matrices to transpose.
     """
 
     def __init__(self, builder: Lanes, rows: int) -> None:
@@ -34,16 +34,16 @@ class Blocks:
         return lanes_of(numbers)
 
     def spread(self, values: Any) -> Any:
-        """A vector with one value a row, in each row's lanes."""
+        """Return a vector with one value per row, repeated in each row's lanes."""
         return picked(self.builder, values, [lane % self.rows for lane in range(self.builder.lanes)])
 
     def load(self, places: Sequence[Any], channels: int, stored: Format) -> list[Any]:
-        """Each channel of a block, whose rows begin at ``places``."""
+        """Load each channel of a block whose rows begin at ``places``."""
         numbers = self.numbers(places, channels, element(stored), stored.bits // 8)
         return [decoded(self.builder, number, stored) for number in numbers]
 
     def numbers(self, places: Sequence[Any], channels: int, kind: Any, align: int) -> list[Any]:
-        """The same as they lie in memory."""
+        """Load the same as stored numbers."""
         b, count = self.builder, self.columns * channels
         loads = [b.load(place, typ=llvm.VectorType(kind, count), align=align) for place in places]
         if self.rows == channels == 4:
@@ -56,12 +56,12 @@ class Blocks:
         return [picked(b, block, lanes) for lanes in order]
 
     def store(self, places: Sequence[Any], parts: list[Any], masks: list[Any], stored: Format) -> None:
-        """Each channel, where its mask says so."""
+        """Store each channel where its mask is set."""
         numbers = [rounded(self.builder, self.builder.spread(part), stored) for part in parts]
         self.store_numbers(places, numbers, masks, stored.bits // 8)
 
     def store_numbers(self, places: Sequence[Any], parts: list[Any], masks: list[Any], align: int) -> None:
-        """The same of numbers as they lie in memory."""
+        """Store numbers unconverted."""
         b = self.builder
         bits = [b.sext(mask, I32) for mask in masks]
         for place, values, mask in zip(places, self._by_rows(parts), self._by_rows(bits), strict=True):
@@ -69,7 +69,7 @@ class Blocks:
             b.store_masked(values, place, written, align)
 
     def _by_rows(self, parts: list[Any]) -> list[Any]:
-        """Rows of a block with channels interleaved."""
+        """Return the rows of a block with interleaved channels."""
         b, channels = self.builder, len(parts)
         if self.rows == channels == 4:
             return transposed(b, parts)
@@ -85,19 +85,19 @@ class Blocks:
 
 
 def plane_rows(step: DrawStep) -> int:
-    """Rows of numbers of each triangle: depth, and more where something is interpolated."""
+    """Return the rows of numbers of each triangle: depth, and more if values are interpolated."""
     return VARYINGS + len(step.varyings) if step.varyings else 1
 
 
 def plane_numbers(step: DrawStep) -> int:
-    """Numbers kept of each triangle."""
+    """Return the numbers stored for each triangle."""
     return PLANES + 3 * plane_rows(step)
 
 
 def interpolated(b: Lanes, step: DrawStep, table: Any, slot: Any, x: Any, y: Any, names: list[str]) -> list[Any]:
-    """Builtins of the triangle in that place of the table, or of one triangle a lane, at pixels (``x``, ``y``).
+    """Return builtins of the triangle at a table index, or of one triangle per lane, at pixels (``x``, ``y``).
 
-    Perspective-correct: the corners, by how near the pixel's centre is to each (rasterisation rule 5).
+    Perspective-correct: the corners are weighted by the position of the pixel's center (rasterization rule 5).
     """
     pixels: dict[str, _Pixel] = {}
     values = []
@@ -111,7 +111,7 @@ def interpolated(b: Lanes, step: DrawStep, table: Any, slot: Any, x: Any, y: Any
 
 
 class _Pixel:
-    """A pixel's centre in its triangle, or in the triangle's plane beside it."""
+    """A pixel's center in its triangle, or in the triangle's plane outside of it."""
 
     def __init__(self, b: Lanes, step: DrawStep, table: Any, slot: Any, x: Any, y: Any) -> None:
         self.b, self.step, self.table = b, step, table
@@ -121,7 +121,7 @@ class _Pixel:
         self.near: list[Any] = []
 
     def value(self, name: str) -> Any:
-        """A builtin that hangs on the triangle."""
+        """Return a builtin that depends on the triangle."""
         b = self.b
         if name == "front_facing":
             return b.fcmp_ordered("!=", self._entry(FRONT), llvm.Constant(F64, 0.0))
@@ -137,11 +137,11 @@ class _Pixel:
         return b.fptrunc(value, F32)
 
     def _nearness(self) -> list[Any]:
-        """Return the shares of the second and the third corner; all three add up to 1."""
+        """Return the weights of the second and the third corner; all three add up to 1."""
         b = self.b
         edges, (area, *more) = (self._plane(EDGE1), self._plane(EDGE2)), self._numbers(NEARNESS)
         parts = [b.fmul(edge, factor) for edge, factor in zip(edges, more, strict=True)]
-        # In the triangle nothing is negative: the sum keeps its digits, however near to the eye one corner is.
+        # Inside the triangle no term is negative: the sum keeps its precision, however near to the eye one corner is.
         total = b.fadd(b.fadd(b.fsub(b.fsub(area, edges[0]), edges[1]), parts[0]), parts[1])
         share = b.fdiv(llvm.Constant(F64, 1.0), total)
         return [b.fmul(part, share) for part in parts]

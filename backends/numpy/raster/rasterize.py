@@ -36,7 +36,7 @@ _I64 = ir.IntType(64)
 
 @intrinsic
 def pg_take(typing_context: Any, counter: Any) -> Any:
-    """The next number of a counter that threads share: an array of one int64, which it raises by 1."""
+    """Return the next number of a counter shared by threads: an array of one int64, which it increments."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array = context.make_array(signature.args[0])(context, builder, arguments[0])
@@ -47,7 +47,7 @@ def pg_take(typing_context: Any, counter: Any) -> Any:
 
 @intrinsic
 def pg_soon(typing_context: Any, array: Any, row: Any) -> Any:
-    """Fetch the entry of an array that is read soon, or the row of one, into the cache."""
+    """Prefetch an entry, or a row, of an array into the cache."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kind = signature.args[0]
@@ -65,7 +65,7 @@ def pg_soon(typing_context: Any, array: Any, row: Any) -> Any:
 
 
 def _call(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    """Call the function at the address that comes first with what follows, arrays by their addresses."""
+    """Call the function at the first address with the other arguments, arrays by their addresses."""
     given = []
     for kind, value in zip(signature.args[1:], arguments[1:], strict=True):
         array = isinstance(kind, types.Array)
@@ -92,7 +92,7 @@ def pg_merge(
     return types.void(types.int64, context, spans, triangle, *[types.int64] * 4), _call
 
 
-#: Triangles between the one that is fetched and the one that is drawn.
+#: Distance in triangles between prefetch and drawing.
 AHEAD = 4
 
 
@@ -100,9 +100,9 @@ def _soon(
     n: Any, end: Any, lists: Any, triangles: Any, window_x: Any, window_y: Any, depth: Any, inverse_w: Any,
     varyings: Any, every: Any,
 ) -> None:  # fmt: skip
-    """Fetch into the cache what triangles a few behind ``lists[n]`` need: corners' places and depths; ``every``: all.
+    """Prefetch what triangles a few behind ``lists[n]`` need: corners' positions and depths; with ``every`` all of it.
 
-    A tile's triangles lie all over memory, and waiting for them would take longer than all else.
+    A tile's triangles are scattered in memory; without prefetching, waiting for them would dominate.
     """
     if n + 2 * AHEAD < end:
         pg_soon(triangles, np.int64(lists[np.uint64(n + 2 * AHEAD)]))
@@ -118,13 +118,13 @@ def _soon(
 
 
 def _window(ax: Any, ay: Any, bx: Any, by: Any, cx: Any, cy: Any) -> Any:
-    """The first corner, and the others from there."""
+    """Return the first corner, and the others relative to it."""
     x0, y0 = np.int64(ax), np.int64(ay)
     return x0, y0, np.int64(bx) - x0, np.int64(by) - y0, np.int64(cx) - x0, np.int64(cy) - y0
 
 
 def _plane(a: Any, b: Any, c: Any, x1: Any, y1: Any, x2: Any, y2: Any, scale: Any) -> Any:
-    """The value at the first corner, and its steps along x and y."""
+    """Return the value at the first corner, and its steps along x and y."""
     return a, ((b - a) * y2 - (c - a) * y1) * scale, ((c - a) * x1 - (b - a) * x2) * scale
 
 
@@ -144,7 +144,7 @@ def _numbered(
     t: Any, slot: Any, triangles: Any, window_x: Any, window_y: Any, depth: Any, inverse_w: Any, varyings: Any,
     factor: Any, units: Any, rows: Any, table: Any,
 ) -> None:  # fmt: skip
-    """Put a triangle's numbers, so many rows, into their place in ``table``."""
+    """Write the rows of a triangle's numbers to their place in ``table``."""
     a, b, c = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1]), np.uint64(triangles[t, 2])
     x0, y0, x1, y1, x2, y2 = window(window_x[a], window_y[a], window_x[b], window_y[b], window_x[c], window_y[c])
     area = float(x1 * y2 - x2 * y1)
@@ -172,7 +172,8 @@ def _put(table: Any, at: Any, row: Any, first: Any, second: Any, third: Any) -> 
 def _narrowed(first: Any, last: Any, value: Any, step: Any, left: Any) -> Any:
     """Return the part of first … last that lies inside one edge; ``value`` is the edge function at ``left``.
 
-    Quotients are taken in float64: an edge value below 2**46 over a step below 2**31 cannot round to the wrong whole.
+    Quotients are computed in float64: an edge value below 2**46 over a step below 2**31 cannot round to the wrong
+    integer.
     """
     if step > 0:
         if value < 0:
@@ -185,7 +186,7 @@ def _narrowed(first: Any, last: Any, value: Any, step: Any, left: Any) -> Any:
 
 
 def _span(e0: Any, e1: Any, e2: Any, step0: Any, step1: Any, step2: Any, left: Any, right: Any) -> Any:
-    """First and last covered pixel of a row, given the edges there; empty where first > last."""
+    """Return the first and last covered pixel of a row, given the edges there; empty if first > last."""
     first, last = narrowed(left, right, e0, step0, left)
     first, last = narrowed(first, last, e1, step1, left)
     return narrowed(first, last, e2, step2, left)
@@ -195,7 +196,7 @@ def _visible(
     ids: Any, slots: Any, lists: Any, begin: Any, end: Any, triangles: Any, window_x: Any, window_y: Any, depth: Any,
     inverse_w: Any, varyings: Any, factor: Any, units: Any, rows: Any, table: Any,
 ) -> None:  # fmt: skip
-    """Number the triangles that ``ids`` shows, put those numbers in their place, and their planes into ``table``."""
+    """Number the triangles that ``ids`` shows, write the numbers to their places, and the planes into ``table``."""
     for n in range(end - begin):
         slots[n] = -1
     number = 0
@@ -224,7 +225,7 @@ numbered = compiled(_numbered)
 visible = compiled(_visible)
 
 
-#: Columns of a triangle that is tested pixel by pixel: its spans would take longer to find.
+#: Most columns of a triangle that is tested pixel by pixel: finding its spans would take longer.
 NARROW = 8
 
 
@@ -234,9 +235,9 @@ def _tiles(
     depth: Any, has_depth: Any, test: Any, write: Any, clear: Any,
     ids: Any, slots: Any, rows: Any, table: Any, shade: Any, context: Any,
 ) -> None:  # fmt: skip
-    """Take tiles by a shared counter until none is left.
+    """Draw tiles, taken by a shared counter.
 
-    Without a depth buffer ``depth`` is one tile's.  ``clear`` is what depth is cleared to, or NaN.
+    Without a depth buffer ``depth`` is one tile's.  ``clear`` is the clear value of depth, or NaN.
     """
     less, equal, greater = (test & LESS) != 0, (test & EQUAL) != 0, (test & GREATER) != 0
     writes = write != 0
@@ -255,9 +256,9 @@ def _tiles(
         ids[:] = -1
         begin, end = offsets[tile], offsets[tile + 1]
         for n in range(begin, end):
-            # Numbers instead of views of rows: a view counts references, and threads would meet there every time.
+            # Indices instead of views of rows: a view counts references, which would make threads contend.
             soon(n, end, lists, triangles, wx, wy, wz, iw, vary, False)
-            # Whole numbers without a sign: others may count from the end, which costs a choice at every index.
+            # Unsigned ints: signed ones may count from the end, which costs a branch at every index.
             t = np.uint64(lists[np.uint64(n)])
             a, b, c = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1]), np.uint64(triangles[t, 2])
             x0, y0, x1, y1, x2, y2 = window(wx[a], wy[a], wx[b], wy[b], wx[c], wy[c])
@@ -289,7 +290,8 @@ def _tiles(
                         z = np.float32(min(max(z_row + z_step * float(x), 0.0), 1.0))
                         stored, shown = depth[np.uint64(row + x)], ids[np.uint64(place + x)]
                         passes = (less & (z < stored)) | (equal & (z == stored)) | (greater & (z > stored))
-                        # Storing always, what was there if need be, lets LLVM vectorise; a tile is one thread's.
+                        # An unconditional store, of the old value if need be, lets LLVM vectorize; a tile belongs to
+                        # one thread.
                         ids[np.uint64(place + x)] = n - begin if passes else shown
                         depth[np.uint64(row + x)] = z if passes & writes else stored
                 e0, e1, e2 = e0 + x1 * 256, e1 + (x2 - x1) * 256, e2 - x2 * 256
@@ -306,9 +308,9 @@ def _in_order(
     triangles: Any, wx: Any, wy: Any, wz: Any, iw: Any, vary: Any, factor: Any, units: Any, width: Any, height: Any,
     depth: Any, depth_clear: Any, clears: Any, spans: Any, rows: Any, table: Any, merge: Any, context: Any,
 ) -> None:  # fmt: skip
-    """Take tiles by a shared counter until none is left.
+    """Draw tiles, taken by a shared counter.
 
-    ``depth_clear`` is what depth is cleared to, or NaN; ``clears`` whether some target is.
+    ``depth_clear`` is the clear value of depth, or NaN; ``clears`` is true if some target is cleared.
     """
     while True:
         piece = pg_take(counter)
@@ -326,7 +328,7 @@ def _in_order(
         stop = offsets[tile + 1]
         for n in range(offsets[tile], stop):
             soon(n, stop, lists, triangles, wx, wy, wz, iw, vary, True)
-            # Whole numbers without a sign: others may count from the end, which costs a choice at every index.
+            # Unsigned ints: signed ones may count from the end, which costs a branch at every index.
             t = np.uint64(lists[np.uint64(n)])
             a, b, c = np.uint64(triangles[t, 0]), np.uint64(triangles[t, 1]), np.uint64(triangles[t, 2])
             x0, y0, x1, y1, x2, y2 = window(wx[a], wy[a], wx[b], wy[b], wx[c], wy[c])

@@ -1,8 +1,8 @@
 """Triangle setup: projection, clipping, snapping, culling and binning into tiles.
 
-The rules are those of docs/rasterisation.md.  Work is cut into chunks of triangles in submission order; a tile's list
-is the chunks' lists one after another, so order is kept without locks.  Written for numba; entries.py is how the
-functions are called.
+The rules are in docs/rasterisation.md.  Work is divided into chunks of triangles in submission order; a tile's list is
+the concatenation of the chunks' lists, so order is kept without locks.  Written for numba; entries.py calls the
+functions.
 """
 
 # mypy: disable-error-code="untyped-decorator,arg-type"
@@ -15,13 +15,13 @@ import numpy as np
 from passgraph.backends.numpy.machine.numba_text import compiled
 from passgraph.backends.numpy.raster.layout import CORNER_LISTS, MAX_CORNERS, NEW_VERTICES, TILE
 
-#: No corner is drawn farther than this many half-screens from the centre: twice the guard band.
+#: Corners farther from the center than this many half-screens are not drawn: twice the guard band.
 FARTHEST = 16.0
 
 REJECTED, DIRECT, CLIPPED = 0, 1, 2
 #: Bits of a vertex's code: outside near, far and the four sides; beyond the guard band or behind the eye; not finite.
 SIDES, BEYOND, NOT_FINITE = 63, 64, 128
-#: With any of these a triangle is cut.
+#: A triangle with any of these is clipped.
 CLIPPING = 1 | 2 | BEYOND
 
 
@@ -29,7 +29,7 @@ def _project(
     first: Any, last: Any, clip: Any, width: Any, height: Any,
     window_x: Any, window_y: Any, depth: Any, inverse_w: Any, codes: Any,
 ) -> None:  # fmt: skip
-    """Outside which planes vertices lie, and window coordinates of those in front of the eye: others are never used
+    """Compute the clip codes of vertices, and window coordinates of those in front of the eye: others are never used
     unclipped."""
     for v in range(first, last):
         x, y, z, w = clip[v, 0], clip[v, 1], clip[v, 2], clip[v, 3]
@@ -42,7 +42,7 @@ def _project(
             code |= NOT_FINITE
         codes[v] = code
         if w > 0:
-            # Window coordinates carry 8 bits below the pixel.
+            # Window coordinates have 8 fractional bits.
             window_x[v] = np.int32(min(max(np.rint((x / w * 0.5 + 0.5) * width * 256.0), -1.0e9), 1.0e9))
             window_y[v] = np.int32(min(max(np.rint((0.5 - y / w * 0.5) * height * 256.0), -1.0e9), 1.0e9))
             depth[v] = z / w * 0.5 + 0.5
@@ -83,7 +83,8 @@ def _classify(first: Any, last: Any, chunk: Any, triangles: Any, codes: Any, kin
 
 
 def _between(clip: Any, varyings: Any, inside: Any, outside: Any, d_inside: Any, d_outside: Any, to: Any) -> None:
-    """The vertex where an edge crosses a plane: each end by its share, so that a huge end does not drown the other."""
+    """Return the vertex where an edge crosses a plane: both ends weighted, so that a huge end does not swamp the
+    other."""
     apart = d_inside - d_outside
     share, rest = -d_outside / apart, d_inside / apart
     for c in range(4):
@@ -94,9 +95,9 @@ def _between(clip: Any, varyings: Any, inside: Any, outside: Any, d_inside: Any,
 
 
 def _run_inside(count: Any, clip: Any, corners: Any, row: Any, plane: Any) -> Any:
-    """Bits of the corners inside a plane that lie next to one another round the one that lies deepest.
+    """Return the bits of the corners inside a plane that are contiguous around the deepest one.
 
-    Of a convex polygon these are all; where rounding puts others inside, counting them would cut more than two edges.
+    For a convex polygon these are all; rounding may put others inside, but with those more than two edges would be cut.
     """
     deepest, most = 0, distance(clip, corners[row, 0], plane)
     for k in range(1, count):
@@ -115,8 +116,8 @@ def _run_inside(count: Any, clip: Any, corners: Any, row: Any, plane: Any) -> An
 
 
 def _clip(t: Any, triangles: Any, clip: Any, varyings: Any, free: Any, corners: Any, row: Any) -> Any:
-    """Cut one triangle into ``corners[row]``, with ``corners[row + 1]`` for scratch; new vertices go to ``free`` on,
-    at most ``NEW_VERTICES``.  Returns (corner count, next free vertex)."""
+    """Clip one triangle into ``corners[row]``, with ``corners[row + 1]`` as scratch; new vertices are stored from
+    ``free`` on, at most ``NEW_VERTICES``.  Return (corner count, next free vertex)."""
     count, cut, end = 3, row + 1, free + NEW_VERTICES
     for k in range(3):
         corners[row, k] = triangles[t, k]
@@ -124,7 +125,7 @@ def _clip(t: Any, triangles: Any, clip: Any, varyings: Any, free: Any, corners: 
         run = run_inside(count, clip, corners, row, plane)
         if run == (1 << count) - 1:
             continue
-        if run == 0 or count >= MAX_CORNERS or free + 2 > end:  # one run leaves room for one more corner
+        if run == 0 or count >= MAX_CORNERS or free + 2 > end:  # one run leaves space for one more corner
             return 0, free
         kept = 0
         for k in range(count):
@@ -152,18 +153,18 @@ def _clip(t: Any, triangles: Any, clip: Any, varyings: Any, free: Any, corners: 
 
 
 def _placed(v: Any, clip: Any) -> Any:
-    """Whether a corner has a place on the screen: one at the eye has none, nor one that rounding alone put far off."""
+    """Return True if a corner has a valid screen position: not at the eye, nor moved far off by rounding alone."""
     farthest = FARTHEST * clip[v, 3]
     return farthest > 0.0 and abs(clip[v, 0]) <= farthest and abs(clip[v, 1]) <= farthest
 
 
 def _holds(x0: Any, y0: Any, x1: Any, y1: Any, x2: Any, y2: Any, px: Any, py: Any) -> Any:
-    """Whether a triangle of positive area covers a point (rule 4; as ``edges_at`` of triangle.py)."""
+    """Return True if a triangle of positive area covers a point (rule 4; as ``edges_at`` of triangle.py)."""
     return edge(x0, y0, x1, y1, px, py) >= 0 and edge(x1, y1, x2, y2, px, py) >= 0 and edge(x2, y2, x0, y0, px, py) >= 0
 
 
 def _edge(x0: Any, y0: Any, x1: Any, y1: Any, px: Any, py: Any) -> Any:
-    """Positive inside, less one where the edge is neither top nor left."""
+    """Return the edge function: positive inside, less one where the edge is neither top nor left."""
     dx, dy = x1 - x0, y1 - y0
     return dx * (py - y0) - dy * (px - x0) - (0 if dy < 0 or (dy == 0 and dx > 0) else 1)
 
@@ -180,7 +181,7 @@ def _keep(
     ready: Any,
     at: Any,
 ) -> Any:
-    """Write one triangle if it has area, faces the right way and may touch a pixel centre; wound to positive area."""
+    """Write one triangle if it has area, faces the right way and may touch a pixel center; wound to positive area."""
     x0, y0 = np.int64(window_x[a]), np.int64(window_y[a])
     x1, y1 = np.int64(window_x[b]), np.int64(window_y[b])
     x2, y2 = np.int64(window_x[c]), np.int64(window_y[c])
@@ -195,7 +196,7 @@ def _keep(
     if left > right or top > bottom:
         return at
     if left == right and top == bottom:
-        # Most triangles of dense meshes: one centre in the bounding box, which the triangle itself may miss.
+        # Most triangles of dense meshes: one center in the bounding box, which the triangle itself may miss.
         if area < 0:
             x1, y1, x2, y2 = x2, y2, x1, y1
         if not holds(x0, y0, x1, y1, x2, y2, left * 256 + 128, top * 256 + 128):
@@ -213,7 +214,7 @@ def _assemble(
     varyings: Any, width: Any, height: Any, cull: Any,
     window_x: Any, window_y: Any, depth: Any, inverse_w: Any, ready: Any, corners: Any,
 ) -> Any:  # fmt: skip
-    """Triangles of one chunk, ready to be drawn, from ``ready[at]`` on; returns where they end."""
+    """Prepare the triangles of one chunk for drawing, stored from ``ready[at]`` on; return their end."""
     row = CORNER_LISTS * chunk
     for t in range(first, last):
         if kinds[t] == DIRECT:
@@ -239,7 +240,7 @@ def _count(first: Any, last: Any, chunk: Any, ready: Any, tiles_x: Any, counts: 
 
 
 def _fill(first: Any, last: Any, chunk: Any, ready: Any, tiles_x: Any, cursors: Any, lists: Any) -> None:
-    """The triangles of a chunk into the tiles' lists, in order, from ``cursors[chunk, tile]`` on."""
+    """Append the triangles of a chunk to the tiles' lists, in order, from ``cursors[chunk, tile]`` on."""
     for t in range(first, last):
         for ty in range(ready[t, 5] // TILE, ready[t, 7] // TILE + 1):
             for tx in range(ready[t, 4] // TILE, ready[t, 6] // TILE + 1):

@@ -1,1 +1,1 @@
-"""Scalar programs as LLVM code in vectors: lanes, operations, texels, bodies."""
+"""Scalar programs as vectorized LLVM code: lanes, operations, texels, bodies."""

@@ -1,6 +1,6 @@
-"""A scalar program for many pixels at once: one in each lane of a vector, branches and loops by masks.
+"""A scalar program for many pixels at once: one per vector lane, with masks for branches and loops.
 
-LLVM's own vectoriser gives up on loops and branches inside a loop over pixels; here it need not find anything out.
+LLVM's own vectorizer gives up on loops and branches inside a loop over pixels; this code needs no analysis.
 """
 
 from __future__ import annotations
@@ -32,12 +32,13 @@ from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
 from passgraph.language.emitter import repeated
 
-#: Branches with more instructions than this, or with loops, are jumped over where no lane takes them.
+#: Branches with more instructions than this, or with loops, are skipped if no lane takes them.
 MAX_UNCONDITIONAL = 12
 
 
 class LaneBody:
-    """``given`` are the builtins, ``memory`` the pointers and sizes by their names, ``held`` the images' formats."""
+    """Emits a program; ``given`` are the builtins, ``memory`` pointers and sizes by name, ``held`` the images'
+    formats."""
 
     def __init__(
         self, program: s.ScalarProgram, builder: Lanes, builtins: dict[str, Any], memory: dict[str, Any], mask: Any,
@@ -50,24 +51,24 @@ class LaneBody:
         self.tables: dict[str, Any] = {}
         self.windows = windows_of(program)
         self.calls = repeated(program)
-        self.called: set[int] = set()  # values that are inside functions
+        self.called: set[int] = set()  # values inside functions
         self.slots = {name: self._slot(TYPES[kind]) for name, kind in program.variables}
         self.arrays = {name: self._array(HELD[kind], length) for name, kind, length in program.arrays}
         self.straight = s.is_straight(program)
-        self.all, self.mask = mask, None  # lanes at work, first and later
+        self.all, self.mask = mask, None  # active lanes, at first and later
         if not self.straight:
             self.mask = self._slot(BOOL)
             builder.store(mask, self.mask)
-        self.breaks: list[Any] = []  # lanes that are still in each loop around
-        self.masked = False  # whether some lanes may be idle here that will work again
+        self.breaks: list[Any] = []  # lanes still active in each enclosing loop
+        self.masked = False  # True if lanes may be idle here that become active again
 
     def results(self) -> list[Any]:
-        """Emit everything; the outputs' components."""
+        """Emit everything; return the outputs' components."""
         self.block(self.program.body)
         return [self.operand(value) for output in self.program.outputs for value in output.values]
 
     def rounded(self, output: s.Output, stored: Format) -> list[Any]:
-        """An output's components as the numbers of its format."""
+        """Return an output's components as numbers of its format."""
         return [rounded(self.builder, self.operand(value), stored) for value in output.unrounded]
 
     def operand(self, value: s.Operand) -> Any:
@@ -86,18 +87,19 @@ class LaneBody:
                 self.emit(instruction)
 
     def _is_called(self, i: s.Op | s.Choose) -> bool:
-        """Whether an instruction is part of a call, which is made where its first one stands."""
+        """Return True if an instruction is part of a call, which is emitted at its first instruction."""
         call = self.calls.get(i.to.id)
         if call is not None:
             arguments = [self.operand(value) for value in call.given]
-            if any(map(is_vector, arguments)):  # of one number for all pixels what it computes is little work
+            if any(map(is_vector, arguments)):  # computing one number for all pixels costs little
                 self.called.update(instruction.to.id for instruction in call.instructions)
                 results = called(self.builder, call, arguments)
                 self.values |= {value.id: result for value, result in zip(call.wanted, results, strict=True)}
         return i.to.id in self.called
 
     def _is_steady(self, i: s.Instruction) -> bool:
-        """Whether an instruction of a straight program gives one number for all pixels, found before their loop."""
+        """Return True if an instruction of a branchless program is uniform, and so is computed before the pixel
+        loop."""
         if isinstance(i, (s.LoadTexel, s.LoadBuiltin)):
             return False
         entry = self.builder.function.entry_basic_block
@@ -107,7 +109,7 @@ class LaneBody:
         )
 
     def _slot(self, kind: Any) -> Any:
-        """A variable with a value in each lane.  It begins with 0: idle lanes too compute with what they hold."""
+        """Return a variable with a value in each lane.  It starts as 0, as idle lanes compute with it too."""
         b = self.builder
         with b.goto_entry_block():
             slot = b.alloca(b.vector(kind))
@@ -115,7 +117,7 @@ class LaneBody:
         return slot
 
     def _array(self, kind: Any, length: int) -> Any:
-        """A vector for each entry, all zero where the function begins."""
+        """Return an array of vectors, zeroed at the start of the function."""
         b = self.builder
         with b.goto_entry_block():
             array = b.alloca(b.vector(kind), llvm.Constant(I64, length))
@@ -169,7 +171,7 @@ class LaneBody:
         else:
             raise AssertionError(i)
 
-    # Memory: indices and coordinates are brought into range in every lane, so that idle lanes may read too.
+    # Memory: indices and coordinates are clamped in every lane, so that idle lanes may read too.
 
     def _read_at(self, i: s.ReadAt) -> None:
         b, array, index = self.builder, self.arrays[i.array], self.operand(i.index)
@@ -214,7 +216,7 @@ class LaneBody:
         return self._entry(self.tables[i.table], self.operand(i.index), TYPES[i.to.type])
 
     def texel(self, i: s.LoadTexel) -> None:
-        """A texel anywhere in its picture."""
+        """Load a texel anywhere in its picture."""
         results = [value.id for value in s.results_of(i)]
         window = self.windows.get(results[0]) if results and not i.relative else None
         if window is not None and is_vector(self.operand(window.base)):
@@ -235,7 +237,7 @@ class LaneBody:
         self.keep(i, self._channels(number, pixel, [c for c, value in enumerate(i.to) if value is not None]), outside)
 
     def _window(self, window: Window) -> None:
-        """All texels of a window, at once where they lie inside for every lane at work, else one after another."""
+        """Load all texels of a window: together if it is inside the picture for every active lane, else one by one."""
         b, first = self.builder, window.loads[0]
         number, low, high = self.numbers[first.image], window.offsets[0], window.offsets[-1]
         picture, width, height, pitch = (self.memory[f"im{number}{end}"] for end in ("", "_w", "_h", "_p"))
@@ -319,11 +321,11 @@ class LaneBody:
                 b.branch(behind)
                 b.position_at_end(behind)
         b.store(before if rest is None else self._read_slot(rest, BOOL), self.mask)
-        # After a break or continue the lanes that took it stay idle to the end of the loop's body.
+        # After a break or continue its lanes stay idle to the end of the loop's body.
         self.masked = was or leaves
 
     def _if_all(self, condition: Any, i: s.If) -> None:
-        """All lanes go the same way."""
+        """Emit a branch that all lanes take together."""
         b = self.builder
         then, orelse, behind = (b.append_basic_block(name) for name in ("then", "else", "behind"))
         b.cbranch(condition, then, orelse)
@@ -334,7 +336,7 @@ class LaneBody:
         b.position_at_end(behind)
 
     def _for(self, i: s.For) -> None:
-        """All lanes count together; those that have left wait for the rest."""
+        """Emit a loop that all lanes count together; lanes that have left it wait for the rest."""
         b = self.builder
         with b.goto_entry_block():
             slot = b.alloca(I32)
@@ -365,7 +367,8 @@ class LaneBody:
 
 
 def _leaves(body: tuple[s.Instruction, ...]) -> bool:
-    """Whether some lanes may be idle behind this body: they left for the end or the next trip of a loop around."""
+    """Return True if lanes may be idle after this body: they left for the end or next iteration of an enclosing
+    loop."""
     return any(
         isinstance(i, (s.Break, s.Continue)) or (isinstance(i, s.If) and (_leaves(i.then) or _leaves(i.orelse)))
         for i in body
@@ -378,18 +381,18 @@ def _long(body: tuple[s.Instruction, ...]) -> bool:
 
 
 def _counter(loop: s.For) -> tuple[int, int, int]:
-    """Start, stop and step of what a loop counts: its index, or its trips where the index would pass 32 bits.
+    """Return the start, stop and step of a loop's counter: its index, or its iterations if the index would overflow.
 
-    Never 0, 1, 2 …: where such a loop makes a multiple of eight trips, LLVM looks whether it computes a checksum and
-    follows operands anew wherever they are used (22.1, HashRecognize).  A minimum uses both of its own twice, so that
-    24 of them in a row take 20 seconds, and each one more twice as long.
+    Never 0, 1, 2 …: for such a loop with a multiple of eight iterations LLVM checks for a checksum computation and
+    follows operands again at every use (22.1, HashRecognize).  A minimum uses both operands twice, so 24 of them in a
+    row take 20 seconds, and each one more doubles that.
     """
     start, stop, step = (0, loop.trips, 1) if loop.wraps else (loop.start, loop.stop, loop.step)
     return (1, stop + 1, 1) if (start, step) == (0, 1) else (start, stop, step)
 
 
 def _index_of(b: Any, loop: s.For, count: Any) -> Any:
-    """The index of a trip; sums and products wrap, and the index itself fits."""
+    """Return the index of an iteration; sums and products wrap, and the index itself fits."""
     start, _, step = _counter(loop)
     trips = b.sub(count, llvm.Constant(I32, start))
     if step != loop.step:

@@ -1,8 +1,7 @@
-"""An LLVM builder whose values may be one number or a vector of them, one a lane.
+"""An LLVM builder whose values are scalars or vectors with one number per lane.
 
-A value that is the same in every lane stays a single number as long as only such values meet; where it meets a vector
-it is spread.  So the emitters of single operations (operations.py) serve both, and what does not vary costs nothing
-more.
+A uniform value stays a scalar as long as it meets only scalars; it is broadcast when it meets a vector.  So the
+emitters of operations (operations.py) serve both, and uniform computations cost no more than scalar ones.
 """
 
 from __future__ import annotations
@@ -26,14 +25,14 @@ from passgraph.language.emitter import Call
 F32, F64, I32, I64, BOOL = llvm.FloatType(), llvm.DoubleType(), llvm.IntType(32), llvm.IntType(64), llvm.IntType(1)
 I8 = llvm.IntType(8)
 TYPES = {"float": F32, "int": I32, "bool": BOOL}
-#: Entries of arrays: bits would lie packed.
+#: Types of array entries; bits would be packed.
 HELD = TYPES | {"bool": I32}
 
 
 def constant(value: s.Lit) -> Any:
     if value.type == "float":
         number = float(np.float32(value.value))
-        # LLVM's text has no sign for NaN and wants the bits of infinities: go through them.
+        # LLVM's text has no spelling of NaN and needs the bits of infinities, so all go by their bits.
         if math.isnan(number) or math.isinf(number):
             bits = int(np.float32(number).view(np.int32))
             return llvm.Constant(I32, bits).bitcast(F32)
@@ -42,7 +41,7 @@ def constant(value: s.Lit) -> Any:
 
 
 def call(name: str, result: Any) -> Callable[..., Any]:
-    """An LLVM intrinsic on one float32; vector units have an instruction for each that is used here."""
+    """Return an LLVM intrinsic on one float32; vector units have an instruction for each one used here."""
 
     def emit(b: Any, x: Any) -> Any:
         kind = llvm.FunctionType(result, [F32])
@@ -68,7 +67,7 @@ def _int_mod(b: Any, x: Any, y: Any) -> Any:
 
 
 def _divide(b: Any, x: Any, y: Any) -> tuple[Any, Any, Any]:
-    """Quotient toward zero, rest, and whether the divisor is 0; the two cases that trap go around the division."""
+    """Return quotient toward zero, remainder, and True for a zero divisor; avoids the two divisions that trap."""
     zero, minus = b.icmp_signed("==", y, _int(0)), b.icmp_signed("==", y, _int(-1))
     safe = b.select(b.or_(zero, minus), _int(1), y)
     quotient = b.select(minus, b.sub(_int(0), x), b.sdiv(x, safe))
@@ -84,9 +83,9 @@ def _shift(b: Any, y: Any) -> Any:
 
 
 def _saturated(b: Any, x: Any) -> Any:
-    """Toward zero, at most as far as an int reaches, NaN to 0.
+    """Convert to int toward zero, saturating, NaN to 0.
 
-    LLVM's own intrinsic comes out number by number on x86; this stays in vectors.
+    LLVM's own intrinsic is scalarized on x86; this stays in vectors.
     """
     low, high = llvm.Constant(F32, -(2.0**31)), llvm.Constant(F32, 2.0**31)
     below = llvm.Constant(F32, 2.0**31 - 128.0)  # the last float32 before 2**31
@@ -138,12 +137,12 @@ _ROWS = {"float": _FLOAT, "int": _INT, "bool": _BOOL}
 
 
 def emit_operation(builder: Any, name: str, on: str, arguments: list[Any]) -> Any:
-    """The value of a primitive operation."""
+    """Return the value of a primitive operation."""
     return _ROWS[on][name](builder, *arguments)
 
 
 class Written(llvm.Constant):
-    """A constant whose text is known; ``numbers`` are those of each lane, where they are told apart."""
+    """A constant with given text; ``numbers`` are those of each lane, if known separately."""
 
     def __init__(self, kind: Any, text: str, numbers: Sequence[Any] = ()) -> None:
         llvm.Value.__init__(self, kind, text)
@@ -151,7 +150,7 @@ class Written(llvm.Constant):
 
 
 def same(kind: Any, value: Any) -> Written:
-    """A number in every lane."""
+    """Return a number in every lane."""
     return Written(kind, f"splat ({value})")
 
 
@@ -160,12 +159,12 @@ def zeros(kind: Any) -> Written:
 
 
 def blank(kind: Any) -> Written:
-    """A vector (or struct) all of whose lanes that matter will be put in."""
+    """Return a vector (or struct) whose used lanes will all be inserted."""
     return Written(kind, "poison")
 
 
 def lanes_of(numbers: Sequence[int], bits: int = 32) -> Written:
-    """Whole numbers, lane by lane."""
+    """Return integers, lane by lane."""
     return _numbers(tuple(numbers), bits)
 
 
@@ -193,18 +192,18 @@ class Lanes:
 
     def __init__(self, builder: Any, lanes: int) -> None:
         self.plain, self.lanes = builder, lanes
-        self.reads = 0  # of scattered texels so far
-        #: In every lane: what is known where the function begins, and in a block what is found in it.
+        self.reads = 0  # scattered texel reads so far
+        #: Broadcast values: those of the function's start, and those computed in a block.
         self._spread: dict[Any, Any] = {}
-        #: Of numbers decoded from whole ones these, and their format: stored there again they are what they were.
+        #: Floats decoded from integers, with these and their format: storing them there again changes nothing.
         self.undecoded: dict[Any, tuple[Any, Format]] = {}
 
     def __getattr__(self, name: str) -> Any:
-        """Arithmetic, casts and comparisons on either kind of value; all else is the builder's own."""
+        """Return arithmetic, casts and comparisons for both kinds of value; other attributes are the builder's own."""
         method = getattr(self.plain, name)
         operation: Callable[..., Any] = method
         if name in _ALIKE:
-            operation = partial(self._together, method)
+            operation = partial(self._binary, method)
         elif name in _CASTS:
             operation = partial(self._cast, method)
         elif name in _COMPARES:
@@ -218,12 +217,12 @@ class Lanes:
     def goto_entry_block(self) -> Iterator[None]:
         """Emit at the start of the function inside the ``with``."""
         if self.plain.block is self.plain.function.entry_basic_block:
-            yield  # where this is inside another one: behind what that one has emitted
+            yield  # if nested: behind the code of the outer one
         else:
             with self.plain.goto_entry_block():
                 yield
 
-    def _together(self, method: Any, x: Any, y: Any, **options: Any) -> Any:
+    def _binary(self, method: Any, x: Any, y: Any, **options: Any) -> Any:
         return method(*self.alike(x, y), **options)
 
     def _cast(self, method: Any, value: Any, kind: Any) -> Any:
@@ -239,7 +238,7 @@ class Lanes:
         return self.plain.select(condition, *self.alike(then, orelse))
 
     def call(self, function: Any, arguments: list[Any]) -> Any:
-        """An intrinsic of one number; of a vector it has another name."""
+        """Call an intrinsic; its name differs for vectors."""
         if not is_vector(arguments[0]):
             return self.plain.call(function, arguments)
         kinds = [function.ftype.return_type, *function.ftype.args]
@@ -249,7 +248,7 @@ class Lanes:
         return self.plain.call(intrinsic, [self.spread(a) for a in arguments])
 
     def intrinsic(self, name: str, result: Any, arguments: list[Any]) -> Any:
-        """The declaration of an LLVM intrinsic in this module."""
+        """Return the declaration of an LLVM intrinsic in this module."""
         module = self.plain.module
         return module.globals.get(name) or llvm.Function(module, llvm.FunctionType(result, arguments), name)
 
@@ -257,7 +256,7 @@ class Lanes:
         return llvm.VectorType(kind, self.lanes)
 
     def alike(self, x: Any, y: Any) -> tuple[Any, Any]:
-        """Both vectors if one is; a whole number that is known takes the width of the other."""
+        """Return both as vectors if one is; an integer constant takes the width of the other."""
         kind_x, kind_y = (v.type.element if is_vector(v) else v.type for v in (x, y))
         if kind_x != kind_y and isinstance(kind_x, llvm.IntType):
             if isinstance(x, llvm.Constant):
@@ -267,7 +266,7 @@ class Lanes:
         return (self.spread(x), self.spread(y)) if is_vector(x) or is_vector(y) else (x, y)
 
     def spread(self, value: Any) -> Any:
-        """The same number in every lane."""
+        """Broadcast a number to every lane."""
         if is_vector(value):
             return value
         kind = self.vector(value.type)
@@ -290,27 +289,27 @@ class Lanes:
         return self.plain.shuffle_vector(first, nothing, lanes_of([0] * self.lanes))
 
     def counting(self, kind: Any) -> Any:
-        """0, 1, 2 … lane by lane."""
+        """Return 0, 1, 2 … lane by lane."""
         return lanes_of(range(self.lanes), kind.width)
 
     def any(self, mask: Any) -> Any:
-        """Whether some lane is set."""
+        """Return True if some lane is set."""
         if not is_vector(mask):
             return mask
         bits = llvm.IntType(self.lanes)
         return self.plain.icmp_unsigned("!=", self.plain.bitcast(mask, bits), llvm.Constant(bits, 0))
 
     def all(self, mask: Any) -> Any:
-        """Whether every lane is set."""
+        """Return True if every lane is set."""
         bits = llvm.IntType(self.lanes)
         return self.plain.icmp_unsigned("==", self.plain.bitcast(mask, bits), llvm.Constant(bits, -1))
 
     # Memory
 
     def load_at(self, pointer: Any, index: Any, kind: Any, mask: Any = None, steady: bool = False) -> Any:
-        """``pointer[index]``: one load, or one a lane; of lanes that ``mask`` leaves out nothing is read.
+        """Load ``pointer[index]``: one load, or one per lane; lanes outside ``mask`` are not read.
 
-        ``steady``: nothing writes there meanwhile, so that LLVM may load once for many uses.
+        ``steady``: the memory is not written meanwhile, so LLVM may load once for many uses.
         """
         if not is_vector(index):
             place = self.plain.gep(pointer, [index], True, source_etype=kind)
@@ -325,14 +324,14 @@ class Lanes:
         )
 
     def store_masked(self, values: Any, place: Any, mask: Any, align: int) -> None:
-        """Consecutive numbers from ``place`` on, where the mask says so."""
+        """Store consecutive numbers from ``place`` on where the mask is set."""
         name = f"llvm.masked.store.v{values.type.count}{_LETTERS[str(values.type.element)]}.p0"
         arguments = [values.type, llvm.PointerType(), I32, mask.type]
         store = self.intrinsic(name, llvm.VoidType(), arguments)
         self.plain.call(store, [values, place, llvm.Constant(I32, align), mask])
 
     def store_at(self, pointer: Any, index: Any, value: Any, kind: Any, mask: Any) -> None:
-        """``pointer[index] = value`` in the lanes of the mask."""
+        """Store ``pointer[index] = value`` in the lanes of the mask."""
         vector, pointers = self.vector(kind), self.vector(llvm.PointerType())
         places = self.plain.gep(pointer, [index], True, source_etype=kind)
         name = f"llvm.masked.scatter.v{self.lanes}{_LETTERS[str(kind)]}.v{self.lanes}p0"
@@ -340,7 +339,7 @@ class Lanes:
         self.plain.call(scatter, [self.spread(value), places, llvm.Constant(I32, _size(kind)), mask])
 
     def interleaved(self, parts: list[Any]) -> Any:
-        """x0 y0 z0 w0 x1 y1 …: vectors (masks too) woven into one that is as many times as long."""
+        """Interleave vectors (or masks): x0 y0 z0 w0 x1 y1 …."""
         b, n, count = self.plain, self.lanes, len(parts)
         if count == 1:
             return parts[0]
@@ -355,7 +354,7 @@ class Lanes:
 
 
 def _parts(name: str, kinds: list[Any]) -> list[Any]:
-    """Types that the intrinsic's name ends in: all of them, or one where they are one."""
+    """Return the type suffixes of an intrinsic's name: all types, or one if they are equal."""
     return kinds[:2] if name.endswith(".".join(_LETTERS[str(k)] for k in kinds[:2])) else kinds[:1]
 
 
@@ -365,7 +364,7 @@ def _size(kind: Any) -> int:
 
 @contextmanager
 def counting(b: Lanes, start: Any, stop: Any, step: Any) -> Iterator[Any]:
-    """A loop: what is emitted inside runs for each index."""
+    """Emit a loop; the code inside runs for each index."""
     with b.goto_entry_block():
         slot = b.alloca(start.type)
     check, body, behind = (b.append_basic_block(name) for name in ("check", "body", "behind"))
@@ -382,7 +381,8 @@ def counting(b: Lanes, start: Any, stop: Any, step: Any) -> Iterator[Any]:
 
 
 def floor_modulo(b: Any, value: Any, size: Any) -> Any:
-    """The rest in [0, size).  Vectors do not divide whole numbers; in float64 the quotient is off by one at most."""
+    """Return the remainder in [0, size).  Vectors have no integer division; a float64 quotient is off by at most
+    one."""
     if not is_vector(value):
         rest = b.srem(value, size)
         return b.select(b.icmp_signed("<", rest, llvm.Constant(I32, 0)), b.add(rest, size), rest)
@@ -395,7 +395,7 @@ def floor_modulo(b: Any, value: Any, size: Any) -> Any:
 
 
 def offset_within(b: Any, rule: str, offset: Any, size: Any) -> Any:
-    """An offset that leads from a pixel of a picture to the same texel by the border rule, and never out of 32 bits."""
+    """Reduce an offset to an equivalent one by the border rule that cannot overflow 32 bits."""
     if BORDERS[rule].period:
         period = _computed(b, period_program(rule), {"size": size})
         return b.sub(floor_modulo(b, offset, period), period)
@@ -404,12 +404,12 @@ def offset_within(b: Any, rule: str, offset: Any, size: Any) -> Any:
 
 
 def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
-    """A coordinate brought into range; the builder may be a plain one where nothing is a vector."""
+    """Map a coordinate into range; without vectors a plain builder works too."""
     return _computed(b, border_program(rule), {"i": coordinate, "size": size})
 
 
 def _computed(b: Any, program: s.ScalarProgram, values: dict[str, Any]) -> Any:
-    """The output of a program of ints without branches."""
+    """Return the output of an int program without branches."""
     computed: dict[int, Any] = {}
     for i in program.body:
         if isinstance(i, s.LoadBuiltin):
@@ -431,7 +431,7 @@ def _at_most(b: Any, value: Any, high: Any) -> Any:
     return b.select(b.icmp_signed(">", value, high), high, value)
 
 
-#: Operations that border rules are made of, for numbers and vectors of them.
+#: Operations of border rules, for scalars and vectors.
 _WHOLE: dict[str, Callable[..., Any]] = {
     "add": lambda b, x, y: b.add(x, y), "sub": lambda b, x, y: b.sub(x, y), "mul": lambda b, x, y: b.mul(x, y),
     "neg": lambda b, x: b.sub(llvm.Constant(I32, 0), x), "min": _at_most, "max": _at_least, "int_mod": floor_modulo,

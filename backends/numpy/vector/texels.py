@@ -17,12 +17,12 @@ from passgraph.formats import Format, format_spelling
 from passgraph.language import scalar as s
 
 _ELEMENTS = {"u1": llvm.IntType(8), "u2": llvm.IntType(16), "f2": llvm.HalfType(), "f4": F32}
-#: Added to a number of a few bits, it leaves the nearest whole one in the lowest bits, halves rounded to even.
+#: Adding it to a small number leaves the nearest integer in the lowest bits, halves rounded to even.
 _WHOLE = 1.5 * (1 << 23)
 
 
 def element(stored: Format) -> Any:
-    """LLVM's type of one number."""
+    """Return LLVM's type of one number."""
     return format_spelling(stored, _ELEMENTS, __file__)
 
 
@@ -36,10 +36,11 @@ def decoded(b: Lanes, raw: Any, stored: Format) -> Any:
 
 
 def divided(b: Lanes, integer: Any, steps: int) -> Any:
-    """A whole number of at most ``steps`` over ``steps``, rounded once, in two operations instead of a division.
+    """Return an integer up to ``steps`` divided by ``steps``, correctly rounded, in two operations instead of a
+    division.
 
-    The reciprocal in two parts: the product with the smaller one, then the larger added without rounding between.
-    That every number comes out as by division is tested number by number.
+    The reciprocal has two parts: the product with the smaller one, then a fused multiply-add with the larger.  Tests
+    compare every number with the division.
     """
     large = np.float32(1 / steps)
     small = np.float32(1 / steps - float(large))
@@ -50,7 +51,8 @@ def divided(b: Lanes, integer: Any, steps: int) -> Any:
 
 
 def rounded(b: Lanes, value: Any, stored: Format) -> Any:
-    """The nearest numbers of :func:`element`, halves to even, as `quantize` and `quantize_half` of the prelude give."""
+    """Return the nearest numbers of :func:`element`, halves to even, as `quantize` and `quantize_half` of the
+    prelude."""
     raw, own = b.undecoded.get(value, (None, stored))
     if raw is not None and (own.number, own.steps) == (stored.number, stored.steps):
         return raw
@@ -64,7 +66,7 @@ def rounded(b: Lanes, value: Any, stored: Format) -> Any:
 
 
 def split(b: Lanes, words: Any, stored: Format, places: Sequence[int]) -> list[Any]:
-    """Numbers out of words that each hold several, the first in the lowest bits."""
+    """Split words that each hold several numbers, the first in the lowest bits."""
     bits = llvm.IntType(stored.bits)
     groups = []
     for place in places:
@@ -79,25 +81,26 @@ def split(b: Lanes, words: Any, stored: Format, places: Sequence[int]) -> list[A
 
 
 def in_threes(b: Lanes, channels: int, stored: Format) -> bool:
-    """Whether pixels of three numbers are moved as words with room for four.
+    """Return True if pixels of three numbers are moved as words of four.
 
-    Told to pick every third of many bytes, LLVM takes them one by one: that was five times as slow.
+    LLVM would extract every third byte one by one, five times as slow.
     """
     return channels == 3 and stored.steps > 0 and stored.bits in (8, 16) and b.lanes % 4 == 0
 
 
 def woven(b: Lanes, numbers: Sequence[Any], stored: Format) -> Any:
-    """Vectors of numbers, one a channel, in the order of memory: words where a pixel fits one, else interleaved."""
+    """Combine vectors of numbers, one per channel, in memory order: words if a pixel fits into one, else
+    interleaved."""
     bits = stored.bits * len(numbers)
     if in_threes(b, len(numbers), stored):
-        return _closed_up(b, _in_words(b, numbers, stored, 4 * stored.bits), stored)
+        return _compact(b, _in_words(b, numbers, stored, 4 * stored.bits), stored)
     if len(numbers) == 1 or bits not in (16, 32) or not stored.steps:
         return b.interleaved(list(numbers))
     return _in_words(b, numbers, stored, bits)
 
 
 def _in_words(b: Lanes, numbers: Sequence[Any], stored: Format, bits: int) -> Any:
-    """Numbers side by side in words of so many bits, the first in the lowest."""
+    """Pack numbers into words of ``bits`` bits, the first in the lowest."""
     word = llvm.IntType(bits)
     words = None
     for place, number in enumerate(numbers):
@@ -107,8 +110,8 @@ def _in_words(b: Lanes, numbers: Sequence[Any], stored: Format, bits: int) -> An
     return words
 
 
-def _closed_up(b: Lanes, words: Any, stored: Format) -> Any:
-    """Words of three numbers and a rest as numbers without the rests: within each 16 bytes, then these together."""
+def _compact(b: Lanes, words: Any, stored: Format) -> Any:
+    """Remove the unused fourth of words with three numbers: within each 16 bytes, then across them."""
     pixel, count = stored.bits // 8, b.lanes * stored.bits // 8 * 4
     places_kept = [4 * pixel * word + place for word in range(4 // pixel) for place in range(3 * pixel)]
     order = [first + place for first in range(0, count, 16) for place in (*places_kept, *[15] * 4)]
@@ -122,23 +125,23 @@ def _closed_up(b: Lanes, words: Any, stored: Format) -> Any:
 
 
 def store(b: Lanes, numbers: Sequence[Any], pointer: Any, stored: Format, mask: Any) -> None:
-    """Pixels one behind another, a vector of numbers a channel; only those in the mask."""
+    """Store consecutive pixels, given a vector per channel; only those in the mask."""
     values = woven(b, numbers, stored)
     masks = b.interleaved([mask] * (values.type.count // b.lanes))
     b.store_masked(values, pointer, masks, stored.bits // 8)
 
 
-#: Channels of pixels that are one word where they fit.
+#: Channels of pixels that are loaded as one word, if they fit.
 WORDS = (1, 2, 4)
-#: Reads of one function that are inlined: each takes LLVM about 10 ms.  Later ones are calls, which take up to a
-#: quarter longer at work where they load several numbers.
+#: Most inlined reads of one function: each takes LLVM about 10 ms.  Further ones are calls, which run up to a quarter
+#: longer when they load several numbers.
 MAX_INLINED = 48
 
 
 def neighbours(
     b: Lanes, row: Any, place: Any, channels: int, channels_read: Sequence[int], stored: Format = FLOAT
 ) -> list[Any]:
-    """Channels of consecutive pixels of a row, the first of them ``place`` numbers from its start."""
+    """Return channels of consecutive pixels of a row, the first one ``place`` numbers from its start."""
     count, kind = b.lanes * channels, element(stored)
     pointer = b.gep(row, [place], True, source_etype=kind)
     if stored.steps and channels in WORDS and channels * stored.bits <= 32:
@@ -151,9 +154,9 @@ def neighbours(
 
 
 def _threes(b: Lanes, pointer: Any, stored: Format) -> Any:
-    """Pixels of three numbers as words that have room for four; in the highest is whatever follows.
+    """Load pixels of three numbers as words of four; the highest holds the following number.
 
-    Loads of 16 bytes begin 12 apart, so that what goes from one place to another stays within each.
+    Loads of 16 bytes begin 12 apart, so that moves stay within each.
     """
     byte, bits = llvm.IntType(8), 4 * stored.bits
     loads = [
@@ -178,11 +181,11 @@ def scattered(
     *,
     rarely: bool = False,
 ) -> list[Any]:
-    """Channels of the pixels with these numbers; channels beyond the last are those of the pixels that follow.
+    """Return channels of the pixels with these indices; channels beyond the last belong to the following pixels.
 
-    Loads that are put together, not gather instructions: those are slower on AMD's cores (Zen 5: three times in a 3x3
-    neighbourhood) and no faster on others; and all channels of a pixel come with one load.  ``rarely``: in little code
-    rather than quickly.
+    It combines scalar loads instead of using gather instructions: those are slower on AMD's cores (Zen 5: three times
+    in a 3x3 neighborhood) and no faster on others; and one load gets all channels of a pixel.  ``rarely``: prefer short
+    code to fast code.
     """
     module = b.module
     name = f"texels_{stored.number}_{stored.steps}_{channels}_{'_'.join(map(str, channels_read))}{'_rarely' * rarely}"
@@ -209,7 +212,7 @@ def scattered(
 def _fours(channels_read: Sequence[int]) -> Iterator[tuple[int, int, list[int]]]:
     """Yield each group of four numbers that is loaded at once: its first number, its length, and the wanted ones.
 
-    More may be loaded than is wanted: pictures have room behind their last pixel (machine/memory.py).
+    More may be loaded than wanted: pictures are padded behind their last pixel (machine/memory.py).
     """
     for first in range(0, max(channels_read) + 1, 4):
         here = [number for number in channels_read if first <= number < first + 4]
@@ -227,7 +230,7 @@ def _places(b: Lanes, picture: Any, pixels: Any, channels: int, kind: Any, first
 def _words(
     stored: Format, b: Lanes, picture: Any, pixels: Any, channels: int, channels_read: Sequence[int]
 ) -> list[Any]:
-    """Numbers of 8 and 16 bits: several in one word of each lane."""
+    """Load numbers of 8 and 16 bits: several in one word per lane."""
     loaded: dict[int, Any] = {}
     for first, count, here in _fours(channels_read):
         places = _places(b, picture, pixels, channels, element(stored), first)
@@ -262,7 +265,7 @@ def _floats(b: Lanes, picture: Any, pixels: Any, channels: int, channels_read: S
 
 
 def transposed(b: Lanes, rows: list[Any]) -> list[Any]:
-    """Four vectors whose fours of numbers are 4x4 matrices, each transposed: what units do without crossing fours."""
+    """Transpose the 4x4 matrices in four vectors; moves stay within groups of four, which is fast."""
     count = rows[0].type.count
 
     def mixed(x: Any, y: Any, order: Sequence[int]) -> Any:
@@ -276,7 +279,7 @@ def transposed(b: Lanes, rows: list[Any]) -> list[Any]:
 
 
 def joined(b: Lanes, parts: list[Any]) -> Any:
-    """Vectors one behind another; as many as a power of two."""
+    """Concatenate vectors; their number is a power of two."""
     while len(parts) > 1:
         length = 2 * parts[0].type.count
         order = lanes_of(range(length))
@@ -291,13 +294,13 @@ def picked(b: Lanes, vector: Any, places: Sequence[int]) -> Any:
     return b.shuffle_vector(vector, blank(vector.type), lanes_of(places))
 
 
-#: Texels from the first to the last of a window at most.
+#: Most texels from the first to the last of a window.
 MAX_SPAN = 16
 
 
 @dataclass(frozen=True)
 class Window:
-    """Reads in one row of an image with one channel: ``loads[k]`` at column ``base + offsets[k]``, in order."""
+    """Reads in one row of a single-channel image: ``loads[k]`` at column ``base + offsets[k]``, in order."""
 
     base: s.Val
     offsets: tuple[int, ...]
@@ -305,7 +308,7 @@ class Window:
 
 
 def windows_of(program: s.ScalarProgram) -> dict[int, Window]:
-    """Windows by the result of each of their reads."""
+    """Return windows by the result of each of their reads."""
     single = {use.name for use in program.images if use.channels == 1}
     sums = dict(_sums(program)) if single else {}
     windows: dict[int, Window] = {}
@@ -325,7 +328,7 @@ def windows_of(program: s.ScalarProgram) -> dict[int, Window]:
 
 
 def _sums(program: s.ScalarProgram) -> Iterator[tuple[int, tuple[s.Val, int]]]:
-    """Values that are another one and a constant."""
+    """Yield values that are the sum of another one and a constant."""
     for i in s.walk(program.body):
         if isinstance(i, s.Op) and i.operation == "add" and i.on == "int":
             x, y = i.arguments
@@ -334,7 +337,7 @@ def _sums(program: s.ScalarProgram) -> Iterator[tuple[int, tuple[s.Val, int]]]:
 
 
 def _blocks(body: tuple[s.Instruction, ...]) -> Iterator[tuple[s.Instruction, ...]]:
-    """Instructions that run one after another."""
+    """Yield sequences of instructions that run one after another."""
     yield body
     for i in body:
         if isinstance(i, s.If):

@@ -29,7 +29,7 @@ class Varying:
 
 #: The shares that a triangle's corners have in a pixel; false where it shows none of it.  What lies behind the eye
 #: needs no cutting so (Olano and Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997).  Of the
-#: pixels on its edges it has those where it begins, on the left and where rows begin: two neighbours share none.
+#: pixels on its edges it has those where it begins, on the left and where rows begin: two neighbors share none.
 WITHIN = """bool pg_within(vec4 a, vec4 b, vec4 c, out vec3 share) {
   vec3 at = vec3(pg_position * 2.0 - 1.0, 1.0);
   vec3 first = cross(b.xyw, c.xyw), second = cross(c.xyw, a.xyw), third = cross(a.xyw, b.xyw);

@@ -211,7 +211,7 @@ def _default(value: Any, type_: Type, where: str) -> Any:
         return bool(number) if type_ is BOOL else int(number) if type_ is INT else float(number)
     parts = value if isinstance(value, list) else [value] * count
     numbers = [float(_number(part, where)) for part in parts[:count]]
-    # Colours may lack their alpha.
+    # Colors may lack their alpha.
     return tuple(numbers + [1.0] * (count - len(numbers)))
 
 
@@ -431,7 +431,7 @@ class _Graph:
                 specs.append(into)
                 break
             formulas = one.formulas(values, f"{self.path}: PASSES[{number}]")
-            size = Relative(1.0) if formulas is None else Computed(*formulas)
+            size = Relative() if formulas is None else Computed(*formulas)
             spec = target(f"{into.name}.{one.target or 'pass'}.{number}", "rgba32f" if one.is_float else "rgba8")
             specs.append(replace(spec, size=size))
         return specs

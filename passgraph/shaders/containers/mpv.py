@@ -2,8 +2,8 @@
 
 Rows count from the top.  The picture is MAIN, and NATIVE, RGB, LINEAR, OUTPUT and their like are the same here, each as
 the passes at earlier stages leave it.  Where a file hooks LUMA or CHROMA, it sees a video's planes first: luma and the
-two differences of colour, Rec. 709, from 0 to 1.  They join again behind their passes, scaled bilinearly to the size of
-the luma.  What passes write holds half floats.  Colours are those of sRGB.
+two differences of color, Rec. 709, from 0 to 1.  They join again behind their passes, scaled bilinearly to the size of
+the luma.  What passes write holds half floats.  Colors are those of sRGB.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ class Case:
     most_ambiguous : share of a target's pixels in which rounding may turn a decision; beyond it the case is vacuous
     least_told : share of a target's values of which the bounds must say something; below it the case is vacuous
     told_less : such shares of targets by name, where they are smaller: of differences of numbers that are nearly equal
-    exact : what outputs hold behind the last frame, to the bit, compiled with every optimisation; a function is called
+    exact : what outputs hold behind the last frame, to the bit, compiled with every optimization; a function is called
         when the case runs
     quick : false for cases that a short run may leave out, since others come near
     """

@@ -21,7 +21,7 @@ GROUP = "coverage"
 SIZE = (83, 61)
 #: Sizes of one pixel, of one line, of a tile and of a little more than one.
 SIZES = ((1, 1), (1, 7), (65, 1), (64, 64), (129, 3))
-#: The rasteriser's guard band (rule 1 of docs/rasterisation.md).
+#: The rasterizer's guard band (rule 1 of docs/rasterisation.md).
 GUARD = 8.0
 
 
@@ -53,7 +53,7 @@ def _hit_once() -> Iterator[Case]:
     for name, mesh in (
         ("quad", quad()),
         ("fan", fan(400, (0.013, -0.021))),
-        # The fan's middle lies on a pixel's centre, and eight of its edges run through centres.
+        # The fan's middle lies on a pixel's center, and eight of its edges run through centers.
         ("fan on a centre", fan(64, (1 / 83, 1 / 61))),
         ("grid", grid(9, 7, 0.03)),
         ("slivers", slivers(500)),
@@ -65,12 +65,12 @@ def _hit_once() -> Iterator[Case]:
 
 
 def _edges_on_centres() -> Iterator[Case]:
-    # In a picture of 16 x 16 pixels centres lie at odd multiples of 1/16 in clip space.
+    # In a picture of 16 x 16 pixels centers lie at odd multiples of 1/16 in clip space.
     step = 1.0 / 16.0
     low, high = -5 * step, 5 * step
     square = [[low, low, 0], [high, low, 0], [high, high, 0], [low, high, 0]]
     rows, columns = np.mgrid[0:16, 0:16]
-    # Row r has its centre at y = (15 - 2 r) / 16: the top edge is row 5's, the left edge column 5's.
+    # Row r has its center at y = (15 - 2 r) / 16: the top edge is row 5's, the left edge column 5's.
     inside = (rows >= 5) & (rows < 10) & (columns >= 5) & (columns < 10)
     for name, order in (("one diagonal", [[0, 1, 2], [0, 2, 3]]), ("the other", [[0, 1, 3], [1, 2, 3]])):
         for turn in (1, -1):
@@ -109,7 +109,7 @@ def _nothing() -> Iterator[Case]:
     point = made(np.zeros((3, 3)), [[0, 1, 2], [0, 0, 1]])
     line = made([[-0.9, -0.9, 0], [0.9, 0.9, 0], [0.1, 0.1, 0]], [[0, 1, 2], [0, 1, 1]])
     outside = made([[2, 2, 0], [3, 2, 0], [2, 3, 0], [0, 0, 2], [0.5, 0, 2], [0, 0.5, 2]], [[0, 1, 2], [3, 4, 5]])
-    # Between the centres of an 8 x 8 picture.
+    # Between the centers of an 8 x 8 picture.
     small = made([[0.01, 0.01, 0], [0.1, 0.01, 0], [0.01, 0.1, 0]], [[0, 1, 2]])
     for name, mesh in (("point", point), ("line", line), ("outside", outside), ("between centres", small)):
         yield Case(GROUP, f"{name}, nothing drawn", partial(counted, mesh), (8, 8), exact={"hits": 0.0})

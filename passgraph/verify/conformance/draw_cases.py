@@ -1,7 +1,7 @@
 """Draws beside single states: thousands of triangles in order, discarding without a stencil, blends without alpha,
 pictures and parameters of both stages.
 
-Colours are small whole numbers and triangles cover whole pixels, so that what comes out is known to the bit.
+Colors are small whole numbers and triangles cover whole pixels, so that what comes out is known to the bit.
 """
 
 from __future__ import annotations
@@ -253,7 +253,7 @@ def pictures() -> Mapping[str, pg.Target]:
     return {"color": color}
 
 
-#: Columns and rows of points, in pixels from the bottom left, and colours.
+#: Columns and rows of points, in pixels from the bottom left, and colors.
 _CLOUD = np.array(
     [[[0, 0, 3, 1], [5, 2, 4, 2], [15, 7, 5, 3]], [[7, 3, 6, 4], [5, 2, 7, 5], [-9, 0, 8, 6]]], np.float32
 )

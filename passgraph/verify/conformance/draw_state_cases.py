@@ -68,7 +68,7 @@ def stencil_seen(mesh: Soup, **state: Any) -> Mapping[str, pg.Target]:
     """The stencil that the state leaves behind, made visible by draws that test for each value."""
     seen = over(mesh, **state)["color"]
     for value in range(6):
-        # 6 stands for what wraps or saturates: 255 and its neighbours.
+        # 6 stands for what wraps or saturates: 255 and its neighbors.
         test = Stencil("equal", reference=value) if value < 5 else Stencil("less_equal", reference=5)
         mark = quad(color=(value / 4, 1 - value / 4, 0.5, 1))
         seen = painted(
@@ -161,7 +161,7 @@ def _depth_only() -> pg.Target:
 
 
 def clears() -> Mapping[str, pg.Target]:
-    """Colours, depth and stencil cleared to values of their own; little is drawn over them."""
+    """Colors, depth and stencil cleared to values of their own; little is drawn over them."""
     color = painted(
         soup(2, 3, 0.3),
         pg.target("color", "rgba8", clear=(0.2, 0.4, 0.6, 1.0)),
@@ -177,6 +177,6 @@ def clears() -> Mapping[str, pg.Target]:
 
 
 def into_format(form: str) -> Mapping[str, pg.Target]:
-    """A draw quantises as a pixel pass does; values lie below, in and above [0, 1]."""
+    """A draw quantizes as a pixel pass does; values lie below, in and above [0, 1]."""
     fragment = {1: "one", 2: "two", 3: "three", 4: "bright"}[FORMATS[form].channels]
     return {"color": painted(soup(16, 7), pg.target("color", form, clear=0.4), fragment=fragment)}

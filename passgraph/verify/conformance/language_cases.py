@@ -173,6 +173,15 @@ def run(a: Image, b: Image) -> tuple[vec4, vec4, vec4]:
     return first, second, vec4(p.w == p.w) * vec4(1.0 / (0.0 - abs(q.y) * 0.0 - 1.0), 3.0, 5.0, 7.0)
 """
 
+#: Operations that compilers combine as if numbers were real and finite.
+COMBINED = """
+def run(a: Image, b: Image) -> tuple[vec4, vec4]:
+    x, y, z = a[0, 0].x, b[0, 0].y, 1.0 - b[0, 0].x
+    first = vec4((x + y) - x, x - x, x * y + x * 3.0, x * z + y * (1.0 - z))
+    root = sqrt(abs(x))
+    return first, vec4(root * root, (x * 1e30) * 1e-30, x / x, -x + (x + z))
+"""
+
 #: Zeros in the text, which compilers of shaders like to fold, and zeros that appear when a loop is unrolled.
 ZEROS = """
 def run(a: Image, b: Image) -> tuple[vec4, vec4]:
@@ -266,6 +275,7 @@ def cases() -> Iterator[Case]:
     yield from integer_chain_cases.cases(_graph)
     yield from _stores()
     yield Case(GROUP, "identities", partial(_graph, IDENTITIES), (64, 8), (_specials(),))
+    yield Case(GROUP, "combined", partial(_graph, COMBINED), (64, 8), (_specials(),), most_ambiguous=0.1)
     yield Case(GROUP, "written zeros", partial(_graph, ZEROS), (64, 8), (_specials(),), most_ambiguous=0.3)
     yield Case(GROUP, "unrolled zeros", partial(_graph, UNROLLED_ZEROS), (64, 8), (_specials(),), most_ambiguous=0.3)
     for border in PADS:

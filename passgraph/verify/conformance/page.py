@@ -83,7 +83,7 @@ def _figures(divergence: Divergence) -> Iterator[str]:
 
 
 def _scale(picture: Picture) -> tuple[NDArray[np.float64], str]:
-    """Values from black to white, and in words: as stored where that is a colour, else each by its rank."""
+    """Values from black to white, and in words: as stored where that is a color, else each by its rank."""
     finite = np.unique(picture[np.isfinite(picture)]).astype(np.float64)
     if finite.size == 0 or (finite[0] >= 0 and finite[-1] <= 1 and picture.shape[2] > 1):
         return np.linspace(0.0, 1.0, 256), "black is 0, white is 1"

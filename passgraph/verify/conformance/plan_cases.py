@@ -1,6 +1,6 @@
 """Rearrangements of plans: intermediate results, aliased memory, static passes, draws over contents that others need.
 
-Numbers are small whole ones: what comes out is known to the bit, with every optimisation on.
+Numbers are small whole ones: what comes out is known to the bit, with every optimization on.
 """
 
 from __future__ import annotations

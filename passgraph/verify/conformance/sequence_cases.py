@@ -1,7 +1,7 @@
 """Several frames: history, passes that run once, and memories that pictures share.
 
 Numbers are small whole ones, so that every sum and product is exact and what comes out is known to the bit,
-whatever a backend or an optimisation does.
+whatever a backend or an optimization does.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def several_ago(began: Picture) -> Mapping[str, pg.Target]:
 
 
 def started() -> Mapping[str, pg.Target]:
-    """A sum that starts from a colour, in halves."""
+    """A sum that starts from a color, in halves."""
     spec = pg.target("out", "rgba16f", initial=(3.0, 2.0, 1.0, 0.0))
     return {"out": pg.kernel(source=KERNELS["add"])(pg.previous(spec), pg.Input("frame"), into=spec)}
 

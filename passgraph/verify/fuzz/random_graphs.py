@@ -217,7 +217,7 @@ def different(
 
 
 def graph_outcome(case: Case, outputs: dict[str, Target], backends: list[Backend], tally: Tally) -> str:
-    """The oracle's verdict on every pass, then one optimisation off against all on, bit for bit."""
+    """The oracle's verdict on every pass, then one optimization off against all on, bit for bit."""
     if not plannable(outputs):
         tally.refused += 1
         return ""

@@ -106,7 +106,7 @@ class Rewriting:
             block.insert(i + 1, branch)
 
     def reordered(self) -> None:
-        """Two neighbours of which neither reads or writes what the other writes."""
+        """Two neighbors of which neither reads or writes what the other writes."""
         places = []
         for block in self.blocks():
             for i, (a, b) in enumerate(pairwise(block)):

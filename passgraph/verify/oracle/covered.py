@@ -267,7 +267,7 @@ def _inside(mesh: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments:
         a, b = (k + 1) % 3, (k + 2) % 3
         edges[k], errors[k] = _edge(right, down, away, off, k)
         turned = edges[k] * turn
-        # Rule 4: a centre on an edge is inside at top and left edges only, as wound so that the area is positive.
+        # Rule 4: a center on an edge is inside at top and left edges only, as wound so that the area is positive.
         dx, dy = (right[b] - right[a]) * turn, (down[b] - down[a]) * turn
         owned = (dy < 0) | ((dy == 0) & (dx > 0))
         known = (turned == 0) & (off[a] == 0) & (off[b] == 0)

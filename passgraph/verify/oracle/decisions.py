@@ -4,7 +4,7 @@ Where a comparison or a floor straddles, a conforming backend may go either way;
 bounded for each way by itself.  So the program runs once with a first choice everywhere, and again for each
 decision that a lane met on its way, with that one turned, as long as new decisions come up.  The bounds of a
 lane are the hull of its paths.  A continuous function with a jump inside (bilinear filtering at a texel's
-centre) stays as tight as it is, which a hull at the jump would lose.
+center) stays as tight as it is, which a hull at the jump would lose.
 
 Lanes with more paths than :data:`MAX_PATHS` are bounded to first order instead: the first path, moved by the
 sum of what each of its decisions can move it, alone or with the next one (x and y of one texel).  That holds

@@ -151,7 +151,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         return self._decided(~none, ~sure, "isfinite")
 
     def _half_bits(self, a: Interval) -> Numbers:
-        """One of two neighbours; of more than two, and where zeros' signs or NaN have bits, nothing is said."""
+        """One of two neighbors; of more than two, and where zeros' signs or NaN have bits, nothing is said."""
         low, high = (OPERATIONS["half_bits"].reference(end).astype(np.int64) for end in (a.lo, a.hi))
         unknown = (np.abs(high - low) > 1) | a.nan | a.has(0.0)
         self.track.mark(self.track.lost, unknown)

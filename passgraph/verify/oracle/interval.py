@@ -175,7 +175,7 @@ def _outward(lo: Float64, hi: Float64) -> tuple[Float64, Float64]:
     exact[1] = hi
     nearest = exact.astype(np.float32)
     bits = nearest.view(np.int32)
-    # Neighbours of a float32 have neighbouring bits, that grow away from 0; what rounds to a zero keeps its sign.
+    # Neighbors of a float32 have neighboring bits, that grow away from 0; what rounds to a zero keeps its sign.
     bits += ((bits >> 31) | 1) * (nearest < exact)
     tiny = bits.view(np.uint32) - FIRST_BELOW_ZERO < DENORMALS
     if tiny.any():

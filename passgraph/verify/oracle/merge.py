@@ -44,7 +44,7 @@ class DrawCall:
 
 @dataclass
 class Layer:
-    """One colour target: bounds of each pixel, (pixels, channels)."""
+    """One color target: bounds of each pixel, (pixels, channels)."""
 
     format: Format
     values: Interval
@@ -114,7 +114,7 @@ class State:
         self, at: Ints, depth: Interval, surely: Lanes, perhaps: Lanes, colours: Sequence[Interval], turned: Lanes,
         unpromised: Lanes,
     ) -> None:  # fmt: skip
-        """At most one fragment a pixel; the colours of some hang on a decision, nothing is promised of others."""
+        """At most one fragment a pixel; the colors of some hang on a decision, nothing is promised of others."""
         surely = surely & perhaps
         if self.depth is not None:
             surely, perhaps = self._tests(at, depth, surely, perhaps, self.depth)

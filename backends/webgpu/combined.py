@@ -1,0 +1,140 @@
+"""Float operations that compilers combine as if numbers were real and finite, which WGSL allows.
+
+Mesa's compiler, which lavapipe shares with Mesa's drivers, turns ``-a + (a + b)`` into ``b``, ``a * b + a * c`` into
+``a * (b + c)``, ``x * (1 - t) + y * t`` into ``x + t * (y - x)``, and ``a * 2.0 * 3.0`` into ``a * 6.0``.  It drops
+what would make NaN: ``a - a``, ``a / a``.  What is named here stays apart.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+from passgraph.language import scalar as s
+
+COMPARISONS = {"less", "less_equal", "greater", "greater_equal", "equal", "not_equal"}
+_SUMS, _PRODUCTS = {"add", "sub"}, {"mul", "div"}
+#: Results that other operations undo or swallow, wherever they go.
+_COMBINED = {*_SUMS, *_PRODUCTS, "neg", "sqrt", "to_float"}
+
+
+class Combined:
+    """What is to be kept apart in one program.
+
+    Attributes
+    ----------
+    results : values of float operations that compilers would combine with what reads them
+    conditions : comparisons that only choose between other values than they compare
+    """
+
+    def __init__(self, program: s.ScalarProgram) -> None:
+        self.made: dict[int, s.Op] = {}
+        self.numbers: dict[int, object] = {}  # equal for values that a compiler finds to be one
+        self.results: set[int] = set()
+        chosen_by: defaultdict[int, list[s.Choose]] = defaultdict(list)
+        used_otherwise = {value.id for value in _results(program) if isinstance(value, s.Val)}
+        for i in s.walk(program.body):
+            self._number(i)
+            if isinstance(i, s.Op):
+                self._operation(i)
+                used_otherwise.update(a.id for a in i.arguments if isinstance(a, s.Val))
+            elif isinstance(i, s.Choose):
+                if isinstance(i.condition, s.Val):
+                    chosen_by[i.condition.id].append(i)
+                self._handed_on(i.then, i.orelse)
+                used_otherwise.update(a.id for a in (i.then, i.orelse) if isinstance(a, s.Val))
+            elif isinstance(i, (s.Write, s.WriteAt)):
+                self._handed_on(i.value)
+                used_otherwise.update(a.id for a in (i.value,) if isinstance(a, s.Val))
+            elif isinstance(i, s.If) and isinstance(i.condition, s.Val):
+                used_otherwise.add(i.condition.id)
+        self.conditions = {
+            value
+            for value, choices in chosen_by.items()
+            if value not in used_otherwise and not any(self._compares(value, i) for i in choices)
+        }
+
+    def same(self, first: s.Operand, second: s.Operand) -> bool:
+        """Whether a compiler may find both to be one value."""
+        if isinstance(first, s.Lit) or isinstance(second, s.Lit):
+            return False
+        one, other = (self.numbers.get(v.id) for v in (first, second))
+        return one == other or (one is None and other is None)
+
+    def _number(self, i: s.Instruction) -> None:
+        """Number what is computed or loaded alike; what comes from variables is unknown."""
+        if isinstance(i, s.Op):
+            self.made[i.to.id] = i
+            self.numbers[i.to.id] = i.operation, i.on, tuple([self._number_of(a) for a in i.arguments])
+        elif isinstance(i, s.LoadUniform):
+            self.numbers[i.to.id] = i.block, self._number_of(i.index)
+        elif isinstance(i, s.LoadBuiltin):
+            self.numbers[i.to.id] = i.name
+        elif isinstance(i, s.LoadTexel):
+            place = i.image, i.relative, i.border, i.filtered, self._number_of(i.x), self._number_of(i.y)
+            self.numbers |= {value.id: (*place, channel) for channel, value in enumerate(i.to) if value is not None}
+
+    def _number_of(self, operand: s.Operand) -> object:
+        if isinstance(operand, s.Lit):
+            return repr(operand)
+        number = self.numbers.get(operand.id)
+        return operand.id if number is None else hash(number)
+
+    def _operation(self, i: s.Op) -> None:
+        if i.on != "float":
+            return
+        for place, argument in enumerate(i.arguments):
+            made = self._made(argument)
+            if made is not None and self._combines(made, i, place):
+                self.results.add(made.to.id)
+
+    def _combines(self, made: s.Op, by: s.Op, place: int) -> bool:
+        """Whether compilers combine the result of ``made`` with the operation that reads it."""
+        name, reader = made.operation, by.operation
+        if reader in ("isnan", "isinf", "bits_from_float", "min", "max") or reader in COMPARISONS:
+            return False
+        if name == "to_float":
+            return reader in ("to_int", "round", "floor", "ceil", "trunc")
+        if reader in _SUMS:
+            if name == "mul":
+                other = self._made(by.arguments[1 - place])
+                return other is not None and other.operation == "mul" and self._share(made, other)
+            return name in ("sub", "neg", "floor") or (name == "add" and (reader == "sub" or _literals(made, by)))
+        if reader in _PRODUCTS:
+            if name == "sub":
+                return isinstance(made.arguments[0], s.Lit)
+            return name in ("sqrt", "div") or (name == "mul" and (reader == "div" or _literals(made, by)))
+        return reader == "sqrt" and name in _PRODUCTS
+
+    def _share(self, one: s.Op, other: s.Op) -> bool:
+        numbers = {self._number_of(a) for a in one.arguments}
+        return any(self._number_of(a) in numbers for a in other.arguments)
+
+    def _handed_on(self, *operands: s.Operand) -> None:
+        """Variables and choices hand values on to what reads them."""
+        for operand in operands:
+            made = self._made(operand)
+            if made is not None and made.to.type == "float" and made.operation in _COMBINED:
+                self.results.add(made.to.id)
+
+    def _made(self, operand: s.Operand) -> s.Op | None:
+        return self.made.get(operand.id) if isinstance(operand, s.Val) else None
+
+    def _compares(self, value: int, i: s.Choose) -> bool:
+        """Whether a choice is between what its condition compares: compilers make a minimum or an absolute of it."""
+        made = self.made.get(value)
+        if made is None or made.on != "float":
+            return True
+        numbers = {self._number_of(a) for a in made.arguments}
+        branches = [self._made(a) for a in (i.then, i.orelse)]
+        read = [i.then, i.orelse, *(a for branch in branches if branch is not None for a in branch.arguments)]
+        return any(self._number_of(a) in numbers for a in read)
+
+
+def _literals(one: s.Op, other: s.Op) -> bool:
+    """Whether both have a literal among their arguments."""
+    return all(any(isinstance(a, s.Lit) for a in op.arguments) for op in (one, other))
+
+
+def _results(program: s.ScalarProgram) -> list[s.Operand]:
+    found = [value for output in program.outputs for value in output.values]
+    return found if program.keep is None else [*found, program.keep]

@@ -1,0 +1,168 @@
+"""Adapters of this machine, and what an opened device takes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from threading import Lock
+from typing import Any
+
+from passgraph.backends.base import DeviceInfo, device_number
+from passgraph.backends.turn import check_driver
+from passgraph.errors import BackendError, DeviceMissingError
+from passgraph.plan.limits import NONE, Limits
+
+INSTALL_MODULE = "pip install 'passgraph[webgpu]'"
+INSTALL_DRIVER = "apt-get install mesa-vulkan-drivers"
+#: Optional features that passes use where a device has them: 16-bit fractions are drawn into where it has both of the
+#: first two.
+FILTERS, BLENDS, STENCIL = "float32-filterable", "float32-blendable", "depth32float-stencil8"
+FEATURES = ("texture-format16bit-norm", "texture-adapter-specific-format-features", FILTERS, BLENDS, STENCIL)
+#: Limits that are raised to what the adapter has.
+_RAISED = (
+    "max-texture-dimension-2d", "max-buffer-size", "max-uniform-buffer-binding-size", "max-color-attachments",
+    "max-color-attachment-bytes-per-sample", "max-sampled-textures-per-shader-stage",
+    "max-inter-stage-shader-variables", "max-storage-buffer-binding-size",
+    "max-compute-workgroup-storage-size",
+)  # fmt: skip
+#: Bytes of a pixel in the widest color format.
+_WIDEST = 16
+
+
+#: wgpu makes its instance at first use, in whatever thread; the environment is one for all of them.
+_opening = Lock()
+
+
+@contextmanager
+def _quiet_layer() -> Iterator[None]:
+    """Keep Mesa's device selection layer from writing to stderr where there is no desktop session."""
+    name, unset = "NODEVICE_SELECT", "XDG_RUNTIME_DIR" not in os.environ and "NODEVICE_SELECT" not in os.environ
+    if unset:
+        os.environ[name] = "1"
+    try:
+        yield
+    finally:
+        if unset:
+            os.environ.pop(name, None)
+
+
+def _native_instance() -> None:
+    """Have wgpu load no OpenGL driver, unless the process has used wgpu already.
+
+    Mesa's cannot end in a forked process, and loading it takes as long as all the rest.
+    """
+    with suppress(ImportError, RuntimeError, KeyError):
+        from wgpu.backends.wgpu_native.extras import set_instance_extras
+
+        set_instance_extras(backends=["Vulkan", "Metal", "DX12"])
+
+
+def all_adapters() -> list[Any]:
+    """Every adapter of a native API, in the order in which numbers count them.
+
+    Raises
+    ------
+    DeviceMissingError
+        Without wgpu or without a driver, with the command that installs it.
+    """
+    try:
+        import wgpu
+    except ImportError as error:
+        raise DeviceMissingError(f"the webgpu backend needs wgpu ({error}); install it: {INSTALL_MODULE}") from None
+    try:
+        with _opening, _quiet_layer():
+            _native_instance()
+            found = wgpu.gpu.enumerate_adapters_sync()
+    except Exception as error:
+        raise DeviceMissingError(
+            f"WebGPU found no driver ({error}); install one, on CPUs lavapipe: {INSTALL_DRIVER}"
+        ) from None
+    # wgpu's layer over OpenGL lacks formats; the gl backend runs there.
+    native = [adapter for adapter in found if adapter.info["backend_type"] != "OpenGL"]
+    if not native:
+        raise DeviceMissingError(
+            "WebGPU found no Vulkan, Metal or Direct3D 12 driver; install one, on CPUs lavapipe: " + INSTALL_DRIVER
+        )
+    return native
+
+
+def choose(device: str | None) -> Any:
+    """The adapter of this number or with this in its name; the first for None."""
+    found = all_adapters()
+    if device is None:
+        return found[0]
+    number = device_number(device)
+    if number is not None:
+        matches = found[number : number + 1]
+    else:
+        matches = [one for one in found if device.lower() in f"{name_of(one)} {one.info['description']}".lower()]
+    if not matches:
+        names = "; ".join(f"{number}: {name_of(one)}" for number, one in enumerate(found))
+        raise DeviceMissingError(f"there is no WebGPU device {device!r}; there are {names}")
+    return matches[0]
+
+
+def name_of(adapter: Any) -> str:
+    return str(adapter.info["device"] or adapter.info["description"]).strip()
+
+
+def device_infos() -> list[DeviceInfo]:
+    """All devices for a listing; one entry that says what is missing where there is none."""
+    try:
+        check_driver("webgpu")
+        return [
+            DeviceInfo(name_of(one), one.info["description"].strip(), one.info["backend_type"])
+            for one in all_adapters()
+        ]
+    except BackendError as error:
+        return [DeviceInfo("WebGPU", "", "", str(error))]
+
+
+def open_device(adapter: Any) -> Any:
+    """Open a device with the features and limits that passes use.
+
+    Raises
+    ------
+    BackendError
+        When the driver does not open it, such as for lack of memory.
+    """
+    features = [name for name in FEATURES if name in adapter.features]
+    limits = {name: adapter.limits[name] for name in _RAISED if name in adapter.limits}
+    try:
+        with _opening:
+            return adapter.request_device_sync(label="passgraph", required_features=features, required_limits=limits)
+    except Exception as error:
+        raise BackendError(f"webgpu: {name_of(adapter)} cannot be opened: {' '.join(str(error).split())}") from None
+
+
+def draws_norm16(device: Any) -> bool:
+    """Whether passes can draw into 16-bit fractions."""
+    if FEATURES[0] not in device.features:
+        return False
+    import wgpu
+
+    try:
+        usage = wgpu.TextureUsage.RENDER_ATTACHMENT
+        device.create_texture(size=(1, 1, 1), format="rgba16unorm", usage=usage).destroy()
+    except wgpu.GPUError:
+        return False
+    return True
+
+
+def limits_of(device: Any, name: str) -> Limits:
+    """What an open device takes in one pass."""
+    limits = device.limits
+    return Limits(
+        f"webgpu ({name})",
+        side=limits["max-texture-dimension-2d"],
+        picture_bytes=limits["max-buffer-size"],
+        images=limits["max-sampled-textures-per-shader-stage"],
+        targets=min(limits["max-color-attachments"], limits["max-color-attachment-bytes-per-sample"] // _WIDEST),
+        vertex_numbers=limits["max-uniform-buffer-binding-size"] // 4 - 16,
+        numbers=limits["max-uniform-buffer-binding-size"] // 4 - 16,
+        rounding=4,
+        varyings=4 * (limits["max-inter-stage-shader-variables"] - 1),
+        filters=FILTERS in device.features,
+        trips=65_535 if name.startswith("llvmpipe") else NONE,
+    )

@@ -1,0 +1,82 @@
+"""Fixed-function state of draws in WebGPU's words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from passgraph.backends.webgpu.textures import Stored
+from passgraph.formats import Format
+from passgraph.graph.draw_state import Blend, DrawState
+
+_FACTORS = {
+    "source_color": "src", "one_minus_source_color": "one-minus-src",
+    "source_alpha": "src-alpha", "one_minus_source_alpha": "one-minus-src-alpha",
+    "destination_color": "dst", "one_minus_destination_color": "one-minus-dst",
+    "destination_alpha": "dst-alpha", "one_minus_destination_alpha": "one-minus-dst-alpha",
+}  # fmt: skip
+_STENCIL = {"increment": "increment-clamp", "decrement": "decrement-clamp"}
+#: Triangles are cut at up to 8 times the target, not at its edges: a cut rounds the end of an edge to a subpixel, which
+#: moves the pixels that it covers.  Powers of two, because dividing by them is exact.
+GUARD_BANDS = (8, 4, 2)
+
+
+def guard_band(size: tuple[int, int], side: int) -> int:
+    """Return how many times larger than the target the viewport of a draw can be: 8, 4, 2 or 1."""
+    return next((times for times in GUARD_BANDS if max(size) * times <= side), 1)
+
+
+def color_target(
+    stored: Stored, format_: Format, blend: Blend | None, mask: tuple[bool, bool, bool, bool]
+) -> dict[str, Any]:
+    """One color target; alpha behind three channels stays 1, which is what a missing alpha reads as."""
+    written = sum(1 << k for k in range(4) if mask[k] and not (k == 3 and format_.channels == 3))
+    target: dict[str, Any] = {"format": stored.name, "write_mask": written}
+    if blend is not None:
+        color = _component(blend.source, blend.destination, blend.equation)
+        target["blend"] = {"color": color, "alpha": _component(*blend.alpha_terms)}
+    return target
+
+
+def _component(source: str, destination: str, equation: str) -> dict[str, str]:
+    if equation in ("min", "max"):  # of these, WebGPU takes no factors, and OpenGL ignores them
+        source = destination = "one"
+    operation = equation.replace("_", "-")
+    return {
+        "src_factor": _FACTORS.get(source, source),
+        "dst_factor": _FACTORS.get(destination, destination),
+        "operation": operation,
+    }
+
+
+def primitive(state: DrawState) -> dict[str, Any]:
+    return {"topology": "triangle-list", "front_face": "ccw", "cull_mode": state.cull}
+
+
+def depth_stencil(state: DrawState, format_: Format, name: str) -> dict[str, Any]:
+    factor, units = state.polygon_offset
+    found: dict[str, Any] = {
+        "format": name,
+        "depth_write_enabled": state.depth_write,
+        "depth_compare": state.depth_compare.replace("_", "-"),
+        "depth_bias": int(units),
+        "depth_bias_slope_scale": factor,
+    }
+    stencil = state.stencil
+    if stencil is not None and format_.stencil:
+        face = {
+            "compare": stencil.compare.replace("_", "-"),
+            "fail_op": _operation(stencil.fail),
+            "depth_fail_op": _operation(stencil.depth_fail),
+            "pass_op": _operation(stencil.passed),
+        }
+        found |= {
+            "stencil_front": face,
+            "stencil_back": face,
+            "stencil_read_mask": stencil.read_mask,
+            "stencil_write_mask": stencil.write_mask,
+        }
+    return found
+
+
+def _operation(name: str) -> str:
+    return _STENCIL.get(name, name).replace("_", "-")

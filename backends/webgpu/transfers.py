@@ -1,0 +1,125 @@
+"""Pictures between the caller's memory and textures; the host does the rounding."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.printing import Listing
+from passgraph.backends.steps import numbers_of, values_into, values_of
+from passgraph.backends.webgpu.textures import Texture
+from passgraph.backends.webgpu.wgsl import FULLSCREEN
+from passgraph.errors import InputError
+from passgraph.language.source import NOWHERE
+
+if TYPE_CHECKING:
+    from passgraph.backends.webgpu.backend import WebGPUBackend
+
+#: Rows in buffers begin at multiples of so many bytes.
+ROW_ALIGNMENT = 256
+
+
+def send(backend: WebGPUBackend, texture: Texture, numbers: NDArray[Any]) -> None:
+    """Numbers of its format into a texture."""
+    given, stored = _shaped(numbers, texture), texture.stored
+    if given.dtype.kind != stored.dtype.kind:
+        given = values_of(given, texture.format)
+    if texture.padded:
+        padded = np.full((*given.shape[:2], 4), texture.format.steps if stored.dtype.kind == "u" else 1, stored.dtype)
+        padded[..., :3] = given
+        given = padded
+    given = np.ascontiguousarray(given, stored.dtype)
+    (width, height), queue = texture.size, backend.device.queue
+    backend.flush()
+    layout = {"bytes_per_row": width * stored.channels * stored.dtype.itemsize}
+    queue.write_texture({"texture": texture.texture}, given, layout, (width, height, 1))
+
+
+def receive(backend: WebGPUBackend, texture: Texture, into: NDArray[Any]) -> None:
+    """A texture into an array: values where that is float32, else numbers."""
+    room, stored, format_ = _shaped(into, texture), texture.stored, texture.format
+    width, height = texture.size
+    pixel = stored.channels * stored.dtype.itemsize
+    row = -(-width * pixel // ROW_ALIGNMENT) * ROW_ALIGNMENT
+    buffer = backend.staging(row * height)
+    source = {"texture": texture.texture}
+    backend.encoder().copy_texture_to_buffer(source, {"buffer": buffer, "bytes_per_row": row}, (width, height, 1))
+    backend.flush()
+    buffer.map_sync("READ", 0, row * height)
+    try:
+        raw = np.frombuffer(buffer.read_mapped(0, row * height, copy=False), np.uint8).reshape(height, row)
+        numbers = raw[:, : width * pixel].view(stored.dtype).reshape(height, width, stored.channels)
+        _convert(numbers[..., : format_.channels], room, texture)
+        del raw, numbers
+    finally:
+        buffer.unmap()
+
+
+def _convert(numbers: NDArray[Any], room: NDArray[Any], texture: Texture) -> None:
+    format_ = texture.format
+    holds_steps = numbers.dtype.kind == "u"
+    if room.dtype == np.float32 and holds_steps:
+        values_into(room, numbers, format_)
+    elif room.dtype != np.float32 and format_.steps and not holds_steps:
+        np.copyto(room, numbers_of(numbers, format_))
+    else:
+        np.copyto(room, numbers)
+
+
+def _shaped(array: NDArray[Any], texture: Texture) -> NDArray[Any]:
+    width, height = texture.size
+    expected = height, width, texture.format.channels
+    if array.shape != expected:
+        raise InputError(
+            f"a picture of shape {array.shape} does not fit {texture.format.name} of {width}x{height} pixels; "
+            f"expected shape {expected}"
+        )
+    return array
+
+
+#: Depth to values or back, which commands cannot copy in all formats.
+_MOVE = """@group(0) @binding(0) var values: texture_2d<f32>;
+@fragment
+fn main(@builtin(position) place: vec4<f32>) -> RESULT
+{
+    return textureLoad(values, vec2<i32>(place.xy), 0).r;
+}
+"""
+_RESULTS = {True: "@builtin(frag_depth) f32", False: "@location(0) f32"}
+
+
+def move_depth(backend: WebGPUBackend, source: Texture, destination: Texture) -> None:
+    """Move values from 0 to 1 between a depth texture and one of float32; a stencil becomes 0."""
+    device, programs, to_depth = backend.device, backend.programs, destination.format.is_depth
+    entry = {"binding": 0, "visibility": 2, "texture": {"sample_type": "unfilterable-float"}}
+    layout = programs.once("move depth", lambda: device.create_bind_group_layout(entries=[entry]))
+    shown = programs.module(Listing(_MOVE.replace("RESULT", _RESULTS[to_depth]), (NOWHERE,)), "move depth")
+    corners = programs.module(Listing(FULLSCREEN, (NOWHERE,)), "fullscreen")
+    name = destination.stored.name
+    written = {"format": name, "depth_write_enabled": True, "depth_compare": "always"} if to_depth else None
+    pipeline = programs.once(
+        ("move depth", name),
+        lambda: device.create_render_pipeline(
+            layout=device.create_pipeline_layout(bind_group_layouts=[layout]),
+            vertex={"module": corners, "entry_point": "main"},
+            primitive={"topology": "triangle-list"},
+            depth_stencil=written,
+            fragment={"module": shown, "entry_point": "main", "targets": [] if to_depth else [{"format": name}]},
+        ),
+    )
+    group = device.create_bind_group(layout=layout, entries=[{"binding": 0, "resource": source.read_view}])
+    color = {"view": destination.view, "load_op": "load", "store_op": "store"}
+    depth: dict[str, Any] = {
+        "view": destination.view, "depth_load_op": "clear", "depth_store_op": "store", "depth_clear_value": 0.0,
+    }  # fmt: skip
+    if destination.format.stencil:
+        depth |= {"stencil_load_op": "clear", "stencil_store_op": "store", "stencil_clear_value": 0}
+    attached = {"color_attachments": [], "depth_stencil_attachment": depth} if to_depth else {
+        "color_attachments": [color]}  # fmt: skip
+    encoded = backend.encoder().begin_render_pass(**attached)
+    encoded.set_pipeline(pipeline)
+    encoded.set_bind_group(0, group)
+    encoded.draw(3)
+    encoded.end()

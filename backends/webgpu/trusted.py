@@ -1,0 +1,31 @@
+"""Shader modules without wgpu's count of loop trips.
+
+wgpu adds a counter to every loop, so that shaders of web pages end.  Loops of kernels have known bounds, and compilers
+do not unroll loops that count twice: lavapipe takes minutes for what takes it seconds without.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+#: Keep the bounds checks of arrays (WGPUShaderRuntimeChecks_BoundsChecks), and nothing else.
+_BOUNDS_CHECKS = 1
+
+
+def trusted_module(device: Any, code: str) -> Any | None:
+    """A module of WGSL that was checked already; None where this version of wgpu has no call for it."""
+    try:
+        from wgpu.backends.wgpu_native import GPUShaderModule, ffi, lib
+
+        create = lib.wgpuDeviceCreateShaderModuleTrusted
+        text = code.encode()
+        held = ffi.new("char[]", text)
+        source = ffi.new("WGPUShaderSourceWGSL *")
+        source.chain.sType = lib.WGPUSType_ShaderSourceWGSL
+        source.code.data, source.code.length = held, len(text)
+        descriptor = ffi.new("WGPUShaderModuleDescriptor *")
+        descriptor.nextInChain = ffi.cast("WGPUChainedStruct *", source)
+        made = create(device._internal, descriptor, _BOUNDS_CHECKS)
+    except (ImportError, AttributeError, TypeError):
+        return None
+    return None if made == ffi.NULL else GPUShaderModule("", made, device)
