@@ -19,7 +19,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.backends.base import Backend
-from passgraph.backends.registry import open_backend
+from passgraph.backends.registry import backend_names, open_backend
 from passgraph.errors import DeviceMissingError
 from passgraph.graph.targets import PixelPass
 from passgraph.language.kernel import Kernel
@@ -117,7 +117,7 @@ class Debugger:
             return {"name": name, "text": "a copy: no kernel computes it", "code": {}}
         sizes = {resource.id: resource.size for resource in plan.resources}
         code = {}
-        for backend in ("numpy", "gl", "opencl", "webgpu"):
+        for backend in backend_names():
             with suppress(DeviceMissingError), self._using([backend]) as (opened,):
                 code[backend] = opened.code(step, sizes)
         source = step.source

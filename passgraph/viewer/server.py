@@ -249,10 +249,14 @@ class View:
             elif kind == "values":
                 x, y = int(message["x"]), int(message["y"])
                 await client.send({"kind": "values", "x": x, "y": y, "values": self.session.values_at(x, y)})
+            elif kind == "keep":  # what is shown now, not when its turn comes
+                client.ask(kind, partial(self.session.keep, self.session.picture("values")))
             elif kind in _QUESTIONS:
                 client.ask(kind, partial(_QUESTIONS[kind], self.session, message))
             else:
                 await client.refuse(f"no message is called {str(kind)[:40]!r}")
+        except PassgraphError as error:
+            await client.refuse(str(error))
         except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             await client.refuse(f"a message that does not fit: {type(error).__name__}")
 
@@ -333,7 +337,6 @@ _QUESTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], dict[str, Any]]]
     "inspect": lambda session, message: session.inspect(int(message["x"]), int(message["y"])),
     "profile": lambda session, _: session.profile(),
     "code": lambda session, message: session.code(str(message["name"])),
-    "keep": lambda session, _: session.keep(),
     "verdict": lambda session, _: session.verdict(),
 }
 

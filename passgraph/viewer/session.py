@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.backends.base import Backend
-from passgraph.backends.registry import open_backend
+from passgraph.backends.registry import backend_names, open_backend
 from passgraph.errors import InputError, PassgraphError
 from passgraph.pictures import load_stored, scaled
 from passgraph.plan.dependencies import inputs_behind
@@ -132,6 +132,7 @@ class Session:
         self._reference: NDArray[Any] | None = None
         self._error = ""
         self._number, self._clock, self._frame = 0, (0, 0), 0
+        self._names = [name for name in backend_names() if name != "null"]  # which computes nothing
         #: By slot ("a", "b") what ran last, when it had, how long that took, and the difference of both.
         self._results: dict[str, pg.Result] = {}
         self._ran_at, self._is_rough = 0.0, False
@@ -208,9 +209,9 @@ class Session:
         """A picture file to compare with, as it is stored."""
         self._compare(load_stored(path))
 
-    def keep(self) -> dict[str, Any]:
-        """Compare what follows with the values that are shown now."""
-        self._compare(self.picture("values").copy())
+    def keep(self, picture: NDArray[Any]) -> dict[str, Any]:
+        """Compare what follows with values that were shown."""
+        self._compare(picture.copy())
         return {}
 
     def _compare(self, picture: NDArray[Any]) -> None:
@@ -427,7 +428,7 @@ class Session:
         compiled = None if made is None else made.programs["a"]
         facts: dict[str, Any] = {
             "name": self.subject.name, "error": self._error, "times": self._times,
-            "frames": self.subject.frame_count(), "frame": self._frame,
+            "frames": self.subject.frame_count(), "frame": self._frame, "backends": self._names,
             "command": "" if read is None else self.subject.command(dict(self._asked.values)),
         }  # fmt: skip
         if read is not None:

@@ -303,6 +303,10 @@ def resources(pid: int) -> dict[str, int]:
 
 
 def test_backends_are_compared(page: Any) -> None:
+    for choice in ("backend", "other"):
+        names = page.locator(f"#{choice} option").all_inner_texts()
+        assert names[:4] == ["reference", "numpy", "gl", "opencl"]
+        assert "null" not in names
     page.locator("#compare").select_option("difference")
     until(page, 0, 0, [0, 0, 0])
     assert "largest difference" in page.locator("#status").inner_text()

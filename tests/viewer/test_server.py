@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import http.client
 import json
 import sys
@@ -153,6 +154,27 @@ def test_a_question_that_takes_long_holds_nothing_up(served: Served, monkeypatch
         assert answer_of(socket, "values")
         goes_on.set()
         assert answer_of(socket, "verdict")["text"] == "True"
+
+
+def test_the_picture_of_the_moment_is_kept(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:
+    goes_on, to_thread = threading.Event(), asyncio.to_thread
+
+    async def late(function: Any, *arguments: Any) -> Any:
+        await to_thread(goes_on.wait, 60)
+        return await to_thread(function, *arguments)
+
+    monkeypatch.setattr(asyncio, "to_thread", late)
+    with served.socket() as socket:
+        answer_of(socket, "state")
+        socket.send(json.dumps({"kind": "keep"}))
+        socket.send(json.dumps({"kind": "ask", "changes": {"values": {"gain": 0.5}}}))
+        while served.view.session.values_at(2, 1)["a"] != pytest.approx([0.0, 0.2, 0.4, 1.0]):
+            pass
+        goes_on.set()
+        assert answer_of(socket, "keep")
+        assert served.view.session._reference is not None
+        assert served.view.session._reference[1, 2] == pytest.approx([0.0, 0.4, 0.8, 1.0])
+        socket.send(json.dumps({"kind": "ask", "changes": {"values": {}}}))
 
 
 def test_a_question_that_fails_ends_no_connection(served: Served, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -139,6 +139,10 @@ function showState(message) {
   const flip = message.flip === undefined ? "" : `  ·  mean FLIP ${message.flip.toPrecision(3)}`;
   const differs = message.differs ? `  ·  largest difference ${message.differs.largest.toPrecision(3)} at ${message.differs.at}, ${message.differs.pixels} pixels differ` : "";
   $("status").textContent = message.error ? "error" : `${message.target ?? ""} ${(message.size ?? []).join("×")} on ${message.backend ?? ""}: run ${run_ms.toFixed(1)} ms${compile_ms > 1 ? `, compile ${compile_ms.toFixed(0)} ms` : ""}${rate}${differs}${flip}`;
+  if (!$("backend").length) {
+    $("backend").append(...message.backends.map((name) => new Option(name)));
+    $("other").options[0].after(...message.backends.slice(1).map((name) => new Option(name)));
+  }
   if (message.backend && !backendChosen) $("backend").value = message.backend;
   if (message.controls) showControls(message.controls);
   if (message.targets) options($("target"), message.targets.map((one) => [one.name, `${one.name}  ${one.format}`]), message.target);
