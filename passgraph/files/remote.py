@@ -59,7 +59,9 @@ def check_travels(program: Program) -> None:
 def check_unchanged(overrides: Mapping[tuple[str, str], object]) -> None:
     """Refuse parameters that ``program.set`` changed: they are no part of the graph as data."""
     if overrides:
-        raise InputError("what program.set changed does not travel; give it as a pg.Value, and its value with values=")
+        raise InputError(
+            "what program.set changed cannot be serialized; give it as a pg.Value, and its value with values="
+        )
 
 
 def travelling_values(values: Mapping[str, Any], what: str) -> dict[str, Any]:

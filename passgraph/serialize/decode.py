@@ -73,7 +73,7 @@ _HELD_AS: dict[Scalar, type[Any]] = {BOOL: bool, INT: int, UINT: int, FLOAT: flo
 def from_data(data: object) -> dict[str, Target]:
     """The targets that :func:`passgraph.to_data` was given, by name, for :func:`passgraph.compile`.
 
-    The data may come from strangers: they are parsed and checked, never executed, and a kernel in them may do what a
+    The data may be untrusted: they are parsed and checked, never executed, and a kernel in them may do what a
     kernel of text may do and nothing else.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Plain data of strangers, read part by part: every part is checked, and all that is read is counted.
+"""Reader of untrusted plain data: every part is checked, and all that is read is counted.
 
 Data may be anything that JSON can say, and what Python can hold beside it: lists within themselves, one list in a
 thousand places.  Nothing here goes into a part before its kind and its number of parts are known.

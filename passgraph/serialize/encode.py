@@ -69,8 +69,8 @@ def to_data(outputs: Outputs) -> dict[str, Any]:
     Raises
     ------
     GraphError
-        For what cannot travel, with the pass and the parameter: values that Python functions compute (`Value.map`,
-        `combine`), values of classes such as `Camera`, formats of one's own.
+        For what cannot be serialized, with the pass and the parameter: values that Python functions compute
+        (`Value.map`, `combine`), values of classes such as `Camera`, formats of one's own.
 
     Examples
     --------
@@ -206,7 +206,7 @@ class _Writer:
     def _parameter(self, value: object, type_: Type, where: str) -> Any:
         if isinstance(value, Derived):
             raise GraphError(
-                f"{where}: its value is computed from {value.name!r} by a Python function, which does not travel; "
+                f"{where}: its value is computed from {value.name!r} by a Python function, which cannot be serialized; "
                 "compute the number where the graph runs and give it as a pg.Value"
             )
         if isinstance(value, Value):
@@ -222,7 +222,7 @@ class _Writer:
         if value.type not in _TYPE_NAMES:
             name = getattr(value.type, "__name__", value.type)
             raise GraphError(
-                f"{where}: value {value.name!r} is of class {name}, which does not travel; give each of its numbers as "
+                f"{where}: value {value.name!r} is of class {name}, which cannot be serialized; give each number as "
                 f"a pg.Value of its own, of type {', '.join(VALUE_TYPES)}"
             )
         default = None if value.default is None else _default_data(value.default, f"value {value.name!r}: default")

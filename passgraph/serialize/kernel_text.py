@@ -67,7 +67,7 @@ class KernelWriter:
         try:
             function = self._function(kernel.definition, kernel.scopes)
         except KernelError as error:
-            raise GraphError(f"{where}: its kernel does not travel: {error}") from None
+            raise GraphError(f"{where}: its kernel cannot be serialized: {error}") from None
         return {"stage": kernel.stage, "function": function, "known_sizes": known_sizes}
 
     def _add(self, file: str, line: int, text: str, names: dict[str, str | int]) -> int:

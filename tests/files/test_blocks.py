@@ -245,7 +245,7 @@ def test_what_cannot_be_cut_or_travel() -> None:
         pg.map_blocks(program, shape, amount=1.0)
     with pg.compile(kernel("vignette")(pg.Input("frame", "rgba32f", (8, 8)), 0.5)) as program:
         program.set("vignette", "amount", 0.25)
-        with pytest.raises(pg.InputError, match=r"program.set changed does not travel"):
+        with pytest.raises(pg.InputError, match=r"program.set changed cannot be serialized"):
             pg.map_blocks(program, shape)
     with pytest.raises(pg.GraphError, match="this program is closed"):
         pg.map_blocks(program, shape)

@@ -278,7 +278,7 @@ def test_code_among_the_values_does_not_travel(program: pg.Program, client: Any)
 def test_numbers_that_were_set_on_the_program_are_refused(client: Any) -> None:
     with pg.compile(SHADE(pg.Input("frame", "rgba32f", (4, 4)), 1.0), "reference") as program:
         program.set("shade", "k", 0.5)
-        with pytest.raises(pg.InputError, match=r"program.set changed does not travel"):
+        with pytest.raises(pg.InputError, match=r"program.set changed cannot be serialized"):
             pg.frames(program, Arrays(FRAMES), ToArrays(), client=client)
 
 

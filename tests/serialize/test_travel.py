@@ -241,7 +241,7 @@ class Marked:
 
 REFUSED = {
     "a function": (lambda: pg.Value("stops").map(abs), "computed from 'stops' by a Python function"),
-    "a class": (lambda: pg.Value("camera", pg.Camera), "value 'camera' is of class Camera, which does not travel"),
+    "a class": (lambda: pg.Value("camera", pg.Camera), "value 'camera' is of class Camera, which cannot be serialized"),
     "a class of one's own": (lambda: pg.Value("mark", Marked), "value 'mark' is of class Marked"),
 }  # fmt: skip
 

@@ -1,0 +1,43 @@
+"""Public docstrings are plain: they begin with what a thing is or does, and use the field's words."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterator
+
+import pytest
+
+import passgraph as pg
+from passgraph import effects
+
+#: A docstring that begins so tells a riddle before it names the thing.
+OPENINGS = {"What", "How", "Of", "Those", "Where", "Such"}
+#: Words of ours for which the field has others: serialized, borrowed, untrusted input, given.
+OWN_WORDS = re.compile(r"\b(lent|strangers?|unkind|told|nobody|at home|the house)\b", re.IGNORECASE)
+
+
+def public_docstrings() -> Iterator[tuple[str, str]]:
+    for module in (pg, effects):
+        for name in module.__all__:
+            thing = getattr(module, name)
+            if not (inspect.isclass(thing) or callable(thing)):
+                continue
+            yield name, inspect.getdoc(thing) or ""
+            for member, value in vars(thing).items() if inspect.isclass(thing) else ():
+                if not member.startswith("_") and (callable(value) or isinstance(value, (property, classmethod))):
+                    yield f"{name}.{member}", inspect.getdoc(value) or ""
+
+
+DOCSTRINGS = dict(public_docstrings())
+
+
+def test_there_are_docstrings_to_look_at() -> None:
+    assert len(DOCSTRINGS) > 300
+
+
+@pytest.mark.parametrize("name", [name for name, text in DOCSTRINGS.items() if text])
+def test_a_public_docstring_is_plain(name: str) -> None:
+    text = DOCSTRINGS[name]
+    assert text.split()[0].strip(",.") not in OPENINGS
+    assert OWN_WORDS.findall(text) == []
