@@ -29,6 +29,8 @@ MAX_BYTES = 1 << 32
 #: GIF, JPEG 2000 and JPEG XL, by what files begin with: OpenImageIO decodes them when it opens them. That takes up to
 #: four times the size of the pixels.
 _DECODED_WHEN_OPENED = (b"GIF8", b"\0\0\0\x0c", b"\xff\x4f\xff\x51", b"\xff\x0a")
+#: JPEG XL with and without its container, and the number of bytes by which OpenImageIO recognizes it.
+_JPEG_XL, _RECOGNIZED_BYTES = (b"\0\0\0\x0cJXL ", b"\xff\x0a"), 128
 #: First bytes of files of the common formats.
 _SIGNATURES = (
     b"\x89PNG",
@@ -308,12 +310,22 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_SIZE_LIMIT.__init__)  # type: ignore[misc]
 
 
+def _padded(file: Path, data: bytes | None) -> bytes | None:
+    """Lengthen tiny JPEG XL files, which OpenImageIO 3.2 does not recognize; zeros behind a picture are ignored."""
+    if data is None:
+        with file.open("rb") as stream:
+            head = stream.read(_RECOGNIZED_BYTES)
+    else:
+        head = data[:_RECOGNIZED_BYTES]
+    return head.ljust(_RECOGNIZED_BYTES, b"\0") if head.startswith(_JPEG_XL) and len(head) < _RECOGNIZED_BYTES else data
+
+
 @contextmanager
 def opened_image(
     file: Path, data: bytes | None = None, layer: str | None = None, max_bytes: int = MAX_BYTES
 ) -> Iterator[ImageFile]:
     """Open an `ImageFile`, closed at the end; ``data`` is the file's content if it is not on disk."""
-    with name_of(file, data) as name:
+    with name_of(file, _padded(file, data)) as name:
         image = ImageFile(file, name, layer, max_bytes)
         try:
             yield image
