@@ -29,6 +29,8 @@ MAX_BYTES = 1 << 32
 #: GIF, JPEG 2000 and JPEG XL, by what files begin with: OpenImageIO decodes them when it opens them. That takes up to
 #: four times the size of the pixels.
 _DECODED_WHEN_OPENED = (b"GIF8", b"\0\0\0\x0c", b"\xff\x4f\xff\x51", b"\xff\x0a")
+#: JPEG XL with and without its container, and the number of bytes by which OpenImageIO recognizes it.
+_JPEG_XL, _RECOGNIZED_BYTES = (b"\0\0\0\x0cJXL ", b"\xff\x0a"), 128
 #: First bytes of files of the common formats.
 _SIGNATURES = (
     b"\x89PNG",
@@ -96,6 +98,8 @@ class ImageFile:
     held : bytes that reading needs in addition to the result
     orientation : EXIF orientation, 1 for upright
     count : pictures in the file
+    input, subimage, spec, order : OpenImageIO's reader, the part of the file, its specification, and the channels that
+        are read
 
     Raises
     ------
@@ -113,19 +117,19 @@ class ImageFile:
                 opened = oiio.ImageInput.open(name, hint)
                 problem = oiio.geterror()
         except UnicodeDecodeError as error:
-            raise self._corrupt(error) from error
+            raise self.corrupt(error) from error
         if opened is None or opened.format_name() not in READABLE:
             raise self._unreadable(name, problem)
-        self._input, self.format = opened, opened.format_name()
+        self.input, self.format = opened, opened.format_name()
         try:
-            self._subimage, self._spec, self._order, self.has_alpha = self._find_layer(layer)
+            self.subimage, self.spec, self.order, self.has_alpha = self._find_layer(layer)
         except UnicodeDecodeError as error:
-            raise self._corrupt(error) from error
-        spec = self._spec
+            raise self.corrupt(error) from error
+        spec = self.spec
         if spec.deep or spec.depth > 1:
             raise InputError(f"{file}: holds {'deep samples' if spec.deep else 'a volume'}; expected a flat picture")
-        self.channels = len(self._order)
-        stored = {str(spec.channelformat(channel)) for channel in self._order}
+        self.channels = len(self.order)
+        stored = {str(spec.channelformat(channel)) for channel in self.order}
         kinds = [_TYPES.get(kind) for kind in sorted(stored)]
         if None in kinds:
             named = ", ".join(sorted(stored))
@@ -137,7 +141,7 @@ class ImageFile:
         self._windowed = self.format == "openexr"
         self.width, self.height = (spec.full_width, spec.full_height) if self._windowed else (spec.width, spec.height)
         self.orientation = int(_attribute(spec, "Orientation", 1))
-        first, last = min(self._order), max(self._order)
+        first, last = min(self.order), max(self.order)
         stored_bytes = spec.width * spec.height * (last - first + 1) * self.dtype.itemsize
         tile = 8 * spec.tile_width * spec.tile_height * spec.nchannels
         self.held = stored_bytes + spec.width * spec.height * _HELD_BY_READER.get(self.format, 0) + tile
@@ -145,33 +149,33 @@ class ImageFile:
     @property
     def data_size(self) -> tuple[int, int]:
         """Return the width and height of the stored pixels; an OpenEXR data window may exceed the display window."""
-        return self._spec.width, self._spec.height
+        return self.spec.width, self.spec.height
 
     @property
     def count(self) -> int:
         """Return 1 for one picture, 2 for two or more."""
         found = 1
-        while found < 2 and self._input.seek_subimage(found, 0):
+        while found < 2 and self.input.seek_subimage(found, 0):
             found += 1
-        self._input.seek_subimage(self._subimage, 0)
-        self._input.geterror()
+        self.input.seek_subimage(self.subimage, 0)
+        self.input.geterror()
         return found
 
     @property
     def is_associated(self) -> bool:
         """Return True if color is stored multiplied by alpha."""
-        said = _attribute(self._spec, "oiio:UnassociatedAlpha", 0)
+        said = _attribute(self.spec, "oiio:UnassociatedAlpha", 0)
         return self.format in _ASSOCIATED and not said and self.has_alpha
 
     @property
     def encoding(self) -> str:
         """Return the color space named by the file or its format; "" if none is named."""
-        return str(_attribute(self._spec, "oiio:ColorSpace", ""))
+        return str(_attribute(self.spec, "oiio:ColorSpace", ""))
 
     def metadata(self) -> Metadata:
         entries = tuple(
             (entry.name, str(entry.type), entry.value)
-            for entry in self._spec.extra_attribs
+            for entry in self.spec.extra_attribs
             if not entry.name.startswith(_OF_THE_FILE) and entry.name not in _SIZE_AND_ORIENTATION
         )
         found = Metadata(entries, not self.has_alpha, self.dtype == np.uint16)
@@ -182,15 +186,15 @@ class ImageFile:
 
     def read(self) -> Pixels:
         """Return (height, width, channels) as stored, in the display window; pixels outside the data window are 0."""
-        spec, first, last = self._spec, min(self._order), max(self._order)
+        spec, first, last = self.spec, min(self.order), max(self.order)
         kind = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}[self.dtype.name]
-        pixels: Any = self._input.read_image(self._subimage, 0, first, last + 1, kind)
-        problem = self._input.geterror() or self._oiio.geterror()
+        pixels: Any = self.input.read_image(self.subimage, 0, first, last + 1, kind)
+        problem = self.input.geterror() or self._oiio.geterror()
         # Cameras write extra bytes between markers; the picture is complete nevertheless.
         if pixels is None or (problem and "extraneous bytes" not in problem):
-            raise self._corrupt(problem)
+            raise self.corrupt(problem)
         pixels = pixels.reshape(spec.height, spec.width, last - first + 1)
-        order = [channel - first for channel in self._order]
+        order = [channel - first for channel in self.order]
         if order != list(range(pixels.shape[2])):
             pixels = pixels[..., order]
         if self.format == "tiff" and _attribute(spec, "tiff:PhotometricInterpretation", 1) == 0 and _is_wide(spec):
@@ -198,7 +202,7 @@ class ImageFile:
         return _in_window(spec, pixels) if self._windowed else pixels
 
     def close(self) -> None:
-        self._input.close()
+        self.input.close()
 
     def _find_layer(self, layer: str | None) -> tuple[int, oiio.ImageSpec, list[int], bool]:
         """The part that holds a layer, its specification, the layer's channels, and whether the last one is alpha.
@@ -206,15 +210,15 @@ class ImageFile:
         Without a name this is the first part with color.
         """
         parts, layers, names = list[str](), list[str](), list[str]()
-        while self._input.seek_subimage(len(parts), 0):
-            spec = self._input.spec()
+        while self.input.seek_subimage(len(parts), 0):
+            spec = self.input.spec()
             parts.append(str(_attribute(spec, "oiio:subimagename", "")))
             found = self._find_channels(spec.channelnames, layer, is_whole_part=layer in (None, parts[-1]))
             if found is not None:
                 return len(parts) - 1, spec, *found
             layers += _layer_names(spec.channelnames)
             names += spec.channelnames
-        self._input.geterror()
+        self.input.geterror()
         known = list(dict.fromkeys(layers + [part for part in parts if part]))
         if layer is None or layer in parts:
             raise InputError(
@@ -252,7 +256,7 @@ class ImageFile:
         with open(name, "rb") as stream:
             head = stream.read(8)
         if head.startswith(_SIGNATURES):
-            return self._corrupt(problem)
+            return self.corrupt(problem)
         size = os.stat(name).st_size
         reason = f" ({_one_line(problem)})" if problem else ""
         return InputError(
@@ -260,8 +264,12 @@ class ImageFile:
             f" got {size} bytes that begin with {head!r}"
         )
 
-    def _corrupt(self, reason: object) -> InputError:
+    def corrupt(self, reason: object) -> InputError:
         text = _one_line(reason) or "no pixels"
+        if "not configured" in text:
+            return InputError(
+                f"{self._file}: is compressed in a way that is not read ({text}); save it with ZIP or LZW"
+            )
         return InputError(f"{self._file}: truncated or corrupt ({text}); make or copy the file again")
 
 
@@ -308,12 +316,22 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_SIZE_LIMIT.__init__)  # type: ignore[misc]
 
 
+def _padded(file: Path, data: bytes | None) -> bytes | None:
+    """Lengthen tiny JPEG XL files, which OpenImageIO 3.2 does not recognize; zeros behind a picture are ignored."""
+    if data is None:
+        with file.open("rb") as stream:
+            head = stream.read(_RECOGNIZED_BYTES)
+    else:
+        head = data[:_RECOGNIZED_BYTES]
+    return head.ljust(_RECOGNIZED_BYTES, b"\0") if head.startswith(_JPEG_XL) and len(head) < _RECOGNIZED_BYTES else data
+
+
 @contextmanager
 def opened_image(
     file: Path, data: bytes | None = None, layer: str | None = None, max_bytes: int = MAX_BYTES
 ) -> Iterator[ImageFile]:
     """Open an `ImageFile`, closed at the end; ``data`` is the file's content if it is not on disk."""
-    with name_of(file, data) as name:
+    with name_of(file, _padded(file, data)) as name:
         image = ImageFile(file, name, layer, max_bytes)
         try:
             yield image

@@ -437,6 +437,8 @@ def _fitting_channels(file: Path, pixels: Stored, kind: WritableFormat) -> Store
                 f"{file}: {kind.name} has no transparency; save as .png, or pass picture[..., :{channels - 1}]"
             )
         return _fitting_channels(file, np.ascontiguousarray(pixels[..., :-1]), kind)
+    if channels > 2 and (pixels == pixels[..., :1]).all():
+        return np.ascontiguousarray(pixels[..., :1])
     if channels > 2:
         raise InputError(f"{file}: {kind.name} holds gray, got {channels} channels; save as .ppm or .png")
     return np.ascontiguousarray(pixels[..., [0, 0, 0, *range(1, channels)]])

@@ -441,6 +441,27 @@ def test_other_formats_come_back(tmp_path: Path, suffix: str) -> None:
         np.testing.assert_allclose(other / np.float32(scale), picture, atol=1e-6 if exact else 0.008)
 
 
+@pytest.mark.parametrize("size", [1, 64])
+def test_tiny_jpeg_xl_is_read(tmp_path: Path, size: int) -> None:
+    """OpenImageIO alone does not recognize files of less than 128 bytes."""
+    flat = np.full((size, size, 3), 200, np.uint8)
+    save(tmp_path / "a.jxl", flat)
+    assert (tmp_path / "a.jxl").stat().st_size < 128
+    assert abs(load_stored(tmp_path / "a.jxl")[..., :3].astype(int) - 200).max() <= 1
+    assert load_stored(tmp_path / "b.jxl", (tmp_path / "a.jxl").read_bytes()).shape == (size, size, 4)
+    (tmp_path / "cut.jxl").write_bytes((tmp_path / "a.jxl").read_bytes()[:40])
+    refused("cut.jxl: (truncated or corrupt|not a picture)", load, tmp_path / "cut.jxl")
+
+
+@pytest.mark.parametrize("suffix", [".pgm", ".png"])
+def test_gray_stays_gray(tmp_path: Path, suffix: str) -> None:
+    """Formats of gray alone take equal channels; others are refused."""
+    save(tmp_path / f"a{suffix}", bytes_of[1])
+    save(tmp_path / "b.pgm", load(tmp_path / f"a{suffix}"))
+    assert np.array_equal(load_stored(tmp_path / "b.pgm")[..., :1], bytes_of[1])
+    refused("PGM holds gray, got 3 channels", save, tmp_path / "c.pgm", bytes_of[3])
+
+
 def test_jpeg_2000_is_read(tmp_path: Path) -> None:
     Image.fromarray(bytes_of[3]).resize((64, 64)).save(tmp_path / "a.jp2", irreversible=False)
     expected = np.asarray(Image.fromarray(bytes_of[3]).resize((64, 64)))

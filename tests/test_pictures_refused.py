@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tifffile
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -90,6 +91,14 @@ def test_a_file_without_pixels(tmp_path: Path, suffix: str, mark: bytes) -> None
     at = data.index(mark)
     file.write_bytes(data[:at] + data[at:].replace(mark, b"IEND") if suffix == ".png" else data[:at])
     refused(r"(truncated or corrupt|not a picture).*\(.+\)", load_stored, file)
+
+
+def test_a_compression_that_is_not_read_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "a.tif"
+    tifffile.imwrite(file, rng.integers(0, 255, (8, 8), np.uint8))
+    with tifffile.TiffFile(file, mode="r+") as opened:
+        opened.pages[0].tags["Compression"].overwrite(50000)  # Zstandard
+    refused(r"a\.tif: is compressed in a way that is not read \(.*ZSTD.*\); save it with ZIP or LZW", load, file)
 
 
 def test_corrupt_file(tmp_path: Path) -> None:

@@ -183,7 +183,7 @@ def _cost(plan: Plan, needs: Footprint, sources: Mapping[str, Source], sinks: Ma
         pixel += RESULTS_ALIVE * 4 * channels
         # A piece is cut out, converted, and copied into the file's order.
         piece = max(PIECE_PIXELS, sink.block[0] * sink.block[1])
-        fixed += piece * channels * (8 + 3 * sink.dtype.itemsize)
+        fixed += piece * channels * (8 + 3 * sink.dtype.itemsize) + sink.cost
     return Cost(fixed, pixel)
 
 

@@ -53,18 +53,19 @@ def lazily_tiled(
     """
     with ExitStack() as stack:
         wanted = Wanted(graph, source, memory, values, tile, size, backend, options, non_finite)
-        job = prepared(wanted, _nowhere, stack)
+        job = prepared(wanted, _no_sinks, stack)
         windows = stack.enter_context(closing(job.windows()))
         name, resource = next(iter(job.plan.outputs.items()))
         shape = job.grid.size[1], job.grid.size[0], job.plan.resources[resource].format.channels
         return LazyPicture(job, windows, name, shape, stack.pop_all())
 
 
-class _Nowhere:
-    """Stands for a sink where results are handed over."""
+class _NoSink:
+    """Stands for a sink where results are returned."""
 
     dtype: np.dtype[Any] = np.dtype(np.float32)
     block = (1, 1)
+    cost = 0
 
     def open(self) -> None: ...
     def write(self, part: Part, picture: Convert) -> None: ...
@@ -72,10 +73,10 @@ class _Nowhere:
     def abandon(self) -> None: ...
 
 
-def _nowhere(plan: Plan, _: Mapping[str, Source]) -> dict[str, Any]:
+def _no_sinks(plan: Plan, _: Mapping[str, Source]) -> dict[str, Any]:
     if len(plan.outputs) != 1:
         raise InputError(f"the graph has the results {', '.join(plan.outputs)}; ask for one of them")
-    return {name: _Nowhere() for name in plan.outputs}
+    return {name: _NoSink() for name in plan.outputs}
 
 
 class LazyPicture:

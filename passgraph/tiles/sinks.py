@@ -1,4 +1,4 @@
-"""Sinks of tiles: TIFF files and Zarr stores, written atomically, and arrays of the caller."""
+"""Sinks of tiles: TIFF and OpenEXR files and Zarr stores, written atomically, and arrays of the caller."""
 
 from __future__ import annotations
 
@@ -13,21 +13,28 @@ from passgraph.backends.steps import numbers_of
 from passgraph.errors import InputError
 from passgraph.formats import FORMATS, Format
 from passgraph.image_formats import Metadata
+from passgraph.tiles import exr, tiff
 from passgraph.tiles.grid import Convert, Numbers, Part, block_of, checked_dtype, checked_shape, imported, pieces
-from passgraph.tiles.tiff import TILE, AlphaUsedError, TiffSink
 from passgraph.writing import NewFile, place_of
 
+#: By suffix.
+_KINDS = {".tif": "TIFF", ".tiff": "TIFF", ".exr": "OpenEXR", ".zarr": "Zarr"}
 #: Sides of the chunks of a new Zarr array, in pixels.
 CHUNK = 512
 
 
 class Sink(Protocol):
-    """A sink of tiles, written one by one in any order; ``block`` is the (height, width) that it writes at once."""
+    """A sink of tiles, written one by one in any order.
+
+    ``block`` is the (height, width) that it writes at once, ``cost`` the bytes that it holds between tiles.
+    """
 
     @property
     def block(self) -> tuple[int, int]: ...
     @property
     def dtype(self) -> np.dtype[Any]: ...
+    @property
+    def cost(self) -> int: ...
     def open(self) -> None:
         """Make what is written into."""
 
@@ -46,7 +53,7 @@ def planned_sink(
 
     Parameters
     ----------
-    given : a path that ends in .tif, .tiff or .zarr, or an array that takes ``array[rows, columns] = numbers``
+    given : a path that ends in .tif, .tiff, .exr or .zarr, or an array that takes ``array[rows, columns] = numbers``
     format_ : of the target; a new file holds its numbers where ``dtype`` is None
     notes : of the picture that the result is made of, for a TIFF file; where it is opaque, and the result too, no alpha
         is stored
@@ -57,16 +64,19 @@ def planned_sink(
     """
     if isinstance(given, (str, PathLike)):
         path = Path(given)
-        kind = {".tif": "TIFF", ".tiff": "TIFF", ".zarr": "Zarr"}.get(path.suffix.lower())
+        kind = _KINDS.get(path.suffix.lower())
         if kind is None:
             raise InputError(
-                f"{what}: {path} has the suffix {path.suffix!r}; tiles are written to .tif, .tiff, .zarr, or an array"
+                f"{what}: {path} has the suffix {path.suffix!r}; tiles are written to {', '.join(_KINDS)}, or an array"
             )
         if not path.absolute().parent.is_dir():
             raise InputError(f"{what}: the folder {path.absolute().parent} does not exist; make it first")
-        if kind == "TIFF" and path.is_dir():
+        if kind != "Zarr" and path.is_dir():
             raise InputError(f"{what}: {path} is a directory; give the name of a file")
-        checked = checked_dtype(format_.number if dtype is None else dtype, f"{what}: dtype")
+        own_dtype = "f4" if kind == "OpenEXR" and not format_.number.startswith("f") else format_.number
+        checked = checked_dtype(own_dtype if dtype is None else dtype, f"{what}: dtype")
+        if kind == "OpenEXR" and checked.str[1:] not in ("f2", "f4"):
+            raise InputError(f"{what}: {path} holds float16 or float32, got dtype {checked}; leave dtype out")
         return FileSink(path, shape, checked, what, kind, notes)
     if dtype is not None:
         raise InputError(f"{what}: dtype is for new files; an array keeps its own")
@@ -87,6 +97,8 @@ def converted(picture: Numbers, dtype: np.dtype[Any]) -> Numbers:
 
 class ArraySink:
     """An array of the caller's, written in place."""
+
+    cost = 0
 
     def __init__(self, array: Any, shape: tuple[int, int, int], what: str) -> None:
         if not (hasattr(array, "shape") and hasattr(array, "dtype") and hasattr(array, "__setitem__")):
@@ -134,10 +146,14 @@ class FileSink:
         place_of(path, is_folder=kind == "Zarr")  # refused before the work
         self.path = path
         self.shape, self.dtype, self.what, self._kind = shape, dtype, f"{what} ({path})", kind
-        self.block = (TILE, TILE) if kind == "TIFF" else (min(CHUNK, shape[0]), min(CHUNK, shape[1]))
+        blocks = {"TIFF": tiff.TiffSink.block, "OpenEXR": exr.ExrSink.block}
+        self.block = blocks.get(kind, (min(CHUNK, shape[0]), min(CHUNK, shape[1])))
+        self.cost = exr.ExrSink.cost(shape, dtype) if kind == "OpenEXR" else 0
         if dtype.kind == "b":
             raise InputError(f"{self.what}: dtype bool cannot be written; give uint8, uint16 or floats")
-        self._package = imported("tifffile" if kind == "TIFF" else "zarr", self.what)
+        self._package: Any = (
+            None if kind == "OpenEXR" else imported("tifffile" if kind == "TIFF" else "zarr", self.what)
+        )
         self._made: NewFile | None = None
         self._inner: Any = None
         self._notes = notes or Metadata()
@@ -148,7 +164,9 @@ class FileSink:
             if self._kind == "TIFF":
                 height, width, channels = self.shape
                 stored = channels - 1 if self._notes.opaque and channels == 4 else channels
-                self._inner = TiffSink(self._made.temporary, (height, width, stored), self.dtype, self._notes)
+                self._inner = tiff.TiffSink(self._made.temporary, (height, width, stored), self.dtype, self._notes)
+            elif self._kind == "OpenEXR":
+                self._inner = exr.ExrSink(self._made.temporary, self.shape, self.dtype, self._notes)
             else:
                 self._inner = ArraySink(self._new_zarr(self._made.temporary), self.shape, self.what)
         except OSError as error:
@@ -162,7 +180,7 @@ class FileSink:
         try:
             try:
                 self._inner.write(part, picture)
-            except AlphaUsedError:
+            except tiff.AlphaUsedError:
                 self._add_alpha()
                 self._inner.write(part, picture)
         except OSError as error:
@@ -174,7 +192,7 @@ class FileSink:
         wide = NewFile(self.path)
         narrow, self._made, old = self._inner, wide, self._made
         try:
-            self._inner = TiffSink(wide.temporary, self.shape, self.dtype, self._notes)
+            self._inner = tiff.TiffSink(wide.temporary, self.shape, self.dtype, self._notes)
             narrow.copy_with_alpha(self._inner)
         finally:
             narrow.close()
@@ -194,7 +212,7 @@ class FileSink:
         return InputError(f"{self.what}: cannot be written ({reason}); check the folder's permissions and free space")
 
     def abandon(self) -> None:
-        if isinstance(self._inner, TiffSink):
+        if isinstance(self._inner, (tiff.TiffSink, exr.ExrSink)):
             self._inner.close()
         self._inner = None
         if self._made is not None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
+from passgraph.pictures import split_layer
 from passgraph.run.caller_arrays import GREY_CHANNELS
 from passgraph.tiles.grid import Numbers, Part, block_of, checked_dtype, checked_shape, imported
 
@@ -59,13 +60,21 @@ def open_source(given: Any, what: str, room: int) -> Source:
     if not isinstance(given, (str, PathLike)):
         return array_source(given, what, room)
     path = Path(given)
-    if not path.exists():
-        raise InputError(f"{what}: there is no {path}; give the path of a TIFF file or Zarr array, or an array")
+    file, _ = split_layer(path)
+    if not file.exists():
+        raise InputError(
+            f"{what}: there is no {file}; give the path of a TIFF or OpenEXR file or Zarr array, or an array"
+        )
     if path.is_dir() or path.suffix.lower() == ".zarr":
         return Blocks(ArraySource(open_zarr(path, what), f"{what} ({path})", of_file=True), room)
+    if file.suffix.lower() == ".exr":
+        from passgraph.tiles.exr import ExrSource
+
+        return Blocks(ExrSource(path, what), room)
     if path.suffix.lower() not in (".tif", ".tiff"):
         raise InputError(
-            f"{what}: {path} is read whole or not at all; tiles come from TIFF (.tif, .tiff), Zarr (.zarr), or an array"
+            f"{what}: {path} is read whole or not at all; tiles come from TIFF (.tif, .tiff), OpenEXR (.exr), Zarr "
+            "(.zarr), or an array"
         )
     from passgraph.tiles.tiff import TiffSource
 
@@ -166,7 +175,7 @@ class Blocks:
     @property
     def cost(self) -> int:
         # Of a block that is being decoded there is what is stored beside it.
-        return int((self.kept + 2) * self.block_bytes)
+        return int((self.kept + 2) * self.block_bytes + self.source.cost)
 
     def read(self, part: Part) -> Numbers:
         if self.block == (1, 1):

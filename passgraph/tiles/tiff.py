@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
+from passgraph.image_files import straight
 from passgraph.image_formats import Metadata
 from passgraph.tiles.grid import Convert, Numbers, Part, checked_dtype, checked_shape, imported, pieces
 
@@ -48,6 +49,9 @@ class TiffSource:
             self.dtype = checked_dtype(page.dtype, self.name)
             self.is_grey = channels == 1
             self._plain = self._begin(page)
+            meanings = [int(one) for one in page.extrasamples]
+            # Without the tag four channels are RGBA, with color multiplied by alpha, as for OpenImageIO.
+            self._is_associated = channels in (2, 4) and meanings[:1] in ([1], [] if channels == 4 else [1])
             tiled = (page.tilelength, page.tilewidth) if page.is_tiled else (min(page.rowsperstrip, height), width)
             # Rows of plain numbers can be read from anywhere to anywhere.
             self.block = (1, 1) if self._plain is not None else tiled
@@ -75,7 +79,8 @@ class TiffSource:
 
     def read(self, part: Part) -> Numbers:
         try:
-            return self._rows(part) if self._plain is not None else self._segments(part)
+            pixels = self._rows(part) if self._plain is not None else self._segments(part)
+            return straight(pixels) if self._is_associated else pixels
         except InputError:
             raise
         except Exception as error:

@@ -56,10 +56,11 @@ def tiled(
     graph
         What `passgraph.compile` takes, or a program, whose backend, options and changed parameters then hold.
     source
-        The input: the path of a TIFF file or Zarr array, or an array (NumPy, memory map, Zarr, HDF5, dask …), (h, w) or
-        (h, w, 1 to 4); of several inputs a mapping by name.  Inputs of another size than the results are read whole.
+        The input: the path of a TIFF or OpenEXR file (``shot.exr:diffuse`` for a layer) or Zarr array, or an array
+        (NumPy, memory map, Zarr, HDF5, dask …), (h, w) or (h, w, 1 to 4); of several inputs a mapping by name.  Inputs
+        of another size than the results are read whole.
     sink
-        Where the result goes: a path that ends in .tif, .tiff or .zarr, or an array that takes
+        Where the result goes: a path that ends in .tif, .tiff, .exr or .zarr, or an array that takes
         ``array[rows, columns] = numbers``; of several results a mapping by name.  A TIFF file keeps the color profile
         and resolution of a TIFF input, and has no alpha where the input has none and the result is opaque.  Files and
         stores appear under their name when they are whole; an older one stays until then.  Into 8 and 16 bits go values

@@ -104,7 +104,7 @@ def test_what_no_tile_can_be_read_from_is_told(tmp_path: Path) -> None:
         "turned.tif": "is stored turned (tag Orientation); turn it upright first",
         "ink.tif": "is SEPARATED; expected gray (MINISBLACK) or RGB",
         "broken.tif": "is no TIFF file that can be read",
-        "photo.png": "tiles come from TIFF (.tif, .tiff), Zarr (.zarr), or an array",
+        "photo.png": "tiles come from TIFF (.tif, .tiff), OpenEXR (.exr), Zarr (.zarr), or an array",
         "group.zarr": "is a Zarr group; give the path of one of its arrays: level0",
         "empty.zarr": "cannot be read as Zarr",
     }.items():

@@ -1,0 +1,156 @@
+"""OpenEXR files part by part, by OpenImageIO: windows of scanline and tiled files are read, tiled files are written."""
+
+from __future__ import annotations
+
+import os
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from passgraph.image_files import ImageFile, associated, name_of, opened_image, straight
+from passgraph.image_formats import WRITABLE, Metadata
+from passgraph.pictures import split_layer
+from passgraph.tiles.grid import Convert, Numbers, Part, checked_shape, pieces
+
+#: Rows that OpenEXR compresses together.
+_ROWS_OF_STRIPS = {"zip": 16, "pxr24": 16, "piz": 32, "b44": 32, "b44a": 32, "dwaa": 32, "dwab": 256}
+#: Sides of the tiles that are written, in pixels. Tiles that are not complete are held, so they are small.
+TILE = 64
+
+
+class ExrSource:
+    """An OpenEXR file, or one layer of it, in its display window; alpha is straight. Read by one thread at a time."""
+
+    def __init__(self, path: Path, what: str) -> None:
+        file, layer = split_layer(path)
+        self.name = f"{what} ({path})"
+        with ExitStack() as opened:
+            self._image: ImageFile = opened.enter_context(opened_image(file, layer=layer))
+            image = self._image
+            self.shape = checked_shape((image.height, image.width, image.channels), self.name)
+            self.dtype, self.is_grey = image.dtype, image.channels == 1
+            spec = image.spec
+            compression = str(spec.getattribute("compression") or "").partition(":")[0]
+            strip = _ROWS_OF_STRIPS.get(compression, 1), spec.width
+            self.block = (spec.tile_height, spec.tile_width) if spec.tile_width else strip
+            # A block with all of the file's channels, compressed and not.
+            self.cost = 2 * self.block[0] * self.block[1] * spec.pixel_bytes(True)
+            self._opened = opened.pop_all()
+
+    def read(self, part: Part) -> Numbers:
+        """Return a part of the display window; pixels outside the data window are 0."""
+        image, spec = self._image, self._image.spec
+        top, bottom, left, right = part
+        pixels = np.zeros((bottom - top, right - left, self.shape[2]), self.dtype)
+        # In the file's coordinates, cut at the data window.
+        y0, y1 = max(top + spec.full_y, spec.y), min(bottom + spec.full_y, spec.y + spec.height)
+        x0, x1 = max(left + spec.full_x, spec.x), min(right + spec.full_x, spec.x + spec.width)
+        if y0 < y1 and x0 < x1:
+            top, left = top + spec.full_y, left + spec.full_x
+            pixels[y0 - top : y1 - top, x0 - left : x1 - left] = self._stored((y0, y1, x0, x1))
+        return straight(pixels) if image.is_associated else pixels
+
+    def _stored(self, part: Part) -> Numbers:
+        """Return a part of the data window, in the file's coordinates."""
+        image, spec = self._image, self._image.spec
+        y0, y1 = _whole_blocks(part[:2], spec.y, spec.height, spec.tile_height or 1)
+        x0, x1 = _whole_blocks(part[2:], spec.x, spec.width, spec.tile_width or spec.width)
+        first, last = min(image.order), max(image.order) + 1
+        kind = "half" if self.dtype.itemsize == 2 else "float"
+        if spec.tile_width:
+            read: Any = image.input.read_tiles(image.subimage, 0, x0, x1, y0, y1, 0, 1, first, last, kind)
+        else:
+            read = image.input.read_scanlines(image.subimage, 0, y0, y1, 0, first, last, kind)
+        problem = image.input.geterror()
+        if read is None or problem:
+            raise image.corrupt(problem)
+        stored: Numbers = read.reshape(y1 - y0, x1 - x0, last - first)
+        return stored[part[0] - y0 : part[1] - y0, part[2] - x0 : part[3] - x0, [c - first for c in image.order]]
+
+    def close(self) -> None:
+        self._opened.close()
+
+
+def _whole_blocks(span: tuple[int, int], begin: int, length: int, block: int) -> tuple[int, int]:
+    """Return a span widened to whole blocks, which begin at ``begin``.
+
+    >>> _whole_blocks((5, 9), 1, 20, 4), _whole_blocks((18, 19), 1, 20, 4)
+    ((5, 9), (17, 21))
+    """
+    first, last = (span[0] - begin) // block * block, -(-(span[1] - begin) // block) * block
+    return begin + first, begin + min(last, length)
+
+
+class ExrSink:
+    """A tiled OpenEXR file. Tiles are compressed and written in any order, each when all of its pixels are there.
+
+    ``metadata`` is that of the picture from which the file is made.
+    """
+
+    block = (TILE, TILE)
+
+    def __init__(
+        self, path: Path, shape: tuple[int, int, int], dtype: np.dtype[Any], metadata: Metadata | None = None
+    ) -> None:
+        import OpenImageIO as oiio
+
+        self.shape, self.dtype = shape, dtype.newbyteorder("=")
+        height, width, channels = shape
+        spec = oiio.ImageSpec(width, height, channels, "half" if dtype.itemsize == 2 else "float")
+        if channels == 2:
+            spec.channelnames, spec.alpha_channel = ("Y", "A"), 1
+        spec.tile_width = spec.tile_height = TILE
+        for name, value in (*WRITABLE[".exr"].attributes, ("openexr:lineOrder", "randomY")):
+            spec.attribute(name, value)
+        for name, type_, value in (metadata or Metadata()).entries:
+            spec.attribute(name, type_, value)
+        path.touch(exist_ok=False)  # raises OSError if the path cannot be written
+        output: Any = oiio.ImageOutput.create("openexr")
+        self._output = output
+        with name_of(path) as name:
+            self._check(self._output.open(name, spec))
+        #: Tiles of which some pixels are missing, by row and column, and how many are.
+        self._incomplete: dict[tuple[int, int], tuple[Numbers, int]] = {}
+
+    @staticmethod
+    def cost(shape: tuple[int, int, int], dtype: np.dtype[Any]) -> int:
+        """Return the bytes of two rows of tiles, which may be incomplete when parts end between their edges."""
+        return 2 * TILE * shape[1] * shape[2] * dtype.itemsize
+
+    def write(self, part: Part, picture: Convert) -> None:
+        """Write a part, piece by piece; no pixel may be written twice."""
+        for piece in pieces(part, self.block):
+            numbers = picture(piece)
+            if self.shape[2] in (2, 4):
+                numbers = associated(numbers)
+            top, bottom, left, right = piece
+            for row in range(top // TILE, -(-bottom // TILE)):
+                for column in range(left // TILE, -(-right // TILE)):
+                    self._add(row, column, piece, numbers)
+
+    def _add(self, row: int, column: int, piece: Part, numbers: Numbers) -> None:
+        """Add the pixels of a piece to a tile."""
+        y, x = row * TILE, column * TILE
+        top, bottom, left, right = piece
+        y0, y1, x0, x1 = max(top, y), min(bottom, y + TILE), max(left, x), min(right, x + TILE)
+        inside = min(TILE, self.shape[0] - y) * min(TILE, self.shape[1] - x)
+        empty = np.zeros((TILE, TILE, self.shape[2]), self.dtype)
+        tile, missing = self._incomplete.pop((row, column), (empty, inside))
+        tile[y0 - y : y1 - y, x0 - x : x1 - x] = numbers[y0 - top : y1 - top, x0 - left : x1 - left]
+        missing -= (y1 - y0) * (x1 - x0)
+        if missing:
+            self._incomplete[row, column] = tile, missing
+        else:
+            self._check(self._output.write_tile(x, y, 0, tile))
+
+    def finish(self) -> None:
+        self._check(self._output.close())
+
+    def close(self) -> None:
+        self._output.close()
+
+    def _check(self, done: bool) -> None:
+        if not done:
+            raise OSError(" ".join(self._output.geterror().split()) or os.strerror(5))
