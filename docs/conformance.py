@@ -39,7 +39,7 @@ PARTS = {
     "spelling of operations, lowering, printing": (
         "passgraph/language/",
         "backends/printing.py",
-        "backends/printing.py",
+        "backends/foreseen.py",
         "backends/steps.py",
     ),
     "schedule and execution": ("passgraph/plan/", "passgraph/run/"),

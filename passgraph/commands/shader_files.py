@@ -40,7 +40,7 @@ RESERVED = frozenset(
     {
         "alpha", "as_stored", "at", "backend", "backends", "bits", "capture", "check_finite", "codec", "codec_option",
         "color_config", "depth", "depth_buffer", "effect", "frame", "frames", "from_space", "h", "help", "inputs",
-        "jobs", "linear", "most_ambiguous", "most_seconds", "no_sound", "non_finite", "off", "output", "pass",
+        "jobs", "layer", "linear", "most_ambiguous", "most_seconds", "no_sound", "non_finite", "off", "output", "pass",
         "profile", "rate", "raw", "resume", "scheduler", "size", "sound", "source", "step", "svg", "to_space",
     }
 )  # fmt: skip

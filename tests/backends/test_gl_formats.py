@@ -102,5 +102,5 @@ def test_a_side_beyond_the_device_is_refused_before_it_is_allocated(backend: GLB
 
 
 def test_a_picture_beyond_the_memory_is_refused_before_it_is_allocated(backend: GLBackend) -> None:
-    with pytest.raises(BackendError, match="no room for a rgba32f target"):
+    with pytest.raises(BackendError, match="not enough memory for a rgba32f target"):
         backend.make(FORMATS["rgba32f"], (backend.max_size, backend.max_size))
