@@ -91,7 +91,8 @@ def test_the_reference_runs_kernels_as_written() -> None:
         ({"source": UNKNOWN}, "must have the shape (h, w)"),
         ({"source": 5}, "input 'frame' must be a path or an array"),
         ({"source": "missing.tif"}, "there is no missing.tif"),
-        ({"sink": "out.png"}, "out.png has the suffix '.png'; tiles are written to .tif, .tiff, .exr, .zarr, or an array"),
+        ({"sink": "out.png"}, "out.png has the suffix '.png'; tiles are written to .tif, .tiff, .exr, .zarr, or "
+         "an array"),
         ({"sink": "nowhere/out.tif"}, "the folder"),
         ({"sink": None}, "must be a path (.tif, .tiff, .zarr) or an array"),
         ({"sink": {"other": PICTURE.copy()}}, "each result (gaussian_blur) and nothing else, got 'other'"),
