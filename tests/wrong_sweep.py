@@ -302,7 +302,7 @@ CALLS: list[Call] = [
     call("opencl.Host", _host, queue=None),
     call("opencl.Host.buffer", lambda **given: _of_host("buffer", **given), buffer=None, size=(8, 4), format="rgba8",
          offset=0, row_pitch=None, pixel_pitch=None, order=None, origin="top"),
-    call("opencl.Host.picture", lambda **given: _of_host("picture", **given), given=None, format=None),
+    call("opencl.Host.picture", lambda **given: _of_host("picture", **given), source=None, format=None),
     call("opencl.Host.wait_for", lambda **given: _of_host("wait_for", **given), events=()),
     call("lazily_tiled", _lazily_tiled, graph=kernel("copy")(pg.Input("frame")), source=FRAME, memory="1 GB",
                                         values=None, tile=(4, 4), size=None, backend="numpy", options=None,
