@@ -180,8 +180,8 @@ def _of_host(method: str, **given: Any) -> None:
     with pg.opencl.Host(_queue()) as host:
         if method == "buffer" and given["buffer"] is None:
             given["buffer"] = pyopencl.Buffer(host.context, pyopencl.mem_flags.READ_WRITE, 8 * 4 * 4)
-        if method == "picture" and given["given"] is None:
-            given["given"] = pyopencl.array.zeros(host.queue, (4, 8, 4), np.uint8)
+        if method == "picture" and given["source"] is None:
+            given["source"] = pyopencl.array.zeros(host.queue, (4, 8, 4), np.uint8)
         getattr(host, method)(**given)
 
 
