@@ -103,7 +103,7 @@ class ArraySink:
     def __init__(self, array: Any, shape: tuple[int, int, int], what: str) -> None:
         if not (hasattr(array, "shape") and hasattr(array, "dtype") and hasattr(array, "__setitem__")):
             raise InputError(
-                f"{what} must be a path (.tif, .tiff, .zarr) or an array that takes its parts, got "
+                f"{what} must be a path (.tif, .tiff, .exr, .zarr) or an array that takes its parts, got "
                 f"{arguments.shown(array)}"
             )
         if type(array).__module__.partition(".")[0] == "dask":

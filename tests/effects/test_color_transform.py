@@ -105,6 +105,23 @@ def test_every_display_and_view_of_the_built_in_configs(config: str) -> None:
                 check_view(config, display, view, inverse)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("config", [CG, STUDIO], ids=["cg", "studio"])
+def test_every_transform_has_the_same_bits_on_opencl(config: str) -> None:
+    require("opencl")
+    known = ocio.Config.CreateFromFile(config)
+    spaces = [name for name in known.getColorSpaceNames() if name != "scene_linear"]
+    cases: list[dict[str, Any]] = [{"src": "scene_linear", "dst": name} for name in spaces]
+    cases += [{"src": name, "dst": "scene_linear"} for name in spaces]
+    for display in known.getDisplays():
+        for view in known.getViews(display):
+            cases += [{"display": display, "view": view, "direction": way} for way in ("forward", "inverse")]
+    for case in cases:
+        made = color_transform(FRAME, config=config, **case)
+        picture = CODES if case.get("direction") == "inverse" else LIGHT
+        np.testing.assert_array_equal(ran(made, picture, "opencl"), ran(made, picture), err_msg=str(case))
+
+
 @pytest.mark.parametrize("backend", ["gl", "opencl"])
 def test_devices_agree(backend: str) -> None:
     """Where the shader computes with operations that are exact, with the same bits."""
@@ -116,15 +133,25 @@ def test_devices_agree(backend: str) -> None:
 # Files
 
 
-def lut_config() -> Any:
+def lut_file(folder: Path, kind: str, seed: int) -> Path:
+    """A LUT file of a random grade, baked by OpenColorIO."""
+    r = np.random.default_rng(seed)
+    steps = [
+        ocio.ExponentTransform([*r.uniform(0.5, 1.5, 3).tolist(), 1.0]),
+        ocio.CDLTransform(slope=r.uniform(0.7, 1.3, 3).tolist(), offset=r.uniform(-0.03, 0.03, 3).tolist()),
+        ocio.MatrixTransform.Sat(float(r.uniform(0.4, 1.4)), [0.2126, 0.7152, 0.0722]),
+    ]
     config = ocio.Config.CreateFromFile(CG)
     space = ocio.ColorSpace(name="graded")
-    curve = ocio.GroupTransform(
-        [ocio.ExponentTransform([0.8, 0.7, 1.3, 1.0]), ocio.MatrixTransform.Sat(0.6, [0.2126, 0.7152, 0.0722])]
-    )
-    space.setTransform(curve, ocio.COLORSPACE_DIR_FROM_REFERENCE)
+    # A file of curves holds nothing that mixes channels.
+    source, steps = ("ACES2065-1", steps[:2]) if kind == "spi1d" else ("ACEScg", steps)
+    space.setTransform(ocio.GroupTransform(steps), ocio.COLORSPACE_DIR_FROM_REFERENCE)
     config.addColorSpace(space)
-    return config
+    baker = ocio.Baker(config, kind, source, "graded")
+    baker.setCubeSize(int(r.choice([5, 9, 17, 33])))
+    file = folder / f"look{seed}.{BAKED[kind]}"
+    file.write_text(baker.bake())
+    return file
 
 
 BAKED = {
@@ -138,18 +165,40 @@ BAKED = {
 @pytest.mark.parametrize("kind", list(BAKED))
 def test_lut_files(kind: str, interpolation: Any, tmp_path: Path) -> None:
     """Baked by OpenColorIO in each format that it writes."""
-    baker = ocio.Baker(lut_config(), kind, "ACEScg", "graded")
-    baker.setCubeSize(9)
-    try:
-        text = baker.bake()
-    except ocio.Exception as error:
-        pytest.skip(f"OpenColorIO bakes no {kind} here: {error}")
-    file = tmp_path / f"look.{BAKED[kind]}"
-    file.write_text(text)
+    check_lut(lut_file(tmp_path, kind, 0), interpolation)
+
+
+def check_lut(file: Path, interpolation: Any) -> None:
     kinds = {"best": ocio.INTERP_BEST, "linear": ocio.INTERP_LINEAR}
     expected = shown(CG, ocio.FileTransform(str(file), interpolation=kinds[interpolation]), CODES)
     assert apart(expected, CODES) > 0.01, "the LUT changes the picture"
-    check_agrees(color_transform(FRAME, file=str(file), interpolation=interpolation), expected, CODES)
+    found = ran(color_transform(FRAME, file=str(file), interpolation=interpolation), CODES)
+    assert apart(found, expected) < CLOSE
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", list(BAKED))
+def test_twenty_lut_files_of_each_kind(kind: str, tmp_path: Path) -> None:
+    for seed in range(1, 21):
+        check_lut(lut_file(tmp_path, kind, seed), "best")
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("kind", ["spi1d", "resolve_cube"])
+def test_the_inverse_of_a_lut_file(kind: str, seed: int, tmp_path: Path) -> None:
+    """OpenColorIO's GPU shaders look up the inverse of a 3-D LUT in a table, as its default processor does."""
+    file = lut_file(tmp_path, kind, seed)
+    transform = ocio.FileTransform(str(file))
+    codes = CODES * np.float32(0.8) + np.float32(0.1)
+    graded = shown(CG, transform, codes)
+    found = ran(color_transform(FRAME, file=str(file), direction="inverse"), graded)
+    processor = ocio.Config.CreateFromFile(CG).getProcessor(transform, ocio.TRANSFORM_DIR_INVERSE)
+    default = graded.copy()
+    processor.getDefaultCPUProcessor().applyRGBA(default)
+    assert apart(found, default) < CLOSE
+    inside = ((graded > 0.01) & (graded < 0.99)).all(axis=2)
+    assert inside.mean() > 0.2
+    assert apart(found[inside], codes[inside]) < (CLOSE if kind == "spi1d" else 1e-2)
 
 
 def test_a_cube_whose_axes_differ(tmp_path: Path) -> None:

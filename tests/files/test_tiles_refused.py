@@ -94,7 +94,7 @@ def test_the_reference_runs_kernels_as_written() -> None:
         ({"sink": "out.png"}, "out.png has the suffix '.png'; tiles are written to .tif, .tiff, .exr, .zarr, or "
          "an array"),
         ({"sink": "nowhere/out.tif"}, "the folder"),
-        ({"sink": None}, "must be a path (.tif, .tiff, .zarr) or an array"),
+        ({"sink": None}, "must be a path (.tif, .tiff, .exr, .zarr) or an array"),
         ({"sink": {"other": PICTURE.copy()}}, "each result (gaussian_blur) and nothing else, got 'other'"),
         ({"sink": np.zeros((10, 20, 3))}, "(10, 20, 3); the result is (height, width, channels) (10, 20, 4)"),
         ({"sink": np.zeros((10, 20, 4), np.int32)}, "has dtype int32"),

@@ -133,7 +133,7 @@ def check(report: BackendReport, snaps: bool) -> float:
 @pytest.mark.parametrize("state", STATES)
 def test_every_state_lies_inside(state: str, backend_name: str) -> None:
     report = compare(STATES[state](), [backend_name], size=SIZE)
-    share = check(report.backends[0], snaps=backend_name != "gl")
+    share = check(report.backends[0], snaps=backend_name not in ("gl", "webgpu"))
     assert share <= (3.0 if state == "slivers" else 1.0), f"{share:.2f} of the ceiling is ambiguous"
 
 
@@ -144,7 +144,7 @@ def test_random_soups_lie_inside(seed: int, backend_name: str) -> None:
         into=(pg.target("color", "rgba32f"), pg.target("facing", "r8")), depth=pg.target("depth", "depth32f"),
     )  # fmt: skip
     report = compare({"color": color, "facing": facing, "depth": color.depth}, [backend_name], size=SIZE)
-    assert check(report.backends[0], snaps=backend_name != "gl") <= 1.0
+    assert check(report.backends[0], snaps=backend_name not in ("gl", "webgpu")) <= 1.0
 
 
 # Mistakes
