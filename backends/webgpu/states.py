@@ -14,6 +14,8 @@ _FACTORS = {
     "destination_color": "dst", "one_minus_destination_color": "one-minus-dst",
     "destination_alpha": "dst-alpha", "one_minus_destination_alpha": "one-minus-dst-alpha",
 }  # fmt: skip
+#: The comparisons that are true of equal numbers.
+_TRUE_OF_EQUALS = ("always", "equal", "less_equal", "greater_equal")
 _STENCIL = {"increment": "increment-clamp", "decrement": "decrement-clamp"}
 #: Triangles are cut at up to 8 times the target, not at its edges: a cut rounds the end of an edge to a subpixel, which
 #: moves the pixels that it covers.  Powers of two, because dividing by them is exact.
@@ -63,8 +65,12 @@ def depth_stencil(state: DrawState, format_: Format, name: str) -> dict[str, Any
     }
     stencil = state.stencil
     if stencil is not None and format_.stencil:
+        compare, read_mask = stencil.compare, stencil.read_mask
+        if not read_mask and not stencil.write_mask:
+            # wgpu leaves out a stencil test of two empty masks.  It compares 0 with 0, whatever is read.
+            compare, read_mask = "always" if compare in _TRUE_OF_EQUALS else "never", 0xFF
         face = {
-            "compare": stencil.compare.replace("_", "-"),
+            "compare": compare.replace("_", "-"),
             "fail_op": _operation(stencil.fail),
             "depth_fail_op": _operation(stencil.depth_fail),
             "pass_op": _operation(stencil.passed),
@@ -72,7 +78,7 @@ def depth_stencil(state: DrawState, format_: Format, name: str) -> dict[str, Any
         found |= {
             "stencil_front": face,
             "stencil_back": face,
-            "stencil_read_mask": stencil.read_mask,
+            "stencil_read_mask": read_mask,
             "stencil_write_mask": stencil.write_mask,
         }
     return found

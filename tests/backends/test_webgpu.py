@@ -183,6 +183,14 @@ def test_depth_is_kept_when_it_is_uploaded_copied_and_drawn_over(opened: WebGPUB
     np.testing.assert_array_equal(opened.download(color)[..., 3] > 0, depth[..., 0] > 0.5)
 
 
+@pytest.mark.parametrize("compare", ["never", "less", "equal", "less_equal", "greater", "not_equal", "greater_equal"])
+def test_a_stencil_test_of_empty_masks_is_made(opened: WebGPUBackend, compare: str) -> None:
+    stencil = pg.Stencil(compare, reference=3, read_mask=0, write_mask=0)
+    with pg.compile(drawn(depth="depth32f_stencil8", stencil=stencil), backend=opened) as program:
+        passes = program()["drawn"][..., 3] > 0
+    np.testing.assert_array_equal(passes, compare in ("equal", "less_equal", "greater_equal"))
+
+
 # Closing
 
 

@@ -156,6 +156,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: target("t", size=(4.5, 4)), "target 't' needs a size (width, height) in whole pixels"),  # type: ignore[arg-type]
     (lambda: Input("t", size=(0, 4)), "input 't' is 0x4 pixels; each side must be 1 to 32768"),
     (lambda: target("t", scale=0.0), "target 't': scale must be a number above 0 and at most 16, got 0.0"),
+    (lambda: target("t", scale=(1.0, 0.5, 1.0)), "target 't': scale must be one number or two, got 3"),
     (lambda: FRAME.depth, "target 'frame' was not drawn with a depth target"),
     (lambda: FRAME.border("black"), "there is no border rule 'black'; the rules are clamp, zero, repeat, mirror"),
     (lambda: previous(FRAME), "input 'frame' has no history; keep a copy of it in a target"),

@@ -204,17 +204,17 @@ BODIES: list[tuple[str, str]] = [
     ("for i in «range(n)»: x = x + 1.0\n    return x", "this loop may make any number of iterations"),
     (
         "for i in «range(0, max(n, 0))»: x = x + 1.0\n    return x",
-        "trips: its stop has no upper limit, as min(stop, 64)",
+        "its stop has no upper limit, as min(stop, 64)",
     ),
     (
         "for i in «range(min(n, 9), 70)»: x = x + 1.0\n    return x",
-        "trips: its start has no lower limit, as max(start, 0)",
+        "its start has no lower limit, as max(start, 0)",
     ),
     ("for i in «range(n, n * 2)»: x = x + 1.0\n    return x", "max(start, 0) has and its stop has no upper limit"),
-    ("for i in «range(64, n, -1)»: x = x + 1.0\n    return x", "trips: its stop has no lower limit, as max(stop, 0)"),
+    ("for i in «range(64, n, -1)»: x = x + 1.0\n    return x", "its stop has no lower limit, as max(stop, 0)"),
     (
         "for i in «range(n, -64, -1)»: x = x + 1.0\n    return x",
-        "trips: its start has no upper limit, as min(start, 64)",
+        "its start has no upper limit, as min(start, 64)",
     ),
     ("for i in «range(clamp(n, 0, 70000))»: x = x + 1.0\n    return x", "may make 70000 trips; at most 65536"),
     ("for i in «range(-9, n, 99999)»: x = x + 1.0\n    return x", "may be more than 2147483647 apart; limit"),
@@ -258,7 +258,7 @@ TEXTS: list[tuple[str, str]] = [
     ("def k(«c: Array[mat4, 16777216]») -> float: return 1.0", "takes 1024 MiB; an array may take 256 MiB"),
     (
         "def k(c: int) -> «Array[float, 1025]»: return c",
-        "the result of k would hold Array[float, 1025]; more than 1024",
+        "the result of k would hold Array[float, 1025]; arrays of more than 1024",
     ),
     (
         "def k(c: Array[float, 1025]) -> float:\n    «d = c»\n    return d[0]",
@@ -279,7 +279,7 @@ TEXTS: list[tuple[str, str]] = [
     ),
     (
         "def k(c: Array[Array[float, 1025], 2], n: int) -> float:\n    «d = c[n]»\n    return d[0]",
-        "a variable would hold Array[float, 1025]; more than 1024",
+        "a variable would hold Array[float, 1025]; arrays of more than 1024",
     ),
     ("def k(c: Array[float, 1025]) -> float: return «c[1025]»", "index 1025 is outside Array[float, 1025] (0 to 1024)"),
     (

@@ -70,8 +70,8 @@ def named(case: Any) -> str:
 @pytest.mark.parametrize("case", PLAIN, ids=named)
 def test_plain_values_get_no_long_look(case: tuple[Type, Any, Any], monkeypatch: pytest.MonkeyPatch) -> None:
     type_, value, wanted = case
-    looked = uniform_layout._looked_through(value, type_, "w")
-    monkeypatch.setattr(uniform_layout, "_looked_through", None)
+    looked = uniform_layout._fully_checked(value, type_, "w")
+    monkeypatch.setattr(uniform_layout, "_fully_checked", None)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         found = uniform_layout.components(value, type_, "w")

@@ -74,7 +74,7 @@ def test_an_argument_of_a_macro_keeps_its_place() -> None:
         ("uniform samplerCube t; " + MAIN, "samplerCube is not a type"),
         ("void main() { float a[2]; a[5] = 1.0; }", "outside"),
         ("void main() { float a[0]; }", "from 1 to 16777216"),
-        ("void main() { float a[1025]; }", "a would hold Array[float, 1025]; more than 1024"),
+        ("void main() { float a[1025]; }", "a would hold Array[float, 1025]; arrays of more than 1024"),
         ("uniform float t[1025]; void main() { gl_FragColor = vec4(t == t); }", "a side of == would hold Array"),
         ("uniform float t[1025] = {1.0}; void main() { }", "what t is set to would hold Array"),
         ("float[1025] f() { return f(); } void main() { gl_FragColor = vec4(f()[0]); }", "the result of f would hold"),
