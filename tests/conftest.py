@@ -29,6 +29,22 @@ SLOW_ON_OPENCL = ("gl", pytest.param("opencl", marks=pytest.mark.slow), "webgpu"
 GARBAGE_AFTER = 20_000
 
 
+#: Folders whose tests always run on webgpu; elsewhere a test with webgpu as its parameter is a slow one.  Mesa's Vulkan
+#: and OpenGL drivers share a compiler and a rasterizer, so beside the conformance suite, which holds each operation,
+#: state and effect, it mostly adds time.
+ALWAYS_ON_WEBGPU = ("backends", "conformance")
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark tests on webgpu as slow outside the folders that always run on it."""
+    parameters = (
+        item.callspec.params.values() if isinstance(item, pytest.Function) and hasattr(item, "callspec") else ()
+    )
+    on_webgpu = any(isinstance(value, str) and value.startswith("webgpu") for value in parameters)
+    if on_webgpu and item.path.parent.name not in ALWAYS_ON_WEBGPU:
+        item.add_marker(pytest.mark.slow)
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
     """What is collected lives as long as the run.
@@ -96,12 +112,13 @@ def require(name: str) -> None:
         pytest.skip(f"backend {name} is not here: {reason}")
 
 
-def present_devices() -> list[str]:
-    """Names of those that are here; one that is expected and missing fails."""
-    for name in DEVICES:
+def present_devices(*names: str) -> list[str]:
+    """Return the devices that are here, of all or of ``names``; one that is expected and missing fails."""
+    names = names or DEVICES
+    for name in names:
         if name in expected_devices():
             require(name)
-    return [name for name in DEVICES if not why_missing(name)]
+    return [name for name in names if not why_missing(name)]
 
 
 @pytest.fixture(params=DEVICES)
