@@ -182,6 +182,12 @@ class BoundStage:
             self.images[name] = blank_image()
         return self.images[name]
 
+    def size(self, name: str) -> Numbers:
+        """Return the size of an image.  One that is not bound has a known size, or only dead code reads it."""
+        picture = self.image(name)
+        known = self.facts.images.get(name, ImageFacts()).size
+        return np.array([known or (picture.width, picture.height)], np.int64)
+
     def uniform(self, expression: ir.Uniform) -> Numbers:
         if expression.name not in self._uniforms:
             read = self._constant if expression.const else self._parameter
@@ -248,8 +254,7 @@ class _Lanes(Surroundings[Numbers]):
         return self.bound.facts.images.get(image, ImageFacts()).property(name)
 
     def size(self, image: str) -> Numbers:
-        picture = self.bound.image(image)
-        return np.array([[picture.width, picture.height]], np.int64)
+        return self.bound.size(image)
 
 
 class ReferencePixelPass:

@@ -25,7 +25,7 @@ _LIKE_C = spelled({
     "int": {
         "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "max({0}, 0 - {0})",
         "min": "min({0}, {1})", "max": "max({0}, {1})",
-        "shift_left": "({0} << (u32({1}) & 31u))", "shift_right": "({0} >> (u32({1}) & 31u))",
+        "shift_left": "({0} << (bitcast<u32>({1}) & 31u))", "shift_right": "({0} >> (bitcast<u32>({1}) & 31u))",
         "to_float": "f32({0})", "float_from_bits": "bitcast<f32>({0})",
     },
     "bool": {"to_float": "select(0.0, 1.0, {0})", "to_int": "select(0, 1, {0})"},

@@ -252,3 +252,11 @@ def test_every_primitive_has_its_instruction() -> None:
     for row in OPERATIONS.values():
         for scalar in row.types:
             assert row.name in _ROWS[scalar], f"{row.name} on {scalar}"
+
+
+def test_code_and_its_constants_lie_together_where_free_memory_is_scattered() -> None:
+    """LLVM ends the process where it maps them more than 2 GiB apart, as its older loader may."""
+    ended = subprocess.run(
+        [sys.executable, "-m", "tests.backends.far_memory"], capture_output=True, text=True, timeout=100, check=False
+    )
+    assert ended.returncode == 0, ended.stderr

@@ -7,6 +7,7 @@ Imported only when there is something to compile.
 from __future__ import annotations
 
 import ctypes
+import itertools
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,8 +22,10 @@ from passgraph.backends.numpy.machine.llvm import POINTS
 
 #: One per thread: a target machine caches results as it works.
 _own = threading.local()
-#: Engines whose code is no longer used.
+#: Libraries whose code is no longer used.
 _unloaded: list[Any] = []
+#: Make the names of libraries unique.
+_numbers = itertools.count()
 
 
 @cache
@@ -137,8 +140,16 @@ def load_object(code: bytes, function: str) -> tuple[int, Callable[[], object]]:
     """
     while _unloaded:
         _unloaded.pop().close()
-    # An engine frees nothing before it is closed, and then its machine too.
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _new_machine())
-    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-    engine.finalize_object()
-    return int(engine.get_function_address(function)), partial(_unloaded.append, engine)
+    builder = llvm.JITLibraryBuilder().add_object_img(code).add_current_process().export_symbol(function)
+    library = builder.link(_linker(), f"{function}.{next(_numbers)}")
+    return int(library[function]), partial(_unloaded.append, library)
+
+
+@cache
+def _linker() -> Any:
+    """Return the linker of this process.
+
+    JITLink maps the sections of an object together.  LLVM's older loader (MCJIT) maps them wherever there is room,
+    and ends the process where that is more than 2 GiB apart.
+    """
+    return llvm.create_lljit_compiler(_new_machine(), use_jit_link=True)

@@ -151,5 +151,4 @@ class _Around(Surroundings[Bounded]):
         return self.oracle.bound.facts.images.get(image, ImageFacts()).property(name)
 
     def size(self, image: str) -> Bounded:
-        picture = self.oracle.bound.image(image)
-        return np.array([[picture.width, picture.height]], np.int64)
+        return self.oracle.bound.size(image)
