@@ -1,7 +1,7 @@
-"""Naive evaluation of a graph: each pass compiled and run as a program of its own, without a plan of the whole.
+"""Evaluate a graph naively: compile and run each pass as its own program, without a plan of the whole graph.
 
-Backends and the reference run the same plans, so none of them can show that a plan is wrong. Here the value of every
-handle is an array that nothing overwrites, so there is no order, no shared memory, and nothing that runs once.
+Backends and the reference run the same plans, so comparing them cannot reveal a wrong plan. Here the value of every
+handle is an array that is never overwritten, so execution order, aliasing and static passes play no role.
 """
 
 from __future__ import annotations
@@ -35,27 +35,27 @@ _OPTIONS = Options(cull=False, fuse=False, order=False, alias=False, static=Fals
 
 
 class Naive:
-    """Evaluate the outputs of a graph, frame after frame.
+    """Evaluate the outputs of a graph for one frame after another.
 
     Parameters
     ----------
     outputs : the graph
-    backend : runs the single passes; used, not closed
+    backend : runs the single passes; it stays open
 
-    Handles of the graph are evaluated one by one: inputs from what a frame brings, others by their pass, history from
-    the values of earlier frames.
+    Handles are evaluated one by one: inputs from the frame's pictures, targets by their pass, history from earlier
+    frames.
     """
 
     def __init__(self, outputs: Mapping[str, Target], backend: Backend) -> None:
         self.outputs, self.backend = dict(outputs), backend
         self._programs: dict[Pass, tuple[Program, dict[str, Target]]] = {}
         self._final = _final_contents(self.outputs.values())
-        self._earlier: list[dict[Target, Picture]] = []  # contents of the frames before, the last one first
+        self._earlier: list[dict[Target, Picture]] = []  # contents of earlier frames, the latest first
         self._values: dict[Target, Picture] = {}
         self._given: Mapping[str, Any] = {}
 
     def run(self, **inputs: Any) -> dict[str, Picture]:
-        """One frame: the outputs by name."""
+        """Evaluate one frame; return the outputs by name."""
         self._given, self._values = inputs, {}
         result = {name: self._value(target) for name, target in self.outputs.items()}
         for target in self._final.values():
@@ -84,7 +84,7 @@ class Naive:
         final = self._final[content.spec]
         if content.frames_ago <= len(self._earlier):
             return self._earlier[content.frames_ago - 1][final]
-        # Every format holds the initial values that random graphs have: zeros.
+        # Random graphs have only zeros as initial values, which every format holds.
         assert not np.any(content.spec.initial)
         assert isinstance(content.spec.size, Absolute)
         size = content.spec.size
@@ -101,7 +101,7 @@ class Naive:
         self._values |= {contents[name]: np.array(result) for name, result in results.items()}
 
     def _compiled(self, node: Pass) -> tuple[Program, dict[str, Target]]:
-        """A pass as a graph of its own, and the contents that its results stand for."""
+        """Return a pass compiled as its own graph, and the contents that its results represent."""
         inputs = {source.content: self._input(source) for source in (*node.reads, *_lent_sizes(node))}
         specs = {spec: replace(spec, size=_size_of(spec, inputs)) for spec in node.writes}
         images = {
@@ -137,7 +137,7 @@ def _copy(source: Target, into: TargetSpec) -> Target:
 
 
 def _lent_sizes(node: Pass) -> list[Target]:
-    """Targets that the sizes of a pass's targets are taken from."""
+    """Return the targets that lend their sizes to a pass's targets."""
     return [spec.size.other for spec in node.writes if isinstance(spec.size, (Like, Blocks))]
 
 
@@ -152,7 +152,7 @@ def _name(source: Target) -> str:
 
 
 def _final_contents(outputs: Any) -> dict[TargetSpec, Target]:
-    """The last content of each target: the one that no other pass draws over."""
+    """Return the last content of each target, which no other pass draws over."""
     passes: dict[Pass, None] = {}
     pending = list(outputs)
     while pending:
