@@ -505,7 +505,7 @@ class Lending:
 
 @dataclass(frozen=True)
 class _PlaceUse:
-    """How one run uses an allocation, and the first step that writes it."""
+    """Use of an allocation in one run, and the first step that writes it."""
 
     use: Use
     first_written: int
