@@ -22,7 +22,7 @@ WIDEST_SHARE = 0.25
 #: Bounds this narrow are never vague: steps of normalized formats, and float32's own precision.
 NARROW_STEPS, NARROW = 4.0, 1e-6
 #: Most decisions in a message, those of the most pixels.
-MOST_TOLD = 3
+MOST_DECISIONS = 3
 
 
 @dataclass(frozen=True)
@@ -130,7 +130,7 @@ class TargetReport:
             )
         promised = self.unpromised <= max(self.most_ambiguous, MOST_UNPROMISED)
         if self.is_vague and promised and self.ambiguous <= self.most_ambiguous:
-            lost = ", ".join(f"{cause} at {count} pixels" for cause, count in self.places[:MOST_TOLD])
+            lost = ", ".join(f"{cause} at {count} pixels" for cause, count in self.places[:MOST_DECISIONS])
             return (
                 f"{where}: half of all values may be {self.median_width:.3g} or more apart, and the values themselves "
                 f"span {self.spread:.3g}, so that nearly any picture would pass. "
@@ -149,8 +149,8 @@ class TargetReport:
         )
 
     def _places_text(self, otherwise: str) -> str:
-        parts = [f"{cause} at {count}" for cause, count in self.places[:MOST_TOLD]]
-        more = f" and {len(self.places) - MOST_TOLD} more" if len(self.places) > MOST_TOLD else ""
+        parts = [f"{cause} at {count}" for cause, count in self.places[:MOST_DECISIONS]]
+        more = f" and {len(self.places) - MOST_DECISIONS} more" if len(self.places) > MOST_DECISIONS else ""
         return f"; they are {', '.join(parts)}{more}" if parts else otherwise
 
     def __str__(self) -> str:

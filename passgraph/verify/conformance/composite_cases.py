@@ -110,7 +110,7 @@ def run(color: Image, grid: Array[Array[int, 5], 3] = GRID) -> vec4:
         float(row(GRID[p.x], p.y) + grid[p.y - 1][p.x + 1]))
 """
 
-BROUGHT = """
+RUN_VALUE = """
 def run(color: Image, table: Array[float, 1500]) -> vec4:
     return color[0, 0] + table[pixel().x * 70]
 """
@@ -123,7 +123,7 @@ def cases() -> Iterator[Case]:
     yield _tables()
     yield _images()
     yield _long()
-    yield _brought()
+    yield _run_values()
 
 
 def _small_integers() -> Picture:
@@ -238,14 +238,14 @@ def _long() -> Case:
     return _case("long arrays", LONG, one, n=n, words=words, lamps=lamps, turns=turns, flags=flags, rows=rows)
 
 
-def _brought() -> Case:
+def _run_values() -> Case:
     """Test a long array as a run value: a read-only one, another read-only one, and the same again."""
     picture, tables = _small_integers(), np.array(np.arange(3000.0).reshape(2, 1500), np.float32)
     tables.flags.writeable = False
     frames = tuple({"color": picture, "table": tables[k]} for k in (0, 1, 1))
     entries = tables[1, (70 * np.arange(SIZE[0])).clip(0, 1499)]
     exact = {"result": picture + entries[:, None]}
-    graph = partial(_graph, BROUGHT, table=pg.Value("table", pg.Array))
+    graph = partial(_graph, RUN_VALUE, table=pg.Value("table", pg.Array))
     return Case(GROUP, "long arrays that runs bring", graph, SIZE, frames, exact=exact)
 
 

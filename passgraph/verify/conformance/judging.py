@@ -29,9 +29,9 @@ from passgraph.verify.oracle.pass_bounds import Key, Passes
 Outcome = Literal["passed", "diverged", "vacuous", "failed"]
 
 #: A value has narrow bounds if they span at most this share of its size, a step of its format, or …
-TOLD_SHARE = 1.0 / 64.0
+NARROW_SHARE = 1.0 / 64.0
 #: … this distance (the specified error of sine at its zeros is 2^-22).
-TOLD_DISTANCE = 2.0**-20
+NARROW_DISTANCE = 2.0**-20
 
 
 @dataclass(frozen=True)
@@ -232,7 +232,7 @@ def are_decided(bounds: Allowed, format_: Format) -> NDArray[np.bool_]:
     """Return which values are decided: those with a narrow interval, or a certain NaN."""
     values = bounds.values
     size = values.magnitude
-    near = values.width <= np.fmax(TOLD_SHARE * size, max(TOLD_DISTANCE, format_.unit))
+    near = values.width <= np.fmax(NARROW_SHARE * size, max(NARROW_DISTANCE, format_.unit))
     return np.asarray(near & (~values.nan | np.isnan(values.lo)))
 
 

@@ -118,7 +118,7 @@ def _folded(domain: Domain) -> Callable[[Values], Values]:
     """Return a function that maps numbers into a domain: wraps large ones, raises small ones, then clamps to the
     ends."""
 
-    def brought(v: Values) -> Values:
+    def mapped(v: Values) -> Values:
         v = np.abs(v) if domain.low >= 0 else v
         size = np.abs(v)
         high = max(abs(domain.low), abs(domain.high))
@@ -128,11 +128,11 @@ def _folded(domain: Domain) -> Callable[[Values], Values]:
         small = (np.abs(inside) < domain.least) & ((inside != 0) | (not domain.zero))
         return np.asarray(np.clip(np.where(small, nearest, inside), domain.low, domain.high), np.float32)
 
-    return brought
+    return mapped
 
 
-#: Domain → function that maps the list into it; others use :func:`_folded`.
-BROUGHT: dict[Domain, Callable[[Values], Values]] = {
+#: Domain → function that maps the list into it; other domains use :func:`_folded`.
+MAPPINGS: dict[Domain, Callable[[Values], Values]] = {
     operation.ANY: np.asarray,
     operation.NOT_NEGATIVE: np.abs,
     operation.FROM_ONE: lambda v: np.where(np.abs(v) < 1, 1 + np.abs(v), np.abs(v)),
@@ -153,7 +153,7 @@ BROUGHT: dict[Domain, Callable[[Values], Values]] = {
 
 def into(domain: Domain, v: Values) -> Values:
     """Map a list of numbers into a domain."""
-    return BROUGHT.get(domain, _folded(domain))(v)
+    return MAPPINGS.get(domain, _folded(domain))(v)
 
 
 def floats() -> Values:

@@ -97,18 +97,18 @@ def output_of(case: Case, text: str) -> Target:
     arguments: dict[str, Any] = {}
     for parameter in own_kernel.parameters:
         value = PARAMETERS[parameter.name][1]
-        arguments[parameter.name] = _handed_in(parameter.name if value is None else value, inputs)
+        arguments[parameter.name] = _argument(parameter.name if value is None else value, inputs)
     out: Target = own_kernel(**arguments, into=target("out", case["format"], like=arguments["c"]))
     return out
 
 
-def _handed_in(value: Any, inputs: dict[str, Target]) -> Any:
+def _argument(value: Any, inputs: dict[str, Target]) -> Any:
     """Return a parameter's value: pictures by name, structs as objects with fields."""
     if isinstance(value, str):
         return inputs[value]
     if isinstance(value, dict):
-        return SimpleNamespace(**{name: _handed_in(part, inputs) for name, part in value.items()})
-    return [_handed_in(part, inputs) for part in value] if isinstance(value, tuple) else value
+        return SimpleNamespace(**{name: _argument(part, inputs) for name, part in value.items()})
+    return [_argument(part, inputs) for part in value] if isinstance(value, tuple) else value
 
 
 def inputs_of(case: Case, out: Target) -> dict[str, Picture]:

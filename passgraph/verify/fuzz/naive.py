@@ -94,7 +94,7 @@ class Naive:
         if node not in self._programs:
             self._programs[node] = self._compiled(node)
         program, contents = self._programs[node]
-        pictures = {_name(source): self._value(source) for source in (*node.reads, *_lent_sizes(node))}
+        pictures = {_name(source): self._value(source) for source in (*node.reads, *_size_sources(node))}
         brought: dict[str, Any] = {name: picture for name, picture in pictures.items() if name in program.inputs}
         brought |= {name: self._given[name] for name in program.plan.values}
         results = program(**brought)
@@ -102,7 +102,7 @@ class Naive:
 
     def _compiled(self, node: Pass) -> tuple[Program, dict[str, Target]]:
         """Return a pass compiled as its own graph, and the contents that its results represent."""
-        inputs = {source.content: self._input(source) for source in (*node.reads, *_lent_sizes(node))}
+        inputs = {source.content: self._input(source) for source in (*node.reads, *_size_sources(node))}
         specs = {spec: replace(spec, size=_size_of(spec, inputs)) for spec in node.writes}
         images = {
             name: replace(image, spec=inputs[image.content].spec, made_by=None, slot=0, frames_ago=0)
@@ -136,7 +136,7 @@ def _copy(source: Target, into: TargetSpec) -> Target:
     return target
 
 
-def _lent_sizes(node: Pass) -> list[Target]:
+def _size_sources(node: Pass) -> list[Target]:
     """Return the targets that lend their sizes to a pass's targets."""
     return [spec.size.other for spec in node.writes if isinstance(spec.size, (Like, Blocks))]
 
@@ -159,7 +159,7 @@ def _final_contents(outputs: Any) -> dict[TargetSpec, Target]:
         node = pending.pop().made_by
         if node is not None and node not in passes:
             passes[node] = None
-            pending += [*node.reads, *_lent_sizes(node)]
+            pending += [*node.reads, *_size_sources(node)]
     drawn_over = {content for node in passes for content in node.drawn_over}
     contents = {Target(spec, node, slot) for node in passes for slot, spec in enumerate(node.into)}
     final: dict[TargetSpec, Target] = {}

@@ -63,7 +63,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
 
     def trips(self, start: Bounded, stop: Bounded, step: Bounded) -> Iterator[tuple[Bounded, Lanes]]:
         bounds = [bound for bound in (start, stop, step) if not isinstance(bound, Interval)]
-        self._hangs_on(bounds)
+        self._mark_lost(bounds)
         depth = len(self.parts)
         for index, over in self.numbers.trips(*bounds):
             for part in self.parts[depth:]:
@@ -78,17 +78,17 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         if len(numbers) == len(arguments):
             exact = self.numbers.apply(operation, numbers)
             if exact.dtype.kind not in "iu":
-                self._hangs_on(numbers)
+                self._mark_lost(numbers)
             if exact.dtype.kind != "f":
                 return exact
             # Only to_float and bit patterns take ints: rounded like a sum.
             return iv.rounded(exact, exact, np.isnan(exact), row.ulp)
-        self._hangs_on(numbers)
+        self._mark_lost(numbers)
         if operation == "mul" and arguments[0] is arguments[1]:
             return iv.square(as_interval(arguments[0]))
         return self._float(operation, _spread([as_interval(a) for a in arguments]))
 
-    def _hangs_on(self, numbers: Sequence[Numbers]) -> None:
+    def _mark_lost(self, numbers: Sequence[Numbers]) -> None:
         """Mark lanes as lost where an unknown int affects more than which texel is read."""
         if any(n.dtype.kind in "iu" for n in numbers) and self.track.vague.any():
             self.track.mark(self.track.lost, self.track.vague)
@@ -264,12 +264,12 @@ class IntervalDomain(Domain[Bounded, Lanes]):
 
     def index(self, value: Bounded, index: Bounded) -> Bounded:
         assert not isinstance(index, Interval)
-        self._hangs_on([index])
+        self._mark_lost([index])
         return mapped(value, lambda x: self.numbers.index(x, index))
 
     def insert(self, value: Bounded, index: Bounded, element: Bounded) -> Bounded:
         assert not isinstance(index, Interval)
-        self._hangs_on([index])
+        self._mark_lost([index])
         if isinstance(value, Interval):
             new = as_interval(element)
             lo, hi, nan = (

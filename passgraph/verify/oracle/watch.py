@@ -80,11 +80,11 @@ class WatchedInterpreter(Interpreter[Bounded, Lanes]):
         if not isinstance(expression, ir.Apply):
             return super().value(expression)
         arguments = [self.value(argument) for argument in expression.arguments]
-        names, doubt = self.track.names.copy(), _doubt(self.track)
+        names, doubt = self.track.names.copy(), _vague_count(self.track)
         result = self.domain.apply(expression.operation, arguments)
         for name, count in (self.track.names - names).items():
             self.watch.decisions[Cause(name, expression.span)] += count
-        wider = _doubt(self.track) - doubt
+        wider = _vague_count(self.track) - doubt
         if wider:
             self.watch.decisions[Cause(expression.operation, expression.span)] += wider
         self._note_opened(expression, arguments, result)
@@ -122,7 +122,7 @@ def _imprecise(a: Interval) -> Lanes:
     return np.asarray(wide.reshape(len(a), -1).any(axis=1))
 
 
-def _doubt(track: Track) -> int:
+def _vague_count(track: Track) -> int:
     """Return the number of lanes that met a jump with too many ways to try."""
     return int((track.wide | track.vague | track.lost).sum())
 
