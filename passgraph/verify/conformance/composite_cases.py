@@ -250,7 +250,7 @@ def _run_values() -> Case:
 
 
 def _images() -> Case:
-    """Choose an image: by a literal, a loop's index, or a pixel's value."""
+    """Test the choice of an image: by a literal, a loop's index, or a pixel's value."""
     names = ("color", "a", "b", "c")
     pictures = {name: np.roll(_small_integers(), 3 * k, axis=1) + k for k, name in enumerate(names)}
     color, a, b, c = (pictures[name].astype(np.float64) for name in names)

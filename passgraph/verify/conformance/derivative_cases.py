@@ -32,7 +32,7 @@ def _of_all(a: Picture, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
 
 
 def _chosen(a: Picture, across: NDArray[Any], down: NDArray[Any]) -> NDArray[Any]:
-    """Return the derivatives of values that each pixel chooses."""
+    """Return the values that pixels compute, with branches that depend on the pixel."""
 
     def at(dx: int, dy: int) -> Picture:
         inside: Picture = a[np.clip(down + dy, 0, a.shape[0] - 1), np.clip(across + dx, 0, a.shape[1] - 1)]
@@ -54,7 +54,8 @@ def _each(value: Callable[[int, int], NDArray[Any]]) -> NDArray[Any]:
 
 
 def _in_a_loop(a: Picture, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
-    """Return the expected result; both pixels of a difference take the same branch, each with its own values."""
+    """Compute the result of a loop: both pixels of a difference follow this pixel's control flow, with their own
+    values."""
 
     def at(columns: NDArray[Any]) -> Picture:
         inside: Picture = a[y, np.clip(columns, 0, a.shape[1] - 1)]

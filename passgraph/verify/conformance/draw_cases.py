@@ -61,7 +61,7 @@ def shown(many: Many) -> tuple[vec4, vec4, vec4]:
 """
 
 
-#: A stencil operation applied three times, the initial value, and the result.
+#: Name, stencil operation that is applied three times, initial value, and result.
 STENCILS = (
     ("increment", Stencil(passed="increment"), 254, 255),
     ("increment_wrap", Stencil(passed="increment_wrap"), 254, 1),
@@ -187,7 +187,7 @@ def discarding() -> Mapping[str, pg.Target]:
 
 
 def _behind(state: Mapping[str, Any]) -> Mapping[str, pg.Target]:
-    """Draw in a state, then without it with a new depth target; a last draw shows the cleared values."""
+    """Draw in a state, then draw plainly with a new depth target; a last draw tests that target's clears."""
     first = painted(
         quad(0.5, (5, 6, 7, 8)),
         pg.target("color", "rgba32f"),

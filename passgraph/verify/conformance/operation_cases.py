@@ -110,7 +110,7 @@ def _exponents(v: Values) -> Values:
 
 
 def _known_bits(v: Values) -> Values:
-    """Remove NaN, signed zeros and denormals, whose bits differ between backends."""
+    """Replace NaN, zeros and denormals, whose bits differ between backends."""
     return np.where(np.isnan(v) | (np.abs(v) < 2.0**-126), np.float32(0.75), v)
 
 

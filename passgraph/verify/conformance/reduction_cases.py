@@ -121,7 +121,7 @@ def counted_together() -> Mapping[str, pg.Target]:
 
 
 def levelled() -> Mapping[str, pg.Target]:
-    """Return the mean of last frame's picture, whose number of texels is a power of two."""
+    """Subtract the mean of last frame's picture; its number of texels is a power of two."""
     keep = pg.kernel(source="def keep(a: Image) -> vec4: return a[0, 0]")
     less = pg.kernel(source="def less(a: Image, mean: Image) -> vec4: return a[0, 0] - mean.texel(ivec2(0, 0))")
     frame = pg.Input("frame", "rgba32f")

@@ -114,7 +114,7 @@ def numbered() -> Mapping[str, pg.Target]:
 
 
 def drawn_over() -> Mapping[str, pg.Target]:
-    """A draw that blends over a copy of its result from the last run."""
+    """Add a draw to a copy of its sum from the last run."""
     seen = pg.target("hits", "rgba32f")
     kept = _call("scale", pg.previous(seen), into="kept", factor=1.0)
     one = painted(quad(), pg.target("one", "rgba32f"), blend="add", name="one")

@@ -217,7 +217,7 @@ def different(
 
 
 def graph_outcome(case: Case, outputs: dict[str, Target], backends: list[Backend], tally: Tally) -> str:
-    """Return the oracle's verdict on every pass, then compare all optimizations with each one switched off, bit for
+    """Return the oracle's verdict on every pass, then compare runs with one optimization off and all on, bit for
     bit."""
     if not plannable(outputs):
         tally.refused += 1
