@@ -42,7 +42,7 @@ class Block:
 
 @dataclass(frozen=True)
 class DeviceInfo:
-    """One device that a backend can use."""
+    """A device that a backend can use."""
 
     name: str
     driver: str
@@ -129,7 +129,7 @@ class DrawRunner(Protocol):
 
 
 class Backend(ABC):
-    """One open device.  It owns everything that it created until :meth:`close`.
+    """An open device.  It owns everything that it created until :meth:`close`.
 
     Pictures on the host are (height, width, channels) float32 arrays with row 0 on top; depth pictures have one
     channel.  A *storage* is a backend's own representation of a picture.
@@ -139,7 +139,7 @@ class Backend(ABC):
     #: True if plans may fuse passes and skip static ones; the reference runs everything as written.
     optimises: ClassVar[bool] = True
     #: True if vertices are snapped to the grid of docs/rasterisation.md before anything is computed from them.
-    #: #: Where the grid is the driver's own, bounds allow for one step of it.
+    #: If the driver chooses the grid, bounds allow for one step of it.
     snaps: ClassVar[bool] = True
     #: True if it computes pictures; a backend that only plans has none to show.
     computes: ClassVar[bool] = True

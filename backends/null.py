@@ -33,7 +33,7 @@ class NullRunner:
 
 
 class NullBackend(Backend):
-    """Every picture reads as zeros; ``compiled``, ``calls`` and ``storages`` record what would have happened.
+    """A backend whose pictures read as zeros; ``compiled``, ``calls`` and ``storages`` record what would have happened.
 
     ``calls`` has the names of steps in execution order; ``storages`` has the storages that are not yet released.
     """

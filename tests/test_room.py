@@ -13,7 +13,7 @@ import pytest
 import passgraph as pg
 from passgraph.files import Arrays, Frame, ToArrays
 from passgraph.files.frame import Sink
-from passgraph.run.caller_arrays import LEAST, Spare, room_of
+from passgraph.run.caller_arrays import MIN_POOLED_BYTES, BufferPool, room_of
 
 DIM = "def dim(color: Image) -> vec4: return color[0, 0] * 0.5"
 
@@ -55,21 +55,21 @@ def test_memory_is_handed_out_again_when_the_last_view_is_gone(results: Any) -> 
 
 
 def test_few_memories_wait_and_small_ones_not_at_all() -> None:
-    spare = Spare(most=2)
-    kind = (LEAST, 1), np.dtype(np.uint8)
+    spare = BufferPool(most=2)
+    kind = (MIN_POOLED_BYTES, 1), np.dtype(np.uint8)
     held = [spare.array(*kind) for _ in range(5)]
     places = {place(array) for array in held}
     assert not any(at % 64 for at in places) and len(places) == 5
     held.clear()
     assert [len(waiting) for waiting in spare._free.values()] == [2]
-    small = spare.array((LEAST - 1,), np.dtype(np.uint8))
+    small = spare.array((MIN_POOLED_BYTES - 1,), np.dtype(np.uint8))
     assert small.flags.owndata
     del small
     assert [len(waiting) for waiting in spare._free.values()] == [2]
 
 
 def test_memory_that_threads_drop_and_take_is_one_of_theirs_at_a_time() -> None:
-    spare, kind = Spare(), ((LEAST,), np.dtype(np.uint8))
+    spare, kind = BufferPool(), ((MIN_POOLED_BYTES,), np.dtype(np.uint8))
 
     def hold(thread: int) -> bool:
         for _ in range(200):

@@ -17,7 +17,7 @@ _PRECISIONS = "precision highp float;\nprecision highp int;\nprecision highp sam
 
 @dataclass(frozen=True)
 class Dialect:
-    """One version of GLSL.
+    """A version of GLSL.
 
     Attributes
     ----------

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Mesh:
-    """One vertex array object; attributes are uploaded when a pass first reads them."""
+    """A vertex array object; attributes are uploaded when a pass first reads them."""
 
     def __init__(self, objects: Objects, mesh: Geometry) -> None:
         self.objects, self.mesh = objects, mesh

@@ -111,7 +111,7 @@ class Surface:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Texture:
-    """One storage.  ``name`` is OpenGL's name of the texture, usable by other code in the same context.
+    """A storage.  ``name`` is OpenGL's name of the texture, usable by other code in the same context.
 
     For foreign pictures (:mod:`passgraph.hosts.gl_pictures`) further fields describe the object and the picture in it.
     """

@@ -22,7 +22,7 @@ MAX_PIXELS = 2**31
 
 @dataclass(eq=False)
 class Storage:
-    """One picture.
+    """A picture in memory.
 
     Attributes
     ----------

@@ -209,8 +209,7 @@ def inputs(images: Sequence[ImageLayout]) -> list[str]:
 
 def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> Inner:
     """Return (x, y, width, height) of the pixels whose reads are all inside; empty if narrower than a group, or too
-    large for int.
-    counts no more what surrounds it."""
+    large for int to count the pixels around it."""
     uses = [use for use in program.images if use.relative]
     left, top = (max([0, *(-getattr(use, axis)[0] for use in uses)]) for axis in "xy")
     right, bottom = (max([0, *(getattr(use, axis)[1] for use in uses)]) for axis in "xy")
@@ -234,7 +233,7 @@ def run_of(width: int) -> int:
 
 @dataclass(eq=False)
 class Launch:
-    """One kernel with its arguments, over a range of pixels."""
+    """A kernel with its arguments, over a range of pixels."""
 
     kernel: Any
     items: tuple[int, int]
@@ -246,7 +245,7 @@ class Launch:
 
 
 class PixelPassRunner:
-    """One pixel pass, compiled at first use for each combination of storage formats and sizes."""
+    """A pixel pass, compiled at first use for each combination of storage formats and sizes."""
 
     def __init__(self, backend: OpenCLBackend, step: PixelStep) -> None:
         self.backend = backend

@@ -13,9 +13,9 @@ from passgraph.language.source import NOWHERE
 
 #: ``file.cl:12:5: error: …`` (clang, so PoCL, Intel, AMD) and ``<kernel>:12:5: error: …`` (NVIDIA).
 MESSAGE = re.compile(r":(\d+):\d+:\s*(?:fatal )?error")
-#: Platforms, and the macro that tells their compiler that OpenCL C is already declared: the include guard of clang's
-#: header.  Otherwise it would read 18,000 lines of declarations twice for each program: 0.08 s, or 0.015 s with a
-#: cached program.  declared.cl replaces them.
+#: Platforms, and the macro that marks OpenCL C as already declared: the include guard of clang's header.  Otherwise the
+#: compiler would read 18,000 lines of declarations twice for each program: 0.08 s, or 0.015 s with a cached program.
+#: declared.cl replaces them.
 POCL, ALL_DECLARED = "Portable Computing Language", "-D_OPENCL_H_"
 #: Most sources whose programs are kept, and layouts for which one pass keeps its kernels.
 MOST_BUILT, MOST_LAYOUTS = 1024, 64

@@ -63,7 +63,7 @@ MAX_SCRATCH_BYTES = 1 << 28
 
 
 class DrawPassRunner:
-    """One draw, compiled at first use for each combination of storage formats."""
+    """A draw, compiled at first use for each combination of storage formats."""
 
     def __init__(self, backend: OpenCLBackend, step: DrawStep, *, serial: bool | None = None) -> None:
         self.backend, self.step = backend, step

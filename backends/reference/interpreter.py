@@ -105,7 +105,7 @@ class Domain(ABC, Generic[V, M]):
 
 
 class Part(ABC, Generic[V]):
-    """Some of the lanes; the domain computes only these until :meth:`end`."""
+    """A subset of the lanes; the domain computes only these until :meth:`end`."""
 
     @abstractmethod
     def take(self, value: V) -> V:
@@ -269,7 +269,7 @@ class _Together(Generic[V]):
 
 
 class Interpreter(Generic[V, M]):
-    """One run of a program in one domain."""
+    """A run of a program in one domain."""
 
     def __init__(self, program: ir.TypedKernel, domain: Domain[V, M], surroundings: Surroundings[V]) -> None:
         self.program, self.domain, self.surroundings = program, domain, surroundings

@@ -1,4 +1,4 @@
-"""One stage over many lanes: its parameters, the pictures that it reads, and quantization of its results."""
+"""A kernel over many lanes: its parameters, the pictures that it reads, and quantization of its results."""
 
 from __future__ import annotations
 

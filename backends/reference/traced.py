@@ -179,7 +179,7 @@ class Corner:
 
 @dataclass(frozen=True)
 class Lines:
-    """One run of the fragment kernel.
+    """A run of the fragment kernel.
 
     ``inputs`` are the stage values that it read: ``varying.uv``, ``varying@x.uv`` of the neighbor in its quad,
     ``pixel``.  ``results`` are its return values, in order; a discarded fragment's are not stored.

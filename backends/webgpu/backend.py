@@ -1,4 +1,4 @@
-"""The webgpu backend: one device, its queue, and everything made on it."""
+"""The webgpu backend: one device, its queue, and its objects."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class WebGPUBackend(Backend):
         self.limits = devices.limits_of(device, name)
         self.programs: Any = Programs(device)
         self.draws_norm16 = devices.draws_norm16(device)
-        self.alive: dict[int, Any] = {}  # textures and buffers not yet given back, by id
+        self.alive: dict[int, Any] = {}  # textures and buffers not yet released, by id
         self.closed = False
         self.in_run = False
         self._encoder: Any = None
@@ -66,7 +66,7 @@ class WebGPUBackend(Backend):
     # Commands
 
     def encoder(self) -> Any:
-        """The commands that the next :meth:`flush` submits."""
+        """Return the encoder of the commands that the next :meth:`flush` submits."""
         self.check_open()
         if self._encoder is None:
             self._encoder = self.device.create_command_encoder()
@@ -82,19 +82,19 @@ class WebGPUBackend(Backend):
         encoded.end()
 
     def encoded(self) -> None:
-        """A pass is encoded: submit it now, outside of a run."""
+        """Submit an encoded pass immediately if no run is in progress."""
         if not self.in_run:
             self.flush()
 
     def flush(self) -> None:
-        """Submit what is encoded."""
+        """Submit the encoded commands."""
         encoder, self._encoder = self._encoder, None
         if encoder is not None:
             self.device.queue.submit([encoder.finish()])
 
     @contextmanager
     def running(self) -> Iterator[None]:
-        """The passes of a run are submitted together."""
+        """Submit the passes of a run together."""
         if self.in_run:
             yield
             return
@@ -109,7 +109,7 @@ class WebGPUBackend(Backend):
 
     @contextmanager
     def reported(self, doing: str) -> Iterator[None]:
-        """Errors of wgpu as BackendError that says what was being done."""
+        """Convert wgpu's errors to BackendError with the failed operation."""
         try:
             yield
         except PassgraphError:
@@ -122,7 +122,7 @@ class WebGPUBackend(Backend):
     # Memory
 
     def buffer(self, size: int, usage: str, what: str) -> Any:
-        """A buffer of so many bytes, which copies may write; registered until :meth:`free`."""
+        """Return a buffer of a number of bytes that copies may write; registered until :meth:`free`."""
         self.check_open()
         flags = self.wgpu.BufferUsage
         with self.reported(f"making {what} of {size:,} bytes"):
@@ -135,11 +135,11 @@ class WebGPUBackend(Backend):
             made.destroy()
 
     def free_with(self, owner: object, buffer: Any) -> None:
-        """Free a buffer when its owner is no more."""
+        """Free a buffer when its owner is garbage-collected."""
         weakref.finalize(owner, _freed, weakref.ref(self), buffer).atexit = False
 
     def staging(self, size: int) -> Any:
-        """The buffer through which pictures come back."""
+        """Return the buffer for readback."""
         if self._staging is None or self._staging.size < size:
             self.free(self._staging)
             self._staging = None
@@ -150,7 +150,7 @@ class WebGPUBackend(Backend):
         return stored_as(format_, self.draws_norm16)
 
     def steps(self, step: PixelStep | DrawStep) -> tuple[int, ...]:
-        """For each image of a step, the number by which the device divides what it reads, or 0."""
+        """Return, for each image of a step, the number by which the device divides its stored numbers, or 0."""
         return tuple([self.stored(format_).steps for format_ in step.image_formats])
 
     def make(self, format: Format, size: tuple[int, int]) -> Texture:
@@ -217,7 +217,7 @@ class WebGPUBackend(Backend):
             transfers.receive(self, found, into)
 
     def _values_of(self, storage: Texture) -> Texture:
-        """The texture of float32 beside a depth texture."""
+        """Return the float32 texture that accompanies a depth texture."""
         if storage.values is None:
             storage.values = self._texture(float_format(1), storage.size)
         return storage.values
@@ -237,7 +237,7 @@ class WebGPUBackend(Backend):
             self.encoded()
 
     def as_depth(self, storage: Texture) -> None:
-        """Move what was uploaded into the depth texture itself; a stencil becomes 0."""
+        """Move uploaded values into the depth texture itself; a stencil becomes 0."""
         if not storage.is_uploaded or storage.values is None:
             return
         transfers.move_depth(self, storage.values, storage)
@@ -263,12 +263,12 @@ class WebGPUBackend(Backend):
         return DrawRun(self, step)
 
     def check_draw(self, step: DrawStep) -> None:
-        """Whether this device can blend the targets of a draw, and offset its depth.
+        """Check that this device can blend the targets of a draw, and offset its depth.
 
         Raises
         ------
         BackendError
-            With the draw, and what the device lacks.
+            With the draw, and the feature that the device lacks.
         """
         units = step.state.polygon_offset[1]
         if units != int(units) or abs(units) >= 1 << 31:
@@ -298,7 +298,7 @@ class WebGPUBackend(Backend):
     def finish(self) -> None:
         if not self.closed:
             with self.reported("finishing"):
-                # A buffer can be mapped when the last command that writes it is done.
+                # A buffer can be mapped once the last command that writes it has completed.
                 buffer = self.staging(4)
                 self.encoder().clear_buffer(buffer, 0, 4)
                 self.flush()
@@ -310,7 +310,7 @@ class WebGPUBackend(Backend):
             raise BackendError("this webgpu backend was closed; open another one")
 
     def after_fork(self) -> bool:
-        """Keep the child from giving the device back when it ends: that waits for threads that only the parent has."""
+        """Keep a child process from releasing the device at exit: that would wait for threads of the parent."""
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(self.device))
         return False
 
@@ -326,12 +326,12 @@ class WebGPUBackend(Backend):
             for made in list(self.alive.values()):
                 self.free(made)
             self.device.destroy()
-            # wgpu gives a device back when its last Python object goes: hold none.
+            # wgpu releases a device with its last Python object: drop them all.
             self.programs = self.device = self._staging = None
 
 
 def _freed(backend: weakref.ReferenceType[WebGPUBackend], buffer: Any) -> None:
-    """A finalizer knows no backend, which would stay for as long as what it belongs to."""
+    """Free a buffer; the finalizer holds only a weak reference, so that it does not keep the backend alive."""
     owner = backend()
     if owner is not None and not owner.closed:
         owner.free(buffer)

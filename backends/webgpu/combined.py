@@ -1,8 +1,8 @@
-"""Float operations that compilers combine as if numbers were real and finite, which WGSL allows.
+"""Find float operations that compilers combine as if numbers were real and finite, which WGSL allows.
 
-Mesa's compiler, which lavapipe shares with Mesa's drivers, turns ``-a + (a + b)`` into ``b``, ``a * b + a * c`` into
-``a * (b + c)``, ``x * (1 - t) + y * t`` into ``x + t * (y - x)``, and ``a * 2.0 * 3.0`` into ``a * 6.0``.  It drops
-what would make NaN: ``a - a``, ``a / a``.  What is named here stays apart.
+Mesa's compiler, used by lavapipe and Mesa's GPU drivers, turns ``-a + (a + b)`` into ``b``, ``a * b + a * c`` into ``a
+* (b + c)``, ``x * (1 - t) + y * t`` into ``x + t * (y - x)``, and ``a * 2.0 * 3.0`` into ``a * 6.0``.  It drops
+operations that would give NaN: ``a - a``, ``a / a``.  The operations found here are printed so that they stay separate.
 """
 
 from __future__ import annotations
@@ -13,22 +13,22 @@ from passgraph.language import scalar as s
 
 COMPARISONS = {"less", "less_equal", "greater", "greater_equal", "equal", "not_equal"}
 _SUMS, _PRODUCTS = {"add", "sub"}, {"mul", "div"}
-#: Results that other operations undo or swallow, wherever they go.
+#: Operations whose results compilers combine with any operation that reads them.
 _COMBINED = {*_SUMS, *_PRODUCTS, "neg", "sqrt", "to_float"}
 
 
 class Combined:
-    """What is to be kept apart in one program.
+    """The operations of a program that must be kept separate.
 
     Attributes
     ----------
-    results : values of float operations that compilers would combine with what reads them
-    conditions : comparisons that only choose between other values than they compare
+    results : values of float operations that compilers would combine with the operations that read them
+    conditions : comparisons used only to choose between values other than those compared
     """
 
     def __init__(self, program: s.ScalarProgram) -> None:
         self.made: dict[int, s.Op] = {}
-        self.numbers: dict[int, object] = {}  # equal for values that a compiler finds to be one
+        self.numbers: dict[int, object] = {}  # equal for values that a compiler recognizes as equal
         self.results: set[int] = set()
         chosen_by: defaultdict[int, list[s.Choose]] = defaultdict(list)
         used_otherwise = {value.id for value in _results(program) if isinstance(value, s.Val)}
@@ -54,14 +54,14 @@ class Combined:
         }
 
     def same(self, first: s.Operand, second: s.Operand) -> bool:
-        """Whether a compiler may find both to be one value."""
+        """Return True if a compiler may recognize both as the same value."""
         if isinstance(first, s.Lit) or isinstance(second, s.Lit):
             return False
         one, other = (self.numbers.get(v.id) for v in (first, second))
         return one == other or (one is None and other is None)
 
     def _number(self, i: s.Instruction) -> None:
-        """Number what is computed or loaded alike; what comes from variables is unknown."""
+        """Number equal computations and loads alike; values of variables are unknown."""
         if isinstance(i, s.Op):
             self.made[i.to.id] = i
             self.numbers[i.to.id] = i.operation, i.on, tuple([self._number_of(a) for a in i.arguments])
@@ -88,7 +88,7 @@ class Combined:
                 self.results.add(made.to.id)
 
     def _combines(self, made: s.Op, by: s.Op, place: int) -> bool:
-        """Whether compilers combine the result of ``made`` with the operation that reads it."""
+        """Return True if compilers combine the result of ``made`` with the operation that reads it."""
         name, reader = made.operation, by.operation
         if reader in ("isnan", "isinf", "bits_from_float", "min", "max") or reader in COMPARISONS:
             return False
@@ -110,7 +110,7 @@ class Combined:
         return any(self._number_of(a) in numbers for a in other.arguments)
 
     def _handed_on(self, *operands: s.Operand) -> None:
-        """Variables and choices hand values on to what reads them."""
+        """Mark operands whose values variables and choices pass on to other operations."""
         for operand in operands:
             made = self._made(operand)
             if made is not None and made.to.type == "float" and made.operation in _COMBINED:
@@ -120,7 +120,8 @@ class Combined:
         return self.made.get(operand.id) if isinstance(operand, s.Val) else None
 
     def _compares(self, value: int, i: s.Choose) -> bool:
-        """Whether a choice is between what its condition compares: compilers make a minimum or an absolute of it."""
+        """Return True if a choice is between the compared values: compilers turn it into a minimum or an absolute
+        value."""
         made = self.made.get(value)
         if made is None or made.on != "float":
             return True
@@ -131,7 +132,7 @@ class Combined:
 
 
 def _literals(one: s.Op, other: s.Op) -> bool:
-    """Whether both have a literal among their arguments."""
+    """Return True if both have a literal among their arguments."""
     return all(any(isinstance(a, s.Lit) for a in op.arguments) for op in (one, other))
 
 

@@ -1,7 +1,7 @@
-"""Bins counted (:class:`passgraph.plan.known.Counting`) by a compute shader.
+"""Count bins (:class:`passgraph.plan.known.Counting`) with a compute shader.
 
-The invocations of a group go through a row and count in a table that they share; a pass then writes what the tables
-hold.  Where the tables would be too large, the step's program counts.
+The invocations of a group walk through a row and count in a shared table; a pass then writes the tables' content. The
+step's own program counts instead if the tables would be too large.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ _TARGETS = [{"format": "rgba32float"}] * 4
 
 
 class CountRun:
-    """The counting pass at work."""
+    """The counting pass, compiled."""
 
     def __init__(self, backend: WebGPUBackend, step: PixelStep) -> None:
         assert step.known is not None
@@ -121,7 +121,7 @@ class CountRun:
 
 
 def counts(backend: WebGPUBackend, step: PixelStep) -> bool:
-    """Whether a step counts bins, and this device has the room."""
+    """Return True if a step counts bins and the device can hold the tables."""
     known, limits = step.known, backend.device.limits
     if known is None:
         return False

@@ -1,4 +1,4 @@
-"""Adapters of this machine, and what an opened device takes."""
+"""Adapters of this machine, and the limits of an open device."""
 
 from __future__ import annotations
 
@@ -15,11 +15,10 @@ from passgraph.plan.limits import NONE, Limits
 
 INSTALL_MODULE = "pip install 'passgraph[webgpu]'"
 INSTALL_DRIVER = "apt-get install mesa-vulkan-drivers"
-#: Optional features that passes use where a device has them: 16-bit fractions are drawn into where it has both of the
-#: first two.
+#: Optional features, used if a device has them; with both of the first two, passes can write 16-bit normalized formats.
 FILTERS, BLENDS, STENCIL = "float32-filterable", "float32-blendable", "depth32float-stencil8"
 FEATURES = ("texture-format16bit-norm", "texture-adapter-specific-format-features", FILTERS, BLENDS, STENCIL)
-#: Limits that are raised to what the adapter has.
+#: Limits that are raised to the adapter's.
 _RAISED = (
     "max-texture-dimension-2d", "max-buffer-size", "max-uniform-buffer-binding-size", "max-color-attachments",
     "max-color-attachment-bytes-per-sample", "max-sampled-textures-per-shader-stage",
@@ -30,13 +29,13 @@ _RAISED = (
 _WIDEST = 16
 
 
-#: wgpu makes its instance at first use, in whatever thread; the environment is one for all of them.
+#: wgpu creates its instance at first use, in any thread; the environment is shared by all threads.
 _opening = Lock()
 
 
 @contextmanager
 def _quiet_layer() -> Iterator[None]:
-    """Keep Mesa's device selection layer from writing to stderr where there is no desktop session."""
+    """Keep Mesa's device selection layer from writing to stderr without a desktop session."""
     name, unset = "NODEVICE_SELECT", "XDG_RUNTIME_DIR" not in os.environ and "NODEVICE_SELECT" not in os.environ
     if unset:
         os.environ[name] = "1"
@@ -48,9 +47,9 @@ def _quiet_layer() -> Iterator[None]:
 
 
 def _native_instance() -> None:
-    """Have wgpu load no OpenGL driver, unless the process has used wgpu already.
+    """Keep wgpu from loading an OpenGL driver, unless the process has already used wgpu.
 
-    Mesa's cannot end in a forked process, and loading it takes as long as all the rest.
+    Mesa's OpenGL cannot shut down in a forked process, and loading it doubles the startup time.
     """
     with suppress(ImportError, RuntimeError, KeyError):
         from wgpu.backends.wgpu_native.extras import set_instance_extras
@@ -59,7 +58,7 @@ def _native_instance() -> None:
 
 
 def all_adapters() -> list[Any]:
-    """Every adapter of a native API, in the order in which numbers count them.
+    """Return every adapter of a native API, in the order of their numbers.
 
     Raises
     ------
@@ -88,7 +87,7 @@ def all_adapters() -> list[Any]:
 
 
 def choose(device: str | None) -> Any:
-    """The adapter of this number or with this in its name; the first for None."""
+    """Return the adapter with this number or with this text in its name; the first one for None."""
     found = all_adapters()
     if device is None:
         return found[0]
@@ -108,7 +107,7 @@ def name_of(adapter: Any) -> str:
 
 
 def device_infos() -> list[DeviceInfo]:
-    """All devices for a listing; one entry that says what is missing where there is none."""
+    """Return all devices for a listing, or one entry that names what is missing."""
     try:
         check_driver("webgpu")
         return [
@@ -125,7 +124,7 @@ def open_device(adapter: Any) -> Any:
     Raises
     ------
     BackendError
-        When the driver does not open it, such as for lack of memory.
+        If the driver fails to open it, for example for lack of memory.
     """
     features = [name for name in FEATURES if name in adapter.features]
     limits = {name: adapter.limits[name] for name in _RAISED if name in adapter.limits}
@@ -137,7 +136,7 @@ def open_device(adapter: Any) -> Any:
 
 
 def draws_norm16(device: Any) -> bool:
-    """Whether passes can draw into 16-bit fractions."""
+    """Return True if passes can write 16-bit normalized formats."""
     if FEATURES[0] not in device.features:
         return False
     import wgpu
@@ -151,7 +150,7 @@ def draws_norm16(device: Any) -> bool:
 
 
 def limits_of(device: Any, name: str) -> Limits:
-    """What an open device takes in one pass."""
+    """Return the limits of an open device."""
     limits = device.limits
     return Limits(
         f"webgpu ({name})",

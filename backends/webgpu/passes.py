@@ -20,7 +20,7 @@ from passgraph.plan.data import DrawStep, PixelStep
 if TYPE_CHECKING:
     from passgraph.backends.webgpu.backend import WebGPUBackend
 
-#: Bind groups that one stage keeps: targets with history take turns.
+#: Most bind groups kept by a stage: targets with history alternate.
 MOST_GROUPS = 16
 
 
@@ -36,7 +36,7 @@ class Stage:
         self.groups: dict[tuple[int, ...], Any] = {}
 
     def send(self, block: Block) -> None:
-        """Write the parameters where they changed."""
+        """Write the parameters if they changed."""
         data = packed(self.program, self.size, self.guard, block)
         if data == self.sent:
             return
@@ -44,12 +44,12 @@ class Stage:
             self.buffer = self.backend.buffer(len(data), "UNIFORM", f"the parameters of {self.program.name}")
             self.backend.free_with(self, self.buffer)
         else:
-            self.backend.flush()  # passes that are encoded already read what it holds now
+            self.backend.flush()  # passes already encoded read its present content
         self.backend.device.queue.write_buffer(self.buffer, 0, data)
         self.sent = data
 
     def group(self, images: Sequence[Texture]) -> Any:
-        """The bind group over these images."""
+        """Return the bind group with these images."""
         read = [image.readable for image in images]
         key = tuple([image.serial for image in read])
         group = self.groups.get(key)
@@ -88,7 +88,7 @@ class PixelRun:
 
 
 class Mesh:
-    """Triangles of one mesh, and those of its attributes that passes read."""
+    """Triangles of a mesh, and the attributes that passes read."""
 
     def __init__(self, backend: WebGPUBackend, mesh: Geometry) -> None:
         self.backend, self.mesh = backend, mesh
@@ -210,7 +210,7 @@ class DrawRun:
 
 
 def _clear(value: tuple[float, ...], format_: Any) -> tuple[float, ...]:
-    """A clear color as four numbers that the format holds exactly; alpha behind three channels is 1."""
+    """Return a clear color as four numbers that the format stores exactly; alpha of a three-channel format is 1."""
     four = np.array([0, 0, 0, 1], np.float32)
     four[: format_.channels] = quantised(np.array(clear_colour(value, format_.channels, format_.srgb)), format_)
     return tuple(four.tolist())

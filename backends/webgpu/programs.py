@@ -1,4 +1,4 @@
-"""Shader modules, bind group layouts and pipelines: made once for each source and state."""
+"""Shader modules, bind group layouts and pipelines, created once for each source and state."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from passgraph.language.scalar import LoadTexel, ScalarProgram, walk
 from passgraph.language.source import NOWHERE
 from passgraph.plan.data import DrawStep
 
-#: Where wgpu writes the line: "wgsl:12:5" and ":12:5 error".
+#: Formats of the line in wgpu's messages: "wgsl:12:5" and ":12:5 error".
 _LINE = re.compile(r"wgsl:(\d+):\d+|:(\d+):\d+ error")
 _VERTEX, _FRAGMENT = 1, 2
 _T = TypeVar("_T")
 
 
 class Programs:
-    """Everything that is compiled on one device, by what it was compiled from."""
+    """Compiled objects of one device, by cache key."""
 
     def __init__(self, device: Any) -> None:
         self.device = device
@@ -39,12 +39,12 @@ class Programs:
         return found
 
     def module(self, listing: Listing, kernel: str) -> Any:
-        """A shader module.
+        """Return a shader module.
 
         Raises
         ------
         BackendError
-            When the compiler refuses it, naming the kernel's file and line and what the compiler said.
+            If the compiler rejects it, with the kernel's file and line and the compiler's message.
         """
         try:
             return self.once(listing.text, lambda: self._module(listing.text))
@@ -56,7 +56,7 @@ class Programs:
         return (trusted_module(self.device, code) if "for (" in code else None) or checked
 
     def stage_layout(self, program: ScalarProgram) -> Any:
-        """The layout of the bind group of one stage."""
+        """Return the bind group layout of one stage."""
         filtered = filtered_images(program)
         key = "layout", program.stage == "vertex", len(program.images), tuple(filtered)
         return self.once(key, lambda: self._stage_layout(program, filtered))
@@ -74,7 +74,7 @@ class Programs:
         return self.device.create_bind_group_layout(entries=entries)
 
     def pixel(self, program: ScalarProgram, steps: tuple[int, ...], formats: tuple[str, ...]) -> Any:
-        """The pipeline of a pixel pass that writes targets of these formats; ``steps`` as of :class:`WGSL`."""
+        """Return the pipeline of a pixel pass that writes targets of these formats; ``steps`` as in :class:`WGSL`."""
         return self.once(("pixel", program.key, steps, formats), lambda: self._pixel(program, steps, formats))
 
     def _pixel(self, program: ScalarProgram, steps: tuple[int, ...], formats: tuple[str, ...]) -> Any:
@@ -92,7 +92,7 @@ class Programs:
     def draw(
         self, step: DrawStep, steps: tuple[int, ...], state: dict[str, Any], targets: Sequence[dict[str, Any]]
     ) -> Any:
-        """The pipeline of a draw; ``state`` holds ``primitive`` and ``depth_stencil``."""
+        """Return the pipeline of a draw; ``state`` holds ``primitive`` and ``depth_stencil``."""
         stages = step.vertex.key, step.fragment and step.fragment.key, step.varyings
         key = "draw", stages, steps, repr(state), repr(targets)
         return self.once(key, lambda: self._draw(step, steps, state, targets))
@@ -143,7 +143,7 @@ def _first(log: str) -> str:
 
 
 def pointed(log: str, listing: Listing, kernel: str) -> str:
-    """A compiler's message with the kernel line behind the first generated line that it names."""
+    """Return a compiler's message with the kernel line behind the first generated line that it names."""
     said = "; ".join(line.strip() for line in log.splitlines()[:9] if line.strip()) or "no message"
     message = f"WebGPU refuses kernel {kernel}: {said}"
     found = _LINE.search(log)
@@ -153,7 +153,7 @@ def pointed(log: str, listing: Listing, kernel: str) -> str:
 
 
 def packed(program: ScalarProgram, size: tuple[int, int], guard: float, block: Block) -> bytes:
-    """The parameters of a stage as its shader reads them."""
+    """Return the parameters of a stage in the layout of its shader."""
     head = np.zeros(HEAD // 4, np.int32)
     head[4:6] = size
     head[6:7] = np.array([guard], np.float32).view(np.int32)

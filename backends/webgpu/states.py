@@ -1,4 +1,4 @@
-"""Fixed-function state of draws in WebGPU's words."""
+"""Fixed-function state of draws as WebGPU descriptors."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _FACTORS = {
     "destination_color": "dst", "one_minus_destination_color": "one-minus-dst",
     "destination_alpha": "dst-alpha", "one_minus_destination_alpha": "one-minus-dst-alpha",
 }  # fmt: skip
-#: The comparisons that are true of equal numbers.
+#: Comparisons that hold for equal numbers.
 _TRUE_OF_EQUALS = ("always", "equal", "less_equal", "greater_equal")
 _STENCIL = {"increment": "increment-clamp", "decrement": "decrement-clamp"}
-#: Triangles are cut at up to 8 times the target, not at its edges: a cut rounds the end of an edge to a subpixel, which
-#: moves the pixels that it covers.  Powers of two, because dividing by them is exact.
+#: Triangles are clipped at up to 8 times the target's size, not at its edges: clipping rounds the end of an edge to a
+#: subpixel, which changes the covered pixels.  Powers of two, because dividing by them is exact.
 GUARD_BANDS = (8, 4, 2)
 
 
@@ -30,7 +30,7 @@ def guard_band(size: tuple[int, int], side: int) -> int:
 def color_target(
     stored: Stored, format_: Format, blend: Blend | None, mask: tuple[bool, bool, bool, bool]
 ) -> dict[str, Any]:
-    """One color target; alpha behind three channels stays 1, which is what a missing alpha reads as."""
+    """Return a color target; alpha of a three-channel target stays 1, the value of a missing alpha on reads."""
     written = sum(1 << k for k in range(4) if mask[k] and not (k == 3 and format_.channels == 3))
     target: dict[str, Any] = {"format": stored.name, "write_mask": written}
     if blend is not None:
@@ -40,7 +40,7 @@ def color_target(
 
 
 def _component(source: str, destination: str, equation: str) -> dict[str, str]:
-    if equation in ("min", "max"):  # of these, WebGPU takes no factors, and OpenGL ignores them
+    if equation in ("min", "max"):  # WebGPU allows no factors with these, and OpenGL ignores them
         source = destination = "one"
     operation = equation.replace("_", "-")
     return {
@@ -67,7 +67,7 @@ def depth_stencil(state: DrawState, format_: Format, name: str) -> dict[str, Any
     if stencil is not None and format_.stencil:
         compare, read_mask = stencil.compare, stencil.read_mask
         if not read_mask and not stencil.write_mask:
-            # wgpu leaves out a stencil test of two empty masks.  It compares 0 with 0, whatever is read.
+            # wgpu omits a stencil test with two empty masks, which compares 0 with 0 whatever the stencil holds.
             compare, read_mask = "always" if compare in _TRUE_OF_EQUALS else "never", 0xFF
         face = {
             "compare": compare.replace("_", "-"),

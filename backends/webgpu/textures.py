@@ -1,4 +1,4 @@
-"""Textures: how WebGPU stores each format."""
+"""Textures: WebGPU's storage of each format."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ import numpy as np
 
 from passgraph.formats import Format, format_spelling
 
-#: What a channel of a format holds (`Format.number`) → the ending of WebGPU's name, and that of NumPy's dtype.
+#: Channel type (`Format.number`) → suffix of WebGPU's name, and of NumPy's dtype.
 _SPELLINGS = {
     "u1": ("8unorm", "u1"),
     "u2": ("16unorm", "u2"),
     "f2": ("16float", "f2"),
     "f4": ("32float", "f4"),
 }
-#: Three channels are stored as four; nothing else is drawn into.
+#: Three channels are stored as four, since no three-channel format can be drawn into.
 _LETTERS = {1: "r", 2: "rg", 3: "rgba", 4: "rgba"}
 _serials = count(1)
 
 
 @dataclass(frozen=True, slots=True)
 class Stored:
-    """How a format is stored: WebGPU's name, and what one channel is in memory."""
+    """The storage of a format: WebGPU's name, and the type of a channel in memory."""
 
     name: str
     dtype: np.dtype[Any]
@@ -37,7 +37,8 @@ class Stored:
 
 
 def stored_as(format_: Format, has_norm16: bool) -> Stored:
-    """A format that the device lacks is stored wider: 16-bit fractions as float32, which holds all of them.
+    """Return the storage of a format; 16-bit normalized formats that a device lacks are stored as float32, which is
+    exact.
 
     >>> from passgraph.formats import FORMATS
     >>> stored_as(FORMATS["rgb16"], True).name, stored_as(FORMATS["rg16"], False).name
@@ -55,10 +56,10 @@ def stored_as(format_: Format, has_norm16: bool) -> Stored:
 
 @dataclass(eq=False, slots=True)
 class Texture:
-    """One storage.
+    """A storage.
 
-    Depth cannot be copied into a depth texture.  What was uploaded is in ``values``, a texture of float32, until a
-    draw needs it as depth.
+    Nothing can be copied into a depth texture, so uploads go to ``values``, a float32 texture, until a draw needs them
+    as depth.
     """
 
     format: Format
@@ -66,11 +67,11 @@ class Texture:
     stored: Stored
     texture: Any
     view: Any
-    #: What passes read: of depth with a stencil, the depth.
+    #: The view that passes read: for a depth-stencil format, the depth.
     read_view: Any
     values: Texture | None = None
     is_uploaded: bool = False
-    #: Names it in caches of bind groups.
+    #: Key in caches of bind groups.
     serial: int = field(default_factory=_serials.__next__)
 
     @property
@@ -79,5 +80,5 @@ class Texture:
 
     @property
     def readable(self) -> Texture:
-        """The texture that holds its content."""
+        """Return the texture that holds the current content."""
         return self.values if self.is_uploaded and self.values is not None else self

@@ -1,4 +1,4 @@
-"""Pictures between the caller's memory and textures; the host does the rounding."""
+"""Transfer pictures between the caller's memory and textures; the host does the rounding."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from passgraph.language.source import NOWHERE
 if TYPE_CHECKING:
     from passgraph.backends.webgpu.backend import WebGPUBackend
 
-#: Rows in buffers begin at multiples of so many bytes.
+#: Alignment in bytes of rows in buffers.
 ROW_ALIGNMENT = 256
 
 
 def send(backend: WebGPUBackend, texture: Texture, numbers: NDArray[Any]) -> None:
-    """Numbers of its format into a texture."""
+    """Upload numbers in a texture's format."""
     given, stored = _shaped(numbers, texture), texture.stored
     if given.dtype.kind != stored.dtype.kind:
         given = values_of(given, texture.format)
@@ -38,7 +38,7 @@ def send(backend: WebGPUBackend, texture: Texture, numbers: NDArray[Any]) -> Non
 
 
 def receive(backend: WebGPUBackend, texture: Texture, into: NDArray[Any]) -> None:
-    """A texture into an array: values where that is float32, else numbers."""
+    """Download a texture into an array: as values for float32, else unconverted."""
     room, stored, format_ = _shaped(into, texture), texture.stored, texture.format
     width, height = texture.size
     pixel = stored.channels * stored.dtype.itemsize
@@ -79,7 +79,7 @@ def _shaped(array: NDArray[Any], texture: Texture) -> NDArray[Any]:
     return array
 
 
-#: Depth to values or back, which commands cannot copy in all formats.
+#: Copies values to depth or back, which transfer commands cannot do in all formats.
 _MOVE = """@group(0) @binding(0) var values: texture_2d<f32>;
 @fragment
 fn main(@builtin(position) place: vec4<f32>) -> RESULT
@@ -91,7 +91,7 @@ _RESULTS = {True: "@builtin(frag_depth) f32", False: "@location(0) f32"}
 
 
 def move_depth(backend: WebGPUBackend, source: Texture, destination: Texture) -> None:
-    """Move values from 0 to 1 between a depth texture and one of float32; a stencil becomes 0."""
+    """Move values from 0 to 1 between a depth texture and a float32 texture; a stencil becomes 0."""
     device, programs, to_depth = backend.device, backend.programs, destination.format.is_depth
     entry = {"binding": 0, "visibility": 2, "texture": {"sample_type": "unfilterable-float"}}
     layout = programs.once("move depth", lambda: device.create_bind_group_layout(entries=[entry]))

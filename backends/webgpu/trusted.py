@@ -1,19 +1,19 @@
-"""Shader modules without wgpu's count of loop trips.
+"""Shader modules without wgpu's loop counters.
 
 wgpu adds a counter to every loop, so that shaders of web pages end.  Loops of kernels have known bounds, and compilers
-do not unroll loops that count twice: lavapipe takes minutes for what takes it seconds without.
+do not unroll loops with a second counter: lavapipe then compiles for minutes instead of seconds.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-#: Keep the bounds checks of arrays (WGPUShaderRuntimeChecks_BoundsChecks), and nothing else.
+#: Keep only the bounds checks of arrays (WGPUShaderRuntimeChecks_BoundsChecks).
 _BOUNDS_CHECKS = 1
 
 
 def trusted_module(device: Any, code: str) -> Any | None:
-    """A module of WGSL that was checked already; None where this version of wgpu has no call for it."""
+    """Return a module of WGSL that has already been validated; None if this version of wgpu has no call for it."""
     try:
         from wgpu.backends.wgpu_native import GPUShaderModule, ffi, lib
 

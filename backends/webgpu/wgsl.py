@@ -1,8 +1,9 @@
-"""Prints scalar programs in WGSL, the shading language of WebGPU.
+"""Print scalar programs in WGSL, the shading language of WebGPU.
 
-WGSL lets a compiler reorder sums and products, and assume that NaN and infinity do not occur.  Programs mean what they
-say on every backend, so results that compilers would combine (:mod:`.combined`) pass through a bitwise *or* with a zero
-that no compiler knows (``pg_nil``).  Comparisons that control more than a choice pass through an int in the same way.
+WGSL lets a compiler reorder sums and products, and assume that NaN and infinity do not occur.  Programs must give the
+same results on every backend, so results that compilers would combine (:mod:`.combined`) pass through a bitwise *or*
+with a zero that compilers cannot know (``pg_nil``).  Comparisons that control more than a choice pass through an int in
+the same way.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ _LIKE_C = spelled({
     "bool": {"to_float": "select(0.0, 1.0, {0})", "to_int": "select(0, 1, {0})"},
 })  # fmt: skip
 
-#: Name → definition.  A later one may call an earlier one.
+#: Name → definition.  Definitions may call earlier ones.
 FUNCTIONS = {
     "pg_isnan": "fn pg_isnan(x: f32) -> bool { return (bitcast<u32>(x) & 0x7fffffffu) > 0x7f800000u; }",
     "pg_isinf": "fn pg_isinf(x: f32) -> bool { return (bitcast<u32>(x) & 0x7fffffffu) == 0x7f800000u; }",
@@ -61,7 +62,7 @@ fn pg_int_mod(a: i32, b: i32) -> i32
     return select(r, r + b, r != 0 && (r < 0) != (b < 0));
 }
 """,
-    # Of border rules, which have a size for b: devices divide floats side by side.
+    # Part of the border rules, where b is a size: devices divide floats in vectors.
     "pg_nearer": "fn pg_nearer(a: i32, b: i32) -> i32 { return a - i32(f32(a) * (1.0 / f32(b))) * b; }",
     "pg_near_mod": """
 fn pg_near_mod(a: i32, b: i32) -> i32
@@ -80,13 +81,13 @@ fn main(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32>
 }
 """
 LETTERS = "xyzw"
-#: Beyond every picture, and as a float still an int after it was multiplied and rounded.
+#: Larger than every picture, and small enough that its float stays an int after multiplication and rounding.
 FARTHEST_TEXEL = 1 << 30
-#: ``pg_near_mod`` is exact up to here; ``pg_nearer`` brings every int there.
+#: ``pg_near_mod`` is exact up to here; ``pg_nearer`` reduces every int to this range.
 NEAR = 1 << 20
-#: Numbers of bindings in a group: parameters, two samplers, then images.
+#: Bindings of a group: parameters, two samplers, then images.
 PARAMETERS, NEAREST, LINEAR, FIRST_IMAGE = range(4)
-#: Bytes of the parameters before a kernel's own: four zeros, the size of the target and the guard band's factor.
+#: Bytes before a kernel's own parameters: four zeros, the target's size and the guard band's factor.
 HEAD = 32
 
 
@@ -95,10 +96,10 @@ def vec4_count(components: int) -> int:
 
 
 class WGSL(Printer):
-    """A program of any stage as one shader module.
+    """Prints a program of any stage as one shader module.
 
-    ``varyings`` names the scalars sent from vertex to fragment; ``steps`` says of each image by how many the device
-    divides the whole numbers of its texels, or 0.
+    ``varyings`` names the scalars passed from vertex to fragment; ``steps`` has, for each image, the number by which
+    the device divides its stored integers, or 0.
     """
 
     types: ClassVar[Mapping[str, str]] = {"bool": "bool", "int": "i32", "float": "f32"}
@@ -111,7 +112,7 @@ class WGSL(Printer):
         self.image_numbers = {use.name: k for k, use in enumerate(program.images)}
         self.combined = Combined(program)
         self.foreseen = foreseen_values(program)
-        #: What the top of main declares, by name.
+        #: Names declared at the top of main, with their declarations.
         self.declarations: dict[str, str] = {}
 
     # Statements
@@ -137,11 +138,11 @@ class WGSL(Printer):
     # Values
 
     def float_from_bits(self, bits: int) -> str:
-        # WGSL refuses constants that are not finite.
+        # WGSL rejects constants that are not finite.
         return f"bitcast<f32>({bits & 0xFFFFFFFF:#x}u | pg_nil)"
 
     def hidden(self, text: str, type_: str = "float") -> str:
-        """An expression that compilers can neither foresee nor combine with others."""
+        """Return an expression that compilers can neither evaluate nor combine with others."""
         if type_ == "bool":
             return f"((select(0u, 1u, {text}) | pg_nil) != 0u)"
         name = self.types[type_]
@@ -149,7 +150,7 @@ class WGSL(Printer):
 
     def operation(self, op: s.Op, arguments: list[str]) -> str:
         if all(isinstance(a, s.Lit) for a in op.arguments):
-            # WGSL computes constants exactly, and refuses what overflows.
+            # WGSL evaluates constants exactly, and rejects overflow.
             arguments[0] = self.hidden(arguments[0], op.on)
         if self.program.stage == "border" and op.operation == "int_mod":
             return f"pg_near_mod({', '.join(arguments)})"
@@ -172,7 +173,7 @@ class WGSL(Printer):
         return self.hidden(text) if op.to.id in self.combined.results else text
 
     def _comparison(self, op: s.Op, arguments: list[str]) -> str:
-        """Compare with a value that compilers know nothing of: neither its range, nor how it was computed."""
+        """Compare through a value with unknown range and origin, so that compilers cannot simplify it."""
         first, second = arguments
         hide = 1 if isinstance(op.arguments[0], s.Lit) else 0
         compared = [first, second]
@@ -190,7 +191,7 @@ class WGSL(Printer):
         return self.spelled[op.on][op.operation].format(*arguments)
 
     def _unforeseen(self, operand: s.Operand, among_constants: bool = False) -> str:
-        """An operand that compilers cannot take for 0, see :mod:`passgraph.backends.foreseen`."""
+        """Return an operand that compilers cannot assume to be 0, see :mod:`passgraph.backends.foreseen`."""
         text = self.operand(operand)
         zero = self.foreseen.may_be_zero(operand) and (isinstance(operand, s.Lit) or not among_constants)
         return self.hidden(text) if zero else text
@@ -223,7 +224,7 @@ class WGSL(Printer):
 
     def texel(self, load: s.LoadTexel) -> None:
         """Read a texel through a sampler, which takes lavapipe two thirds of the time of ``textureLoad``: coordinates
-        are centers of texels, samplers take the nearest and clamp to the edge."""
+        are texel centers, samplers use nearest filtering and clamp to the edge."""
         image = f"pg_image{self.image_numbers[load.image]}"
         inside: list[str] = []
         sampler = "pg_nearest"
@@ -237,7 +238,7 @@ class WGSL(Printer):
         fetch = f"textureSampleLevel({image}, {sampler}, {place}, 0.0)"
         steps = self.steps[self.image_numbers[load.image]] if self.steps else 0
         if steps and not load.filtered:
-            # Devices may read fractions a little off; they divide as where the numbers were counted.
+            # Devices may read fractions with a small error; this divides the stored integer again.
             fetch = f"round({fetch} * {steps}.0) / {steps}.0"
         if inside:
             fetch = f"select(vec4<f32>(), {fetch}, {' && '.join(inside)})"
@@ -248,7 +249,7 @@ class WGSL(Printer):
                 self.name(value, f"t{first.id}.{letter}")
 
     def _place(self, load: s.LoadTexel, axis: str, offset: s.Operand) -> tuple[str, list[str]]:
-        """One coordinate of a texel's center, and the conditions under which a zero border shows the texel."""
+        """Return one coordinate of a texel's center, and the conditions under which a zero border shows the texel."""
         known = int(offset.value) if isinstance(offset, s.Lit) else None
         here, width = f"pg_here{self.image_numbers[load.image]}.{axis}", f"{self._width(load.image)}.{axis}"
         if load.relative:
@@ -286,18 +287,18 @@ class WGSL(Printer):
         return self._declare(f"pg_size{number}", f"vec2<i32>(textureDimensions(pg_image{number}))")
 
     def _width(self, image: str) -> str:
-        """Width and height of a texel in texture coordinates."""
+        """Return the width and height of a texel in texture coordinates."""
         return self._declare(f"pg_texel{self.image_numbers[image]}", f"1.0 / vec2<f32>({self._size(image)})")
 
     def _here(self, image: str) -> str:
-        """The center of this pixel in texture coordinates of an image that is as large as the target."""
+        """Return the center of this pixel in texture coordinates of an image of the target's size."""
         return self._declare(f"pg_here{self.image_numbers[image]}", f"pg_place.xy * {self._width(image)}")
 
     def _pixel(self) -> str:
         return self._declare("pg_pixel", "vec2<i32>(pg_place.xy)")
 
     def _varying(self, index: int, axes: str) -> str:
-        """A scalar varying, at another pixel of the quad by the planes of it over w and of 1 / w."""
+        """Return a scalar varying, at another pixel of the quad through the planes of varying / w and of 1 / w."""
         vector, letter = index // 4, LETTERS[index % 4]
         if not axes:
             return f"pg_varying{vector}.{letter}"
@@ -306,11 +307,11 @@ class WGSL(Printer):
         return f"{self._declare(f'pg_varying{vector}{axes}', moved)}.{letter}"
 
     def _depth(self, axes: str) -> str:
-        """Clamp the depth as it is stored: a polygon offset moves it out of 0 to 1."""
+        """Clamp the depth as it is stored: a polygon offset may leave 0 to 1."""
         return self._declare(f"pg_depth{axes}", f"clamp({self._stepped('pg_place.z', axes)}, 0.0, 1.0)")
 
     def _stepped(self, plane: str, axes: str) -> str:
-        """A plane's value at another pixel of the quad, or at this one."""
+        """Return a plane's value at another pixel of the quad, or at this one."""
         if not axes:
             return plane
         way = self._declare("pg_way", f"vec2<f32>(1 - 2 * ({self._pixel()} & vec2<i32>(1)))")
@@ -319,7 +320,7 @@ class WGSL(Printer):
     # Whole modules
 
     def module(self) -> Listing:
-        """The complete source, whose entry point is ``main``."""
+        """Return the complete source; its entry point is ``main``."""
         self.depth = 1
         self.variables()
         self.block(self.program.body)
@@ -334,11 +335,11 @@ class WGSL(Printer):
 
     @property
     def group(self) -> int:
-        """The number of the bind group; both stages of a draw have their own."""
+        """Return the number of the bind group; each stage of a draw has its own."""
         return 1 if self.program.stage == "fragment" else 0
 
     def interface(self) -> list[str]:
-        """Parameters, samplers, images, tables and outputs."""
+        """Declare parameters, samplers, images, tables and outputs."""
         program, group = self.program, f"@group({self.group})"
         lines = [
             "struct Parameters {\n    zeros: vec4<u32>,\n    size: vec2<i32>,\n    guard: f32,",
@@ -383,14 +384,14 @@ class WGSL(Printer):
         if program.stage == "vertex":
             x, y, z, w = (self.operand(v) for v in program.outputs[0].values)
             self.line(f"var pg_position = vec4<f32>({x}, {y}, {z}, {w});")
-            # Rule 1 drops triangles with such a corner; an infinite w alone would be a place on the screen.
+            # Rule 1 drops triangles with such a vertex; an infinite w alone would be a valid position.
             self.line("let pg_bits = bitcast<vec4<u32>>(pg_position) & vec4<u32>(0x7f800000u);")
-            # Depth is from 0 to 1 in WebGPU's clip space, and kernels have it from -1 to 1.
+            # WebGPU's clip space has depth from 0 to 1, that of kernels from -1 to 1.
             self.line("pg_position.z = (pg_position.z + pg_position.w) * 0.5;")
             self.line("pg_position.x = pg_position.x * pg.guard;\npg_position.y = pg_position.y * pg.guard;")
             self.line("if (any(pg_bits == vec4<u32>(0x7f800000u))) {")
             self.line("    pg_position = bitcast<vec4<f32>>(vec4<u32>(0x7fc00000u | pg_nil));\n}")
-            # A varying that is the same at all vertices may become a constant of the fragment shader.
+            # A varying that is equal at all vertices may become a constant of the fragment shader.
             outputs = program.outputs[1].values if len(program.outputs) > 1 else ()
             sent = [self._unforeseen(v) for v in outputs]
             vectors = [_vec4(sent[4 * k : 4 * k + 4], ("0.0",) * 4) for k in range(vec4_count(len(sent)))]
@@ -410,13 +411,13 @@ def _vec4(values: Sequence[str], missing: tuple[str, ...]) -> str:
 
 @cache
 def functions() -> dict[str, str]:
-    """Every helper function by its name; rules of borders that samplers do not have call others."""
+    """Return every helper function by name; border rules without a sampler mode call others."""
     rules = [rule for rule, border in BORDERS.items() if not border.is_nearest]
     return FUNCTIONS | {border_name(rule): _border_function(rule) for rule in rules}
 
 
 def _border_function(rule: str) -> str:
-    """A column or row brought inside."""
+    """Print a function that maps a column or row index into the picture."""
     program = border_program(rule)
     printer = WGSL(program)
     printer.line(f"fn {border_name(rule)}(i: i32, size: i32) -> i32\n{{")

@@ -1,7 +1,7 @@
-"""Time against error, side by side.
+"""Benchmarks: time against error.
 
-Of shadow methods, against what rays say: `scenes` names what is drawn and `methods` how; `truth` traces what should
-come out, `metrics` compares, and `measure` does all of it.  Of a user's own graph, against an exact version of it:
-`versions`.  Both run frames in turn (`timing`), look at pictures as people do (`likeness`), and show what nothing
-beats (`pareto`, `charts`); `tables` and `report` write the folder of shadow methods.
+For shadow methods, against ray tracing: `scenes` defines the scenes and `methods` the methods; `truth` traces the
+ground truth, `metrics` compares, and `measure` runs everything.  For a user's graph, against an exact version of it:
+`versions`.  Both run frames in turn (`timing`), compare pictures perceptually (`likeness`), and show the Pareto front
+(`pareto`, `charts`); `tables` and `report` write the report folder for shadow methods.
 """

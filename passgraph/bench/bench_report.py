@@ -1,4 +1,4 @@
-"""A folder with everything that was measured: tables, plots, pictures, and a page that shows them."""
+"""Write a report folder: tables, plots, pictures, and an HTML page."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ COLORS = ("#000000", "#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9", "#D5
 MARKERS = "osD^vP*Xp<>h"
 #: Marker areas by map size, points squared.
 AREAS = (26.0, 52.0, 96.0, 150.0)
-#: What an error of 0 is drawn as: the axis is logarithmic.
+#: Errors below this are drawn here, since the axis is logarithmic.
 LEAST_ERROR = 1e-6
 
 
 @dataclass(frozen=True)
 class Point:
-    """One way to make a picture.
+    """A point of a plot: one way to compute a picture.
 
     Attributes
     ----------
-    name : written beside those that nothing beats
-    series : what is drawn as one line, such as a method at several settings
-    time_ms : of a frame
+    name : label of points on the Pareto front
+    series : points drawn as one line, such as a method with several settings
+    time_ms : time of a frame
     error : RMSE
-    map_size : texels along each side of a shadow map, which marks grow with; 0 where there is none
+    map_size : texels along each side of a shadow map, shown as marker size; 0 if there is none
     """
 
     name: str
@@ -55,14 +55,14 @@ class Point:
 
 
 def pareto_plot(points: Sequence[Point], title: str, path: Path, error: str) -> None:
-    """Time along x and error along y, a mark a point, and the front as a line.
+    """Plot time along x and error along y, with a marker for each point and the Pareto front as a line.
 
     Parameters
     ----------
-    points : on one scene and one backend
-    title : over the plot
+    points : points of one scene on one backend
+    title : title of the plot
     path : a .png or .svg file
-    error : what the error is, for its axis
+    error : name of the error, for its axis
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -107,7 +107,7 @@ def pareto_plot(points: Sequence[Point], title: str, path: Path, error: str) -> 
 
 
 def _plain_ticks(axis: Any) -> None:
-    """1, 2, 5, 10 … written as numbers."""
+    """Label ticks 1, 2, 5, 10 … as plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -122,7 +122,7 @@ COLUMNS = (
 
 
 def flat(row: Row) -> dict[str, Any]:
-    """One row with a plain value in each column."""
+    """Return a row with a plain value in each column."""
     errors = asdict(row.errors)
     return {
         "scene": row.scene, "backend": row.backend, "method": row.method, "map_size": row.map_size,
@@ -133,12 +133,12 @@ def flat(row: Row) -> dict[str, Any]:
 
 
 def as_csv(rows: Sequence[Row]) -> str:
-    """A line for each row."""
+    """Return a line of CSV for each row."""
     return csv_text(COLUMNS, [flat(row) for row in rows])
 
 
 def csv_text(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> str:
-    """A heading, then a line for each row, numbers with six digits.
+    """Return CSV: a heading, then a line for each row, numbers with six digits.
 
     >>> csv_text(("name", "ms"), [{"name": "fast", "ms": 1 / 3}])
     'name,ms\\nfast,0.333333\\n'
@@ -152,7 +152,7 @@ def csv_text(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def as_json(results: Sequence[SceneResult], settings: Settings) -> str:
-    """Everything but the pictures; NaN is null."""
+    """Return everything but the pictures as JSON; NaN is null."""
     document = {
         "machine": {"system": platform.platform(), "processor": processor(), "python": platform.python_version()},
         "settings": asdict(settings),
@@ -185,7 +185,7 @@ def _without_nan(value: Any) -> Any:
 
 
 def processor() -> str:
-    """The processor's name, where the system tells it."""
+    """Return the processor's name, if the system reports it."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8") as lines:
             model = next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), "")
@@ -204,7 +204,7 @@ def truth_line(result: SceneResult) -> str:
     )
 
 
-#: What tables for people show: heading, and how a row is written there.
+#: Columns of tables for people: heading, and a function that formats a row's entry.
 SHOWN: dict[str, Callable[[Row], str]] = {
     "frame ms": lambda row: f"{row.frame.wall:.1f}",
     "CPU ms": lambda row: f"{row.frame.cpu:.1f}",
@@ -219,7 +219,7 @@ SHOWN: dict[str, Callable[[Row], str]] = {
 
 
 def as_markdown(rows: Sequence[Row], with_map: bool = True) -> str:
-    """A table for a page, in the order of the rows."""
+    """Return a Markdown table with the rows in their order."""
     headings = ["method", *(["map"] if with_map else []), *SHOWN]
     lines = ["| " + " | ".join(headings) + " |", "|" + "---|" * len(headings)]
     for row in rows:
@@ -236,12 +236,12 @@ td:first-child, th:first-child { text-align: left }
 tr.front td { font-weight: 600; background: #f2f7ee }
 figure { display: inline-block; margin: 0 8px 14px 0 } figcaption { font-size: 12px } img { max-width: 100% }
 """
-#: Difference maps: how many times the difference is drawn, about mid gray.
+#: Gain of difference maps, around mid gray.
 DIFFERENCE_GAIN = 2.0
 
 
 def difference(share: Float32, truth: Float32, counts: Mask) -> NDArray[np.float32]:
-    """Red where there is too much light, blue where there is too little, white where they agree; (h, w, 3)."""
+    """Return red where there is too much light, blue where there is too little, white where both agree; (h, w, 3)."""
     off = np.clip(np.where(counts, share - truth, 0.0) * DIFFERENCE_GAIN, -1.0, 1.0)
     shown = np.ones((*off.shape, 3), np.float32)
     shown[:, :, 1] -= np.abs(off)
@@ -253,7 +253,8 @@ def difference(share: Float32, truth: Float32, counts: Mask) -> NDArray[np.float
 def write_report(
     results: Sequence[SceneResult], settings: Settings, folder: Path, say: Callable[[str], object] = lambda _: None
 ) -> list[Path]:
-    """Write report.html, results.csv, results.json, a plot a scene and backend, and pictures; what was written."""
+    """Write report.html, results.csv, results.json, a plot for each scene and backend, and pictures; return the
+    files."""
     pictures = folder / "pictures"
     pictures.mkdir(exist_ok=True)
     parts = [_head(settings)]
@@ -275,7 +276,7 @@ def plot_name(scene: str, backend: str) -> str:
 
 
 def file_name(name: str) -> str:
-    """A name without what paths and shells mind."""
+    """Return a name without characters that are special in paths and shells."""
     return "".join(c if c.isalnum() or c in "-_." else "-" for c in Path(name).name)
 
 
@@ -320,7 +321,7 @@ def _table(rows: Sequence[Row]) -> str:
 
 
 def _pictures(result: SceneResult, folder: Path) -> str:
-    """The truth, then each method's factor over its difference, on the first backend with the middle map size."""
+    """Return the truth, then each method's factor above its difference, on the first backend at the middle map size."""
     if not result.shares:
         return ""
     backend = next(iter(result.shares))[0]
@@ -342,7 +343,7 @@ def _pictures(result: SceneResult, folder: Path) -> str:
 
 
 def grey(share: NDArray[np.floating]) -> NDArray[np.float32]:
-    """A share as three equal channels."""
+    """Repeat a share in three channels."""
     return np.repeat(np.asarray(share, np.float32)[:, :, None], 3, axis=2)
 
 

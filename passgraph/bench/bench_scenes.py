@@ -1,4 +1,4 @@
-"""Scenes to be measured on: shipped ones, cases that are hard for shadow maps, and models of other packages."""
+"""Benchmark scenes: shipped ones, hard cases for shadow maps, and models from other packages."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from passgraph.scene.shipped_scene import ball, box, cylinder
 
 GREY = Material("grey", (0.6, 0.6, 0.6, 1.0))
 SHEET = Material("sheet", (0.6, 0.6, 0.6, 1.0), double_sided=True)
-#: Where the models of pybullet lie in its package of data.
+#: Package that contains pybullet's models.
 MODELS = "pybullet_data"
 
 
 @dataclass(frozen=True)
 class BenchScene:
-    """One scene by name.
+    """A named scene.
 
     Attributes
     ----------
-    name : on the command line, and in names of files
-    about : one line
-    make : the scene, with one light that has a radius
-    needs : the package that it comes from; empty where it is made here
+    name : name on the command line and in file names
+    about : description, one line
+    make : builds the scene, with one light that has a radius
+    needs : the package that it comes from; empty if none
     """
 
     name: str
@@ -44,7 +44,7 @@ class BenchScene:
 
 
 def plane(half: float) -> Node:
-    """A square of y = 0."""
+    """Return a square of y = 0."""
     corners = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1.0]]) * half
     mesh = Mesh.make(corners, [[0, 1, 2], [0, 2, 3]], np.tile([0.0, 1.0, 0.0], (4, 1)), name="plane")
     return Node(mesh, GREY, name="plane")
@@ -56,23 +56,23 @@ def _sheet(width: float, depth: float, at: tuple[float, float, float], name: str
     return Node(mesh, SHEET, translation(at), name)
 
 
-#: Tangent of the angular radius of the light over the box: penumbrae as wide as can be seen.
+#: Tangent of the angular radius of the light over the box, for very wide penumbrae.
 BOX_LIGHT = 0.1
 BOX_HEIGHT = 1.0
-#: Of the ball, and of the ball of light over it.
+#: Radius and height of the ball; radius and position of the spherical light over it.
 BALL, BALL_HEIGHT = 0.5, 1.0
 LAMP, LAMP_PLACE = 0.4, (0.0, 5.0, 0.0)
 
 
 def box_scene() -> Scene:
-    """A cube on a plane, light at 45 degrees along x."""
+    """Return a cube on a plane, with light at 45 degrees along x."""
     camera = Camera((3.6, 2.6, 3.4), (0.7, 0.15, 0.0), vertical_fov_rad=0.5, near=0.5, far=60.0)
     light = Light.directional((1, -1, 0), radius=BOX_LIGHT)
     return Scene((plane(20.0), Node(box(BOX_HEIGHT), GREY, name="box")), camera, (light,), "box")
 
 
 def sphere_scene() -> Scene:
-    """A ball over a plane, under a ball of light."""
+    """Return a ball over a plane, under a spherical light."""
     camera = Camera((2.6, 2.4, 2.6), (0.0, 0.3, 0.0), vertical_fov_rad=0.55, near=0.5, far=60.0)
     light = Light.point(LAMP_PLACE, intensity=20.0, radius=LAMP)
     floating = Node(ball(BALL, 64), GREY, translation((0.0, BALL_HEIGHT, 0.0)), "ball")
@@ -80,7 +80,7 @@ def sphere_scene() -> Scene:
 
 
 def fence_scene() -> Scene:
-    """Thin bars, low and high: narrow casters, and penumbrae as wide as the gaps."""
+    """Return thin bars, low and high: narrow casters, and penumbrae as wide as the gaps."""
     nodes = [plane(20.0)]
     for i in range(9):
         bar = cylinder(0.04, 1.6, 16)
@@ -92,7 +92,7 @@ def fence_scene() -> Scene:
 
 
 def layers_scene() -> Scene:
-    """Sheets near the floor and far above it whose shadows cross: light leaks through filters of few moments."""
+    """Return sheets near the floor and far above it, with crossing shadows: moment filters leak light there."""
     nodes = (
         plane(20.0),
         _sheet(1.6, 1.6, (-0.2, 0.35, 0.0), "low sheet"),
@@ -105,19 +105,19 @@ def layers_scene() -> Scene:
 
 
 def slab(half: float, thickness: float) -> Node:
-    """A floor with an underside: its upper side is y = 0."""
+    """Return a floor with an underside; its upper side is y = 0."""
     return Node(box(1.0), GREY, translation((0.0, -thickness, 0.0)) @ np.diag([2.0 * half, thickness, 2.0 * half, 1.0]))
 
 
 def slab_scene() -> Scene:
-    """A ball on a floor with an underside, whose border behind the lamp reaches the lamp's plane."""
+    """Return a ball on a floor with an underside that extends behind the lamp, up to the lamp's plane."""
     camera = Camera((3.2, 2.4, 3.4), (0.1, 0.3, 0.0), vertical_fov_rad=0.55, near=0.5, far=60.0)
     light = Light.spot((1.6, 3.4, 1.2), (-0.5, -1.0, -0.35), intensity=14.0, radius=0.3, cone_outer_rad=0.7)
     return Scene((slab(6.0, 0.2), _ball()), camera, (light,), "slab")
 
 
 def room_scene() -> Scene:
-    """A closed room with things in it, under a spot that is let into its ceiling."""
+    """Return a closed room with objects, under a spot recessed into its ceiling."""
     walls = [
         Node(box(1.0), GREY, translation(at) @ np.diag([*size, 1.0]), name)
         for name, at, size in (
@@ -140,7 +140,7 @@ def room_scene() -> Scene:
 
 
 def wide_scene() -> Scene:
-    """A ball and posts on a floor that is two hundred wide and has an underside."""
+    """Return a ball and posts on a floor 200 units wide, with an underside."""
     posts = [Node(box(0.3), GREY, translation((x, 0.0, z)), "post") for x, z in ((-1.2, 0.4), (1.3, -0.6), (0.3, 1.4))]
     camera = Camera((3.2, 2.4, 3.4), (0.3, 0.3, 0.0), vertical_fov_rad=0.55, near=0.5, far=60.0)
     light = Light.directional((0.8, -1.0, -0.2), radius=0.06)
@@ -148,7 +148,7 @@ def wide_scene() -> Scene:
 
 
 def chequer_scene() -> Scene:
-    """A board over a floor of which every other square is missing, as fine as the penumbra is wide."""
+    """Return a checkered board over a floor, with every other square missing and squares as wide as the penumbra."""
     side, squares = 0.2, 8
     corners: list[list[float]] = []
     faces: list[list[int]] = []
@@ -167,29 +167,29 @@ def chequer_scene() -> Scene:
 
 
 def _block(at: tuple[float, float, float], size: tuple[float, float, float], name: str) -> Node:
-    """A box that stands on the middle of its lower side."""
+    """Return a box that stands on the center of its lower side."""
     return Node(box(1.0), GREY, translation(at) @ np.diag([*size, 1.0]), name)
 
 
 def _stack(heights: tuple[float, ...]) -> Scene:
-    """Sheets over a floor, each shifted against the one below it."""
+    """Return sheets over a floor, each offset from the one below it."""
     sheets = [_sheet(1.8, 1.8, (-0.25 * i, height, 0.1 * i), f"sheet {i}") for i, height in enumerate(heights)]
     camera = Camera((3.9, 2.1, 2.6), (0.35, 0.1, 0.0), vertical_fov_rad=0.6, near=0.5, far=60.0)
     return Scene((plane(20.0), *sheets), camera, (Light.directional((0.5, -1.0, -0.2), radius=0.1),))
 
 
 def two_sheets_scene() -> Scene:
-    """Two sheets, the lower one mostly hidden from the light."""
+    """Return two sheets, the lower one mostly hidden from the light."""
     return _stack((0.4, 1.6))
 
 
 def three_sheets_scene() -> Scene:
-    """Three sheets."""
+    """Return three sheets."""
     return _stack((0.3, 0.9, 2.2))
 
 
 def shelf_scene() -> Scene:
-    """Four boards one over the other, between two sides, under a lamp before them."""
+    """Return four boards above each other between two sides, with a lamp in front."""
     boards = [_block((0.0, 0.15 + 0.5 * i, 0.0), (1.6, 0.05, 0.6), f"board {i}") for i in range(4)]
     sides = [_block((x, 0.0, 0.0), (0.05, 1.8, 0.6), "side") for x in (-0.82, 0.82)]
     things = [_block((x, 0.2, 0.1), (0.2, 0.3, 0.2), "thing") for x in (-0.5, 0.3)]
@@ -199,7 +199,7 @@ def shelf_scene() -> Scene:
 
 
 def cage_scene() -> Scene:
-    """Crossed bars with a roof of bars over a ball."""
+    """Return crossed bars with a roof of bars over a ball."""
     bars = [_block((x, 0.0, z), (0.05, 1.5, 0.05), "bar") for x in np.linspace(-0.9, 0.9, 7) for z in (-0.9, 0.9)]
     bars += [_block((x, 0.0, z), (0.05, 1.5, 0.05), "bar") for z in np.linspace(-0.6, 0.6, 5) for x in (-0.9, 0.9)]
     bars += [_block((x, 1.5, 0.0), (0.05, 0.05, 1.85), "roof") for x in np.linspace(-0.9, 0.9, 7)]
@@ -210,7 +210,7 @@ def cage_scene() -> Scene:
 
 
 def leaves_scene() -> Scene:
-    """Leaves at all heights over a floor and a box, as in a tree's crown."""
+    """Return leaves at all heights over a floor and a box, as in a tree's crown."""
     rng = np.random.default_rng(7)
     corners = np.array([[-1.0, 0, 0], [0, 0, 0.5], [1.0, 0, 0], [0, 0, -0.5]]) * 0.16
     nodes = [plane(20.0), _block((0.6, 0.0, 0.4), (0.5, 0.5, 0.5), "box")]
@@ -224,7 +224,7 @@ def leaves_scene() -> Scene:
 
 
 def furniture_scene() -> Scene:
-    """A table with things on it and chairs about it under a wide lamp."""
+    """Return a table with objects on it and chairs around it under a wide lamp."""
     nodes = [slab(6.0, 0.2), _block((0.0, 0.72, 0.0), (1.6, 0.05, 0.9), "top")]
     nodes += [_block((x, 0.0, z), (0.06, 0.72, 0.06), "leg") for x in (-0.7, 0.7) for z in (-0.38, 0.38)]
     for x, z, side in ((-0.4, 0.8, 1), (0.45, 0.75, 1), (0.1, -0.8, -1)):
@@ -250,7 +250,7 @@ def _models_folder() -> Path:
 
 
 def samurai_scene() -> Scene:
-    """The courtyard of a monastery, 124,000 triangles: eaves, fences, lanterns on poles."""
+    """Return the courtyard of a monastery, 124,000 triangles: eaves, fences, lanterns on poles."""
     scene = Scene.load(_models_folder() / "samurai_monastry.obj", ground=False)
     centre, far = scene.bounds().mean(axis=0), 0.5 * float(np.linalg.norm(np.ptp(scene.bounds(), axis=0)))
     eye, target = centre + np.array([0.15, 0.1, 0.25]) * far, centre + np.array([0.0, -0.05, 0.0]) * far
@@ -260,7 +260,7 @@ def samurai_scene() -> Scene:
 
 
 def bunny_scene() -> Scene:
-    """The Stanford bunny on the ground that a model without a floor gets."""
+    """Return the Stanford bunny on the automatic ground of models without a floor."""
     return Scene.load(_models_folder() / "bunny.obj")
 
 
@@ -290,7 +290,7 @@ SCENES: dict[str, BenchScene] = {
 
 @lru_cache(maxsize=4)
 def scene_named(name: str) -> Scene:
-    """A scene of the list, or of a file; it has to have a light with a radius, of which the first is taken.
+    """Return a scene of the list or of a file; it must have a light with a radius, the first of which is used.
 
     >>> scene_named("box").name
     'box'

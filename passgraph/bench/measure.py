@@ -1,4 +1,4 @@
-"""Every method on every scene, at every map size, on every backend."""
+"""Measure every method on every scene, at every map size, on every backend."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ from passgraph.run.compile import compile
 from passgraph.run.program import Program
 from passgraph.scene import Scene
 
-#: The truth is traced with more rays until its own error is so many times below the best method's.
+#: The truth is traced with more rays until its own error is this many times below the best method's.
 FINER = 10.0
 FIRST_SAMPLES, MOST_SAMPLES = 64, 4096
-#: What is drawn in every frame before a shadow is looked up.
+#: Row of a frame's common part, without a shadow lookup.
 NO_SHADOWS = "(no shadows)"
 
 
 @dataclass(frozen=True)
 class Row:
-    """One method on one scene and backend.
+    """The result of one method on one scene and backend.
 
     Attributes
     ----------
-    frame : the whole frame: shadow map, surfaces, light, shadow, picture
-    filter : what of it comes on top of a frame that draws the same map and surfaces and looks up no shadow
-    passes : each pass alone, and what is moved to the device and back
+    frame : time of the whole frame: shadow map, surfaces, light, shadow, picture
+    filter : time in addition to a frame that draws the same map and surfaces without a shadow lookup
+    passes : time of each pass, and of uploads and readback
     """
 
     scene: str
@@ -55,13 +55,13 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class SceneResult:
-    """Everything about one scene.
+    """The results of one scene.
 
     Attributes
     ----------
     shares : the shadow factor by backend, method and map size
-    counts : by backend, where it is compared
-    failed : what could not be measured, and why
+    counts : pixels that are compared, by backend
+    failed : measurements that failed, and why
     """
 
     name: str
@@ -85,10 +85,10 @@ class Settings:
     ----------
     size : width and height of the picture
     map_sizes : texels along each side of shadow maps
-    methods : names
-    backends : names, with devices behind colons
-    frames : that are timed of each method
-    most_samples : rays a pixel at most, whatever the best method's error asks for
+    methods : names of methods
+    backends : names, with devices after colons
+    frames : number of timed frames of each method
+    most_samples : most rays per pixel, whatever the best method's error requires
     """
 
     size: tuple[int, int] = (640, 360)
@@ -99,7 +99,7 @@ class Settings:
     most_samples: int = MOST_SAMPLES
 
     def with_(self, **changes: Any) -> Settings:
-        """A copy with some fields changed."""
+        """Return a copy with some fields changed."""
         return replace(self, **changes)
 
 
@@ -114,7 +114,7 @@ class _Drawn:
 
 
 def measure(name: str, settings: Settings, say: Callable[[str], object] = lambda _: None) -> SceneResult:
-    """One scene with every method of the settings."""
+    """Measure a scene with every method of the settings."""
     scene, drawn = scene_named(name), _Drawn()
     say(f"{name}: tracing {FIRST_SAMPLES} rays a pixel")
     truth = truth_of(scene, settings.size, FIRST_SAMPLES)
@@ -132,7 +132,7 @@ def measure(name: str, settings: Settings, say: Callable[[str], object] = lambda
     errors = {key: compared(share, truth, drawn.counts[key[0]]) for key, share in drawn.shares.items()}
     samples = truth.samples
     while errors and truth.noise > (best := min(e.rmse for e in errors.values())) / FINER:
-        # stratified samples converge no slower than independent ones, and no faster than with their number
+        # errors of stratified samples fall with a power of their number between -1/2 (as for independent ones) and -1
         samples = min(settings.most_samples, samples * int(np.clip((FINER * truth.noise / best) ** 1.4, 2, 16)))
         if samples <= truth.samples:
             break
@@ -165,7 +165,7 @@ def _counts(scene: Scene, device: Backend, size: tuple[int, int], truth: Truth) 
 
 
 def _measure_on(device: Backend, backend: str, scene: Scene, map_size: int, settings: Settings, drawn: _Drawn) -> None:
-    """All methods at one map size."""
+    """Measure all methods at one map size."""
     graphs = _graphs(scene, map_size, settings.methods, f"{backend}, map {map_size}", drawn.failed)
     for name, graph in graphs.items():
         with compile(graph.share, backend=device, size=settings.size) as program:

@@ -1,4 +1,4 @@
-"""Every way to make a shadow that is measured."""
+"""Shadow methods that are measured."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Made:
     Attributes
     ----------
     picture : the whole frame, which is timed
-    share : the share of the light that arrives is ``scale * red + offset``
+    share : the visible share of the light is ``scale * red + offset``
     """
 
     picture: Target
@@ -33,13 +33,13 @@ class Made:
 
 @dataclass(frozen=True)
 class Method:
-    """One method with its settings.
+    """A method with its settings.
 
     Attributes
     ----------
-    name : on the command line and in tables
-    series : methods that differ in one setting, drawn as one line
-    make : the graph of a scene with a map of so many texels
+    name : name on the command line and in tables
+    series : name shared by methods that differ in one setting and are drawn as one line
+    make : builds the graph of a scene with a shadow map of this many texels
     """
 
     name: str
@@ -48,7 +48,7 @@ class Method:
 
 
 def passes_of(scene: Scene, map_size: int, **options: Any) -> SoftShadow:
-    """Without ambient light, so that the mask of all shadows is the share of the one light."""
+    """Return a soft shadow without ambient light, so that the shadow mask is the share of the only light."""
     return soft_shadow_passes(scene, ambient=0.0, map_size=map_size, **options)
 
 
@@ -67,7 +67,7 @@ def _five_pass(scene: Scene, map_size: int) -> Made:
     return Made(targets.picture, targets.mask_blurred, 1.0 / (1.0 - DARKEST), -DARKEST / (1.0 - DARKEST))
 
 
-#: The method that ratios of times refer to.
+#: The baseline of time ratios.
 PLAIN = "hard"
 METHODS: dict[str, Method] = {
     method.name: method
@@ -97,7 +97,7 @@ def method_named(name: str) -> Method:
 
 
 def frame_without_shadows(scene: Scene, map_size: int) -> list[Target]:
-    """A frame that draws the shadow map, the surfaces and the lit picture, and looks up no shadow."""
+    """Return a frame that draws the shadow map, the surfaces and the lit picture, without a shadow lookup."""
     passes = passes_of(scene, map_size, filter=Hard())
     picture = tone_map(passes.unshadowed, 0.0, "linear", into=target("picture", "rgba8"), name="picture")
     return [picture, *passes.shadow_maps]

@@ -17,19 +17,19 @@ from passgraph.srgb import linear_to_srgb
 
 Picture = NDArray[Any]
 
-#: Pictures smaller than this have no SSIM: width of its window, 11 texels.
+#: Width of SSIM's window in texels; smaller pictures have no SSIM.
 SMALLEST_SIDE = 11
 
 
 def ssim_map(got: Picture, true: Picture, span: float = 1.0) -> Picture | None:
-    """Structural similarity of each pixel, 1 is equal; None where a picture is too small for its window.
+    """Return the structural similarity of each pixel, 1 is equal; None if a picture is smaller than the window.
 
     Source: Z. Wang et al., "Image Quality Assessment: From Error Visibility to Structural Similarity", 2004.
 
     Parameters
     ----------
     made, true : (h, w) or (h, w, channels); channels are averaged
-    span : the difference of the highest and lowest value that the pictures can have
+    span : difference of the highest and lowest value that the pictures can have
     """
     if min(got.shape[:2]) < SMALLEST_SIDE:
         return None
@@ -45,7 +45,7 @@ def ssim_map(got: Picture, true: Picture, span: float = 1.0) -> Picture | None:
 
 
 def flip_map(got: Picture, true: Picture) -> Picture:
-    """Perceived difference of each pixel on a display, 0 is equal; pictures are (h, w, 3), sRGB, 0 to 1.
+    """Return the perceived difference of each pixel on a display, 0 is equal; pictures are (h, w, 3), sRGB, 0 to 1.
 
     Source: P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2020.
     """
@@ -56,25 +56,25 @@ def flip_map(got: Picture, true: Picture) -> Picture:
 
 
 def check_installed() -> None:
-    """Raise InputError where what the measures need is not here."""
+    """Raise InputError if a package for the metrics is missing."""
     needed = ("skimage", "flip_evaluator", "matplotlib")
     missing = [name for name in needed if find_spec(name) is None]
     if missing:
         raise InputError(f"bench needs {', '.join(missing)}; run: pip install 'passgraph[bench]'")
 
 
-#: A hidden pixel counts as falsely lit, and one in full view as falsely dark, beyond this share of the light.
+#: Share of the light beyond which a hidden pixel is falsely lit, or one in full view falsely dark.
 FALSE_SHARE = 0.1
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Over the pixels that count.
+    """Errors over the compared pixels.
 
     Attributes
     ----------
     rmse : over all of them
-    penumbra_rmse : over those whose true share is 0.01 to 0.99; NaN where there is none
+    penumbra_rmse : over those with a true share of 0.01 to 0.99; NaN if there are none
     ssim : structural similarity, 1 is equal: Z. Wang et al., "Image Quality Assessment", 2004
     flip : mean of FLIP, 0 is equal: P. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2020
     false_lit : share of pixels without light (at most 0.01 of it) that show more than 0.1
@@ -90,13 +90,13 @@ class Errors:
 
 
 def compared(share: Float32, truth: Truth, counts: Mask) -> Errors:
-    """Errors of a shadow factor.
+    """Measure the errors of a shadow factor.
 
     Parameters
     ----------
-    share : (h, w) share of the light that arrives, 0 to 1
-    truth : what it is compared with
-    counts : (h, w) where; elsewhere both count as lit
+    share : (h, w) visible share of the light, 0 to 1
+    truth : the ground truth
+    counts : (h, w) compared pixels; elsewhere both count as lit
     """
     if not counts.any():
         raise InputError("bench: no pixel can be compared; is the light behind every surface that the camera sees?")
@@ -123,13 +123,13 @@ def _mean(each: Picture | None, counts: Mask) -> float:
 
 
 def _shown(share: Float32) -> Float32:
-    """A white surface on a display: sRGB in three equal channels."""
+    """Return a white surface as displayed: sRGB in three equal channels."""
     x = np.clip(share, 0.0, 1.0)
     return np.ascontiguousarray(np.repeat(linear_to_srgb(x)[:, :, None], 3, axis=2), np.float32)
 
 
 def front(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Indices of the points that none is better than in one coordinate and no worse in the other, by the first.
+    """Return the indices of the Pareto front: points that no other beats in one coordinate without losing in the other.
 
     >>> front([(1.0, 9.0), (2.0, 9.0), (3.0, 4.0), (4.0, 5.0), (9.0, 1.0)])
     [0, 2, 4]

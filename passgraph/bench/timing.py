@@ -1,4 +1,4 @@
-"""Time of frames: whole, pass by pass, and what moves pictures to the device and back."""
+"""Frame times: whole, pass by pass, and of uploads and readback."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.run.program import Program
 from passgraph.scene import Light
 
-#: Frames before the first that is timed.
+#: Frames before the first timed one.
 WARM_UP = 2
-#: Radians by which the light turns between frames, so that no pass counts as unchanged.
+#: Radians by which the light turns between frames, so that no pass is skipped as static.
 NUDGE = 1e-4
 
 
 @dataclass(frozen=True)
 class FrameTime:
-    """Median over frames, milliseconds.
+    """Median times over frames, milliseconds.
 
     Attributes
     ----------
-    wall : on the clock; frames of all programs were run in turn, and this is the median of the ratios to the first
-        program's frame in the same round, times the median of the first program's frames: what slows the whole
-        machine for a while slows both
-    cpu : processor time of this process, all threads together, in the same way
+    wall : elapsed time; frames of all programs run in turn, and this is the median of the ratios to the first program's
+        frame in the same round, times the median of the first program's frames: a temporary slowdown of the machine
+        affects both
+    cpu : processor time of this process, all threads together, computed in the same way
     """
 
     wall: float
@@ -40,7 +40,7 @@ class FrameTime:
 
 
 def frame_times(programs: Mapping[str, Program], light: Light, frames: int) -> dict[str, FrameTime]:
-    """Run every program once a round, with a light that moves; the first program is what ratios refer to."""
+    """Run every program once per round, with a moving light; ratios refer to the first program."""
 
     def runs(program: Program) -> Callable[[int], None]:
         def run(frame: int) -> None:
@@ -53,7 +53,7 @@ def frame_times(programs: Mapping[str, Program], light: Light, frames: int) -> d
 
 
 def times_in_turn(calls: Mapping[str, Callable[[int], object]], frames: int) -> dict[str, FrameTime]:
-    """Make every call once a round, with the round's number; the first one is what ratios refer to."""
+    """Make every call once per round, with the round's number; ratios refer to the first call."""
     names = list(calls)
     times: dict[str, list[tuple[float, float]]] = {name: [] for name in names}
     for frame in range(WARM_UP + frames):
@@ -73,7 +73,7 @@ def _median(first: Sequence[tuple[float, float]], own: Sequence[tuple[float, flo
 
 
 def nudged(light: Light, frame: int) -> Light:
-    """The light turned, or moved, by next to nothing every other frame."""
+    """Return the light turned or moved by a tiny amount in every other frame."""
     by = NUDGE * (frame % 2)
     if light.kind == "directional":
         return replace(light, direction=tuple(np.add(light.direction, (by, 0.0, 0.0))))
@@ -82,7 +82,7 @@ def nudged(light: Light, frame: int) -> Light:
 
 @dataclass
 class Tally:
-    """Seconds of every call, by what was done."""
+    """Seconds of every call, by kind."""
 
     passes: dict[str, list[float]] = field(default_factory=dict)
     uploads: list[float] = field(default_factory=list)
@@ -95,7 +95,7 @@ class Tally:
 
 
 class Stopwatch(Backend):
-    """A backend that waits for each pass of another one, and notes how long it took."""
+    """A backend that waits for each pass of another backend and times it."""
 
     name = "stopwatch"
 
@@ -159,18 +159,18 @@ class Stopwatch(Backend):
         self.inner.release_geometry(geometry)
 
     def close(self) -> None:
-        """The other backend is its owner's."""
+        """Do nothing: the other backend belongs to its owner."""
 
 
 @dataclass(frozen=True)
 class PassTimes:
-    """Milliseconds, each pass waited for; together they take longer than a frame that is not looked at.
+    """Milliseconds of each pass, with a wait after each; their sum is longer than a frame without waits.
 
     Attributes
     ----------
-    passes : by name, in order; a name that several draws share holds their sum
+    passes : by name, in order; draws of one name are summed
     upload : textures and meshes, once
-    read_back : the picture to the host
+    read_back : download of the picture
     """
 
     passes: dict[str, float]
@@ -179,7 +179,7 @@ class PassTimes:
 
 
 def pass_times(compiled: Callable[[Backend], Program], backend: Backend, light: Light, frames: int) -> PassTimes:
-    """Times of each pass of one program, medians over the frames."""
+    """Return the times of each pass of one program, medians over the frames."""
     watch = Stopwatch(backend)
     with compiled(watch) as program:
         program.run(light=nudged(light, 0))

@@ -1,4 +1,4 @@
-"""Ground truth for the comparison: which pixels count, and what share of the light they see."""
+"""Ground truth for benchmarks: the compared pixels, and the visible share of the light at each."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from passgraph.truth import Surfaces, first_surfaces, visible_share
 
 Float32 = NDArray[np.float32]
 Mask = NDArray[np.bool_]
-#: Between these shares a pixel lies in a penumbra.
+#: Range of shares that counts as penumbra.
 PENUMBRA = (0.01, 0.99)
 #: Relative difference of depths beyond which rays and the rasterizer see different surfaces.
 SAME_SURFACE = 0.01
@@ -25,11 +25,11 @@ class Truth:
     Attributes
     ----------
     share : (h, w) visible share of the light, 0 to 1
-    counts : (h, w) where it is compared: on surfaces that receive shadows and have the whole light over their own
-        plane; the rest is a matter of shading, not of shadows
+    counts : (h, w) True where pixels are compared: on surfaces that receive shadows, with the whole light above their
+        plane; elsewhere shading decides, not shadows
     depth : (h, w) float64 along the view axis, scene units
-    noise : standard error of ``share``, root of the mean square over the valid pixels
-    samples : rays a pixel
+    noise : standard error of ``share``, root mean square over the valid pixels
+    samples : rays per pixel
     """
 
     share: Float32
@@ -48,7 +48,7 @@ class Truth:
 
 
 def truth_of(scene: Scene, size: tuple[int, int], samples: int) -> Truth:
-    """Trace the scene's first light with so many rays a pixel."""
+    """Trace the scene's first light with this many rays per pixel."""
     traced = visible_share(scene, size, samples=samples)
     surfaces = first_surfaces(scene, size)
     counts = traced.valid & whole_light_above(scene.lights[0], surfaces)

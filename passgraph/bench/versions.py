@@ -1,4 +1,4 @@
-"""Versions of a user's own graph: the time of each, and how far its picture is from that of an exact one."""
+"""Compare versions of a user's graph: the time of each, and the difference of its picture from an exact one."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class Difference:
 
     Attributes
     ----------
-    rmse, largest : of all channels' values; NaN and infinite where a value is not finite in one picture alone
-    ssim : structural similarity, mean of pixels and channels, 1 is equal; NaN for pictures under 11 pixels
+    rmse, largest : over all channels' values; NaN and infinite if a value is not finite in one picture only
+    ssim : structural similarity, mean over pixels and channels, 1 is equal; NaN for pictures under 11 pixels
     flip : mean of FLIP, 0 is equal, of the pictures as an 8-bit file shows them
     """
 
@@ -42,13 +42,13 @@ class Difference:
 
 @dataclass(frozen=True, eq=False)
 class Version:
-    """One version on one backend.
+    """A version on one backend.
 
     Attributes
     ----------
-    name : of the graph's output
-    call : from the inputs' arrays to the picture's, every pass run anew
-    difference : from the exact version on the same backend
+    name : name of the graph's output
+    call : time from the inputs' arrays to the picture's, with every pass run again
+    difference : difference from the exact version on the same backend
     picture : (h, w, channels)
     """
 
@@ -68,14 +68,14 @@ def measure_versions(
     frames: int,
     say: Callable[[str], object] = lambda _: None,
 ) -> list[Version]:
-    """Time every graph, calls in turn, and compare its picture.
+    """Time every graph, with calls in turn, and compare its picture.
 
     Parameters
     ----------
-    graphs : one target a version, by name
-    exact : the name of the one that others are held against; it is measured too
-    given : pictures of inputs by name; a graph takes those that it has
-    frames : calls of each that are timed
+    graphs : one target for each version, by name
+    exact : name of the reference version; it is measured too
+    given : input pictures by name; a graph uses those that it has
+    frames : number of timed calls of each
 
     >>> import passgraph as pg
     >>> from passgraph.backends.registry import open_backend
@@ -105,7 +105,7 @@ def _on(
         calls: dict[str, Callable[[int], Picture]] = {}
         for name in [exact, *(other for other in graphs if other != exact)]:
             say(f"{backend.name}: compiling {name}")
-            # What rests between frames would be timed as nothing: nothing here changes from call to call.
+            # Static passes would be skipped and timed as nothing, since inputs do not change between calls.
             options = Options(static=False)
             program = stack.enter_context(compile(graphs[name], backend=backend, size=size, options=options))
             calls[name] = _call(program, {key: picture for key, picture in inputs.items() if key in program.inputs})
@@ -158,7 +158,7 @@ def _alike(got: Picture, true: Picture) -> NDArray[np.bool_]:
 
 
 def _shown(picture: Picture) -> Picture:
-    """The color as three channels from 0 to 1; one is gray, and of two the third is 0."""
+    """Return the color as three channels from 0 to 1; one channel is gray, and two have a third of 0."""
     color = np.clip(np.nan_to_num(picture[:, :, :3]), 0.0, 1.0)
     if color.shape[2] == 1:
         color = np.repeat(color, 3, axis=2)

@@ -82,7 +82,7 @@ class BufferSpec(InputSpec):
 
 @dataclass(frozen=True, eq=False)
 class PixelStep:
-    """One full-screen pass: ``program`` runs for every pixel of ``outputs``."""
+    """A full-screen pass: ``program`` runs for every pixel of ``outputs``."""
 
     name: str
     program: ScalarProgram
@@ -121,7 +121,7 @@ class PixelStep:
 
 @dataclass(frozen=True, eq=False)
 class DrawStep:
-    """One draw.  ``vertex`` has two outputs: the clip-space position and the scalars named in ``varyings``."""
+    """A draw.  ``vertex`` has two outputs: the clip-space position and the scalars named in ``varyings``."""
 
     name: str
     vertex: ScalarProgram

@@ -79,7 +79,7 @@ def _ranks(work: Work) -> dict[Pass, int]:
 
 
 def _least_memory(as_written: list[Pass], waits: Mapping[Pass, Mapping[Pass, None]], work: Work) -> list[Pass]:
-    """Order passes for least memory: from the results back, first what needs most memory compared with what it leaves.
+    """Order passes for least memory: backwards from the results, largest (peak memory - size of the results) first.
 
     Optimal if every pass has one reader; elsewhere a heuristic.
     Source: R. Sethi and J. D. Ullman, "The Generation of Optimal Code for Arithmetic Expressions", 1970.

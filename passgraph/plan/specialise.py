@@ -42,7 +42,7 @@ def specialise(work: Work) -> None:
 def specialise_pass(lowered: Lowered, work: Work) -> None:
     node = lowered.node
     lowered.values = dict(node.values)
-    sized = _made_for_sizes(node)
+    sized = _needs_sizes(node)
     # Smaller levels are stored in a picture of the same format, which :mod:`.mipmaps` substitutes for the image.
     read = {**node.images, **{name + MIPS: target for name, target in node.images.items()}}
     where = f"pass {node.name!r}"
@@ -53,7 +53,7 @@ def specialise_pass(lowered: Lowered, work: Work) -> None:
         size = lowered.size if sized else None
         lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size)
         lowered.program = lower_once(node.kernel.program, lowered.facts, work.programs)
-        _filter_apart(lowered, work)
+        _filter_in_kernel(lowered, work)
         lowered.images = used_images(lowered.program, read, node, work)
         check_relative(lowered, work)
     else:
@@ -62,7 +62,7 @@ def specialise_pass(lowered: Lowered, work: Work) -> None:
             lowered.images |= {} if program is None else used_images(program, read, node, work)
 
 
-def _filter_apart(lowered: Lowered, work: Work) -> None:
+def _filter_in_kernel(lowered: Lowered, work: Work) -> None:
     """Filter in the kernel if a pixel pass also reads the picture by texel: a texture has one filter per pass."""
     assert lowered.program is not None and isinstance(lowered.node, PixelPass)
     loads = [i for i in walk(lowered.program.body) if isinstance(i, LoadTexel)]
@@ -77,7 +77,7 @@ def _filter_apart(lowered: Lowered, work: Work) -> None:
         work.notes.append(f"{where} by the device's own filter, whose weights have 8 bits")
 
 
-def _made_for_sizes(node: Pass) -> bool:
+def _needs_sizes(node: Pass) -> bool:
     """Return True if the pass requests known sizes, or needs them to bound loops over whole pictures."""
     return (isinstance(node, PixelPass) and node.known_sizes) or any(map(loops_over_sizes, _programs_of(node)))
 

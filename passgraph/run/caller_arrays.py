@@ -31,12 +31,12 @@ if TYPE_CHECKING:
 #: Shape and dtype of an array.
 Kind: TypeAlias = "tuple[tuple[int, int, int], np.dtype[Any]]"
 #: Results of at least this many bytes are pooled; the allocator itself keeps smaller blocks.
-LEAST = 1 << 17
+MIN_POOLED_BYTES = 1 << 17
 #: Bytes of a cache line: storing vectors that straddle two takes twice the time.
 LINE = 64
 
 
-class Spare:
+class BufferPool:
     """A pool of result buffers, reused once they have been garbage-collected.
 
     The caller owns a result, so its buffer is reused only when no array refers to it any more.  Without the pool, each
@@ -50,7 +50,7 @@ class Spare:
     def array(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
         """Return an uninitialized array."""
         needed = prod(shape) * dtype.itemsize
-        if needed < LEAST:
+        if needed < MIN_POOLED_BYTES:
             return np.empty(shape, dtype)
         free = self._free[needed]
         try:
@@ -350,27 +350,27 @@ def _overlap(one: NDArray[Any], other: NDArray[Any]) -> bool:
 
 
 #: Smaller results are copied; binding them costs more than the copy.
-WORTH_MAKING = 1 << 13
+MIN_ZERO_COPY_BYTES = 1 << 13
 
 
-class Lending:
+class CallerArrays:
     """Bind the caller's arrays to plan allocations, from run to run (zero-copy).
 
     Attributes
     ----------
     storages : storages that the backend made from the caller's arrays, by allocation
-    room : arrays of the caller for results of the last run, by resource
-    made : new arrays for other results, laid out as the caller gets them
+    result_arrays : arrays of the caller for results of the last run, by resource
+    new_results : new arrays for other results, laid out as the caller gets them
     """
 
     def __init__(self, plan: Plan, backend: Backend) -> None:
         self.plan, self.backend = plan, backend
         self.storages: dict[int, Any] = {}
-        self.room: dict[int, Picture] = {}
-        self.made: dict[int, NDArray[Any]] = {}
+        self.result_arrays: dict[int, Picture] = {}
+        self.new_results: dict[int, NDArray[Any]] = {}
         self._handed_out: set[int] = set()
         self._names = {resource: name for name, resource in plan.outputs.items()}
-        self.spare = Spare()
+        self.buffer_pool = BufferPool()
         #: How each array of the last run was transferred: a description, and the array's layout.
         self._transfers: dict[str, tuple[str, tuple[object, ...]]] = {}
 
@@ -382,28 +382,28 @@ class Lending:
     def begin(self, result_arrays: Mapping[int, Picture], results: Results | None = None) -> None:
         """Begin a run: release the arrays of the last one.
 
-        ``results``: how results outside ``room`` are returned; None if the run returns none.
+        ``results``: how results outside ``result_arrays`` are returned; None if the run returns none.
         """
         self.storages.clear()
         self._transfers.clear()
-        self.made.clear()
+        self.new_results.clear()
         self._handed_out.clear()
-        self.room = dict(result_arrays)
-        for resource in self._worth_making if results else ():
+        self.result_arrays = dict(result_arrays)
+        for resource in self._large_results if results else ():
             number = self.plan.resources[resource].format.number
             if resource not in result_arrays and (results == "stored" or number == "f4"):
-                self.made[resource] = self.array(resource, np.dtype(number))
+                self.new_results[resource] = self.array(resource, np.dtype(number))
 
     def array(self, resource: int, dtype: np.dtype[Any]) -> NDArray[Any]:
         """Return a new array for a result; the caller will own it."""
         info = self.plan.resources[resource]
-        return self.spare.array((*info.size[::-1], info.format.channels), dtype)
+        return self.buffer_pool.array((*info.size[::-1], info.format.channels), dtype)
 
     def result(self, resource: int) -> Picture | None:
         """Return a result that is already in its destination; None if it must be downloaded."""
-        array = self.made.get(resource)
+        array = self.new_results.get(resource)
         if array is None:
-            return self.room.get(resource)
+            return self.result_arrays.get(resource)
         if resource in self._handed_out:
             return array.copy()
         self._handed_out.add(resource)
@@ -429,28 +429,28 @@ class Lending:
         """Return True if a step reads an input's memory at or after a step that overwrites it with a result."""
         over = [
             self._uses[self.plan.resources[result].memory].first_written
-            for result, destination in self.room.items()
+            for result, destination in self.result_arrays.items()
             if isinstance(destination, DevicePicture) and destination.overlaps(picture)
         ]
         return any(resource in step.reads for first in over for step in self.plan.steps[first:])
 
-    def take_room(self, places: Sequence[int]) -> None:
+    def bind_results(self, places: Sequence[int]) -> None:
         """Let the backend write results straight into the caller's arrays where it can."""
-        for resource in (self.room.keys() & self._plain_results) | self.made.keys():
+        for resource in (self.result_arrays.keys() & self._plain_results) | self.new_results.keys():
             target = self.plan.resources[resource]
-            array = self.room[resource] if resource in self.room else self.made[resource]
+            array = self.result_arrays[resource] if resource in self.result_arrays else self.new_results[resource]
             storage = self.backend.adopt(array, target.format, self._uses[target.memory].use)
             if storage is not None:
                 self.storages[places[resource]] = storage
             else:
-                self.made.pop(resource, None)
+                self.new_results.pop(resource, None)
 
     def end(self, places: Sequence[int], memories: Sequence[Any]) -> None:
         """Download the other results into their destinations, and release the inputs.
 
         Results stay bound until the next run, so that they can be read.
         """
-        for resource, array in self.room.items():
+        for resource, array in self.result_arrays.items():
             moved = places[resource] not in self.storages
             if moved:
                 self.backend.download_into(memories[places[resource]], array, self.plan.resources[resource].format)
@@ -497,15 +497,15 @@ class Lending:
         return {info.id for info in plain if info.kind == "target" and info.history is None}
 
     @cached_property
-    def _worth_making(self) -> list[int]:
+    def _large_results(self) -> list[int]:
         """Return the plain results that are large enough to be written in place."""
         memories = ((r, self.plan.memories[self.plan.resources[r].memory]) for r in self._plain_results)
-        return [resource for resource, memory in memories if memory.bytes >= WORTH_MAKING]
+        return [resource for resource, memory in memories if memory.bytes >= MIN_ZERO_COPY_BYTES]
 
 
 @dataclass(frozen=True)
 class _PlaceUse:
-    """How one run uses an allocation, and the first step that writes it."""
+    """Use of an allocation in one run, and the first step that writes it."""
 
     use: Use
     first_written: int

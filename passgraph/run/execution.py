@@ -21,7 +21,7 @@ from passgraph.language.scalar import ScalarProgram
 from passgraph.language.uniform_layout import in_range
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
 from passgraph.plan.fuse import Chains
-from passgraph.run.caller_arrays import Lending
+from passgraph.run.caller_arrays import CallerArrays
 from passgraph.run.caller_arrays import Picture as Given
 from passgraph.run.result import Results
 
@@ -155,7 +155,7 @@ class Execution:
         self.units: list[tuple[Step, ...]] = []
         #: Results of chains whose allocation also backs one of the chain's images, and their replacement allocation.
         self._apart: dict[int, int] = {}
-        self.lending = Lending(plan, backend)
+        self.caller_arrays = CallerArrays(plan, backend)
         self.runs = 0  # completed runs, since history began
         self._moves_due = False
         #: Resource id and that of its content one run before, the earliest first.
@@ -175,7 +175,7 @@ class Execution:
             raise
 
     def _storage(self, resource: int) -> Any:
-        place, lent_storages = self.places[resource], self.lending.storages
+        place, lent_storages = self.places[resource], self.caller_arrays.storages
         return lent_storages[place] if place in lent_storages else self.memories[place]
 
     # Compiling: each step becomes a function of this run's values.
@@ -302,12 +302,12 @@ class Execution:
     ) -> None:
         """Run every step in order; static steps only if a source changed.
 
-        ``observe`` and ``check`` get what each step wrote, which is read back: slow, for debugging.  ``room`` has the
-        arrays for results, by resource; ``results`` says how other results are returned, None if they are not.
-        ``timed`` runs each step.
+        ``observe`` and ``check`` get the results of each step, which are read back: slow, for debugging.
+        ``result_arrays`` has the destination arrays, by resource; ``results`` says how other results are returned, None
+        if they are not.  ``timed`` runs each step.
         """
         with self._reports_memory("allocate the results"):
-            self.lending.begin(result_arrays or {}, results)
+            self.caller_arrays.begin(result_arrays or {}, results)
         values = self._values(inputs)
         static = {name: values[name] for name in self._static_values}
         for number, handle in enumerate(self._by_value):
@@ -320,7 +320,7 @@ class Execution:
             with self._reports_memory("run this graph"):
                 self._run_steps(pictures, values, observe, check, static_changed, timed)
         except BaseException:
-            self.lending.begin({})
+            self.caller_arrays.begin({})
             raise
         self._static_seen, self._moves_due = static, True
         self.runs += 1
@@ -342,7 +342,7 @@ class Execution:
             self._move_history()
             for resource, apart in self._apart.items():
                 self.places[resource] = self.plan.resources[resource].memory if looking else apart
-            self.lending.take_room(self.places)
+            self.caller_arrays.bind_results(self.places)
             for step, execute in self._runs if looking else self._chained:
                 if step.static and not static_changed:
                     continue
@@ -356,7 +356,7 @@ class Execution:
                         observe(step, {self.plan.resources[r].name: picture for r, picture in written.items()})
                     if check is not None:
                         check.look(step, written)
-            self.lending.end(self.places, self.memories)
+            self.caller_arrays.end(self.places, self.memories)
 
     def ends(self, looking: bool) -> list[Step]:
         """Return the last step of each unit, in order; when observed, each step is a unit."""
@@ -428,7 +428,7 @@ class Execution:
             format_ = self.plan.resources[resource].format
             if name in static and self._uploaded.get(name) is picture:
                 continue
-            if self.lending.takes(name, resource, self.places[resource], picture):
+            if self.caller_arrays.takes(name, resource, self.places[resource], picture):
                 continue
             if not isinstance(picture, DevicePicture) and picture.dtype == np.float32:
                 self.backend.upload(self._storage(resource), picture)
@@ -468,12 +468,12 @@ class Execution:
 
     def result(self, resource: int, results: Results) -> Given:
         """Return a picture in the requested form: the caller's array, the format's dtype, or float32."""
-        result = self.lending.result(resource)
+        result = self.caller_arrays.result(resource)
         if result is None:
             info = self.plan.resources[resource]
             with self._reports_memory(f"read {info.name!r} ({info.size[0]}x{info.size[1]} {info.format.name})"):
                 dtype = np.dtype(info.format.number if results == "stored" else np.float32)
-                result = self.lending.array(resource, dtype)
+                result = self.caller_arrays.array(resource, dtype)
                 self.backend.download_into(self._storage(resource), result, info.format)
         return result
 

@@ -267,7 +267,7 @@ def step_named(plan: Plan, name: str | None) -> PixelStep | DrawStep:
 
 
 class _InspectingBackend(ReferenceBackend):
-    """The reference up to one pass, of which it computes one pixel; steps that pass does not need are skipped."""
+    """The reference up to one pass, restricted to one pixel of it; steps that the pass does not need are skipped."""
 
     def __init__(self, plan: Plan, step: PixelStep | DrawStep, pixel: tuple[int, int]) -> None:
         super().__init__()

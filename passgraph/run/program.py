@@ -186,7 +186,7 @@ class Program:
         if self.backend.about:
             lines.append(f"- runs in {self.backend.about}")
         if self._execution is not None:
-            lines += [f"- {what}: {how}" for what, how in self._execution.lending.transfers.items()]
+            lines += [f"- {what}: {how}" for what, how in self._execution.caller_arrays.transfers.items()]
         return "\n".join(lines)
 
     def _own_ways(self) -> list[str]:

@@ -1,4 +1,4 @@
-"""Rays toward a light with an extent, and what traces them."""
+"""Rays toward an area light, and a ray tracer."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from passgraph.scene.matrices import look_rotation
 
 Float64 = NDArray[np.float64]
 Int32 = NDArray[np.int32]
-#: Stands for a ray without an end; finite in float32 too.
+#: Length of a ray without an end; finite in float32 too.
 ENDLESS = 1e30
 
 
 class Tracer:
-    """Trace many rays at once through one set of triangles, by Intel's Embree: float32, one thread.
+    """Trace many rays at once through a set of triangles with Intel's Embree: float32, one thread.
 
     Source: I. Wald et al., "Embree: A Kernel Framework for Efficient CPU Ray Tracing", 2014.
 
@@ -26,12 +26,12 @@ class Tracer:
 
     Attributes
     ----------
-    rounding : how far a hit may lie off its triangle, as a share of the largest coordinate
+    rounding : largest distance of a hit from its triangle, as a share of the largest coordinate
 
     Raises
     ------
     InputError
-        The package embreex is missing.
+        If the package embreex is missing.
 
     >>> tracer = Tracer(np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]]))
     >>> tracer.closest(np.array([[0.2, 0.2, 1], [2, 2, 1.0]]), np.array([[0, 0, -1], [0, 0, -1.0]])).tolist()
@@ -49,18 +49,18 @@ class Tracer:
             raise InputError(
                 f"tracing rays needs the package embreex ({error}): pip install 'passgraph[truth]'"
             ) from None
-        # robust: rays that pass through an edge or a vertex meet one of the triangles there
+        # robust: a ray through an edge or a vertex hits one of the triangles there
         self._scene = EmbreeScene(robust=True)
         indices = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
         TriangleMesh(scene=self._scene, vertices=corners.reshape(-1, 3).astype(np.float32), indices=indices)
 
     def closest(self, origins: Float64, directions: Float64) -> Int32:
-        """Number of the first triangle along each ray, (n,), -1 where there is none; directions are unit vectors."""
+        """Return the number of the first triangle along each ray, (n,), or -1; directions are unit vectors."""
         hits = self._scene.run(origins.astype(np.float32), directions.astype(np.float32))
         return np.asarray(hits, np.int32)
 
     def blocked(self, origins: Float64, directions: Float64, lengths: Float64) -> NDArray[np.bool_]:
-        """Whether any triangle lies within each ray's length, (n,)."""
+        """Return True where a triangle lies within a ray's length, (n,)."""
         hits = self._scene.run(
             origins.astype(np.float32), directions.astype(np.float32), lengths.astype(np.float32), query="OCCLUDED"
         )
@@ -68,13 +68,13 @@ class Tracer:
 
 
 def strata(rng: np.random.Generator, count: int, side: int) -> Float64:
-    """One random point in each cell of a side × side grid over the unit square, (count, side², 2)."""
+    """Return one random point in each cell of a side × side grid over the unit square, (count, side², 2)."""
     cells = np.stack(np.meshgrid(np.arange(side), np.arange(side)), axis=-1).reshape(-1, 2)
     return (cells + rng.random((count, side * side, 2))) / side
 
 
 def disc(square: Float64) -> Float64:
-    """The unit square onto the unit disc, areas and neighbors kept.
+    """Map the unit square to the unit disc, preserving areas and neighbors.
 
     Source: P. Shirley and K. Chiu, "A Low Distortion Map Between Disk and Square", 1997.
 
@@ -90,12 +90,12 @@ def disc(square: Float64) -> Float64:
 
 
 def toward(light: Light, origin: Float64, positions: Float64, square: Float64) -> tuple[Float64, Float64]:
-    """Unit directions and lengths of rays from positions to points of the light.
+    """Return unit directions and lengths of rays from positions to points of the light.
 
     Parameters
     ----------
-    light : directional lights are a disc of ``radius`` at distance 1 across the direction; point lights a sphere,
-        sampled evenly over the solid angle that it fills; spot lights a disc across their axis
+    light : directional lights are a disc of ``radius`` at distance 1, perpendicular to the direction; point lights a
+        sphere, sampled evenly over its solid angle; spot lights a disc perpendicular to their axis
     origin : (3,) world point that positions are relative to
     positions : (n, 3)
     square : (n, m, 2) points of the unit square
@@ -110,7 +110,7 @@ def toward(light: Light, origin: Float64, positions: Float64, square: Float64) -
     across = look_rotation(light.direction)[:2, :3]
     spread = light.radius * disc(square) @ across
     if light.kind == "directional":
-        # rounding must not turn a light without extent
+        # rounding must not change the direction of a light without extent
         directions = spread - np.array(light.direction)
         lengths = np.full(square.shape[:2], ENDLESS)
         return directions / np.linalg.norm(directions, axis=-1, keepdims=True), lengths
@@ -120,7 +120,7 @@ def toward(light: Light, origin: Float64, positions: Float64, square: Float64) -
 
 
 def _toward_ball(place: Float64, radius: float, positions: Float64, square: Float64) -> tuple[Float64, Float64]:
-    """Directions within the cone round a sphere; a position inside the sphere sees half of it."""
+    """Return directions within the cone around a sphere; a position inside the sphere sees half of it."""
     axis = place - positions
     far = np.maximum(np.linalg.norm(axis, axis=-1), 1e-300)
     axis = axis / far[:, None]

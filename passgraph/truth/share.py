@@ -17,12 +17,12 @@ from passgraph.truth.rays import Float64, Tracer, strata, toward
 from passgraph.truth.surfaces import Surfaces, casting_triangles, first_surfaces
 
 Float32 = NDArray[np.float32]
-#: Independent sets of samples, whose scatter is the error that is reported.
+#: Independent sets of samples; their scatter gives the reported error.
 SETS = 4
-#: Rays in memory at a time: with their origins, directions and samples about 150 bytes each.
+#: Rays in memory at a time; each takes about 150 bytes with its origin, direction and samples.
 RAYS = 1 << 18
 MOST_SAMPLES = 1 << 16
-#: A light in a surface's own plane does not shine on it: sine of the angle that float32 meshes leave uncertain.
+#: Sine of the elevation up to which a light counts as in the surface's own plane: the uncertainty of float32 meshes.
 HORIZON = 1e-6
 
 
@@ -33,11 +33,11 @@ class VisibleShare:
     Attributes
     ----------
     share : (h, w) float32, 0 hidden to 1 in full view; 1 where ``valid`` is False
-    error : (h, w) float32 standard error of ``share``, from the scatter of four independent sets of samples: right
-        on the mean over pixels, 0 where all four agree
-    valid : (h, w) bool, where a share means something: on a surface that receives shadows and faces the light's
-        middle, and inside the cone of a spot light
-    samples : rays a pixel
+    error : (h, w) float32 standard error of ``share``, from the scatter of four independent sets of samples: accurate
+        on average over pixels, 0 where all four agree
+    valid : (h, w) bool, True where a share is defined: on a surface that receives shadows and faces the light's center,
+        and inside the cone of a spot light
+    samples : rays per pixel
     """
 
     share: Float32
@@ -47,7 +47,7 @@ class VisibleShare:
 
     @property
     def noise(self) -> float:
-        """Root of the mean squared error over the valid pixels."""
+        """Return the root mean square of the error over the valid pixels."""
         return sqrt(float(np.mean(self.error[self.valid].astype(np.float64) ** 2))) if self.valid.any() else 0.0
 
 
@@ -65,12 +65,12 @@ def visible_share(
 
     Parameters
     ----------
-    scene : what is seen and what throws shadows; translucent surfaces do neither
+    scene : the scene; translucent surfaces are neither visible nor cast shadows
     size : width and height in pixels
-    camera, light : left out, the scene's camera and its first light
-    samples : rays a pixel, 1 to 65,536; rounded up to four times a square, and one for a light without extent
-    seed : of the samples' places; the same seed gives the same picture
-    progress : called now and then with the share that is done, 0 to 1
+    camera, light : default: the scene's camera and its first light
+    samples : rays per pixel, 1 to 65,536; rounded up to four times a square, and 1 for a light without extent
+    seed : seed of the sample positions; the same seed gives the same picture
+    progress : called from time to time with the finished share, 0 to 1
 
     Returns
     -------
@@ -79,7 +79,7 @@ def visible_share(
     Raises
     ------
     InputError
-        The scene has no light and none is given, a number is out of range, or a caster has holes from a texture.
+        If the scene has no light and none is given, a number is out of range, or a caster has holes from a texture.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def visible_shares(
     seed: int = 0,
     progress: Callable[[float], object] | None = None,
 ) -> tuple[VisibleShare, ...]:
-    """`visible_share` of several lights; left out, of all lights of the scene."""
+    """Return `visible_share` of several lights; default: all lights of the scene."""
     lights = scene.lights if lights is None else tuple(lights)
     if not lights:
         raise InputError(f"scene {scene.name!r}: no light to trace to; give one")
@@ -159,13 +159,13 @@ def _shares(
     light: Light, surfaces: Surfaces, at: tuple[NDArray[np.intp], NDArray[np.intp]], rays: Tracer, extent: float,
     shape: tuple[int, int], rng: np.random.Generator,
 ) -> Float64:  # fmt: skip
-    """Visible shares at some pixels by each set of samples, (n, sets)."""
+    """Return the visible shares at some pixels by each set of samples, (n, sets)."""
     sets, side = shape
     positions, normals = surfaces.positions[at], surfaces.normals[at]
     count = len(positions)
     squares = strata(rng, count * sets, side) if light.radius > 0.0 else np.full((count, 1, 2), 0.5)
-    # off the surface by more than the tracer rounds, or the surface would hide itself; and short of the light by as
-    # much, which may lie on a surface
+    # start off the surface by more than the tracer's rounding, so that it does not hide itself; end short of the light
+    # by as much, since the light may lie on a surface
     lift = 4.0 * rays.rounding * max(extent, float(np.abs(positions).max()))
     starts = positions + lift * normals
     directions, lengths = toward(light, surfaces.origin, starts, squares.reshape(count, -1, 2))

@@ -1,4 +1,4 @@
-"""Triangles of a scene, and what each pixel sees of them."""
+"""Triangles of a scene, and the surface visible at each pixel."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from passgraph.scene.materials import Node
 from passgraph.scene.scene import Scene
 from passgraph.truth.rays import Float64, Tracer
 
-#: Back faces of single-sided surfaces that a line of sight may pass through before it counts as seeing nothing.
+#: Most back faces of single-sided surfaces that a view ray passes through before it counts as a miss.
 MOST_LAYERS = 64
 
 
@@ -28,7 +28,7 @@ class Surfaces:
     positions : (h, w, 3) float64 scene units, relative to ``origin``; NaN where there is no surface
     normals : (h, w, 3) float64 of the triangles, toward the viewer
     depth : (h, w) float64 distance along the view axis, 0 where there is no surface
-    node : (h, w) number of the node, -1 where there is none
+    node : (h, w) index of the node, -1 where there is none
     """
 
     origin: Float64
@@ -43,22 +43,22 @@ class Triangles:
     """Placed triangles, relative to an origin that is subtracted in float64."""
 
     corners: Float64  # (n, 3, 3)
-    node: NDArray[np.int32]  # (n,) number of the node
+    node: NDArray[np.int32]  # (n,) index of the node
     single_sided: NDArray[np.bool_]  # (n,)
 
     @property
     def extent(self) -> float:
-        """The largest coordinate."""
+        """Return the largest coordinate."""
         return float(np.abs(self.corners).max())
 
 
 def placed_triangles(nodes: Sequence[tuple[int, Node]], origin: Float64) -> Triangles:
-    """Triangles of numbered nodes; those without area are left out: no ray can tell them.
+    """Return the triangles of numbered nodes, except those without area, which rays cannot hit.
 
     Raises
     ------
     InputError
-        A material has holes given by a texture: rays do not look into textures.
+        If a material has holes given by a texture: rays do not sample textures.
     """
     corners, numbers, single = [], [], []
     for number, node in nodes:
@@ -97,9 +97,9 @@ def first_surfaces(scene: Scene, size: tuple[int, int], camera: Camera | None = 
 
     Parameters
     ----------
-    scene : what is seen; back faces of single-sided materials are not
+    scene : the scene; back faces of single-sided materials are invisible
     size : width and height in pixels
-    camera : left out, the scene's
+    camera : default: the scene's
 
     >>> surfaces = first_surfaces(Scene.shipped(), (16, 9))
     >>> surfaces.positions.shape, int(surfaces.node.max())
@@ -155,7 +155,8 @@ def _view_rays(camera: Camera, size: tuple[int, int]) -> tuple[Float64, Float64]
 def _first_front(
     rays: Tracer, triangles: Triangles, eye: Float64, directions: Float64, camera: Camera
 ) -> tuple[NDArray[np.int32], Float64]:
-    """First triangle that is not seen from its culled back, between near and far; and the distance to it."""
+    """Return the first triangle between near and far whose culled back does not face the ray, and the distance to
+    it."""
     hits, far = np.full(len(directions), -1, np.int32), np.zeros(len(directions))
     cosine = directions @ camera.forward
     start = camera.near / cosine
@@ -176,7 +177,7 @@ def _first_front(
         visible = front & (at * cosine[live] <= camera.far)
         hits[live[visible]], far[live[visible]] = triangles_hit[visible], at[visible]
         live, at = live[~front], at[~front]
-        # past this layer, by more than the tracer's rounding
+        # beyond this layer, by more than the tracer's rounding
         start[live] = np.maximum(start[live], np.where(np.isfinite(at), at, 0.0)) + 4.0 * rays.rounding * (
             triangles.extent + np.linalg.norm(eye[live], axis=1)
         )

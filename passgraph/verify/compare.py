@@ -1,4 +1,4 @@
-"""Runs a graph on several backends and says by how much they differ from the reference, pass by pass.
+"""Run a graph on several backends and measure, pass by pass, how far each differs from the reference.
 
 >>> import numpy as np
 >>> import passgraph as pg
@@ -53,34 +53,34 @@ def compare(
     most_seconds: float | None = None,
     **inputs: Any,
 ) -> Report:
-    """Run a graph on backends and hold every target of every pass against what a conforming backend may compute.
+    """Run a graph on backends and compare every target of every pass with the bounds of a conforming backend.
 
-    Each pass of each backend is given the reference's pictures to work on, so that a difference is that pass's
-    own; errors that add up are reported beside it.  What is allowed comes from :mod:`passgraph.verify.oracle`.
+    Each pass of each backend reads the reference's pictures, so a difference belongs to that pass; accumulated errors
+    are reported separately.  The bounds come from :mod:`passgraph.verify.oracle`.
 
     Parameters
     ----------
     outputs
         As for :func:`passgraph.compile`.
     backends
-        Names or open backends; left out, every one that is installed.
+        Names or open backends; default: every installed one.
     size
         (width, height) of the output in pixels, as for :func:`passgraph.compile`.
     progress
-        Called with what is being done, and how much of a pass's bounds is found.
+        Called with a description of the current work, and how much of a pass's bounds has been computed.
     most_ambiguous
-        Share of a target's pixels, 0 to 1, that may hang on decisions before there is no verdict.
+        Largest share of a target's pixels, 0 to 1, that may be ambiguous; with more there is no verdict.
     most_seconds
-        How long the reference may run and bounds be looked for, all passes together; a target with pixels beyond that
-        is undecided.  The reference runs to its end all the same.  None: as long as it takes, which grows with the
-        pixels, and with what their kernels' decisions may lead to.
+        Time limit for computing bounds, all passes together, less the reference's own run time; a target with pixels
+        beyond it is undecided.  The reference always runs to its end.  None: no limit; the time grows with the pixels,
+        and with the outcomes of their kernels' decisions.
     **given
         Inputs and values of the run, by name.
 
     Raises
     ------
     GraphError, InputError
-        As for compiling and running; what a tested backend raises is in its report.
+        As for compiling and running; errors of a tested backend are in its report instead.
     """
     function(progress, "progress of compare")
     if backends is not None:
@@ -102,24 +102,25 @@ def compared(
     progress: Callable[[str], None] = lambda _: None,
     most_ambiguous: float = MOST_AMBIGUOUS,
 ) -> Report:
-    """The same of a graph that is planned already, for one run."""
+    """Compare backends for one run of a graph that is already planned."""
     comparison = _Comparison(passes, progress, most_ambiguous)
     return Report(tuple(comparison.judged(backend) for backend in backends), passes.plan, comparison.difference)
 
 
 class _Comparison:
-    """One graph on one backend after the other."""
+    """Compare one graph on several backends, one after the other."""
 
     def __init__(self, passes: Passes, progress: Callable[[str], None], most_ambiguous: float) -> None:
         self.passes, self.progress, self.most_ambiguous = passes, progress, most_ambiguous
-        #: What the first backend that ran made of its own pictures: the others' are held against it.
+        #: Name of the first backend that ran, and what it computed from its own pictures; the others are compared with
+        #: it.
         self.first: tuple[str, dict[Key, Picture]] | None = None
         self.difference: Difference | None = None
         self._differing: Key | None = None
         self._watches: dict[bool, dict[int, Watch]] = {}
 
     def judged(self, chosen: str | Backend) -> BackendReport:
-        """One backend opened, run and measured; what it raises becomes its report."""
+        """Open a backend, run it and measure it; its exceptions become its report."""
         name = chosen if isinstance(chosen, str) else chosen.name
         try:
             backend = open_backend(chosen) if isinstance(chosen, str) else chosen
@@ -138,7 +139,7 @@ class _Comparison:
                 )
             except PassgraphError as error:
                 return BackendReport(name, failed=str(error))
-            except Exception as error:  # of a backend that is not ours
+            except Exception as error:  # from a third-party backend
                 return BackendReport(name, failed=f"{type(error).__name__}: {error}")
         finally:
             if isinstance(chosen, str):
@@ -150,7 +151,8 @@ class _Comparison:
         return self.passes.allowed(backend.snaps)[0]
 
     def _hold_against_first(self, name: str, pictures_of_backend: dict[Key, Picture]) -> None:
-        """Whatever pair differs in a pass, one of the two differs from the first backend there."""
+        """Record the first target that differs from the first backend's; any two that differ, differ from it in one of
+        them."""
         if self.first is None:
             self.first = name, pictures_of_backend
             return
@@ -174,7 +176,7 @@ class _Comparison:
     def _measured(
         self, judged: dict[Key, Picture], full_pictures: dict[Key, Picture], snaps: bool
     ) -> tuple[TargetReport, ...]:
-        """Figures of every target, and why those of another kind and the first undecided one are."""
+        """Return the figures of every target; explain the values of another kind, and the first undecided target."""
         plan, (expected, allowed) = self.passes.plan, self.passes.allowed(snaps)
         reports = {
             key: _measured(plan, key, judged[key], expected[key], allowed[key], full_pictures[key], self.most_ambiguous)
@@ -197,7 +199,7 @@ class _Comparison:
         return tuple(reports.values())
 
     def _watches_of(self, snaps: bool, steps: set[int]) -> dict[int, Watch]:
-        """Notes of steps; those that another backend asked for are kept."""
+        """Return the watches of steps; those made for an earlier backend are reused."""
         known = self._watches.setdefault(snaps, {})
         known |= self.passes.watched(snaps, sorted(steps - known.keys()))
         return known

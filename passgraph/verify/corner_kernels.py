@@ -1,6 +1,6 @@
-"""Kernels of draws that the suite and the fuzzer both try."""
+"""Kernels of draws, shared by the suite and the fuzzer."""
 
-#: Two vertex kernels, one of which leans away from the eye, and two fragment kernels, one of which leaves holes.
+#: Two vertex kernels, one of them tilted in depth, and two fragment kernels, one of which discards.
 CORNER_KERNELS = """
 class Corner:
     position: vec4

@@ -1,9 +1,9 @@
-"""NaN or infinity where the reference has a number, or the reverse: what bounds allow and pictures do not forgive.
+"""Detect NaN or infinity where the reference has a number, or the reverse, although bounds allow it.
 
-Where an operation is given what it promises nothing for, the bounds allow everything, NaN too: a backend that writes
-NaN there conforms.  But one NaN in a picture grows with each blur behind it, so whoever checks a kernel of their own
-wants to hear of it.  So ``check`` and ``compare`` refuse it.  The conformance suite does not: it judges backends, and
-its cases give operations such numbers on purpose, to see that nothing worse comes of it.
+Outside an operation's documented domain, bounds allow everything, NaN too: a backend that writes NaN there conforms.
+But a NaN in a picture grows with each later blur, so authors of kernels need to know.  ``check`` and ``compare``
+therefore report it as a fault.  The conformance suite does not: it judges backends, and its cases use such numbers on
+purpose.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.pass_bounds import Key, Passes, Picture
 from passgraph.verify.oracle.watch import Cause, Watch
 
-#: How a kernel keeps off what an operation promises nothing for; of other operations, numbers that are too large.
+#: How to keep an operation within its documented domain; for other operations, the numbers are too large.
 MENDS = {
     "sqrt": "sqrt(max(x, 0.0))",
     "inversesqrt": "inversesqrt(max(x, 1e-12))",
@@ -34,21 +34,21 @@ MENDS = {
     "normalize": "v / max(length(v), 1e-6)",
 }
 SMALLER = "min(x, 65504.0) on what goes in"
-#: Causes that are told, in the order in which the kernel computes them.
+#: Most causes in a message, in the order in which the kernel computes them.
 MOST_CAUSES = 3
 
 
 @dataclass(frozen=True)
 class OtherKind:
-    """Values of another kind (number, NaN, infinity) than the reference's in one target, without a decision to blame.
+    """Values of one target of another kind (number, NaN, infinity) than the reference's, not explained by a decision.
 
     Attributes
     ----------
     share : of the pixels
     pixel : (column, row) of the first
     got, expected : all channels of that pixel
-    reads : what the pass reads at this very pixel, by the kernel's name of the image
-    causes : operations whose result may be NaN or infinite there where no argument is, in the kernel's order
+    reads : the texels at this pixel of the images that the pass reads, by the kernel's name
+    causes : operations whose result may be NaN or infinite there although no argument is, in the kernel's order
     """
 
     share: float
@@ -57,7 +57,7 @@ class OtherKind:
     expected: tuple[float, ...]
     reads: tuple[tuple[str, tuple[float, ...]], ...]
     causes: tuple[Cause, ...]
-    both: bool = False  # the reference has the same
+    both: bool = False  # the reference has the same kind
 
     def __str__(self) -> str:
         column, row = self.pixel
@@ -74,12 +74,12 @@ class OtherKind:
 
     @property
     def given(self) -> str:
-        """Describe what the pass reads there."""
+        """Describe the texels that the pass reads there."""
         return reads_in_words(self.reads)
 
     @property
     def why(self) -> str:
-        """Why bounds allow both, and how to mend it in the kernel."""
+        """Explain why bounds allow both, and how to fix it in the kernel."""
         return f"The bounds allow both, since {self.cause}"
 
     @property
@@ -131,8 +131,8 @@ def _reason(operation: str) -> str:
 def other_kinds(
     judged: Mapping[Key, Picture], expected: Mapping[Key, Picture], allowed: Mapping[Key, Allowed]
 ) -> dict[Key, NDArray[np.bool_]]:
-    """Return, for targets that have such, the pixels (height, width) of another kind than the reference's without a
-    decision to blame."""
+    """Return by target, if it has any, the pixels (height, width) of another kind than the reference's that no decision
+    explains."""
     pixels_by_key = {key: _other_kind(judged[key], picture, allowed[key]) for key, picture in expected.items()}
     return {key: pixels for key, pixels in pixels_by_key.items() if pixels.any()}
 
@@ -146,7 +146,7 @@ def _other_kind(got: Picture, expected: Picture, allowed: Allowed) -> NDArray[np
 def first_other_kind(
     passes: Passes, key: Key, pixels: NDArray[np.bool_], got: Picture, expected: dict[Key, Picture], watch: Watch
 ) -> OtherKind:
-    """The first of some pixels, and what is known of it."""
+    """Return the report of the first of some pixels."""
     row, column = (int(i) for i in np.argwhere(pixels)[0])
     causes = watch.opened_at(row * pixels.shape[1] + column)
     return OtherKind(
@@ -166,7 +166,7 @@ def _values(pixel: NDArray[np.floating]) -> tuple[float, ...]:
 def reads_at(
     passes: Passes, key: Key, expected: dict[Key, Picture], row: int, column: int
 ) -> tuple[tuple[str, tuple[float, ...]], ...]:
-    """Images of the same size at the same pixel: mostly what the values come from."""
+    """Return the texels at a pixel of the images of the same size, which usually determine the result."""
     frame, number, _ = key
     plan: Plan = passes.plan
     step = plan.steps[number]

@@ -1,9 +1,10 @@
-"""Every value that a kernel takes at one pixel on a backend, beside what the oracle allows: the first that it forbids.
+"""Compare every value that a kernel computes at a pixel of a backend with the oracle's bounds; find the first wrong
+one.
 
-A backend hands out pixels, not variables. So the kernel is rewritten: it computes the inspected pixel everywhere, and
-its target has a pixel for each value that a variable takes, a function returns or a branch decides. Pixel n keeps the
-n-th of them. The reference, the oracle and the backend run the rewritten kernel on the pictures that the pass read on
-the backend, so a difference is the pass's own.
+A backend returns pixels, not variables. So the kernel is rewritten: every pixel computes the inspected one, and the
+target has a pixel for each value that a variable takes, a function returns or a branch tests. Pixel n keeps the n-th of
+them. The reference, the oracle and the backend run the rewritten kernel on the pictures that the pass read on the
+backend, so a difference belongs to this pass.
 """
 
 from __future__ import annotations
@@ -29,11 +30,11 @@ from passgraph.run.execution import Execution
 from passgraph.run.inspection import Inspection, step_named
 from passgraph.verify.oracle.pass_bounds import Passes
 
-#: Values that are compared; those after them are not looked at.
+#: Most values compared; later ones are ignored.
 MOST_VALUES = 1024
-#: The parameter that says which pixel is inspected, and the locals that count and keep.
+#: Parameter with the position of the inspected pixel, and the locals of the rewritten kernel.
 PIXEL, COUNT, KEPT, PLACE = "inspected_pixel", "$count", "$kept", "$place"
-#: Before an image's name, the input that takes its place.
+#: Prefix of the input that replaces an image, before the image's name.
 IMAGE = "image "
 Numbers: TypeAlias = tuple[float, ...]
 
@@ -51,14 +52,14 @@ class Probe:
 
 @dataclass(frozen=True)
 class LineValue:
-    """One value of the kernel at the pixel.
+    """A value of the kernel at the pixel.
 
     Attributes
     ----------
-    probe : where
+    probe : its place in the kernel
     value, reference : on the backend, and in float64 rounded to float32
     low, high : the bounds of a conforming backend
-    allowed : whether the backend took this step too, with a value inside of the bounds
+    allowed : True if the backend took this step too, with a value within the bounds
     """
 
     probe: Probe
@@ -73,7 +74,7 @@ class LineValue:
 class Lines:
     """The values of one pass at one pixel, in the order in which the reference takes them.
 
-    ``inspection`` is what the reference does there in float64, on what the pass read on the backend.
+    ``inspection`` is the reference's trace in float64, on the pictures that the pass read on the backend.
     """
 
     backend: str
@@ -82,7 +83,7 @@ class Lines:
 
     @property
     def first_wrong(self) -> int | None:
-        """The index of the first value that is not allowed; None where all are."""
+        """Return the index of the first value outside its bounds; None if there is none."""
         return next((n for n, value in enumerate(self.values) if not value.allowed), None)
 
 
@@ -95,7 +96,7 @@ def lines_at(
     step: str | None = None,
     size: tuple[int, int] | None = None,
 ) -> Lines:
-    """Compare each value that a full-screen pass takes at a pixel with what a conforming backend may compute.
+    """Compare each value that a full-screen pass computes at a pixel with the bounds of a conforming backend.
 
     Parameters
     ----------
@@ -108,12 +109,12 @@ def lines_at(
     given
         Pictures and values by name, as for a run. The run is the first one: history holds its initial value.
     step
-        The pass's name; left out, the last.
+        The pass's name; default: the last pass.
 
     Raises
     ------
     GraphError
-        For a draw, and for a pass or a pixel that is not there.
+        For a draw, an unknown pass, or a pixel outside the target.
 
     Examples
     --------
@@ -145,7 +146,7 @@ def lines_at(
 
 
 def _pictures_read(passes: Passes, looked: PixelStep, backend: Backend) -> dict[str, Any]:
-    """What each image of a pass held on a backend, by the name of the input that takes its place."""
+    """Return the content of each image of a pass on a backend, by the name of the input that replaces it."""
     (pictures, values), pictures_read = passes.frames[0], dict[str, Any]()
     resources = {resource.name: resource.id for resource in passes.plan.resources} | dict(looked.images)
     execution = Execution(passes.plan, backend)
@@ -163,7 +164,7 @@ def _pictures_read(passes: Passes, looked: PixelStep, backend: Backend) -> dict[
 
 
 def _on_inputs(looked: PixelStep, inputs: Mapping[str, Any]) -> PixelPass:
-    """The pass on inputs in the place of the targets that it reads."""
+    """Return the pass with inputs in place of the targets that it reads."""
     images = {}
     for name, target in looked.source.images.items():
         height, width, channels = inputs[IMAGE + name].shape
@@ -176,7 +177,7 @@ def _on_inputs(looked: PixelStep, inputs: Mapping[str, Any]) -> PixelPass:
 
 
 def _needed(node: PixelPass, inputs: Mapping[str, Any]) -> dict[str, Any]:
-    """Of pictures and values those that a pass takes."""
+    """Return the pictures and values that a pass uses."""
     names = {*(image.name for image in node.images.values()), *(source.name for source in sources_of(node.values))}
     return {name: value for name, value in inputs.items() if name in names}
 
@@ -185,7 +186,7 @@ _TARGETS = {"value": "rgba32f", "place": "r32f"}
 
 
 def _compared(node: PixelPass, probed: _Probed, backend: Backend, inputs: Mapping[str, Any]) -> list[LineValue]:
-    """The values that the reference takes in turn, each beside the backend's."""
+    """Return the reference's values in order, each with the backend's."""
     into = tuple(TargetSpec(name, FORMATS[format_], Absolute(MOST_VALUES, 1)) for name, format_ in _TARGETS.items())
     kernel, pixel = node.kernel.computing(probed.program), RunValue(PIXEL, tuple)
     node = replace(node, name="lines", kernel=kernel, values={**node.values, PIXEL: pixel}, into=into)
@@ -254,7 +255,7 @@ class _Probed:
             yield statement
 
     def _here(self, expression: ir.Expr) -> ir.Expr:
-        """An expression of a pixel as one of the inspected pixel, whatever pixel computes it."""
+        """Rewrite an expression to the inspected pixel, independent of the pixel that computes it."""
         if isinstance(expression, ir.Builtin) and expression.name == "pixel":
             return self._pixel
         if isinstance(expression, ir.Builtin) and expression.name == "output_size":
@@ -269,7 +270,7 @@ class _Probed:
         return probed
 
     def _keep(self, value: ir.Expr, span: Span, name: str, kind: str) -> Iterator[ir.Stmt]:
-        """Statements that keep a value if it is the n-th, n being the column of the pixel that computes it."""
+        """Yield statements that keep a value if it is the n-th, where n is the column of the computing pixel."""
         if not is_of_source(span):
             return
         for part, suffix in _columns(value):
@@ -285,7 +286,7 @@ class _Probed:
 
 
 def _columns(value: ir.Expr) -> Iterator[tuple[ir.Expr, str]]:
-    """A scalar or vector as it is, a matrix by columns; arrays are left out."""
+    """Yield a scalar or vector unchanged, a matrix by columns; arrays are left out."""
     if isinstance(value.type, Matrix):
         for column in range(value.type.columns):
             yield ir.Index(Vector(FLOAT, value.type.rows), value, ir.Literal(INT, column)), f"[{column}]"
@@ -294,7 +295,7 @@ def _columns(value: ir.Expr) -> Iterator[tuple[ir.Expr, str]]:
 
 
 def _floats(value: ir.Expr) -> tuple[ir.Expr, ...]:
-    """The components as floats; whole numbers beyond 2^24 are rounded, bools are 0 and 1."""
+    """Return the components as floats; whole numbers beyond 2^24 are rounded, bools are 0 and 1."""
     type_ = value.type
     if isinstance(type_, Vector):
         return tuple(_float(ir.Swizzle(type_.element, value, (k,))) for k in range(type_.size))

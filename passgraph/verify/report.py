@@ -1,4 +1,4 @@
-"""Results of :func:`passgraph.verify.compare.compare`: figures and a verdict in words for each backend and target."""
+"""Results of :func:`passgraph.verify.compare.compare`: figures and a verdict for each backend and target."""
 
 from __future__ import annotations
 
@@ -12,43 +12,43 @@ from passgraph.verify.kinds import OtherKind, numbers
 from passgraph.verify.oracle.pass_bounds import Picture
 from passgraph.verify.oracle.watch import Cause
 
-#: Share of pixels of a target that may be ambiguous before there is no verdict.
+#: Largest share of ambiguous pixels of a target; with more there is no verdict.
 MOST_AMBIGUOUS = 0.05
-#: Share of pixels of a target of which operations may promise nothing before there is no verdict.  Pictures that are
-#: made for a check hold what operations promise nothing for in a quarter of their pixels, and passes read around.
+#: Largest share of pixels of a target outside the documented domain of an operation; with more there is no verdict.
+#: Test pictures have special values in a quarter of their pixels, and passes read neighborhoods.
 MOST_UNPROMISED = 0.5
-#: A target whose allowed values span more than this share of what its values span says nothing of its backend.
+#: Bounds are vague if they span more than this share of the range of the target's values.
 WIDEST_SHARE = 0.25
-#: Narrower bounds are never too wide: steps of formats of fixed range, and float32's own.
+#: Bounds this narrow are never vague: steps of normalized formats, and float32's own precision.
 NARROW_STEPS, NARROW = 4.0, 1e-6
-#: Decisions that are told, those of most pixels.
-MOST_TOLD = 3
+#: Most decisions in a message, those of the most pixels.
+MOST_DECISIONS = 3
 
 
 @dataclass(frozen=True)
 class TargetReport:
-    """Result of one pass in one target on one backend, given the reference's pictures.
+    """Result of one pass in one target on one backend, computed from the reference's pictures.
 
     Attributes
     ----------
     step, target : names
     format : of the target
-    max_error, rmse : against the reference, of all values of all channels
-    differing : share of pixels whose values are not the very same
+    max_error, rmse : against the reference, over all values of all channels
+    differing : share of pixels that are not equal to the reference
     outside : share of pixels with a value that no conforming backend may have
-    ambiguous : share of pixels where rounding may turn a decision, and the outcomes lie apart
-    unpromised : share of other pixels where an operation promises nothing for what it is given
-    decisions : operations that rounding may turn, and in how many pixels, most first
-    worst : (column, row) of the pixel that is farthest outside; where none is, of the largest error
-    worst_got, worst_expected, worst_low, worst_high : values of the channel that is worst there, and what is allowed
-    median_width : half of all intervals are narrower than this
-    spread : what the reference's values span, from the lowest twentieth to the highest, or their size if that is more
-    accumulated_max, accumulated_rmse : on this backend's own pictures, with errors of earlier passes
-    other_kind : NaN or infinity in the place of numbers, or the reverse, which bounds allow and no decision explains
-    most_ambiguous : share of pixels that may be ambiguous before there is no verdict
-    non_finite : NaN or infinity that both make
-    untried : pixels (of a draw: fragments) whose bounds were not found in the time that was given
-    places : of the first target that is undecided: decisions with their lines of the kernel, and in how many pixels
+    ambiguous : share of pixels where rounding may change a decision and the outcomes differ
+    unpromised : share of other pixels where the arguments of an operation are outside its documented domain
+    decisions : operations with an uncertain decision, and in how many pixels, most first
+    worst : (column, row) of the pixel farthest outside its bounds; if none is outside, of the largest error
+    worst_got, worst_expected, worst_low, worst_high : values and bounds of the worst channel there
+    median_width : median width of the bounds
+    spread : range of the reference's values without the lowest and highest twentieth, or their size if that is more
+    accumulated_max, accumulated_rmse : on this backend's own pictures, with the errors of earlier passes
+    other_kind : NaN or infinity in place of numbers, or the reverse, within bounds and not explained by a decision
+    most_ambiguous : largest share of ambiguous pixels; with more there is no verdict
+    non_finite : NaN or infinity in both pictures
+    untried : pixels (of a draw: fragments) whose bounds were not computed within the time limit
+    places : for the first undecided target: decisions with their lines of the kernel, and in how many pixels
     """
 
     step: str
@@ -78,18 +78,18 @@ class TargetReport:
 
     @property
     def is_vague(self) -> bool:
-        """Whether the allowed values are so far apart, compared with the values, that nearly any picture would pass."""
+        """True if the bounds are so wide, compared with the values, that nearly any picture would pass."""
         narrow = NARROW_STEPS / self.format.steps if self.format.steps else NARROW
         return self.most_ambiguous < 1.0 and self.median_width > max(WIDEST_SHARE * self.spread, narrow)
 
     @property
     def within_bounds(self) -> bool:
-        """Whether every value is one that a conforming backend may have."""
+        """True if every value is within the bounds of a conforming backend."""
         return self.outside == 0.0
 
     @property
     def decided(self) -> bool:
-        """Whether all was looked at, and few enough pixels are ambiguous for the verdict to mean something."""
+        """True if all pixels were checked, and few enough are ambiguous for a meaningful verdict."""
         return (
             not self.untried
             and not self.is_vague
@@ -99,7 +99,7 @@ class TargetReport:
 
     @property
     def passed(self) -> bool:
-        """Whether it is within bounds, decided, and of the reference's kind everywhere."""
+        """True if the target is within bounds, decided, and of the reference's kind everywhere."""
         return self.within_bounds and self.other_kind is None and self.decided
 
     @property
@@ -114,12 +114,12 @@ class TargetReport:
 
     @property
     def figures(self) -> str:
-        """Beside the verdict: the largest error, and how wide the bounds of half of all values are at most."""
+        """Return the largest error and the median width of the bounds, to follow the verdict."""
         return f"error {self.max_error:.2g}, allowed {self.median_width:.2g}"
 
     @property
     def undecided(self) -> str:
-        """Why there is no verdict; empty where there is one."""
+        """Explain why there is no verdict; empty if there is one."""
         if self.decided:
             return ""
         where = f"pass {self.step}, target {self.target}"
@@ -130,7 +130,7 @@ class TargetReport:
             )
         promised = self.unpromised <= max(self.most_ambiguous, MOST_UNPROMISED)
         if self.is_vague and promised and self.ambiguous <= self.most_ambiguous:
-            lost = ", ".join(f"{cause} at {count} pixels" for cause, count in self.places[:MOST_TOLD])
+            lost = ", ".join(f"{cause} at {count} pixels" for cause, count in self.places[:MOST_DECISIONS])
             return (
                 f"{where}: half of all values may be {self.median_width:.3g} or more apart, and the values themselves "
                 f"span {self.spread:.3g}, so that nearly any picture would pass. "
@@ -149,8 +149,8 @@ class TargetReport:
         )
 
     def _places_text(self, otherwise: str) -> str:
-        parts = [f"{cause} at {count}" for cause, count in self.places[:MOST_TOLD]]
-        more = f" and {len(self.places) - MOST_TOLD} more" if len(self.places) > MOST_TOLD else ""
+        parts = [f"{cause} at {count}" for cause, count in self.places[:MOST_DECISIONS]]
+        more = f" and {len(self.places) - MOST_DECISIONS} more" if len(self.places) > MOST_DECISIONS else ""
         return f"; they are {', '.join(parts)}{more}" if parts else otherwise
 
     def __str__(self) -> str:
@@ -165,31 +165,32 @@ class TargetReport:
 
 @dataclass(frozen=True)
 class BackendReport:
-    """One backend: its targets in schedule order, or why there are none."""
+    """The report of one backend: its targets in schedule order, or why there are none."""
 
     name: str
     targets: tuple[TargetReport, ...] = ()
-    missing: str = ""  # the driver or device is not here; what installs it
-    failed: str = ""  # it was opened and then raised this
+    missing: str = ""  # set if the driver or device is missing: the command that installs it
+    failed: str = ""  # the backend was opened and then raised this error
 
     @property
     def within_bounds(self) -> bool:
-        """Whether it ran and every target is within bounds."""
+        """True if the backend ran and every target is within bounds."""
         return bool(self.targets) and not self.failed and self.first_divergence is None
 
     @property
     def passed(self) -> bool:
-        """Whether it ran and every target passed."""
+        """True if the backend ran and every target passed."""
         return bool(self.targets) and not self.failed and all(target.passed for target in self.targets)
 
     @property
     def first_divergence(self) -> TargetReport | None:
-        """The first target, in schedule order, that is beyond its bound."""
+        """Return the first target, in schedule order, that is outside its bounds."""
         return next((target for target in self.targets if not target.within_bounds), None)
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Why it did not pass, in sentences: the first target that diverges, is of another kind, is undecided."""
+        """Explain why it did not pass: the first target that diverges, that is of another kind, and that is
+        undecided."""
         if self.missing or self.failed:
             return (f"missing: {self.missing}" if self.missing else f"failed: {self.failed}",)
         found = [] if self.first_divergence is None else [f"diverges first in {self.first_divergence}"]
@@ -202,16 +203,16 @@ class BackendReport:
 
 @dataclass(frozen=True)
 class Difference:
-    """The first target, in schedule order, of which two backends made different bits.
+    """The first target, in schedule order, that differs in a bit between two backends.
 
-    Each backend works on pictures of its own, so that those of all passes before are the same.
+    Each backend runs on its own pictures, so the results of all earlier passes are equal.
 
     Attributes
     ----------
     step, target : names
     backends : the two
-    pixels, share : how many pixels differ, and the share of all
-    pixel : (column, row) of the one where values lie farthest apart
+    pixels, share : number of differing pixels, and their share of all
+    pixel : (column, row) of the pixel with the largest difference
     values : all channels of that pixel on each of the two
     """
 
@@ -234,11 +235,11 @@ class Difference:
 
 @dataclass(frozen=True)
 class Report:
-    """All backends against the reference, and against each other.
+    """The comparison of all backends with the reference, and with each other.
 
     Attributes
     ----------
-    difference : where the first of the backends that ran and another one first differ in a bit; None where none do
+    difference : where another backend first differs in a bit from the first one that ran; None if none does
     """
 
     backends: tuple[BackendReport, ...]
@@ -247,23 +248,23 @@ class Report:
 
     @property
     def ran(self) -> tuple[BackendReport, ...]:
-        """Backends that made pictures."""
+        """Return the backends that ran."""
         return tuple(report for report in self.backends if report.targets)
 
     @property
     def bit_for_bit(self) -> bool:
-        """Whether every backend that ran made the same bits of every target; one NaN is as another."""
+        """True if every backend that ran computed the same bits of every target; NaNs count as equal."""
         return self.difference is None
 
     @property
     def within_bounds(self) -> bool:
-        """Whether some backend ran and none diverges or failed; missing ones do not count."""
+        """True if some backend ran and none diverges or failed; missing ones do not count."""
         ran = [report for report in self.backends if not report.missing]
         return bool(ran) and all(report.within_bounds for report in ran)
 
     @property
     def passed(self) -> bool:
-        """Whether some backend ran and all passed: within bounds, decided, of the reference's kind."""
+        """True if some backend ran and all passed: within bounds, decided, of the reference's kind."""
         ran = [report for report in self.backends if not report.missing]
         return bool(ran) and all(report.passed for report in ran)
 
@@ -275,7 +276,7 @@ class Report:
 
     @property
     def equality(self) -> str:
-        """Whether backends made the same bits, in a sentence; empty where fewer than two ran."""
+        """Say in a sentence if backends computed the same bits; empty if fewer than two ran."""
         names = [report.name for report in self.ran]
         if len(names) < 2:
             return ""
@@ -285,7 +286,7 @@ class Report:
 
 
 def other_bits(one: Picture, other: Picture) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
-    """Pixels of which a bit differs; one NaN is as another, and -0 is not 0.
+    """Return the pixels that differ in a bit; NaNs count as equal, -0 and 0 do not.
 
     >>> zeros = np.zeros((1, 1, 1), np.float32)
     >>> other_bits(zeros, -zeros).tolist(), other_bits(zeros * np.nan, -zeros * np.nan).tolist()

@@ -84,7 +84,7 @@ _DTYPES = {
 
 
 class NumbaCode:
-    """One shipped function.
+    """A shipped function.
 
     Parameters
     ----------

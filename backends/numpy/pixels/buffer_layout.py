@@ -106,7 +106,7 @@ class View:
 
 @dataclass(frozen=True)
 class StageLayout:
-    """One stage; ``lanes`` is the width of vectors."""
+    """The layout of a stage; ``lanes`` is the width of vectors."""
 
     chain: tuple[Stage, ...]
     number: int

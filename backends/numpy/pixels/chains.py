@@ -88,7 +88,7 @@ class Work(Protocol):
 
 @dataclass(frozen=True)
 class Stage:
-    """One pass of a chain."""
+    """A pass of a chain."""
 
     step: Work
     margin: Halo  # the halo that later stages need around a piece

@@ -29,7 +29,7 @@ _CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 
 
 class PixelRun:
-    """One chain of passes; a single pass is a chain of one."""
+    """A compiled chain of passes; a single pass is a chain of one."""
 
     def __init__(self, chain: Sequence[Stage], tiles: Tiling, layout: Layout, workers: Workers) -> None:
         self.workers = workers

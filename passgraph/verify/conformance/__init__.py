@@ -1,8 +1,8 @@
-"""Whether a backend computes what kernels and draws mean: many small graphs, each target held against the oracle.
+"""Conformance of backends: many small graphs, each target compared with the oracle's bounds.
 
 In reading order: ``case``, ``judging`` (one case), ``suite`` (all of them), the groups (``operations``, ``language``,
-``derivatives``, ``pictures``, ``draw_states``, ``coverage``, ``sequences``, ``effects``), ``page`` (a report to look
-at), ``pytest_plugin``.
+``derivatives``, ``pictures``, ``draw_states``, ``coverage``, ``sequences``, ``effects``), ``page`` (an HTML report),
+``pytest_plugin``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Loaded when first used: pytest imports this package at every start, for the plugin in it."""
+    """Import on first use: pytest imports this package at every start, for its plugin."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module

@@ -1,4 +1,4 @@
-"""One case of the conformance suite: a graph, what it runs on, and how much of it has to be decided."""
+"""A case of the conformance suite: a graph, its inputs, and the share of its pixels that must be decided."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ class Case:
 
     Attributes
     ----------
-    group, name : together what the case is known by
+    group, name : together the identifier of the case
     graph : makes the outputs by name; called when the case runs, so that listing cases is cheap
     size : (width, height) of the output, pixels
     frames : inputs and values of each run, one run after another
-    most_ambiguous : share of a target's pixels in which rounding may turn a decision; beyond it the case is vacuous
-    least_told : share of a target's values of which the bounds must say something; below it the case is vacuous
-    told_less : such shares of targets by name, where they are smaller: of differences of numbers that are nearly equal
-    exact : what outputs hold behind the last frame, to the bit, compiled with every optimization; a function is called
-        when the case runs
-    quick : false for cases that a short run may leave out, since others come near
+    most_ambiguous : largest share of a target's pixels that may be ambiguous; beyond it the case is vacuous
+    least_told : smallest share of a target's values with narrow bounds; below it the case is vacuous
+    told_less : smaller such shares of single targets, by name: those with differences of nearly equal numbers
+    exact : exact outputs after the last frame, compiled with every optimization; a function is called when the case
+        runs
+    quick : False for cases that a short run leaves out because others are similar
     """
 
     group: str
@@ -51,7 +51,7 @@ class Case:
 
 
 def values(size: tuple[int, int], channels: int = 4, seed: int = 0) -> Picture:
-    """A picture of random values below, in and above [0, 1], with exact halves of 8-bit steps among them."""
+    """Return a picture of random values below, in and above [0, 1], some of them exact halves of 8-bit steps."""
     random = np.random.default_rng(seed)
     picture = random.uniform(-0.2, 1.2, (size[1], size[0], channels)).astype(np.float32)
     picture.reshape(-1)[3::7] = (random.integers(0, 255, picture.size)[3::7] + 0.5) / 255

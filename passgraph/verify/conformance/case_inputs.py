@@ -1,4 +1,4 @@
-"""Inputs of cases: small meshes, a scene with coarse textures, a picture, a depth and a flat world."""
+"""Inputs of cases: small meshes, a scene with coarse textures, a picture, a depth map and a 2D world."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Soup:
 
 
 def soup(count: int, seed: int, size: float = 0.8, depth: tuple[float, float] = (-0.9, 0.9)) -> Soup:
-    """Random overlapping triangles, of both windings."""
+    """Return random overlapping triangles of both windings."""
     random = np.random.default_rng(seed)
     centres = random.uniform(-1, 1, (count, 1, 2))
     corners = centres + random.uniform(-size, size, (count, 3, 2))
@@ -39,7 +39,7 @@ def soup(count: int, seed: int, size: float = 0.8, depth: tuple[float, float] = 
 
 
 def quad(z: float = 0.0, color: tuple[float, ...] = (1, 1, 1, 1), half: float = 1.0) -> Soup:
-    """Two triangles over the square from -half to half, counter-clockwise with y up."""
+    """Return two triangles that cover the square from -half to half, counter-clockwise with y up."""
     positions = np.array([[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]], np.float32)
     return Soup(positions, np.array([[0, 1, 2], [0, 2, 3]], np.int32), np.tile(np.array(color, np.float32), (4, 1)))
 
@@ -56,7 +56,7 @@ SIZE = (48, 32)
 
 @lru_cache
 def scene(light: str = "sun") -> pg.Scene:
-    """Two boxes on a floor of four tiles, with a light of an extent: "sun", "spot", "point" or "two"."""
+    """Return two boxes on a floor of four tiles, under an area light: "sun", "spot", "point" or "two"."""
     sun = pg.Light.directional((0.6, -1.0, 0.35), (1.0, 0.95, 0.87), 0.9, radius=0.06)
     lights = {
         "sun": (sun,),
@@ -82,7 +82,7 @@ def _floor() -> pg.Node:
 
 
 def picture(size: tuple[int, int] = SIZE, seed: int = 0) -> Picture:
-    """Ramps, a bright disc above 1, an edge and noise; in the last row numbers that are often special.
+    """Return ramps, a bright disc above 1, an edge and noise; the last row has special numbers.
 
     >>> picture((8, 4)).shape
     (4, 8, 4)
@@ -112,7 +112,7 @@ def plausible(size: tuple[int, int] = SIZE, seed: int = 0) -> Picture:
     return pixels
 
 
-#: What a channel holds (`Format.number`) → numbers with meanings of their own: zeros, ones, halves, huge and tiny ones.
+#: Number type of a channel (`Format.number`) → special numbers: zeros, ones, halves, huge and tiny ones.
 _SPECIAL = {
     "f4": (0.0, 1.0, 0.5, -1.0, -2.5, 2.0, 1e20, -1e20, 3e38, 1e-20, -1e-20, 1e-37, 8388609.0, -7.0, 4294967296.0),
     "f2": (0.0, 1.0, 0.5, -1.0, -2.5, 2.0, 65504.0, -65504.0, 2.0**-14, -(2.0**-14), 2.0**-24, 2049.0, -7.0),
@@ -121,9 +121,9 @@ _SPECIAL_STEPS = (0.0, 1.0, 0.5, 1 / 255, 254 / 255, 128 / 255, 1 / 65535)
 
 
 def with_special(picture: Picture, number: str) -> Picture:
-    """The same picture, its lower quarter full of numbers that are often special, side by side in many combinations.
+    """Return the picture with special numbers in its lower quarter, next to each other in many combinations.
 
-    They stay together, so that passes that read far around see ordinary numbers elsewhere.
+    The rest stays ordinary, so that passes with a wide footprint also read ordinary numbers.
 
     >>> with_special(np.full((4, 3, 1), 0.25, np.float32), "u1")[2:, :, 0].tolist()
     [[0.25, 0.25, 0.25], [0.0, 1.0, 0.5]]
@@ -138,7 +138,7 @@ def with_special(picture: Picture, number: str) -> Picture:
 
 
 def depth() -> Picture:
-    """Linear depth: a slope with a step."""
+    """Return a linear depth map: a slope with a step."""
     width, height = SIZE
     y, x = np.mgrid[0:height, 0:width] + 0.5
     slope: Picture = (2.0 + 0.05 * y + 3.0 * (x > 20.25))[:, :, None].astype(np.float32)
@@ -147,7 +147,7 @@ def depth() -> Picture:
 
 @lru_cache
 def world() -> World2D:
-    """A room with a pillar and an open wall, lit by a lamp."""
+    """Return a room with a pillar and an open wall, lit by a lamp."""
     from passgraph.effects.light2d import Light2D, Wall, Window, World2D
 
     walls = (Wall.box(2.3, 1.9, 2.9, 2.6), Wall(((0.6, 2.7), (1.6, 3.1)), closed=False))

@@ -1,7 +1,7 @@
-"""Diagnose a divergent picture: undo the common mistakes of ports, one by one, and see which makes it right.
+"""Diagnose a divergent picture: undo common mistakes of ports one by one, and find the one that corrects it.
 
-A picture that is within its bounds once it is turned over was turned over.  What nothing explains is told by where it
-lies: along the edge, or in one channel.  No verdict hangs on any of this.
+A picture that is within its bounds after flipping was flipped.  For an unexplained one, describe where the error lies:
+along the edge, or in one channel.  The diagnosis does not affect the verdict.
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ from passgraph.srgb import linear_to_srgb, srgb_to_linear
 from passgraph.verify.conformance.case import Picture
 from passgraph.verify.oracle.interval import Interval, spacing
 
-#: The widest frame of pixels that counts as the edge.
+#: Width in pixels of the border that counts as the edge.
 EDGE_PX = 2
-#: Beyond so many units in the last place a number is another one, not a less precise one: half precision has 2^-11.
+#: Errors of more units in the last place are not a matter of precision; half precision has 2^-11.
 MOST_ULPS = 2.0**13
-#: Steps of the format by which a picture may miss what a curve makes of another, and what depth may be off by.
+#: Tolerance of a guessed transfer curve in steps of the format, and tolerance of depth.
 CURVE_STEPS, DEPTH_ROOM = 1.5, 2.0**-20
 _WITHIN = "it would be within its bounds"
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A target that is outside of its bounds.
+    """A target that is outside its bounds.
 
     Attributes
     ----------
-    got, expected : (height, width, channels), what the backend wrote, and the reference
+    got, expected : (height, width, channels), the backend's picture and the reference's
     allowed : bounds of the same shape
     format : of the target
-    before : what was allowed of the same target one run earlier; None in the first
+    before : the bounds of the same target one run earlier; None in the first run
     """
 
     got: Picture
@@ -50,7 +50,7 @@ class Found:
 
 
 def cause(divergence: Found) -> str:
-    """The first mistake that explains a divergence, or where it lies, in a sentence; empty where nothing is told.
+    """Return the first mistake that explains a divergence, or where it lies, as a sentence; empty if unknown.
 
     >>> expected = np.arange(12, dtype=np.float32).reshape(3, 2, 2)
     >>> from passgraph.formats import FORMATS
@@ -58,7 +58,7 @@ def cause(divergence: Found) -> str:
     'Upside down it would be within its bounds: row 0 is on top'
     """
     for guess in (_older, _nothing, _turned, _moved, _exchanged, _depth, _curve, _kinds, _rounded, _place):
-        with np.errstate(all="ignore"):  # what diverges may hold anything
+        with np.errstate(all="ignore"):  # divergent pictures may hold any values
             sentence = next(guess(divergence), "")
         if sentence:
             return sentence
@@ -86,7 +86,7 @@ def _turned(divergence: Found) -> Iterator[str]:
 
 
 def _moved(divergence: Found) -> Iterator[str]:
-    """Beside where it belongs, but for the edge, of which nothing is known."""
+    """Test for pictures moved by a pixel; the border is ignored, since its source is unknown."""
     rows, columns = divergence.got.shape[:2]
     for down, right in ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)):
         to = _shifted(down, rows), _shifted(right, columns)
@@ -114,7 +114,7 @@ def _depth(divergence: Found) -> Iterator[str]:
     got, one = divergence.got, np.float32(1.0)
     if _nearly(one - got, divergence.expected, DEPTH_ROOM):
         yield f"As 1 - depth {_WITHIN}: 0 is near"
-    # What was cleared to 1 was not computed.
+    # A value cleared to 1 was not computed.
     if _nearly(np.where(got == one, one, got / 2 + one / 2), divergence.expected, DEPTH_ROOM):
         yield f"As depth / 2 + 1/2 {_WITHIN}: clip space reaches from z = -w to z = w"
 

@@ -1,6 +1,6 @@
-"""Types made of other types: matrices that are not square, arrays of structs, of arrays and of images; against NumPy.
+"""Composite types, compared with NumPy: non-square matrices, arrays of structs, of arrays and of images.
 
-Pictures and parameters hold small whole numbers, so that every sum is exact and what comes out is known to the bit.
+Pictures and parameters hold small whole numbers, so every sum and result is exact.
 """
 
 from __future__ import annotations
@@ -110,24 +110,24 @@ def run(color: Image, grid: Array[Array[int, 5], 3] = GRID) -> vec4:
         float(row(GRID[p.x], p.y) + grid[p.y - 1][p.x + 1]))
 """
 
-BROUGHT = """
+RUN_VALUE = """
 def run(color: Image, table: Array[float, 1500]) -> vec4:
     return color[0, 0] + table[pixel().x * 70]
 """
 
 
 def cases() -> Iterator[Case]:
-    """Each kernel with what it must give."""
+    """Yield each kernel with its expected result."""
     yield _oblong()
     yield _arrays()
     yield _tables()
     yield _images()
     yield _long()
-    yield _brought()
+    yield _run_values()
 
 
 def _small_integers() -> Picture:
-    """Whole numbers from 0 to 7."""
+    """Return whole numbers from 0 to 7."""
     return np.random.default_rng(11).integers(0, 8, (SIZE[1], SIZE[0], 4)).astype(np.float32)
 
 
@@ -137,7 +137,7 @@ def _graph(text: str, **values: Any) -> Mapping[str, pg.Target]:
 
 
 def _case(name: str, text: str, one: Callable[[NDArray[Any], int, int], Any], **values: Any) -> Case:
-    """A kernel of one picture, and what it computes from a texel and its column and row."""
+    """Return the case of a kernel of one picture; ``one`` computes its result from a texel, its column and its row."""
     picture = _small_integers()
     rows = [[one(picture[y, x].astype(np.float64), x, y) for x in range(SIZE[0])] for y in range(SIZE[1])]
     exact = {"result": np.array(rows, np.float32)}
@@ -145,7 +145,7 @@ def _case(name: str, text: str, one: Callable[[NDArray[Any], int, int], Any], **
 
 
 def _oblong() -> Case:
-    """NumPy's matrices are ``m[row][column]``; a mat2x3 has two columns and three rows."""
+    """Test matrix layout: NumPy's are ``m[row][column]``; a mat2x3 has two columns and three rows."""
     turn, wide = np.arange(6.0).reshape(3, 2) - 2.0, np.arange(12.0).reshape(4, 3) - 5.0
     several = np.arange(24.0).reshape(3, 2, 4) - 10.0
 
@@ -162,12 +162,12 @@ def _oblong() -> Case:
 
 
 def _end(index: int, length: int) -> int:
-    """The entry that an index reads."""
+    """Return the entry that an index reads, clamped to the array."""
     return min(max(index, 0), length - 1)
 
 
 def _arrays() -> Case:
-    """Indices of pixels run out of every range, on both sides."""
+    """Test indices from pixels, out of range on both sides."""
     places, shares = np.arange(9.0).reshape(3, 3) - 3.0, np.arange(6.0).reshape(3, 2) + 1.0
     grid, n = np.arange(6).reshape(2, 3) - 2, 2
     lamps = [SimpleNamespace(place=place, shares=share) for place, share in zip(places, shares, strict=True)]
@@ -198,7 +198,7 @@ def _arrays() -> Case:
 
 
 def _tables() -> Case:
-    """Constants in rows, whose indices run out of every range; one beyond a row reads the end of that row."""
+    """Test nested constants with indices out of range; an index past a row reads the end of that row."""
     grid, pairs = np.arange(1, 16).reshape(3, 5), np.arange(1.0, 13.0).reshape(2, 3, 2)
     deep = np.arange(1.0, 9.0).reshape(2, 2, 2)
 
@@ -215,7 +215,7 @@ def _tables() -> Case:
 
 
 def _long() -> Case:
-    """Arrays of more than 1,024 entries, read before their beginnings and behind their ends; words of any bits."""
+    """Test arrays of more than 1,024 entries, indices out of range on both sides, and words of any bits."""
     rng = np.random.default_rng(17)
     words = rng.integers(0, 1 << 32, 1500, np.uint32)
     places, counts = rng.integers(-9, 9, (1030, 3)), rng.integers(-(1 << 23), 1 << 23, 1030)
@@ -238,19 +238,19 @@ def _long() -> Case:
     return _case("long arrays", LONG, one, n=n, words=words, lamps=lamps, turns=turns, flags=flags, rows=rows)
 
 
-def _brought() -> Case:
-    """Each run brings a long array: one that nobody can write to, another such, and the same once more."""
+def _run_values() -> Case:
+    """Test a long array as a run value: a read-only one, another read-only one, and the same again."""
     picture, tables = _small_integers(), np.array(np.arange(3000.0).reshape(2, 1500), np.float32)
     tables.flags.writeable = False
     frames = tuple({"color": picture, "table": tables[k]} for k in (0, 1, 1))
     entries = tables[1, (70 * np.arange(SIZE[0])).clip(0, 1499)]
     exact = {"result": picture + entries[:, None]}
-    graph = partial(_graph, BROUGHT, table=pg.Value("table", pg.Array))
+    graph = partial(_graph, RUN_VALUE, table=pg.Value("table", pg.Array))
     return Case(GROUP, "long arrays that runs bring", graph, SIZE, frames, exact=exact)
 
 
 def _images() -> Case:
-    """Choose an image: by a literal, a loop's index, or a pixel's value."""
+    """Test the choice of an image: by a literal, a loop's index, or a pixel's value."""
     names = ("color", "a", "b", "c")
     pictures = {name: np.roll(_small_integers(), 3 * k, axis=1) + k for k, name in enumerate(names)}
     color, a, b, c = (pictures[name].astype(np.float64) for name in names)

@@ -1,6 +1,6 @@
-"""Loops whose bounds come from data, ``match`` and ``discard()``: the text of each kernel, run by Python, is the truth.
+"""Loops with bounds from data, ``match`` and ``discard()``; Python runs each kernel's text for the expected result.
 
-Numbers are whole and small, so that every sum is exact.
+Numbers are whole and small, so every sum is exact.
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ def run(c: Image, n: int) -> tuple[vec4, vec4]:
     return vec4(t, p.x, p.y, p.z), vec4(t + 1.0)
 """,
 }
-#: The size of what a kernel computes, where it is not that of its picture.
+#: Kernel → output size, if it differs from the input picture's.
 SMALL = {"a whole picture": (3, 1)}
 
 
@@ -192,12 +192,12 @@ def _graph(text: str, size: tuple[int, int]) -> Mapping[str, pg.Target]:
 
 
 class _Discarded(Exception):
-    """A pixel was."""
+    """The pixel was discarded."""
 
 
 @dataclass(frozen=True)
 class _Vector:
-    """Numbers by their letters."""
+    """A vector with components by letter."""
 
     numbers: tuple[Any, ...]
 
@@ -207,7 +207,7 @@ class _Vector:
 
 @dataclass(frozen=True)
 class _Seen:
-    """A picture from one pixel."""
+    """A picture as seen from one pixel."""
 
     picture: Picture
     x: int
@@ -252,7 +252,7 @@ def _names(x: int, y: int, size: tuple[int, int]) -> dict[str, Any]:
 
 
 def _by_python(text: str, picture: Picture, size: tuple[int, int], n: int) -> dict[str, Picture]:
-    """Run the text in Python, pixel by pixel; discarded ones are zero."""
+    """Run the text in Python, pixel by pixel; discarded pixels are zero."""
     results: list[list[tuple[Any, ...]] | None] = []
     code = compile(f"from __future__ import annotations\n{text}", "<kernel>", "exec")
     with np.errstate(all="ignore"):

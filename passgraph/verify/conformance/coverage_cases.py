@@ -1,6 +1,6 @@
-"""Coverage of triangles: every pixel of a closed surface once, whatever its triangles are like.
+"""Coverage of triangles: each pixel of a closed surface is covered exactly once, for triangles of any shape.
 
-Triangles are counted by adding 1 for each; sums of ones are exact, so most cases say what is right to the bit.
+Triangles are counted by adding 1 for each; sums of ones are exact, so most cases have an exact expected result.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from passgraph.verify.conformance.draw_state_cases import over, painted
 
 GROUP = "coverage"
 SIZE = (83, 61)
-#: Sizes of one pixel, of one line, of a tile and of a little more than one.
+#: A pixel, a column, a row, a tile, and slightly more than a tile.
 SIZES = ((1, 1), (1, 7), (65, 1), (64, 64), (129, 3))
 #: The rasterizer's guard band (rule 1 of docs/rasterisation.md).
 GUARD = 8.0
@@ -53,7 +53,7 @@ def _hit_once() -> Iterator[Case]:
     for name, mesh in (
         ("quad", quad()),
         ("fan", fan(400, (0.013, -0.021))),
-        # The fan's middle lies on a pixel's center, and eight of its edges run through centers.
+        # The fan's center lies on a pixel center, and eight of its edges run through pixel centers.
         ("fan on a centre", fan(64, (1 / 83, 1 / 61))),
         ("grid", grid(9, 7, 0.03)),
         ("slivers", slivers(500)),
@@ -87,7 +87,7 @@ def _edges_on_centres() -> Iterator[Case]:
 
 
 def spread(hits: NDArray[Any]) -> Picture:
-    """(h, w) to four channels."""
+    """Repeat (h, w) in four channels."""
     return np.repeat(hits.astype(np.float32)[:, :, None], 4, axis=2)
 
 
@@ -119,13 +119,13 @@ def _nothing() -> Iterator[Case]:
 
 
 def same(count: int) -> Soup:
-    """One square many times: order does not matter, number does."""
+    """Return one square several times: the result depends on their number, not on their order."""
     one = quad()
     return Soup(one.positions, np.tile(one.triangles, (count, 1)), one.colors)
 
 
 def fan(count: int, middle: tuple[float, float], reach: float = 3.0, first: float | None = None) -> Soup:
-    """Thin triangles round a point inside the picture; ``first`` places them evenly from that angle on."""
+    """Return thin triangles around a point inside the picture; ``first`` spaces them evenly from that angle on."""
     random = np.random.default_rng(count)
     angles = np.sort(random.uniform(0, 2 * np.pi, count))
     if first is not None:
@@ -139,7 +139,7 @@ def fan(count: int, middle: tuple[float, float], reach: float = 3.0, first: floa
 
 
 def grid(columns: int, rows: int, jitter: float) -> Soup:
-    """A grid over more than the picture, its inner vertices moved a little."""
+    """Return a grid larger than the picture, its inner vertices displaced a little."""
     random = np.random.default_rng(1)
     x, y = np.meshgrid(np.linspace(-1.1, 1.1, columns), np.linspace(-1.1, 1.1, rows))
     points = np.stack([x, y, np.zeros_like(x)], -1)
@@ -151,7 +151,7 @@ def grid(columns: int, rows: int, jitter: float) -> Soup:
 
 
 def slivers(count: int) -> Soup:
-    """Strips far thinner than a pixel, side by side over the whole picture."""
+    """Return strips far thinner than a pixel, side by side over the whole picture."""
     x = np.sort(np.concatenate([[-1.1, 1.1], np.random.default_rng(2).uniform(-1.1, 1.1, count)]))
     low = np.stack([x, np.full_like(x, -1.1), np.zeros_like(x)], -1)
     high = np.stack([x + 0.05 * np.sin(40 * x), np.full_like(x, 1.1), np.zeros_like(x)], -1)
@@ -166,5 +166,5 @@ def slivers(count: int) -> Soup:
 
 
 def leaning_floor() -> Soup:
-    """A grid of which half lies behind the eye: cut edges are shared too."""
+    """Return a grid that lies half behind the eye, so that clipped edges are shared too."""
     return grid(24, 6, 0.02)

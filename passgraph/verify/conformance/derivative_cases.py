@@ -1,6 +1,6 @@
-"""Derivatives over quads: whole numbers, so that every difference is exact and known without a quad.
+"""Derivatives over quads; numbers are whole, so every difference is exact.
 
-A draw finds its pixel from what it interpolates in perspective: what it reads beside a triangle shows where it is.
+A draw computes its pixel position from perspective-correct varyings; helper pixels next to a triangle reveal theirs.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ GROUP = "derivatives"
 
 
 def _grown(values: Callable[[int, int], NDArray[Any]], axis: int) -> NDArray[Any]:
-    """At the odd pixel minus at the even one, of values at the pixels whose x and y have these bits changed."""
+    """Return the odd pixel's value minus the even one's; ``values`` takes the bits to change in x and y."""
     bits = (1 - axis, axis)
     here, there = values(0, 0), values(*bits)
     odd = np.indices(here.shape[:2])[1 - axis] % 2 == 1
@@ -32,7 +32,7 @@ def _of_all(a: Picture, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
 
 
 def _chosen(a: Picture, across: NDArray[Any], down: NDArray[Any]) -> NDArray[Any]:
-    """Return what pixels choose."""
+    """Return the values that pixels compute, with branches that depend on the pixel."""
 
     def at(dx: int, dy: int) -> Picture:
         inside: Picture = a[np.clip(down + dy, 0, a.shape[0] - 1), np.clip(across + dx, 0, a.shape[1] - 1)]
@@ -46,7 +46,7 @@ def _chosen(a: Picture, across: NDArray[Any], down: NDArray[Any]) -> NDArray[Any
 
 
 def _each(value: Callable[[int, int], NDArray[Any]]) -> NDArray[Any]:
-    """One derivative of each channel of what pixels have."""
+    """Return one derivative of each channel."""
     across, down = _grown(value, 0), _grown(value, 1)
     both = _grown(lambda x_bit, y_bit: _grown(lambda bit, _: value(bit ^ x_bit, y_bit), 0), 1)
     parts = (across[..., 0], down[..., 1], abs(across[..., 2]) + abs(down[..., 2]), both[..., 3])
@@ -54,7 +54,8 @@ def _each(value: Callable[[int, int], NDArray[Any]]) -> NDArray[Any]:
 
 
 def _in_a_loop(a: Picture, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
-    """The other pixel goes as this one does, with values of its own."""
+    """Compute the result of a loop: both pixels of a difference follow this pixel's control flow, with their own
+    values."""
 
     def at(columns: NDArray[Any]) -> Picture:
         inside: Picture = a[y, np.clip(columns, 0, a.shape[1] - 1)]
@@ -70,7 +71,7 @@ def _in_a_loop(a: Picture, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
     return total
 
 
-#: Name → kernel, and what it computes, from the picture (h, w, 4) and its columns and rows.
+#: Name → kernel, and a function that computes its result from the picture (h, w, 4) and its columns and rows.
 KERNELS: dict[str, tuple[str, Callable[[Picture, NDArray[Any], NDArray[Any]], NDArray[Any]]]] = {
     "of what pixels choose": (
         """
@@ -103,8 +104,8 @@ def run(color: Image) -> vec4:
     ),
 }
 
-#: Places in pixels are sent times w: what is interpolated of them over what is of w is the pixel again.  Depth and
-#: 1 / w are planes that say which column and row it is, too.
+#: Pixel positions are passed multiplied by w, and w too; the ratio of the interpolated values is the pixel position.
+#: Depth and 1 / w are planes that also determine column and row.
 DRAWN = """
 class Seen:
     position: vec4
@@ -129,7 +130,7 @@ def run(seen: Seen, color: Image) -> vec4:
         v += t.wzyx
     return vec4(dfdx(v.x + deep * deep), dfdy(v.y * deep), fwidth(v.z + near * near), dfdy(dfdx(v.w)))
 """
-#: How far from the edges of the picture the square lies that is drawn, in pixels.
+#: Distance in pixels of the drawn square from the edges of the picture.
 MARGIN = (2, 1)
 
 
@@ -152,7 +153,7 @@ def _drawn(a: Picture, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
 
 
 def _square() -> pg.Mesh:
-    """Two triangles; depth grows by 1/256 a column and 8/256 a row, 1 / w by 1/128 and 2/128."""
+    """Return two triangles; depth grows by 1/256 a column and 8/256 a row, 1 / w by 1/128 and 2/128."""
     across, down = (np.array([m, size - m]) for m, size in zip(MARGIN, SIZE, strict=True))
     at = np.array([(x, y) for y in down for x in across], np.float64)
     depth = (at @ [1.0, 8.0] + 64.0) / 256.0
@@ -165,7 +166,7 @@ def _square() -> pg.Mesh:
 
 
 def cases() -> Iterator[Case]:
-    """Each kernel with what it must give; width and height are odd."""
+    """Yield each kernel with its expected result; width and height are odd."""
     y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
     for name, (text, expected) in KERNELS.items():
         exact = {"result": np.asarray(expected(whole(), x, y), np.float32)}

@@ -1,7 +1,7 @@
-"""Draws beside single states: thousands of triangles in order, discarding without a stencil, blends without alpha,
-pictures and parameters of both stages.
+"""Draws beyond single states: thousands of ordered triangles, discard without a stencil, blends without alpha, pictures
+and parameters of both stages.
 
-Colors are small whole numbers and triangles cover whole pixels, so that what comes out is known to the bit.
+Colors are small whole numbers and triangles cover whole pixels, so every result is exact.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from passgraph.verify.conformance.draw_state_cases import SIZE, STENCIL_DEPTH, p
 
 GROUP = "draws"
 SMALL = (16, 8)
-#: Twice as many triangles are more than backends set up at once.
+#: Twice as many triangles are more than any backend sets up in one batch.
 SQUARES = 2500
 
 KERNELS = """
@@ -61,7 +61,7 @@ def shown(many: Many) -> tuple[vec4, vec4, vec4]:
 """
 
 
-#: What is done three times, to which value, and what that makes of it.
+#: Name, stencil operation that is applied three times, initial value, and result.
 STENCILS = (
     ("increment", Stencil(passed="increment"), 254, 255),
     ("increment_wrap", Stencil(passed="increment_wrap"), 254, 1),
@@ -70,7 +70,7 @@ STENCILS = (
     ("invert where 4 bits are tested", Stencil("equal", 0xF5, 0x0F, passed="invert"), 0xA5, 0x5A),
 )
 
-#: States that a draw must not leave to the one behind it.
+#: States that must not leak into the next draw.
 LEFT: dict[str, dict[str, Any]] = {
     "a blend": {"blend": "add"},
     "a mask": {"color_mask": (True, False, True, False)},
@@ -85,7 +85,7 @@ _PLAIN = (1.0, 2.0, 3.0, 4.0)
 
 
 def cases() -> Iterator[Case]:
-    """Each with what must come out, where that is known."""
+    """Yield each case, with its exact result if it is known."""
     yield Case(GROUP, "the last of thousands", partial(_squares, None), SMALL, exact={"color": _last(SQUARES)})
     yield Case(
         GROUP,
@@ -137,12 +137,12 @@ def _small_integers(size: tuple[int, int]) -> Picture:
     return np.random.default_rng(4).integers(0, 8, (size[1], size[0], 4)).astype(np.float32)
 
 
-#: What is new takes the place of what is there where its alpha is 1, and is added where it is 0.
+#: Replaces the destination where the source's alpha is 1, and adds to it where it is 0.
 _OVER = Blend("one", "one_minus_source_alpha")
 
 
 def _places(count: int) -> NDArray[np.int64]:
-    """(count, 2) columns and rows."""
+    """Return columns and rows, (count, 2)."""
     return np.random.default_rng(8).integers(0, SMALL, (count, 2))
 
 
@@ -153,10 +153,10 @@ def _colours(count: int) -> NDArray[np.float32]:
 
 
 def _squares(blend: Blend | None) -> Mapping[str, pg.Target]:
-    """Each covers one pixel by two triangles."""
+    """Cover one pixel with each pair of triangles."""
     corners = _places(SQUARES)[:, None, :] + np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
     clip = corners / np.array(SMALL) * 2.0 - 1.0
-    # Rows run down from the top.
+    # Row 0 is on top.
     positions = np.concatenate([clip * (1, -1), np.zeros((SQUARES, 4, 1))], axis=-1).reshape(-1, 3).astype(np.float32)
     first = 4 * np.arange(SQUARES)[:, None]
     triangles = (first + np.array([0, 1, 2, 0, 2, 3])).reshape(-1, 3).astype(np.int32)
@@ -179,7 +179,7 @@ def _blended(count: int) -> Picture:
 
 
 def discarding() -> Mapping[str, pg.Target]:
-    """Discarded fragments leave the depth unchanged, as a draw behind them shows."""
+    """Test that discarded fragments leave the depth unchanged; the next draw shows it."""
     color = painted(soup(12, 5), pg.target("color", "rgba32f"), depth=pg.target("depth", "depth32f"), name="base")
     holes = painted(soup(24, 11), color, depth=color.depth, fragment="holes", name="holes")
     behind = painted(quad(0.5, (1, 0, 0, 1)), holes, depth=holes.depth, name="behind")
@@ -187,7 +187,7 @@ def discarding() -> Mapping[str, pg.Target]:
 
 
 def _behind(state: Mapping[str, Any]) -> Mapping[str, pg.Target]:
-    """A draw in a state, then one in none with a depth of its own, whose clears a last one looks at."""
+    """Draw in a state, then draw plainly with a new depth target; a last draw tests that target's clears."""
     first = painted(
         quad(0.5, (5, 6, 7, 8)),
         pg.target("color", "rgba32f"),
@@ -208,7 +208,7 @@ def _behind(state: Mapping[str, Any]) -> Mapping[str, pg.Target]:
 
 
 def _counted(stencil: Stencil, start: int, end: int) -> Mapping[str, pg.Target]:
-    """Shown by a draw where the stencil holds what it must."""
+    """Draw where the stencil holds the expected value."""
     one = quad()
     thrice = Soup(one.positions, np.tile(one.triangles, (3, 1)), one.colors)
     depth = pg.target("depth", "depth32f_stencil8")
@@ -222,14 +222,14 @@ def _counted(stencil: Stencil, start: int, end: int) -> Mapping[str, pg.Target]:
 
 
 def _opaque(form: str, blend: Blend) -> Mapping[str, pg.Target]:
-    """A target without alpha counts as opaque, and so does what is drawn into it."""
+    """A target without alpha counts as opaque, before and after a draw."""
     fragment = ("one", "two", "three")[len(form) - 4]
     base = painted(quad(color=(3, 3, 3, 0.5)), pg.target("color", form), fragment=fragment, name="base")
     return {"color": painted(quad(color=(5, 5, 5, 0.5)), base, fragment=fragment, blend=blend, name="over")}
 
 
 def _offset(units: float, stencil: Stencil | None) -> Mapping[str, pg.Target]:
-    """Depth stays within [0, 1], wherever an offset of several times that range would move it."""
+    """Test that depth stays within [0, 1] under an offset of several times that range."""
     color = painted(
         quad(), pg.target("color", "rgba8"), depth=pg.target("depth", STENCIL_DEPTH), depth_compare="always",
         polygon_offset=(0.0, units), stencil=stencil,
@@ -244,7 +244,7 @@ def _product(form: str, number: float) -> Mapping[str, pg.Target]:
 
 
 def pictures() -> Mapping[str, pg.Target]:
-    """Two pictures read in another order than they are given, and numbers for both stages."""
+    """Read two pictures in another order than they are passed, and use parameters in both stages."""
     color = pg.draw(
         quad(half=2.0, color=(1, 2, 3, 4)), vertex=pg.vertex(source=KERNELS, name="place"),
         fragment=pg.fragment(source=KERNELS, name="mixed"), into=pg.target("color", "rgba32f"), name="mixed",
@@ -260,7 +260,8 @@ _CLOUD = np.array(
 
 
 def scatter() -> Mapping[str, pg.Target]:
-    """Points whose places a vertex kernel finds in a picture; both stages read it, fragments another one too."""
+    """Draw points at positions that a vertex kernel reads from a picture; both stages read it, fragments read a second
+    one."""
     color = pg.draw(
         points(_CLOUD.shape[0] * _CLOUD.shape[1]), vertex=pg.vertex(source=KERNELS, name="scattered"),
         fragment=pg.fragment(source=KERNELS, name="beside_cloud"), into=pg.target("color", "rgba32f"), name="scatter",
@@ -296,7 +297,7 @@ class _Dressed:
 
 
 def attributes() -> Mapping[str, pg.Target]:
-    """Thirteen scalars from vertex to fragment."""
+    """Pass thirteen scalars from vertex to fragment kernel."""
     names = ("normal and uv", "color", "tangent")
     kernels: dict[str, Any] = {
         "vertex": pg.vertex(source=KERNELS, name="every"),

@@ -1,4 +1,4 @@
-"""Every state of a draw: culling, depth, stencil, blending, masks, offsets, clears, discarding, several targets."""
+"""Draw states: culling, depth, stencil, blending, masks, offsets, clears, discard, several targets."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from passgraph.verify.conformance.case_inputs import Soup, quad, soup
 from passgraph.verify.corner_kernels import CORNER_KERNELS
 
 GROUP = "draw states"
-#: Not a multiple of a tile, and larger than one.
+#: Larger than a tile, and not a multiple of one.
 SIZE = (83, 61)
 STENCIL_DEPTH = "depth32f_stencil8"
 
@@ -40,21 +40,21 @@ _VERTEX = ("place", "lean")
 
 @lru_cache
 def stage(name: str) -> Kernel:
-    """One of the kernels above."""
+    """Return one of the kernels above."""
     decorate = pg.vertex if name in _VERTEX else pg.fragment
     kernel: Kernel = decorate(source=KERNELS, name=name)
     return kernel
 
 
 def painted(mesh: Soup, into: Any, *, vertex: str = "place", fragment: str | None = "paint", **state: Any) -> Any:
-    """A draw with kernels by name."""
+    """Return a draw with kernels given by name."""
     return pg.draw(
         mesh, vertex=stage(vertex), fragment=None if fragment is None else stage(fragment), into=into, **state
     )
 
 
 def over(mesh: Soup, form: str = "rgba32f", fragment: str = "paint", **state: Any) -> Mapping[str, pg.Target]:
-    """A cleared draw that counts in the stencil, and one over it in the state under test."""
+    """Return a cleared draw that increments the stencil, and a draw over it in the state under test."""
     channels = FORMATS[form].channels
     base = painted(
         soup(12, seed=5), pg.target("color", form, clear=0.25), fragment=("one", "two", "three", "paint")[channels - 1],
@@ -65,7 +65,7 @@ def over(mesh: Soup, form: str = "rgba32f", fragment: str = "paint", **state: An
 
 
 def stencil_seen(mesh: Soup, **state: Any) -> Mapping[str, pg.Target]:
-    """The stencil that the state leaves behind, made visible by draws that test for each value."""
+    """Show the resulting stencil by draws that test for each value."""
     seen = over(mesh, **state)["color"]
     for value in range(6):
         # 6 stands for what wraps or saturates: 255 and its neighbors.
@@ -83,7 +83,7 @@ def _case(name: str, **state: Any) -> Case:
 
 
 def cases() -> Iterator[Case]:
-    """Every value of every state, one draw over another."""
+    """Yield cases for every value of every state, each draw over another."""
     for cull in CULL:
         for vertex in _VERTEX:
             yield _case(f"cull {cull}, {vertex}", cull=cull, vertex=vertex)
@@ -100,7 +100,7 @@ def cases() -> Iterator[Case]:
         yield _case(f"polygon offset {offset[0]:g}, {offset[1]:g}", polygon_offset=offset, depth_compare="less_equal")
     stencil = Stencil("always", passed="increment", depth_fail="zero")
     yield Case(GROUP, "discard", partial(stencil_seen, soup(24, 11), fragment="holes", stencil=stencil), SIZE)
-    # In order, fragment by fragment, w as different as in "cull none, lean".
+    # In order, fragment by fragment, with the range of w of "cull none, lean".
     yield Case(GROUP, "discard, lean", partial(over, soup(24, 11), fragment="holes", vertex="lean"), SIZE)
     yield Case(GROUP, "several targets", several_targets, SIZE)
     yield Case(GROUP, "depth only", lambda: {"depth": _depth_only()}, SIZE)
@@ -119,7 +119,7 @@ def _stencils() -> Iterator[Case]:
         for moment in moments:
             stencil = Stencil("less_equal", reference=2, write_mask=0x0F, **{moment: operation})  # type: ignore[arg-type]
             graph = partial(stencil_seen, soup(24, 11), stencil=stencil)
-            # A short run has each operation at one moment, and at each moment a third of them.
+            # A short run has each operation in one moment, and in each moment a third of the operations.
             quick = moment == moments[number % len(moments)]
             yield Case(GROUP, f"stencil {operation} on {moment}", graph, SIZE, quick=quick)
 
@@ -139,14 +139,14 @@ def _blends() -> Iterator[Case]:
     for name in BLENDS:
         yield _case(f"blend {name}", blend=name, mesh=soup(8, 9))
     for form in ("rgba8", "rgba16f", "rgba16"):
-        # Few layers: each may round either way, and of many steps of 8 bits nothing could be told.
+        # Few layers: each adds a rounding error, and too many 8-bit steps would make the bounds vague.
         graph = partial(over, soup(3, 3), form=form, blend="alpha")
         yield Case(GROUP, f"blend into {form}", graph, SIZE)
     yield Case(GROUP, "blend past the largest half", _overflowing, SIZE)
 
 
 def several_targets() -> Mapping[str, pg.Target]:
-    """Three targets of three formats; the second blends and the third is masked."""
+    """Return three targets of three formats; the second blends and the third is masked."""
     into = pg.target("color", "rgba32f"), pg.target("facing", "r8"), pg.target("where", "rgba16f")
     color, facing, where = painted(
         soup(24, 2), into, vertex="lean", fragment="several", depth=pg.target("depth", "depth32f"),
@@ -161,7 +161,7 @@ def _depth_only() -> pg.Target:
 
 
 def clears() -> Mapping[str, pg.Target]:
-    """Colors, depth and stencil cleared to values of their own; little is drawn over them."""
+    """Clear colors, depth and stencil to different values, with little drawn over them."""
     color = painted(
         soup(2, 3, 0.3),
         pg.target("color", "rgba8", clear=(0.2, 0.4, 0.6, 1.0)),
@@ -177,6 +177,6 @@ def clears() -> Mapping[str, pg.Target]:
 
 
 def into_format(form: str) -> Mapping[str, pg.Target]:
-    """A draw quantizes as a pixel pass does; values lie below, in and above [0, 1]."""
+    """Test that a draw quantizes like a pixel pass, with values below, in and above [0, 1]."""
     fragment = {1: "one", 2: "two", 3: "three", 4: "bright"}[FORMATS[form].channels]
     return {"color": painted(soup(16, 7), pg.target("color", form, clear=0.4), fragment=fragment)}

@@ -1,4 +1,4 @@
-"""Every effect of the table on a small scene, picture or flat world, and with parameters that lead other ways."""
+"""Effects of the table on a small scene, picture or 2D world, with parameters that select other code paths."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from passgraph.verify.conformance.case import Case
 GROUP = "effects"
 MAPS = {"map_size": 32}
 
-#: Of OpenColorIO 2.2 and newer.
+#: Config of OpenColorIO 2.2 and newer.
 COLOR_CONFIG = "ocio://cg-config-v1.0.0_aces-v1.3_ocio-v2.1"
-#: Effects that need a package of an extra: left out where it is not installed.
+#: Effects that need an optional package; left out if it is not installed.
 NEEDS = {"color-transform": "PyOpenColorIO"}
 
-#: Of the frame before; that of a frame is at the origin.
+#: Camera of the previous frame; that of the current frame is at the origin.
 BEFORE = pg.Camera((1.0, 0.5, -1.0), (0.0, 0.0, -1.0))
 
-#: Effect → variants; each its parameters, and ``light``, which chooses the scene's.
+#: Effect → variants: the parameters of each, and ``light``, which selects the scene's light.
 VARIANTS: dict[str, list[dict[str, Any]]] = {
     "tone-map": [{"curve": curve} for curve in ("linear", "reinhard", "hable", "aces", "agx", "pbr-neutral")],
     "color-transform": [{"display": "sRGB - Display", "view": "Un-tone-mapped", "config": COLOR_CONFIG}],
@@ -90,29 +90,29 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
 }  # fmt: skip
 
 
-#: Effects of which a short run takes the first variant only: the oracle tries every way that their taps may fall.
+#: Effects with only their first variant in a short run: the oracle tries every outcome of their taps.
 SLOW = ("ambient-occlusion", "occluded", "light2d", "five-pass")
-#: A sweep for the exact penumbra compares tangents with one that it took from among them; bounds do not know the two
-#: for one number, so that all is open where an edge hides any of the lamp: in so many of the picture's pixels.
+#: The exact penumbra compares tangents with one selected from them; bounds do not know that both are the same number.
+#: All values are undecided where an edge hides part of the lamp: this share of the pixels.
 IN_SHADOW = 0.223
-#: Shares of values of which something is known, where they are below 0.9.
+#: Smallest shares of values with narrow bounds, where they are below 0.9.
 LEAST_TOLD = {
-    # Where one surface fills the filter, the lit floor here, the moments' variance is a difference of equal numbers,
-    # and what is divided by it may be anything: half of the picture.
+    # Where one surface fills the filter (the lit floor), the variance of the moments is a difference of equal numbers,
+    # and a quotient by it may be anything: half of the picture.
     "msm": 0.5,
-    # A mask of smears as fine as its texels, which corners that a driver may move by 1/256 pixel shift by as much.
+    # A mask with smears as fine as its texels; a driver may move corners by 1/256 pixel, which shifts them.
     "dirty-lens": 0.8,
     "exact": 1.0 - IN_SHADOW,
 }
-#: The same of targets. How a triangle rises from pixel to pixel is a difference of nearly equal distances; its bounds
-#: are as wide as theirs, and most so where a driver may move corners.
+#: The same by target. A triangle's slope from pixel to pixel is a difference of nearly equal distances; its bounds are
+#: as wide as theirs, and widest where a driver may move corners.
 TOLD_LESS = {"rises": 0.2}
-#: Shares of ambiguous pixels, where they are above the usual ceiling.
+#: Largest shares of ambiguous pixels, where they are above the default limit.
 AMBIGUOUS = {"exact": IN_SHADOW}
 
 
 def cases() -> Iterator[Case]:
-    """Each variant of each effect; those without a list in :data:`VARIANTS` as they are by default."""
+    """Yield each variant of each effect; effects without variants in :data:`VARIANTS` use their defaults."""
     for effect in EFFECTS.values():
         if effect.name in NEEDS and find_spec(NEEDS[effect.name]) is None:
             continue

@@ -19,7 +19,7 @@ import passgraph as pg
 from passgraph.verify.conformance.case import Case
 
 GROUP = "language"
-#: Range ends, shift distances at 32, divisors, and what sits beside powers of two.
+#: Range ends, shift distances around 32, divisors, and neighbors of powers of two.
 VALUES = (
     -(2**31), -(2**31) + 1, -(2**30), -65536, -33, -32, -7, -1, 0, 1, 3, 7, 31, 32, 65535, 2**30, 2**31 - 2, 2**31 - 1,
 )  # fmt: skip
@@ -52,7 +52,7 @@ def _trips(start: int, end: int, step: int) -> int:
     return sum(range(start, end, step)) + len(range(start, end, step))
 
 
-#: Expressions of ints a and b, and what they mean.
+#: Expressions of ints a and b, and their values in Python.
 STEPS: dict[str, Step] = {
     "abs(a)": lambda a, b: abs(a),
     "-a": lambda a, b: -a,
@@ -80,7 +80,7 @@ STEPS: dict[str, Step] = {
 }
 #: Operations that overflow; a short run tries these.
 QUICK = ("abs(a)", "a // b")
-#: What a result is used for, and what is counted of it.
+#: Uses of a result, and the number that each adds to the sum.
 USES: dict[str, Step] = {
     "(1 if r < 0 else 2)": lambda r, b: 1 if r < 0 else 2,
     "(3 if r >= 0 else 5)": lambda r, b: 3 if r >= 0 else 5,
@@ -94,7 +94,7 @@ USES: dict[str, Step] = {
     "int(given[clamp(r, -5, 3)])": lambda r, b: TABLE[_clamped(r, 0, 3)],
     "int(given[r])": lambda r, b: TABLE[_clamped(r, 0, 7)],
 }
-#: Loops over a result, and the count that they make.
+#: Loops over a result, and their trip counts.
 LOOPS: dict[str, Step] = {
     "clamp(r, -3, 4), 5": lambda r, b: _trips(_clamped(r, -3, 4), 5, 1),
     "0, clamp(r, -2, 6), 2": lambda r, b: _trips(0, _clamped(r, -2, 6), 2),
@@ -107,7 +107,8 @@ def halves(a: uint) -> vec4:
 
 
 def kernel_text(first: str) -> str:
-    """A kernel that feeds one operation to every other one, and sums up all that is made of the results."""
+    """Return a kernel that passes the result of one operation to every other one, and sums the uses of their
+    results."""
     lines = [f"TABLE = {TABLE}", HALVES, "def run(color: Image, given: Array[float, 8]) -> vec4:"]
     lines += ["    c = color[0, 0]", "    x = int(c.x) << 16 | int(c.y)", "    b = int(c.z) << 16 | int(c.w)"]
     lines += [f"    a = {re.sub(_A, 'x', first)}", "    total = uint(0)"]
@@ -142,7 +143,7 @@ def _halves_of(values: NDArray[np.int64]) -> NDArray[np.float32]:
 
 
 def cases(graph: Callable[..., Mapping[str, pg.Target]]) -> Iterator[Case]:
-    """A case for each operation that comes first; ``graph`` makes one of its text."""
+    """Yield a case for each operation that comes first; ``graph`` builds its graph from a kernel's text."""
     side = len(VALUES)
     pairs = np.array(list(product(VALUES, VALUES)), np.int64).reshape(side, side, 2)
     color = np.concatenate([_halves_of(pairs[..., 0]), _halves_of(pairs[..., 1])], axis=-1)

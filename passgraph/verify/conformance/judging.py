@@ -1,7 +1,7 @@
-"""One case on open backends: every target of every pass of every frame held against what the oracle allows.
+"""Judge one case on open backends: compare every target of every pass of every frame with the oracle's bounds.
 
-Each pass works on the reference's pictures (what it wrote itself is replaced before the next pass reads it), so
-that a difference is that pass's own, in later frames too.
+Each pass reads the reference's pictures: its results are replaced before the next pass reads them.  A difference
+therefore belongs to its pass, in later frames too.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ from passgraph.verify.oracle.pass_bounds import Key, Passes
 
 Outcome = Literal["passed", "diverged", "vacuous", "failed"]
 
-#: A value is told where its bounds lie within this share of its size, or within a step of its format, or …
-TOLD_SHARE = 1.0 / 64.0
-#: … within this (what sine promises at its zeros is 2^-22).
-TOLD_DISTANCE = 2.0**-20
+#: A value has narrow bounds if they span at most this share of its size, a step of its format, or …
+NARROW_SHARE = 1.0 / 64.0
+#: … this distance (the specified error of sine at its zeros is 2^-22).
+NARROW_DISTANCE = 2.0**-20
 
 
 @dataclass(frozen=True)
 class TargetVerdict:
-    """One target of one pass in one frame.
+    """The verdict on one target of one pass in one frame.
 
     Attributes
     ----------
     outside : share of pixels with a value that no conforming backend may have
-    ambiguous : share of pixels where rounding may turn a decision, and the outcomes lie apart
-    told : share of values whose bounds are finite and near each other
-    known : whether the case knows the picture to the bit, so that the last two do not matter
+    ambiguous : share of pixels where rounding may change a decision and the outcomes differ
+    told : share of values with finite and narrow bounds
+    known : True if the case has the exact picture, so that ``ambiguous`` and ``told`` do not matter
     """
 
     frame: int
@@ -57,10 +57,10 @@ class TargetVerdict:
 
 @dataclass(frozen=True, eq=False)
 class Divergence:
-    """The first target that is beyond its bounds, and the pixel that is farthest beyond.
+    """The first target outside its bounds, and its worst pixel.
 
-    ``reads``: what the pass reads at this very pixel, by the kernel's name of the image; ``cause``: what the picture
-    tells of what is wrong, empty where it tells nothing.
+    ``reads``: the texels at this pixel of the images that the pass reads, by the kernel's name; ``cause``: the likely
+    mistake, empty if unknown.
     """
 
     where: str
@@ -95,7 +95,7 @@ class Verdict:
     seconds: float
     targets: tuple[TargetVerdict, ...] = ()
     divergence: Divergence | None = None
-    reason: str = ""  # of a vacuous or failed case
+    reason: str = ""  # for a vacuous or failed case
 
     @classmethod
     def of_failure(cls, case: Case, backend: str, seconds: float, targets: tuple[TargetVerdict, ...] = ()) -> Verdict:
@@ -109,12 +109,12 @@ class Verdict:
 
     @property
     def ambiguous(self) -> float:
-        """The largest share of any target that is not known to the bit."""
+        """Return the largest ambiguous share of any target without an exact picture."""
         return max((target.ambiguous for target in self.targets if not target.known), default=0.0)
 
     @property
     def told(self) -> float:
-        """The smallest share of any target that is not known to the bit."""
+        """Return the smallest share of narrow bounds of any target without an exact picture."""
         return min((target.told for target in self.targets if not target.known), default=1.0)
 
     def __str__(self) -> str:
@@ -123,7 +123,7 @@ class Verdict:
 
 
 class Judge:
-    """A case with its plan; what conforming backends may write is found when first needed, or read where it is kept."""
+    """A case with its plan; bounds are computed when first needed, or read from the cache."""
 
     def __init__(self, case: Case, kept: Kept | None = None) -> None:
         self.case = case
@@ -150,7 +150,7 @@ class Judge:
         return Verdict(case.group, case.name, name, outcome, seconds, tuple(targets), first, reason)
 
     def _targets(self, backend: Backend) -> Iterator[tuple[TargetVerdict, Divergence | None]]:
-        """Every target of every frame, in the order in which they are written."""
+        """Yield the verdict on every target of every frame, in the order in which they are written."""
         plan = self.passes.plan
         expected, allowed = self.passes.allowed(backend.snaps)
         for written in self.passes.written(backend, expected):
@@ -193,7 +193,7 @@ class Judge:
         return "passed", ""
 
     def _inexact(self, backend: Backend) -> Divergence | None:
-        """Outputs of the program as it is compiled by default, against those that are known to the bit."""
+        """Return the first difference between the program's outputs, compiled with defaults, and the exact ones."""
         if not self.case.exact:
             return None
         with compile(self.outputs, backend, self.case.size) as program:
@@ -218,7 +218,7 @@ def divergence(
     high: NDArray[np.floating],
     beyond: NDArray[np.bool_],
 ) -> Divergence:
-    """Return the divergence at the pixel that is farthest beyond its bounds."""
+    """Return the divergence at the worst pixel."""
     apart = np.where(beyond, distance(got, expected), -1.0)
     row, column, channel = (int(i) for i in np.unravel_index(np.argmax(apart), apart.shape))
     at = row, column, channel
@@ -229,15 +229,15 @@ def divergence(
 
 
 def are_decided(bounds: Allowed, format_: Format) -> NDArray[np.bool_]:
-    """Return which values the bounds decide: a narrow interval, or a certain NaN."""
+    """Return which values are decided: those with a narrow interval, or a certain NaN."""
     values = bounds.values
     size = values.magnitude
-    near = values.width <= np.fmax(TOLD_SHARE * size, max(TOLD_DISTANCE, format_.unit))
+    near = values.width <= np.fmax(NARROW_SHARE * size, max(NARROW_DISTANCE, format_.unit))
     return np.asarray(near & (~values.nan | np.isnan(values.lo)))
 
 
 def judge(case: Case, backends: Sequence[Backend]) -> list[Verdict]:
-    """One case on several open backends, which share the reference's work."""
+    """Judge a case on several open backends, which share the reference's work."""
     start = perf_counter()
     try:
         judging = Judge(case)

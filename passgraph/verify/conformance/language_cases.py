@@ -1,6 +1,6 @@
-"""Cases of the language besides operations: loops, branches, tables, arrays, parameters, neighborhoods.
+"""Cases of the language except operations: loops, branches, tables, arrays, parameters, neighborhoods.
 
-Pictures and parameters hold small whole numbers, so that every sum is exact and what comes out is known to the bit.
+Pictures and parameters hold small whole numbers, so every sum and result is exact.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from passgraph.verify.conformance.case import Case, Picture
 
 GROUP = "language"
 SIZE = (23, 17)
-#: Wider than a work-group of 128, and more than the 16,384 pixels that one thread takes at once.
+#: Wider than a work-group of 128, and more than the 16,384 pixels that one thread computes at a time.
 WIDE = (301, 61)
-#: More than 64 trips, which is what is unrolled; loops with jumps never are.
+#: More than 64 trips, the limit of unrolling; loops with jumps are never unrolled.
 TRIPS = 70
 
-#: Name → kernel, and what it computes, from the picture (h, w, 4) and its columns and rows.
+#: Name → kernel, and a function that computes its result from the picture (h, w, 4) and its columns and rows.
 KERNELS: dict[str, tuple[str, Callable[[Picture, NDArray[Any], NDArray[Any]], NDArray[Any]]]] = {
     "a long loop": (
         f"""
@@ -152,7 +152,7 @@ def run(color: Image) -> vec4:
     ),
 }
 
-#: Every kind of parameter at once, so that each lies somewhere else in its block.
+#: Parameters of every type, so that each has another offset in the block.
 PARAMETERS = """
 def run(color: Image, one: float, few: Array[float, 5], flag: bool, whole: int, turn: mat3, many: Array[float, 300],
         steps: Array[int, 6], by: vec3, pairs: Array[vec2, 3]) -> tuple[vec4, vec4, vec4]:
@@ -163,7 +163,7 @@ def run(color: Image, one: float, few: Array[float, 5], flag: bool, whole: int, 
     return first + color[0, 0], second, third
 """
 
-#: What rewriting must leave as it is: differences both ways, zeros with a sign, what is not finite.
+#: Expressions that optimization must not change: differences both ways, signed zeros, infinities and NaN.
 IDENTITIES = """
 def run(a: Image, b: Image) -> tuple[vec4, vec4, vec4]:
     p = a[0, 0]
@@ -182,7 +182,7 @@ def run(a: Image, b: Image) -> tuple[vec4, vec4]:
     return first, vec4(root * root, (x * 1e30) * 1e-30, x / x, -x + (x + z))
 """
 
-#: Zeros in the text, which compilers of shaders like to fold, and zeros that appear when a loop is unrolled.
+#: Zeros in the text, which shader compilers tend to fold, and zeros from unrolled loops.
 ZEROS = """
 def run(a: Image, b: Image) -> tuple[vec4, vec4]:
     x = a[0, 0].x
@@ -204,7 +204,7 @@ def run(a: Image, b: Image) -> tuple[vec4, vec4]:
 
 
 def whole(size: tuple[int, int] = SIZE) -> Picture:
-    """Whole numbers from 0 to 7."""
+    """Return whole numbers from 0 to 7."""
     return np.random.default_rng(9).integers(0, 8, (size[1], size[0], 4)).astype(np.float32)
 
 
@@ -264,7 +264,7 @@ def _table(a: Picture, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
 
 
 def cases() -> Iterator[Case]:
-    """Each kernel with what it must give."""
+    """Yield each kernel with its expected result."""
     y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
     for name, (text, expected) in KERNELS.items():
         result = np.asarray(expected(whole(), x, y), np.float32)
@@ -307,7 +307,7 @@ def _parameters(x: NDArray[Any]) -> Case:
     return Case(GROUP, "parameters of every kind", graph, SIZE, ({"color": whole()},), exact=exact)
 
 
-#: What formats round: halves of steps, the ends of ranges, what is beyond them and what is not finite.
+#: Numbers to round: halves of steps, range ends, numbers beyond them, and non-finite ones.
 STORED = (
     0.0, 1.0, 0.5, 0.25, 0.1, 0.999, 2.0, 2049.0, 2051.0, 2.0**-14, 1.0 + 2.0**-11, 1.0 + 3 * 2.0**-11, 2.0**-25,
     3 * 2.0**-25, 5 * 2.0**-25, 2.0**-14 - 2.0**-25, 2.0**-26, 65504.0, 65519.0, 65520.0, 65536.0, 1e30, np.inf, np.nan,
@@ -315,10 +315,10 @@ STORED = (
 
 
 def _stores() -> Iterator[Case]:
-    """Kernels round what they store; NaN becomes 0 where a format has none."""
+    """Test rounding in kernels that store; NaN becomes 0 in formats without NaN."""
     values = np.array([*STORED, *(-v for v in STORED)], np.float32)
     picture = np.broadcast_to(values[None, :, None], (3, len(values), 1)).copy()
-    # Inputs are finite: the numbers come as their bits, in two halves.
+    # Inputs must be finite, so the numbers are passed as their bits, in two halves.
     bits = picture.view(np.int32)
     frame = {"bits": np.concatenate([bits >> 16, bits & 0xFFFF], axis=-1).astype(np.float32)}
     with np.errstate(over="ignore"):
@@ -337,7 +337,7 @@ def _stored(form: str) -> Mapping[str, pg.Target]:
     text = "def run(bits: Image) -> float: return float_from_bits(int(bits[0, 0].r) * 65536 + int(bits[0, 0].g))"
     kernel, copy = pg.kernel(source=text), pg.kernel(source="def copy(a: Image) -> float: return a[0, 0].r")
     bits = pg.Input("bits")
-    # What is read at its own pixel only is fused, and never stored.
+    # A target that is only read at the same pixel is fused, and never stored.
     stored, between = (kernel(bits, into=pg.target(name, form), name=name) for name in ("stored", "between"))
     return {"stored": stored, "read": copy(between, into=pg.target("read", "r32f"))}
 
@@ -358,7 +358,7 @@ def run(color: Image) -> vec4:
 """
 
 
-#: Border rule → the same as padding.
+#: Border rule → NumPy's padding mode.
 PADS = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric", "reflect-101": "reflect"}
 
 
@@ -368,7 +368,7 @@ def _wide(border: str) -> Mapping[str, pg.Target]:
 
 
 def _blur(a: Picture, border: str) -> Picture:
-    """WIDE_TEXT with a border as padding."""
+    """Compute WIDE_TEXT with the border as padding."""
     padded = np.pad(a, ((3, 3), (3, 3), (0, 0)), PADS[border])  # type: ignore[call-overload]
 
     def at(dx: int, dy: int) -> NDArray[Any]:

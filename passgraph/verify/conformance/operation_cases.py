@@ -1,7 +1,7 @@
-"""Every row of the operations table on special values, as scalars, vectors and ints.
+"""Operations of the table on special values, as scalars, vectors and ints.
 
-One kernel evaluates a picture of values pairwise: every value of a list with every other one.  The oracle
-promises nothing outside a row's documented domain, so lists are moved into it.
+A kernel evaluates a picture of all pairs of values from a list.  The oracle allows anything outside an operation's
+documented domain, so lists are mapped into it.
 """
 
 from __future__ import annotations
@@ -23,25 +23,26 @@ from passgraph.verify.conformance.case import Case
 GROUP = "operations"
 Values = NDArray[np.float32]
 
-#: Zeros, ones, halves, range ends, denormals, tiny and huge numbers; then of either sign, and what is not finite.
+#: Zeros, ones, halves, range ends, denormals, tiny and huge numbers; used with both signs, and with non-finite numbers.
 SPECIAL = (
     0.0, 1.0, 0.5, 1.5, 2.5, 3.5, 1e-3, 1e-20, 2.0**-126, 2.0**-127, 1e-45, 1e20, 3.4028235e38, 0.1, 0.3, 0.7, 2.0,
     3.0, 7.0, 100.0, 255.0, 8191.0, 0.99999994, 1.0000001, 8388607.5, 16777216.0, 2147483648.0,
 )  # fmt: skip
 NOT_FINITE = (np.inf, -np.inf, np.nan)
-#: Range ends, powers of two beside them, shift distances at and beyond 32, divisors, what rounds up by its last bit as
-#: a uint, and an infinite binary16.
+#: Range ends, powers of two and their neighbors, shift distances at and beyond 32, divisors, a uint whose conversion to
+#: float rounds up by its last bit, and the bits of an infinite binary16.
 INTS = (
     0, 1, 2, 3, 5, 7, 30, 31, 32, 33, 63, 64, 255, 256, 32767, 32768, 65535, 65536, 8388607, 16777217, 123456789,
     2**30, 2**31 - 2, 2**31 - 1, -1, -2, -3, -5, -7, -31, -32, -33, -255, -256, -65536, -16777217, -(2**30),
     -(2**31) + 1, -(2**31), -(2**31) + 129, 0x7C00,
 )  # fmt: skip
 
-#: A row leaves open up to four of the 64 values: denormals, which may count as 0; or zeros or large numbers that it
-#: takes to infinity, and infinities.  A pixel holds four values, so a quarter may have one, beside the usual share.
+#: An operation leaves up to four of the 64 values open: denormals, which may count as 0, or values whose result is
+#: infinite, and infinities.  A pixel holds four values, so it may contain one in a quarter of the pixels, in addition
+#: to the default limit.
 OPEN_SHARE = 4 * 4 / 64 + MOST_AMBIGUOUS
 
-#: Vectors and matrices: expressions of two vec4 ``p`` and ``q`` that give a vec4, in every size.
+#: Vectors and matrices: expressions of two vec4 ``p`` and ``q`` with a vec4 result; all sizes occur.
 VECTOR = {
     "dot": "vec4(dot(p.xy, q.xy), dot(p.xyz, q.xyz), dot(p, q), 0.0)",
     "cross": "vec4(cross(p.xyz, q.xyz), 0.0)",
@@ -62,7 +63,7 @@ VECTOR = {
 
 
 def _unit(v: Values) -> Values:
-    """Into [-1, 1]."""
+    """Map into [-1, 1]."""
     with np.errstate(all="ignore"):
         return np.where(np.abs(v) > 1, np.float32(1) / v, v)
 
@@ -73,50 +74,51 @@ def _angle(v: Values) -> Values:
 
 
 def _moderate(v: Values) -> Values:
-    """Sizes whose quotients, products and squares float32 holds: 2^-20 to 2^20, and zero."""
+    """Map to sizes with quotients, products and squares in float32's range: 2^-20 to 2^20, and zero."""
     size = np.abs(v)
     clipped = np.sign(v) * np.clip(size, 2.0**-20, 2.0**20)
     return np.where(np.isfinite(v), np.where(size == 0, 0.0, clipped), 1.25).astype(np.float32)
 
 
 def _small(v: Values) -> Values:
-    """Exponents: -20 to 20."""
+    """Map to exponents from -20 to 20."""
     return np.where(np.isfinite(v), np.clip(v, -20, 20), 3.0).astype(np.float32)
 
 
 def _dividends(v: Values) -> Values:
-    """Numbers to divide: zero, and such that no quotient with :func:`_divisors` is near a whole number."""
+    """Map to dividends: zero, and numbers whose quotient by :func:`_divisors` is not near a whole number."""
     return (1000.0 * np.sin(np.arange(len(v)))).astype(np.float32)
 
 
 def _divisors(v: Values) -> Values:
-    """±0.5 to ±8."""
+    """Map to ±0.5 to ±8."""
     turned = np.cos(7.0 * np.arange(len(v)))
     return np.asarray(np.sign(turned) * (0.5 + 7.5 * np.abs(turned)), np.float32)
 
 
 def _divisible(v: Values) -> Values:
-    """Divisors that are documented, 2^-126 to 2^126; zero, infinity and NaN too."""
+    """Map to documented divisors, 2^-126 to 2^126; keep zero, infinity and NaN."""
     size = np.abs(v)
     inside = (size >= 2.0**-126) & (size <= 2.0**126)
     return np.where(inside | (size == 0) | ~np.isfinite(v), v, np.float32(-0.375))
 
 
 def _exponents(v: Values) -> Values:
-    """Whose powers float32 holds: -80 to 80, infinity and NaN."""
+    """Map to exponents of powers in float32's range: -80 to 80, infinity and NaN."""
     with np.errstate(invalid="ignore"):
         return np.where(np.isfinite(v) & (np.abs(v) > 80), np.sign(v) * (np.abs(v) % 80), v)
 
 
 def _known_bits(v: Values) -> Values:
-    """Bits of NaN, of a zero's sign and of denormals are not the same everywhere."""
+    """Replace NaN, zeros and denormals, whose bits differ between backends."""
     return np.where(np.isnan(v) | (np.abs(v) < 2.0**-126), np.float32(0.75), v)
 
 
 def _folded(domain: Domain) -> Callable[[Values], Values]:
-    """Numbers beyond come around to the other side of 0, those below what is least become it; then into the ends."""
+    """Return a function that maps numbers into a domain: wraps large ones, raises small ones, then clamps to the
+    ends."""
 
-    def brought(v: Values) -> Values:
+    def mapped(v: Values) -> Values:
         v = np.abs(v) if domain.low >= 0 else v
         size = np.abs(v)
         high = max(abs(domain.low), abs(domain.high))
@@ -126,11 +128,11 @@ def _folded(domain: Domain) -> Callable[[Values], Values]:
         small = (np.abs(inside) < domain.least) & ((inside != 0) | (not domain.zero))
         return np.asarray(np.clip(np.where(small, nearest, inside), domain.low, domain.high), np.float32)
 
-    return brought
+    return mapped
 
 
-#: Domain → how the list is brought into it; into others by :func:`_folded`.
-BROUGHT: dict[Domain, Callable[[Values], Values]] = {
+#: Domain → function that maps the list into it; other domains use :func:`_folded`.
+MAPPINGS: dict[Domain, Callable[[Values], Values]] = {
     operation.ANY: np.asarray,
     operation.NOT_NEGATIVE: np.abs,
     operation.FROM_ONE: lambda v: np.where(np.abs(v) < 1, 1 + np.abs(v), np.abs(v)),
@@ -150,19 +152,19 @@ BROUGHT: dict[Domain, Callable[[Values], Values]] = {
 
 
 def into(domain: Domain, v: Values) -> Values:
-    """A list of numbers brought into a domain."""
-    return BROUGHT.get(domain, _folded(domain))(v)
+    """Map a list of numbers into a domain."""
+    return MAPPINGS.get(domain, _folded(domain))(v)
 
 
 def floats() -> Values:
-    """64 values: special ones of either sign, what is not finite, and ordinary ones."""
+    """Return 64 values: special ones of both signs, non-finite and ordinary ones."""
     random = np.random.default_rng(7)
     listed = [*SPECIAL, *(-v for v in SPECIAL), *NOT_FINITE]
     return np.array([*listed, *random.uniform(-4, 4, 64 - len(listed))], np.float32)
 
 
 def pairs(v: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Two pictures (n, n, 4) that pair every value with every other one; channels are the list moved on."""
+    """Return two pictures (n, n, 4) with all pairs of the values; channels hold the rotated list."""
     rolled = [np.roll(v, 5 * k) for k in range(4)]
     first = [np.repeat(r[:, None], len(v), axis=1) for r in rolled]
     second = [np.repeat(r[None, :], len(v), axis=0) for r in rolled]
@@ -170,7 +172,7 @@ def pairs(v: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def cases() -> Iterator[Case]:
-    """Each row: floats, ints and uints where it takes them."""
+    """Yield the cases of each operation: floats, ints and uints as its signature allows."""
     for row in OPERATIONS.values():
         letters = set(row.operands)
         if row.name in VECTOR:
@@ -189,7 +191,8 @@ def cases() -> Iterator[Case]:
 
 
 def call(row: Operation, operands: list[str], vector: bool) -> str:
-    """The operation as it is written; comparisons of vectors are functions, as the operators give one bool."""
+    """Return the call of an operation as source text; vector comparisons are functions, since operators return one
+    bool."""
     return row.as_written(*operands, by_name=vector and row.result == "B")
 
 
@@ -200,11 +203,11 @@ def _result(row: Operation, kind: str = "float") -> str:
     return kinds.get(row.result, "float")
 
 
-#: What vectors of each kind of number begin with.
+#: Number type → prefix of its vector types.
 _VECTORS = {"float": "vec", "int": "ivec", "uint": "uvec", "bool": "bvec"}
 
 
-#: Exponents that are known when the kernel is compiled: products, reciprocals, and what is left to logarithms.
+#: Exponents known at compile time: they become products, reciprocals, or a general power.
 KNOWN_POWERS = (2.0, 3.0, -1.0, -2.0, 7.0, 8.0, -3.0, 9.0, 0.5, 4.0, 5.0, 6.0)
 
 
@@ -231,7 +234,7 @@ def _case(name: str, text: str, a: NDArray[Any], b: NDArray[Any]) -> Case:
 
 
 def _floats(row: Operation) -> Case:
-    """Four components at once, and one by itself."""
+    """Build the case of a four-component vector and a scalar."""
     count = len(row.operands)
     v = floats()
     (a, _), (_, b) = (pairs(into(row.domain_of(operand), v)) for operand in (0, 1))
@@ -250,12 +253,12 @@ def _floats(row: Operation) -> Case:
 
 
 def _converted(row: Operation, type_: str, vectors: list[str]) -> str:
-    """A row on vectors; conversions are their types."""
+    """Return an operation on vectors; a conversion is the name of its vector type."""
     return f"{type_}({vectors[0]})" if row.converts else call(row, vectors, True)
 
 
 def _kernel(head: str, lines: list[str], kind: str) -> str:
-    """Results are written exactly: ints as their lower and their upper half."""
+    """Return a kernel that stores results exactly: ints as their lower and upper halves."""
     body = "\n".join(lines)
     if kind in ("int", "uint"):
         halves = "vec4(u & 0xFFFF), vec4((u >> 16) & 0xFFFF), vec4(v & 0xFFFF, (v >> 16) & 0xFFFF, 0.0, 0.0)"
@@ -267,7 +270,7 @@ def _kernel(head: str, lines: list[str], kind: str) -> str:
 def _integer_case(row: Operation, given: str) -> Case:
     """Build the case of ints, or of uints with the same bits.
 
-    An int is brought as two halves, which float32 holds exactly: upper in the first channel, lower in the second."""
+    An int is passed as two halves, which float32 holds exactly: upper in the first channel, lower in the second."""
     v = np.array(INTS, np.int64)
     count = len(row.operands)
     first, second = pairs(v)
@@ -284,7 +287,7 @@ def _integer_case(row: Operation, given: str) -> Case:
     if row.operands == ("i",) or row.converts:
         scalars = ["q.x"]
     for i, letter in enumerate(row.operands):
-        if letter == "S" and count > 2:  # places of bits, and some beyond
+        if letter == "S" and count > 2:  # bit positions, some out of range
             vectors[i], scalars[i] = f"({vectors[i]} % 41 - 4)", f"({scalars[i]} % 41 - 4)"
         elif letter != "S" and given == "uint":
             vectors[i], scalars[i] = f"uvec2({vectors[i]})", f"uint({scalars[i]})"
@@ -310,7 +313,8 @@ def _bools(row: Operation) -> Case:
 
 
 def _vectors(row: Operation) -> Case:
-    """Ordinary numbers; some vectors zero, some equal; huge and tiny ones where no square of them is a result."""
+    """Build the case of vectors: ordinary numbers, some zero or equal vectors; huge and tiny ones where no square is a
+    result."""
     random = np.random.default_rng(3)
     a, b = (random.uniform(-3.0, 3.0, (48, 64, 4)) for _ in range(2))
     a[0], b[1] = 0.0, 0.0

@@ -1,4 +1,4 @@
-"""A suite's report as one HTML file with everything in it, and as JSON."""
+"""Write a suite's report as one self-contained HTML file, and as JSON."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from passgraph.verify.conformance.case import Picture
 from passgraph.verify.conformance.judging import Divergence, Verdict
 from passgraph.verify.conformance.suite import SuiteReport
 
-#: Pictures are enlarged by whole factors to about this many pixels a side.
+#: Pictures are enlarged by an integer factor to about this many pixels a side.
 SHOWN_PX = 320
-#: Pixels outside their bounds; NaN.
+#: Colors of pixels outside their bounds, and of NaN.
 OUTSIDE_COLOUR, NAN_COLOUR = (255, 40, 40), (255, 0, 255)
-#: Pictures of the first so many divergences are shown.
+#: Number of divergences shown with pictures.
 MOST_PICTURES = 50
 
 STYLE = """
@@ -35,7 +35,7 @@ pre { background: #f3f3f3; padding: .8em; overflow-x: auto; white-space: pre-wra
 
 
 def html_of(report: SuiteReport) -> str:
-    """The table of groups, then each case that did not pass with its pictures."""
+    """Return the table of groups, then each case that did not pass, with its pictures."""
     faults = report.faults
     word = '<b class="passed">passes</b>' if report.passed else '<b class="fault">does not pass</b>'
     parts = [
@@ -83,7 +83,7 @@ def _figures(divergence: Divergence) -> Iterator[str]:
 
 
 def _scale(picture: Picture) -> tuple[NDArray[np.float64], str]:
-    """Values from black to white, and in words: as stored where that is a color, else each by its rank."""
+    """Scale values from black to white, and describe the scale: stored values if they are colors, otherwise ranks."""
     finite = np.unique(picture[np.isfinite(picture)]).astype(np.float64)
     if finite.size == 0 or (finite[0] >= 0 and finite[-1] <= 1 and picture.shape[2] > 1):
         return np.linspace(0.0, 1.0, 256), "black is 0, white is 1"
@@ -103,7 +103,7 @@ def _bytes(picture: Picture, scale: NDArray[np.float64]) -> NDArray[np.uint8]:
 
 
 def _data(pixels: NDArray[np.uint8]) -> str:
-    """Enlarged, as the text of a PNG."""
+    """Return the enlarged picture as the text of a PNG."""
     from PIL import Image
 
     factor = max(1, SHOWN_PX // max(pixels.shape[:2]))
@@ -114,7 +114,7 @@ def _data(pixels: NDArray[np.uint8]) -> str:
 
 
 def json_of(report: SuiteReport) -> str:
-    """Every case with its figures; numbers that JSON lacks are texts."""
+    """Return every case with its figures; NaN and infinity become strings, since JSON lacks them."""
     document = {
         "backend": report.backend,
         "passed": report.passed,

@@ -1,4 +1,4 @@
-"""Every format stored and read, by texel and filtered, under every border rule, in pictures of all kinds of sizes."""
+"""Formats stored and read, by texel and filtered, under every border rule, in pictures of several sizes."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from passgraph.language.borders import BORDERS
 from passgraph.verify.conformance.case import Case, values
 
 GROUP = "pictures"
-#: One pixel, odd sides, one column, one row, and more than a tile of 64 either way.
+#: A pixel, odd sides, a column, a row, and more than a tile of 64 in both directions.
 SIZES = ((1, 1), (7, 5), (1, 9), (9, 1), (70, 66))
 
-#: Reads beside this pixel (where picture and target have one size) and far outside; filtered ones from beyond one side
-#: to beyond the other.
+#: Reads next to this pixel (if picture and target have one size) and far outside, and filtered reads from beyond one
+#: side to beyond the other.
 READS = """
 def reads(color: Image) -> tuple[vec4, vec4]:
     texels = color[-3, 2] + color[4, -1] * 2.0 + color.texel(pixel() * 3 - ivec2(70, 90)) * 4.0
     return texels, color.sample(uv() * 2.5 - 0.7)
 """
-#: Many reads of a row, as blurs make: a backend may decode what it holds in bytes once for all of them.
+#: Many reads of a row, as in blurs: a backend may decode bytes once for all of them.
 ROW = """
 def row(color: Image) -> vec4:
     total = color[-3, 1]
@@ -30,17 +30,17 @@ def row(color: Image) -> vec4:
         total += color[i, 1] * float(i)
     return total
 """
-#: A target of another size than what it reads, at the middles of texels, on their seams and at the corners.
+#: A target of another size than its input, read at texel centers, between texels and at the corners.
 RESIZED = """
 def resized(color: Image) -> vec4:
     return color.sample(uv())
 """
-#: Texels by place, by name and by the filter of the handle.
+#: Texels by position, by name and by the filter of the handle.
 ENLARGED = """
 def enlarged(color: Image, filtered: Image) -> tuple[vec4, vec4]:
     return color.nearest(uv()), filtered.sample(uv())
 """
-#: Places where an int ends, in texels and as fractions of the picture.
+#: Positions at the ends of the int range, in texels and as fractions of the picture.
 FAR = """
 def far(color: Image) -> tuple[vec4, vec4, vec4]:
     p = pixel() * 97
@@ -49,7 +49,7 @@ def far(color: Image) -> tuple[vec4, vec4, vec4]:
     highest = color.texel(ivec2(2147483647 - p.x, p.y)) + color.texel(ivec2(p.x, 2147483584 + p.y % 64))
     return lowest, highest, color.sample(beyond)
 """
-#: Inside of texels and outside of the picture; levels between and beyond those that there are.
+#: Positions inside texels and outside the picture; mipmap levels between and beyond the existing ones.
 AT_PLACES = """
 def at_places(color: Image) -> tuple[vec4, vec4, vec4, vec4]:
     place = uv() * 1.7 - 0.37
@@ -64,7 +64,7 @@ def volume(table: Image) -> tuple[vec4, vec4]:
 
 
 def cases() -> Iterator[Case]:
-    """Format by format."""
+    """Yield cases format by format."""
     for border in BORDERS:
         for filter in FILTERS:
             frames = {"frame": values((13, 10)), "table": values((5, 12))}
@@ -79,7 +79,7 @@ def cases() -> Iterator[Case]:
         for at, size in enumerate(SIZES):
             frame = {"frame": values(size, form.channels, seed=size[0])}
             for which, border in enumerate(BORDERS):
-                # A short run has each format in one size under one rule, and one format in all of them.
+                # A short run has each format in one size under one rule, and one format in all combinations.
                 quick = form.name == "rgba32f" or (at, which) == (
                     number % len(SIZES),
                     (number + number // len(SIZES)) % len(BORDERS),
@@ -101,7 +101,7 @@ def cases() -> Iterator[Case]:
 
 
 def enlarged() -> Mapping[str, pg.Target]:
-    """Each texel three times in either direction."""
+    """Enlarge each texel to 3 × 3."""
     frame = pg.Input("frame", size=(5, 4))
     specs = tuple(pg.target(name, "rgba32f", size=(15, 12)) for name in ("by name", "by filter"))
     by_name, by_filter = pg.kernel(source=ENLARGED)(frame, frame.filter("nearest"), into=specs)
@@ -109,7 +109,7 @@ def enlarged() -> Mapping[str, pg.Target]:
 
 
 def through(form: Format, border: str) -> Mapping[str, pg.Target]:
-    """Stored in a format, then read in both ways under a border rule."""
+    """Store in a format, then read by texel and filtered under a border rule."""
     letters = "rgba"[: form.channels]
     result = "float" if form.channels == 1 else f"vec{form.channels}"
     store = pg.kernel(source=f"def store(color: Image) -> {result}: return color[0, 0].{letters}")
@@ -121,14 +121,14 @@ def through(form: Format, border: str) -> Mapping[str, pg.Target]:
 
 
 def far(border: str) -> Mapping[str, pg.Target]:
-    """Reads as far away as places can be."""
+    """Read at the largest positions."""
     into = tuple(pg.target(f"far{k}", "rgba32f") for k in range(3))
     targets = pg.kernel(source=FAR)(pg.Input("frame", "rgba32f").border(border), into=into)
     return {target.name: target for target in targets}
 
 
 def at_places(border: str, filter: str) -> Mapping[str, pg.Target]:
-    """Read by place: nearest, gathered, filtered, in smaller levels, in a volume."""
+    """Read at positions: nearest, gathered, filtered, from mipmap levels, from a volume."""
     frame, table = (pg.Input(name).border(border).filter(filter) for name in ("frame", "table"))
     into = tuple(pg.target(name, "rgba32f", (11, 9)) for name in ("nearest", "gather", "sample", "deep"))
     targets = pg.kernel(source=AT_PLACES)(frame.mipmaps(), into=into)
@@ -138,7 +138,7 @@ def at_places(border: str, filter: str) -> Mapping[str, pg.Target]:
 
 
 def brought(form: Format) -> Mapping[str, pg.Target]:
-    """An input is rounded to its format, halves of a step to even."""
+    """Test that an input is rounded to its format, ties to even."""
     letters = "rgba"[: form.channels]
     result = "float" if form.channels == 1 else f"vec{form.channels}"
     read = pg.kernel(source=f"def read(color: Image) -> {result}: return color[0, 0].{letters}")
@@ -146,7 +146,7 @@ def brought(form: Format) -> Mapping[str, pg.Target]:
 
 
 def resized() -> Mapping[str, pg.Target]:
-    """Larger and smaller than the picture, by each border rule."""
+    """Compute larger and smaller pictures than the input under each border rule."""
     kernel = pg.kernel(source=RESIZED)
     targets, frame = {}, pg.Input("frame")
     for border in BORDERS:

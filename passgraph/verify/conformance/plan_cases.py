@@ -1,6 +1,6 @@
-"""Rearrangements of plans: intermediate results, aliased memory, static passes, draws over contents that others need.
+"""Planner optimizations: intermediate results, aliased memory, static passes, draws over content that is read later.
 
-Numbers are small whole ones: what comes out is known to the bit, with every optimization on.
+Numbers are small and whole, so results are exact with every optimization on.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from passgraph.verify.conformance.draw_state_cases import painted
 from passgraph.verify.conformance.sequence_cases import KERNELS, SIZE, shift, whole
 
 GROUP = "plans"
-#: Passes alike, more than backends make code of their own for.
+#: More equal passes than a backend compiles separately.
 ROW = 12
 
 
@@ -30,12 +30,12 @@ def _pass(name: str, *arguments: object, into: object, **values: object) -> pg.T
 
 
 def _shifted(picture: Any, into: str) -> pg.Target:
-    """A pass that reads beside its pixel, so that it is never fused with what it reads."""
+    """Return a pass that reads next to its pixel, so it is never fused with its producer."""
     return _pass("shift", picture.border("zero"), into=into)
 
 
 def row() -> dict[str, pg.Target]:
-    """Passes of one kernel with other numbers in each, and with one that follows from two."""
+    """Return passes of one kernel with different parameters, and one with a derived parameter."""
     frame = pg.Input("frame", "rgba32f", SIZE)
     targets = {}
     for k in range(ROW):
@@ -46,7 +46,7 @@ def row() -> dict[str, pg.Target]:
 
 
 def cases() -> Iterator[Case]:
-    """Each with what must come out behind the last frame."""
+    """Yield each case with its exact result after the last frame."""
     frames = tuple({"frame": whole(seed)} for seed in range(3))
     total = np.sum([frame["frame"] for frame in frames], axis=0)
     yield Case(GROUP, "history that is no result", hidden_history, SIZE, frames, exact={"out": shift(shift(total))})
@@ -84,21 +84,21 @@ def _without(frames: tuple[Mapping[str, Any], ...], name: str) -> tuple[Mapping[
 
 
 def hidden_history() -> Mapping[str, pg.Target]:
-    """Passes behind it could take the memory of what the next frame reads."""
+    """History that the next frame reads; later passes must not reuse its memory."""
     spec = pg.target("sum", "rgba32f")
     added = _pass("add", pg.previous(spec), pg.Input("frame"), into=spec)
     return {"out": _shifted(_shifted(added, "between"), "out")}
 
 
 def on_the_way() -> Mapping[str, pg.Target]:
-    """An intermediate result that is an output too, though it could be fused."""
+    """An intermediate result that is also an output, although it could be fused."""
     frame = pg.Input("frame")
     half_way = _pass("scale", frame, into="half way", factor=2.0)
     return {"half way": half_way, "out": _pass("add", half_way, frame, into="out")}
 
 
 def kept_apart() -> Mapping[str, pg.Target]:
-    """Two pictures that are made once, and needed at different times of every frame."""
+    """Keep apart two static pictures that are read at different times of each frame."""
     frame = pg.Input("frame")
     one = _shifted(pg.Input("one", static=True), "baked one")
     added = _shifted(_pass("add", one, frame, into="added"), "beside")
@@ -107,33 +107,33 @@ def kept_apart() -> Mapping[str, pg.Target]:
 
 
 def not_static() -> Mapping[str, pg.Target]:
-    """A static picture times a number of every frame."""
+    """A static picture multiplied by a number that changes with each frame."""
     scaled = _pass("scale", pg.Input("one", static=True), into="scaled", factor=pg.Value("factor", float))
     return {"out": _pass("add", _shifted(scaled, "beside"), pg.Input("frame"), into="out")}
 
 
 def static_history() -> Mapping[str, pg.Target]:
-    """A pass of static inputs whose last picture is read, so that it changes memories with this one."""
+    """A pass of static inputs with history, so its picture alternates between two allocations."""
     now = _pass("scale", pg.Input("one", static=True), into="now", factor=2.0)
     late = _pass("add", pg.previous(now), pg.Input("frame"), into="late")
     return {"late": late, "now": now}
 
 
 def baked() -> Mapping[str, pg.Target]:
-    """Nothing but what runs once."""
+    """A graph of static passes only."""
     factor = pg.Value("factor", float, static=True)
     return {"out": _shifted(_pass("scale", pg.Input("table", static=True), into="scaled", factor=factor), "out")}
 
 
 def needed_later() -> Mapping[str, pg.Target]:
-    """The earlier content is read by a pass that needs the later one too."""
+    """A pass that reads the content before and after a draw."""
     first = painted(quad(), pg.target("hits", "rgba32f"), blend="add", name="first")
     again = painted(quad(), first, blend="add", name="again")
     return {"sum": _pass("add", first, again, into="sum"), "again": again}
 
 
 def branching() -> Mapping[str, pg.Target]:
-    """Two draws start from one picture, which is a result itself."""
+    """Start two draws from one picture, which is also a result."""
     first = painted(quad(), pg.target("hits", "rgba32f"), blend="add", name="first")
     left = painted(quad(), first, blend="add", name="left")
     right = painted(quad(color=(3, 3, 3, 3)), first, blend="add", name="right")

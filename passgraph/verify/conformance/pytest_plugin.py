@@ -1,7 +1,6 @@
-"""The suite as tests: ``pytest --passgraph-backend NAME`` adds one test a case, in any project.
+"""The suite as pytest tests: ``pytest --passgraph-backend NAME`` adds a test for each case, in any project.
 
-pytest finds this plugin by its entry point; nothing has to be written.  ``-k`` chooses among
-``conformance[group/name]`` as among other tests.
+pytest finds this plugin through its entry point.  ``-k`` selects ``conformance[group/name]`` like other tests.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--passgraph-quick", action="store_true", help="leave out cases that are near others")
 
 
-@pytest.hookimpl(tryfirst=True)  # -k and -m choose among what is added here
+@pytest.hookimpl(tryfirst=True)  # so that -k and -m also select among the added tests
 def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config, items: list[pytest.Item]) -> None:
     if not config.getoption("passgraph_backend"):
         return
@@ -46,18 +45,18 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 
 
 class NotConforming(Exception):
-    """A case that did not pass; its text is the verdict."""
+    """A case that did not pass; the text is its verdict."""
 
 
 class Conformance(pytest.Collector):
-    """The node of the tests; it has no file."""
+    """The parent node of the tests; it has no file."""
 
     def collect(self) -> list[pytest.Item]:
         return []
 
 
 class CaseItem(pytest.Item):
-    """One case."""
+    """A case as a test."""
 
     def __init__(self, *, case: Case, **options: Any) -> None:
         super().__init__(**options)
@@ -71,7 +70,7 @@ class CaseItem(pytest.Item):
             raise NotConforming(str(verdict))
 
     def _opened(self) -> Backend:
-        """The backend; opened once, closed with the session."""
+        """Return the backend; opened once and closed with the session."""
         from passgraph.backends.registry import open_backend
 
         if _backend not in self.config.stash:

@@ -1,6 +1,6 @@
-"""Trees of passes whose sizes hang on the picture's: many texels become one, and what reads it.
+"""Reductions: trees of passes whose sizes depend on the picture's, and passes that read the result.
 
-Numbers are small whole ones, so that sums are exact in any order, and places are decided by which texel comes first.
+Numbers are small and whole, so sums are exact in any order; of equal values the first texel's position counts.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from passgraph.verify.conformance.case import Case
 from passgraph.verify.conformance.sequence_cases import whole
 
 GROUP = "plans"
-#: Two levels of blocks across, and blocks at the edges that are not full.
+#: Two levels of blocks across, with partial blocks at the edges.
 SIZE = (67, 11)
-#: As many texels as a power of two.
+#: A power of two texels.
 EVEN = (64, 8)
-#: Three pixels of four bins in each quarter, none to spare; whole numbers fall into bins of each.
+#: Three pixels of four bins in each quarter, without padding; the numbers fall into bins of every quarter.
 BINS = 48
-#: Of what is counted row by row: those pixels, and two rows that no row of the picture stands behind.
+#: Size of counts by row: three pixels, and two more rows than the picture has.
 ROWS = (3, SIZE[1] + 2)
-#: Of rows that are counted 64 together, the last ones fewer.
+#: A size with rows that are counted 64 at a time, and a partial last group.
 HIGH = (7, 150)
 
 
 def cases() -> Iterator[Case]:
-    """Each with what NumPy gives."""
+    """Yield each case with NumPy's result."""
     picture = whole(7, SIZE)
     frames = ({"frame": picture},)
     sums = {"all": picture.sum((0, 1), keepdims=True), "rows": picture.sum(1, keepdims=True)}
@@ -72,12 +72,12 @@ def placed() -> Mapping[str, pg.Target]:
 
 
 def counted() -> Mapping[str, pg.Target]:
-    """Numbers below and above the ends are in no bin."""
+    """Numbers below and above the range are not counted."""
     return {"counts": pg.histogram(pg.Input("frame", "rgba32f"), BINS, channel=2, low=0.05, high=6.0)}
 
 
 def wild_numbers() -> NDArray[np.float32]:
-    """Numbers of bins, some often in a row, and others: below and above them, fractions."""
+    """Return bin numbers, some repeated many times, and uncounted ones: below, above, and fractions."""
     random = np.random.default_rng(11)
     numbers = random.integers(-2, BINS + 3, (SIZE[1], SIZE[0], 1)).astype(np.float32)
     numbers[::3, ::2] = BINS
@@ -94,12 +94,12 @@ def quarters_of(numbers: NDArray[np.float32]) -> NDArray[np.float64]:
 
 
 def _in_quarters(counts: NDArray[Any]) -> NDArray[Any]:
-    """Rows of counts as four pictures."""
+    """Return rows of counts as four pictures."""
     return counts.reshape(-1, 4, ROWS[0], 4).swapaxes(0, 1)
 
 
 def counted_rows() -> Mapping[str, pg.Target]:
-    """The counting by itself, of a picture that is not a histogram's own."""
+    """Apply the counting kernel to a picture that is not from a histogram."""
     from passgraph.graph.reductions import count_bins
 
     into = tuple(pg.target(f"quarter {k}", "rgba32f", ROWS) for k in range(4))
@@ -108,7 +108,7 @@ def counted_rows() -> Mapping[str, pg.Target]:
 
 
 def counted_together() -> Mapping[str, pg.Target]:
-    """Counts of rows added up once, which nobody else reads."""
+    """Sum the counts of all rows; nothing else reads them."""
     from passgraph.graph.reductions import count_bins, sum_counts
 
     same = pg.kernel(source="def same(a: Image) -> float: return a[0, 0].r")
@@ -121,7 +121,7 @@ def counted_together() -> Mapping[str, pg.Target]:
 
 
 def levelled() -> Mapping[str, pg.Target]:
-    """A mean of so many numbers as a power of two, of last frame's picture."""
+    """Subtract the mean of last frame's picture; its number of texels is a power of two."""
     keep = pg.kernel(source="def keep(a: Image) -> vec4: return a[0, 0]")
     less = pg.kernel(source="def less(a: Image, mean: Image) -> vec4: return a[0, 0] - mean.texel(ivec2(0, 0))")
     frame = pg.Input("frame", "rgba32f")

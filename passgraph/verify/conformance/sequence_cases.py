@@ -1,7 +1,6 @@
-"""Several frames: history, passes that run once, and memories that pictures share.
+"""Sequences of frames: history, static passes and aliased memory.
 
-Numbers are small whole ones, so that every sum and product is exact and what comes out is known to the bit,
-whatever a backend or an optimization does.
+Numbers are small and whole, so every sum, product and result is exact, on every backend and with every optimization.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from passgraph.verify.conformance.draw_state_cases import painted
 
 GROUP = "sequences"
 SIZE = (23, 17)
-#: Side of a picture, and steps that each of its pixels walks at most; the lower rows walk longest: 33 million in all.
+#: Side of a picture, and most loop iterations of a pixel; the lower rows make most: 33 million in all.
 LONG, STEPS = 256, 1024
 
 KERNELS = {
@@ -30,7 +29,7 @@ KERNELS = {
 
 
 def whole(seed: int, size: tuple[int, int] = SIZE) -> Picture:
-    """Whole numbers from 0 to 7."""
+    """Return whole numbers from 0 to 7."""
     return np.random.default_rng(seed).integers(0, 8, (size[1], size[0], 4)).astype(np.float32)
 
 
@@ -42,7 +41,7 @@ def _call(name: str, *arguments: object, into: str | pg.TargetSpec, **values: ob
 
 
 def cases() -> Iterator[Case]:
-    """Each with what must come out behind the last frame."""
+    """Yield each case with its exact result after the last frame."""
     frames = tuple({"frame": whole(seed)} for seed in range(4))
     pictures = [frame["frame"] for frame in frames]
     total = np.sum(pictures, axis=0)
@@ -52,7 +51,7 @@ def cases() -> Iterator[Case]:
     shifted = np.zeros_like(total)
     for picture in pictures:
         shifted = shift(shifted) + picture
-    # Whole numbers grow threefold a frame: float32 holds them exactly.
+    # Whole numbers grow threefold per frame; float32 holds them exactly.
     yield Case(GROUP, "history read beside the pixel", moving, SIZE, frames, exact={"moved": shifted})
     lagging = {"late": pictures[-2] * 2.0}
     yield Case(GROUP, "last frame's picture", one_late, SIZE, frames, exact=lagging)
@@ -68,28 +67,28 @@ def cases() -> Iterator[Case]:
 
 
 def shift(a: Picture) -> Picture:
-    """The kernel of that name, with its border of zeros."""
+    """Compute the kernel of that name, with its zero border."""
     padded = np.pad(a, ((1, 1), (1, 1), (0, 0)))
     shifted: Picture = padded[1:-1, 2:] * 2.0 + padded[:-2, :-2]
     return shifted
 
 
 def running_sum(form: str) -> Mapping[str, pg.Target]:
-    """A target that adds to what it held."""
+    """A target that adds to its previous content."""
     spec = pg.target("sum", form)
     kernel = pg.kernel(source=KERNELS["add"])
     return {"sum": kernel(pg.previous(spec), pg.Input("frame"), into=spec)}
 
 
 def moving() -> Mapping[str, pg.Target]:
-    """History read at other pixels, through a pass between."""
+    """History read at other pixels, with a pass in between."""
     spec = pg.target("moved", "rgba32f")
     shifted = _call("shift", pg.previous(spec).border("zero"), into="beside")
     return {"moved": pg.kernel(source=KERNELS["add"])(shifted, pg.Input("frame"), into=spec)}
 
 
 def one_late() -> Mapping[str, pg.Target]:
-    """Read the last run's content while this run writes anew."""
+    """Read the last run's content while this run writes a new one."""
     now = _call("scale", pg.Input("frame"), into="now", factor=2.0)
     late = _call("scale", pg.previous(now), into="late", factor=1.0)
     return {"late": late, "now": now}
@@ -104,7 +103,7 @@ def several_ago(began: Picture) -> Mapping[str, pg.Target]:
 
 
 def started() -> Mapping[str, pg.Target]:
-    """A sum that starts from a color, in halves."""
+    """A sum that starts from a color, in half floats."""
     spec = pg.target("out", "rgba16f", initial=(3.0, 2.0, 1.0, 0.0))
     return {"out": pg.kernel(source=KERNELS["add"])(pg.previous(spec), pg.Input("frame"), into=spec)}
 
@@ -115,7 +114,7 @@ def numbered() -> Mapping[str, pg.Target]:
 
 
 def drawn_over() -> Mapping[str, pg.Target]:
-    """A draw blends over a copy of what it left behind last run."""
+    """Add a draw to a copy of its sum from the last run."""
     seen = pg.target("hits", "rgba32f")
     kept = _call("scale", pg.previous(seen), into="kept", factor=1.0)
     one = painted(quad(), pg.target("one", "rgba32f"), blend="add", name="one")
@@ -123,7 +122,7 @@ def drawn_over() -> Mapping[str, pg.Target]:
 
 
 def walked() -> Mapping[str, pg.Target]:
-    """A pass of tens of milliseconds, whose result is read at once."""
+    """A pass of tens of milliseconds, whose result is read immediately."""
     text = f"""
 def walked() -> float:
     n = pixel().x * 7 + pixel().y * 1000
@@ -157,7 +156,7 @@ def _static(pictures: list[Picture]) -> Iterator[Case]:
 
 
 def static() -> Mapping[str, pg.Target]:
-    """Two passes that depend on a static input and a static value, and one that does not."""
+    """Return two passes that depend on a static input and a static value, and a third that does not."""
     factor = pg.Value("factor", float, static=True)
     scaled = _call("scale", pg.Input("table", static=True), into="scaled", factor=factor)
     baked = _call("shift", scaled.border("zero"), into="baked")
@@ -178,7 +177,7 @@ def _memories(picture: Picture) -> Iterator[Case]:
 
 
 def chain(count: int) -> Mapping[str, pg.Target]:
-    """Each pass reads beside its pixel, so none is fused; two memories are enough."""
+    """A chain of passes that read next to their pixel, so none is fused; two allocations suffice."""
     target = pg.Input("frame")
     for number in range(count):
         target = _call("shift", target.border("zero"), into="out" if number == count - 1 else f"link {number}")
@@ -186,7 +185,7 @@ def chain(count: int) -> Mapping[str, pg.Target]:
 
 
 def braid() -> Mapping[str, pg.Target]:
-    """Pictures that live for different spans."""
+    """Pictures with different lifetimes."""
     frame = pg.Input("frame")
     base = _call("shift", frame.border("zero"), into="base")
     first = _call("scale", base, into="held", factor=1.0)
@@ -199,7 +198,7 @@ def braid() -> Mapping[str, pg.Target]:
 
 
 def twice() -> Mapping[str, pg.Target]:
-    """The earlier content stays readable when a target is drawn over."""
+    """The content before a draw over a target stays readable."""
     first = painted(quad(), pg.target("hits", "rgba32f"), blend="add", name="first")
     again = painted(quad(), first, blend="add", name="again")
     return {"first": _call("scale", first, into="first copy", factor=1.0), "again": again}

@@ -1,4 +1,4 @@
-"""The suite: every group of cases, run on one backend."""
+"""The conformance suite: run every group of cases on a backend."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ GROUPS = {
 
 
 def cases(groups: Iterable[str] | None = None, *, quick: bool = False) -> Iterator[Case]:
-    """Every case of some groups (left out: of all), made as they are asked for.
+    """Yield the cases of some groups (default: all), each built on request.
 
     Parameters
     ----------
     groups
         Names in :data:`GROUPS`.
     quick
-        Leave out those that are near others.
+        Leave out cases that are similar to others.
 
     Raises
     ------
     InputError
-        For a group that there is not.
+        For an unknown group.
 
     Examples
     --------
@@ -84,7 +84,7 @@ class SuiteReport:
 
     @property
     def passed(self) -> bool:
-        """Whether some case ran and all passed."""
+        """Return True if some case ran and all passed."""
         return bool(self.verdicts) and not self.faults
 
     @property
@@ -97,7 +97,7 @@ class SuiteReport:
 
     @property
     def groups(self) -> tuple[Summary, ...]:
-        """Group by group."""
+        """Return the figures of each group."""
         names = dict.fromkeys(verdict.group for verdict in self.verdicts)
         return tuple(_summary(name, [v for v in self.verdicts if v.group == name]) for name in names)
 
@@ -117,7 +117,7 @@ def _summary(group: str, verdicts: Sequence[Verdict]) -> Summary:
     )  # fmt: skip
 
 
-#: Under another name where a parameter has this one.
+#: The function under another name: `run` has a parameter ``cases``.
 _all_cases = cases
 Progress = Callable[[int, Case, Literal["start"] | Verdict], None]
 
@@ -137,23 +137,23 @@ def run(
     backend
         A name such as ``"gl"`` or ``"opencl:1"``, or an open backend, which stays open.
     cases
-        Left out, those of :func:`passgraph.verify.conformance.cases` with ``groups`` and ``quick``.
+        Default: those of :func:`passgraph.verify.conformance.cases` with ``groups`` and ``quick``.
     groups, quick
-        As there.
+        As for that function.
     progress
         Called with the case's number, the case, and ``"start"`` or its verdict.
 
     Returns
     -------
     SuiteReport
-        A backend that raises has failed the case; nothing that it does ends the run.
+        A backend that raises has failed the case; the run continues.
 
     Raises
     ------
     DeviceMissingError, BackendError
-        Where the backend cannot be opened.
+        If the backend cannot be opened.
     InputError
-        For a group that there is not.
+        For an unknown group.
     """
     chosen: Iterable[Case] = _all_cases(groups, quick=quick)
     if cases is not None:

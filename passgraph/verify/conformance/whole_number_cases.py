@@ -1,4 +1,4 @@
-"""Uints as kernels hold them, and packing: exact whole numbers, against Python's own and NumPy's formats."""
+"""Uints in kernels, and packing: exact whole numbers, compared with Python's integers and NumPy's formats."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SIZE = (29, 13)
 SEED, STEPS, SCALE = 0xDEADBEEF, (1, 0x80000000, 4000000000), 0xFFFFFFFE
 _M = 2**32
 
-#: Each result is a uint, stored as its halves: what float32 holds exactly.
+#: Each result is a uint, stored as two halves that float32 holds exactly.
 HALVES = """
 def halves(a: uint, b: uint) -> vec4:
     return vec4(float(a & 0xFFFF), float(a >> 16), float(b & 0xFFFF), float(b >> 16))
@@ -55,7 +55,7 @@ def _hash(x: int) -> int:
 
 
 def _uints(x: int, y: int) -> tuple[tuple[int, int], ...]:
-    """The kernel in Python's own whole numbers."""
+    """Compute the kernel in Python integers."""
     state = _hash(x)
     mine = [state, 5, y, SEED]
     mine[x % 4] = (mine[x % 4] + (0x9E3779B9, 1, 0x80000000, 77)[y % 4]) % _M
@@ -72,7 +72,7 @@ def _uints(x: int, y: int) -> tuple[tuple[int, int], ...]:
     )
 
 
-#: Kernel of a vec4 near and beyond -1 to 1 → the bytes that it packs to.
+#: Kernel of a vec4 near and beyond -1 to 1 → a function that returns the bytes it packs to.
 PACKS: dict[str, tuple[str, Callable[[NDArray[np.float32]], bytes]]] = {
     "unorm4x8": ("v", lambda v: np.rint(np.clip(v, 0, 1) * np.float32(255)).astype("<u1").tobytes()),
     "snorm4x8": ("v", lambda v: np.rint(np.clip(v, -1, 1) * np.float32(127)).astype("<i1").tobytes()),
@@ -93,12 +93,12 @@ def run(color: Image) -> tuple[vec4, vec4]:
 
 
 def _numbers() -> NDArray[np.float32]:
-    """Steps of each format and halves between them, ends and what lies beyond; multiples of 2^-16."""
+    """Return steps of each format and halves between them, range ends and numbers beyond; multiples of 2^-16."""
     random = np.random.default_rng(4)
     numbers = random.integers(-70000, 70000, (SIZE[1], SIZE[0], 4)) / 65536
     numbers[0] = random.choice([0.25, -0.5, 1.0, -1.0, 1.5, -1.5, 0.0625, 2.0**-15], numbers[0].shape)
     for scale in (65535, 32767):
-        # A float32 takes some products for a half that are beside it: there the reference, in float64, goes elsewhere.
+        # In float32 some products round to an exact half, where the reference in float64 rounds the other way.
         numbers[np.rint(np.float32(numbers) * np.float32(scale)) != np.rint(numbers * scale)] = 0.5
     return numbers.astype(np.float32)
 
@@ -109,7 +109,7 @@ def _halves(pairs: NDArray[Any]) -> NDArray[np.float32]:
 
 
 def cases(graph: Callable[..., Mapping[str, pg.Target]]) -> Iterator[Case]:
-    """Each kernel with what it must give; ``graph`` makes one of its text."""
+    """Yield each kernel with its expected result; ``graph`` builds its graph from a kernel's text."""
     frame = {"color": _numbers()}
     results = np.array([[_uints(x, y) for x in range(SIZE[0])] for y in range(SIZE[1])], np.int64)
     exact = {f"result{k}": _halves(results[:, :, k]) for k in range(3)}

@@ -1,6 +1,6 @@
-"""A case: plain data (JSON) that says what is run; its verdict comes from the oracle, or from equal bits.
+"""A fuzz case as plain data (JSON); its verdict comes from the oracle, or from bit equality.
 
-A case of kind ``kernel`` has the text of a kernel, ``variant`` two texts that mean the same, ``graph`` and ``draw``
+A case of kind ``kernel`` has the text of a kernel, ``variant`` two equivalent texts, ``graph`` and ``draw``
 descriptions.  Texts are parsed, never executed.
 """
 
@@ -29,19 +29,19 @@ from passgraph.writing import write_text
 Case: TypeAlias = dict[str, Any]
 
 MAX_CASE_BYTES = 1 << 24
-#: Backends whose compilers are told to contract nothing, so that rewritten code gives the same bits.
+#: Backends that compile without contraction, so rewritten code gives the same bits.
 EXACT = ("numpy", "opencl", "reference")
 
 
 @dataclass
 class Tally:
-    """Counts of cases by kind, verdicts by backend, and how much the bounds left open."""
+    """Counts of cases by kind, verdicts by backend, and how vague the bounds were."""
 
     cases: Counter[str] = field(default_factory=Counter)
     verdicts: Counter[str] = field(default_factory=Counter)
-    refused: int = 0  # cases that the language or the graph does not take
+    refused: int = 0  # cases rejected by the language or the graph
     targets: int = 0
-    vague: float = 0.0  # sum over targets of the share of pixels that is ambiguous
+    vague: float = 0.0  # sum over targets of the share of ambiguous pixels
 
     def __str__(self) -> str:
         cases = ", ".join(f"{count} {kind}s" for kind, count in sorted(self.cases.items())) or "nothing"
@@ -52,7 +52,7 @@ class Tally:
 
 
 def save(case: Case, why: str, folder: Path) -> Path:
-    """Write a case into a folder, named by its content; lines of texts apart, so that they can be read."""
+    """Write a case into a folder, named by its content, with texts split into lines for readability."""
     import hashlib
 
     key = hashlib.sha256(json.dumps(case, sort_keys=True).encode()).hexdigest()[:10]
@@ -64,7 +64,7 @@ def save(case: Case, why: str, folder: Path) -> Path:
 
 
 def load(path: Path) -> dict[str, Any]:
-    """A case from its file."""
+    """Read a case from its file."""
     try:
         case = json.loads(read_text(path, "a case", MAX_CASE_BYTES))
     except (InputError, ValueError) as error:
@@ -77,38 +77,38 @@ def load(path: Path) -> dict[str, Any]:
 
 # Kernels
 
-#: Of the volume that kernels read.
+#: Slices of the volume that kernels read.
 SLICES = 4
 
 
 def pictures_of(case: Case) -> dict[str, Picture]:
-    """The inputs of a kernel: ``c`` as large as the target, ``d`` of another size, ``e`` a volume."""
+    """Return the inputs of a kernel: ``c`` as large as the target, ``d`` of another size, ``e`` a volume."""
     seed, special, side = case["seed"], case["special"], case.get("side", SIDE)
     volume = values(seed + 200, (5, 3 * SLICES), special)
     return {"c": values(seed, (side, side), special), "d": values(seed + 100, (37, 21), special), "e": volume}
 
 
 def output_of(case: Case, text: str) -> Target:
-    """The pass of a kernel case, with ``text`` for its kernel."""
+    """Return the pass of a kernel case, with ``text`` as its kernel."""
     own_kernel = kernel(source=text, name="k")
-    # A case that says nothing of a filter is read linearly.
+    # Default filter: linear.
     read = {name: Input(name).border(case["border"]).filter(case.get("filter", "linear")) for name in ("c", "d", "e")}
     inputs = {"c": read["c"], "d": read["d"].mipmaps(), "e": read["e"].slices(SLICES)}
     arguments: dict[str, Any] = {}
     for parameter in own_kernel.parameters:
         value = PARAMETERS[parameter.name][1]
-        arguments[parameter.name] = _handed_in(parameter.name if value is None else value, inputs)
+        arguments[parameter.name] = _argument(parameter.name if value is None else value, inputs)
     out: Target = own_kernel(**arguments, into=target("out", case["format"], like=arguments["c"]))
     return out
 
 
-def _handed_in(value: Any, inputs: dict[str, Target]) -> Any:
-    """A parameter's value: pictures by their names, structs as objects with their fields."""
+def _argument(value: Any, inputs: dict[str, Target]) -> Any:
+    """Return a parameter's value: pictures by name, structs as objects with fields."""
     if isinstance(value, str):
         return inputs[value]
     if isinstance(value, dict):
-        return SimpleNamespace(**{name: _handed_in(part, inputs) for name, part in value.items()})
-    return [_handed_in(part, inputs) for part in value] if isinstance(value, tuple) else value
+        return SimpleNamespace(**{name: _argument(part, inputs) for name, part in value.items()})
+    return [_argument(part, inputs) for part in value] if isinstance(value, tuple) else value
 
 
 def inputs_of(case: Case, out: Target) -> dict[str, Picture]:
@@ -118,12 +118,12 @@ def inputs_of(case: Case, out: Target) -> dict[str, Picture]:
 
 
 def kernel_outcome(case: Case, out: Target, backends: list[Backend], tally: Tally) -> str:
-    """The oracle's verdict on one kernel."""
+    """Return the oracle's verdict on a kernel."""
     return judged({"out": out}, backends, tally, **inputs_of(case, out))
 
 
 def judged(outputs: dict[str, Target], backends: list[Backend], tally: Tally, **inputs: Any) -> str:
-    """The oracle's verdict on a graph: the first divergence, or empty."""
+    """Return the oracle's verdict on a graph: the first divergence, or an empty string."""
     report = compare(outputs, backends, **inputs)
     for backend in report.backends:
         tally.verdicts[backend.name] += 1
@@ -140,11 +140,11 @@ def judged(outputs: dict[str, Target], backends: list[Backend], tally: Tally, **
 def run(
     outputs: dict[str, Target], backend: Backend, size: tuple[int, int] | None, **inputs: Any
 ) -> dict[str, Picture]:
-    """One run, whatever numbers come in."""
+    """Run a graph once; non-finite inputs are allowed."""
     with compile_graph(outputs, backend, size, non_finite="keep") as program:
         return dict(program(**inputs))
 
 
 def same_bits(one: Picture, other: Picture) -> bool:
-    """Whether values are the same: one NaN is as another, a zero has no sign."""
+    """Return True if values are equal; NaNs are equal, and zeros of either sign."""
     return bool(np.array_equal(one, other, equal_nan=True))

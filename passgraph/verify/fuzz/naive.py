@@ -1,7 +1,7 @@
-"""Naive evaluation of a graph: each pass compiled and run as a program of its own, without a plan of the whole.
+"""Evaluate a graph naively: compile and run each pass as its own program, without a plan of the whole graph.
 
-Backends and the reference run the same plans, so none of them can show that a plan is wrong. Here the value of every
-handle is an array that nothing overwrites, so there is no order, no shared memory, and nothing that runs once.
+Backends and the reference run the same plans, so comparing them cannot reveal a wrong plan. Here the value of every
+handle is an array that is never overwritten, so execution order, aliasing and static passes play no role.
 """
 
 from __future__ import annotations
@@ -35,27 +35,27 @@ _OPTIONS = Options(cull=False, fuse=False, order=False, alias=False, static=Fals
 
 
 class Naive:
-    """Evaluate the outputs of a graph, frame after frame.
+    """Evaluate the outputs of a graph for one frame after another.
 
     Parameters
     ----------
     outputs : the graph
-    backend : runs the single passes; used, not closed
+    backend : runs the single passes; it stays open
 
-    Handles of the graph are evaluated one by one: inputs from what a frame brings, others by their pass, history from
-    the values of earlier frames.
+    Handles are evaluated one by one: inputs from the frame's pictures, targets by their pass, history from earlier
+    frames.
     """
 
     def __init__(self, outputs: Mapping[str, Target], backend: Backend) -> None:
         self.outputs, self.backend = dict(outputs), backend
         self._programs: dict[Pass, tuple[Program, dict[str, Target]]] = {}
         self._final = _final_contents(self.outputs.values())
-        self._earlier: list[dict[Target, Picture]] = []  # contents of the frames before, the last one first
+        self._earlier: list[dict[Target, Picture]] = []  # contents of earlier frames, the latest first
         self._values: dict[Target, Picture] = {}
         self._given: Mapping[str, Any] = {}
 
     def run(self, **inputs: Any) -> dict[str, Picture]:
-        """One frame: the outputs by name."""
+        """Evaluate one frame; return the outputs by name."""
         self._given, self._values = inputs, {}
         result = {name: self._value(target) for name, target in self.outputs.items()}
         for target in self._final.values():
@@ -84,7 +84,7 @@ class Naive:
         final = self._final[content.spec]
         if content.frames_ago <= len(self._earlier):
             return self._earlier[content.frames_ago - 1][final]
-        # Every format holds the initial values that random graphs have: zeros.
+        # Random graphs have only zeros as initial values, which every format holds.
         assert not np.any(content.spec.initial)
         assert isinstance(content.spec.size, Absolute)
         size = content.spec.size
@@ -94,15 +94,15 @@ class Naive:
         if node not in self._programs:
             self._programs[node] = self._compiled(node)
         program, contents = self._programs[node]
-        pictures = {_name(source): self._value(source) for source in (*node.reads, *_lent_sizes(node))}
+        pictures = {_name(source): self._value(source) for source in (*node.reads, *_size_sources(node))}
         brought: dict[str, Any] = {name: picture for name, picture in pictures.items() if name in program.inputs}
         brought |= {name: self._given[name] for name in program.plan.values}
         results = program(**brought)
         self._values |= {contents[name]: np.array(result) for name, result in results.items()}
 
     def _compiled(self, node: Pass) -> tuple[Program, dict[str, Target]]:
-        """A pass as a graph of its own, and the contents that its results stand for."""
-        inputs = {source.content: self._input(source) for source in (*node.reads, *_lent_sizes(node))}
+        """Return a pass compiled as its own graph, and the contents that its results represent."""
+        inputs = {source.content: self._input(source) for source in (*node.reads, *_size_sources(node))}
         specs = {spec: replace(spec, size=_size_of(spec, inputs)) for spec in node.writes}
         images = {
             name: replace(image, spec=inputs[image.content].spec, made_by=None, slot=0, frames_ago=0)
@@ -136,8 +136,8 @@ def _copy(source: Target, into: TargetSpec) -> Target:
     return target
 
 
-def _lent_sizes(node: Pass) -> list[Target]:
-    """Targets that the sizes of a pass's targets are taken from."""
+def _size_sources(node: Pass) -> list[Target]:
+    """Return the targets that lend their sizes to a pass's targets."""
     return [spec.size.other for spec in node.writes if isinstance(spec.size, (Like, Blocks))]
 
 
@@ -152,14 +152,14 @@ def _name(source: Target) -> str:
 
 
 def _final_contents(outputs: Any) -> dict[TargetSpec, Target]:
-    """The last content of each target: the one that no other pass draws over."""
+    """Return the last content of each target, which no other pass draws over."""
     passes: dict[Pass, None] = {}
     pending = list(outputs)
     while pending:
         node = pending.pop().made_by
         if node is not None and node not in passes:
             passes[node] = None
-            pending += [*node.reads, *_lent_sizes(node)]
+            pending += [*node.reads, *_size_sources(node)]
     drawn_over = {content for node in passes for content in node.drawn_over}
     contents = {Target(spec, node, slot) for node in passes for slot, spec in enumerate(node.into)}
     final: dict[TargetSpec, Target] = {}

@@ -1,4 +1,4 @@
-"""Random draws: soups of triangles with every state of :mod:`passgraph.graph.draw_state`, one over another."""
+"""Random draws: triangle soups with all states of :mod:`passgraph.graph.draw_state`, drawn over each other."""
 
 from __future__ import annotations
 
@@ -42,17 +42,19 @@ def slopes(corner: Corner) -> vec4:
     return v + float(pixel().x % 2) * dfdy(fragment_depth())
 """
 VERTEX, FRAGMENT = ("place", "lean", "moved"), ("paint", "holes", "facing", "steps", "slopes")
-#: By how much vertices are moved, in parts that float32 and halves have.
+#: Vertex displacements that float32 and half floats hold exactly.
 _PARTS = (np.random.default_rng(8).integers(0, 65, (13, 17, 4)) / 64).astype(np.float32)
 WAVES = Input("waves", "rgba16f", default=_PARTS).border("repeat")
 FORMATS = ("rgba32f", "rgba16f", "rgba8", "rgba16")
 SIZES = ((21, 17), (1, 1), (33, 2), (64, 9))
-#: Half the side of a triangle's box: slivers and dots, ordinary ones, ones that leave the picture on all sides.
+#: Half the side of a triangle's box: ordinary triangles, slivers and dots, and ones that leave the picture on all
+#: sides.
 EXTENTS = (0.5, 0.05, 3.0, 30.0)
 
 
 def soup(count: int, seed: int, extent: float, steps: int) -> Mesh:
-    """Triangles of both windings anywhere; ``steps`` puts corners on a grid, where edges and depths tie."""
+    """Return triangles of both windings at random positions; ``steps`` puts corners on a grid, for ties of edges and
+    depths."""
     random = np.random.default_rng(seed)
     corners = random.uniform(-1, 1, (count, 1, 2)) + random.uniform(-extent, extent, (count, 3, 2))
     z = random.uniform(-0.9, 0.9, (count, 1, 1)) + random.uniform(-0.2, 0.2, (count, 3, 1)) * min(extent, 2.0)
@@ -102,7 +104,7 @@ def states(draw: st.DrawFn) -> dict[str, Any]:
 
 @st.composite
 def draws(draw: st.DrawFn) -> Case:
-    """One to three draws over each other: a case of kind ``draw``."""
+    """Generate one to three draws over each other: a case of kind ``draw``."""
     return {
         "kind": "draw",
         "draws": draw(st.lists(states(), min_size=1, max_size=3)),
@@ -114,7 +116,7 @@ def draws(draw: st.DrawFn) -> Case:
 
 
 def drawn(case: Case) -> dict[str, Target]:
-    """The last draw's targets."""
+    """Return the last draw's targets."""
     depth_format = case["depth"]
     color: Any = target("color", case["format"], clear=case["clear"])
     depth: Any = target("depth", depth_format) if depth_format else None
@@ -135,7 +137,7 @@ def drawn(case: Case) -> dict[str, Target]:
 
 
 def draw_outcome(case: Case, outputs: dict[str, Target], backends: list[Backend], tally: Tally) -> str:
-    """The oracle's verdict, then a second run: what a pixel becomes must not depend on timing."""
+    """Return the oracle's verdict, then check a second run: pixels must not depend on timing."""
     size = (case["size"][0], case["size"][1])
     why = judged(outputs, backends, tally, size=size)
     if why:

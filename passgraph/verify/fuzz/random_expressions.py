@@ -1,8 +1,8 @@
-"""Random typed expressions of the kernel language, each within a wanted range.
+"""Random typed expressions of the kernel language, each within a given range.
 
-Ranges go from results to operands, so that operands stay away from poles and out of what is undefined (as in
-dEQP's randomshaders); their ends lie on steps of 1/8, which float32 holds.  Literals come first in every choice, so
-that shrinking lands there.
+Ranges propagate from results to operands, so that operands avoid poles and undefined results (as in dEQP's
+randomshaders); their ends are multiples of 1/8, which float32 holds.  Literals come first in every choice, so shrinking
+prefers them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from passgraph.language.operations import OPERATIONS
 from passgraph.language.quad_derivatives import DERIVATIVES
 
 UNIT: Range = (0.0, 1.0)
-#: Numbers that break naive arithmetic, and whole numbers likewise; wild expressions only.
+#: Numbers that break naive arithmetic, and such whole numbers; for wild expressions only.
 WILD_FLOATS = ("0.0", "1.0", "-0.5", "2.25", "3.0e38", "1.0e-30", "-7.0", "8388609.0")
 WILD_INTS = ("0", "1", "-1", "2", "7", "31", "-2147483648", "2147483647")
 WILD_UINTS = ("0", "1", "2", "31", "2147483647", "0x80000000", "0xFFFFFFFF")
@@ -30,7 +30,7 @@ def _tame(row: Operation) -> tuple[Range, ...]:
 
 
 def result_of(row: Operation) -> Range:
-    """Whole numbers that the results of tame operands lie between, as the row's meaning gives them on a grid."""
+    """Return whole numbers that bound the results for tame operands, from the operation's meaning on a grid."""
     grid = np.meshgrid(*(np.linspace(low, high, 33) for low, high in _tame(row)))
     results = row.reference(*(axis.ravel() for axis in grid))
     return float(np.floor(results.min())), float(np.ceil(results.max()))
@@ -40,7 +40,7 @@ def result_of(row: Operation) -> Range:
 CALLS: dict[str, tuple[tuple[Range, ...], Range]] = {
     row.name: (_tame(row), result_of(row)) for row in OPERATIONS.values() if row.of_numbers and row.call
 }
-#: The same for vectors alone, whose results may be anything.
+#: Functions of vectors only → ranges of their operands; results may be anything.
 OF_VECTORS: dict[str, tuple[Range, ...]] = {
     row.name: _tame(row) for row in OPERATIONS.values() if {*row.operands, row.result} == {"V"}
 }
@@ -50,7 +50,7 @@ _MAY_BE = {"N": "GIU", "I": "IU", "S": "I"}
 
 
 def _rows(signature: str) -> tuple[str, ...]:
-    """Names of the rows that may be of a signature; ``N`` of a row is ints, uints and floats, ``I`` ints and uints."""
+    """Return the operations of a signature; ``N`` stands for ints, uints and floats, ``I`` for ints and uints."""
     letters = signature.replace("->", " ").split()
     rows = []
     for row in OPERATIONS.values():
@@ -66,7 +66,8 @@ COMPARISONS, TESTS = _rows("I I -> B"), _rows("G -> B")
 
 
 def _mixed(kind: str) -> dict[str, tuple[str, ...]]:
-    """Rows that make an int (or a uint) of whole numbers of both kinds, or of more than two, with their operands."""
+    """Return operations with an int (or uint) result from ints and uints mixed, or from three or more, with their
+    operands."""
     types = {"I": kind, "S": "int", "U": "uint"}
     mixed = {}
     for row in OPERATIONS.values():
@@ -90,8 +91,8 @@ class Features:
 
     Attributes
     ----------
-    wild : no ranges: poles, overflow, NaN and every whole number
-    reads : images beside this pixel's texel, stage values, parameters, derivatives
+    wild : True ignores ranges: poles, overflow, NaN and every whole number occur
+    reads : True allows texels next to the pixel, stage values, parameters and derivatives
     """
 
     wild: bool = False
@@ -99,30 +100,30 @@ class Features:
 
 
 class Expressions:
-    """Draws expressions; ``names`` has the variables in sight, by type, all of them within :data:`WHOLE`."""
+    """Generates expressions; ``names`` has the visible variables by type, all of them within :data:`WHOLE`."""
 
     def __init__(self, draw: st.DrawFn, features: Features) -> None:
         self.draw, self.features = draw, features
         self.names: dict[str, list[str]] = {}
-        self.indices: list[str] = []  # of the loops around: constant ints, as offsets of texels must be
+        self.indices: list[str] = []  # of the enclosing loops: constant ints, as texel offsets must be
 
     def pick(self, *options: str) -> str:
         return self.draw(st.sampled_from(options))
 
     def number(self, low: float, high: float) -> str:
-        """A literal on a step of 1/8."""
+        """Return a literal, a multiple of 1/8."""
         if self.features.wild and (low, high) == WHOLE:
             return self.pick(*WILD_FLOATS)
         return repr(self.draw(st.integers(math.ceil(low * 8), math.floor(high * 8))) / 8)
 
     def fit(self, text: str, has: Range, range_: Range) -> str:
-        """The expression, brought into the wanted range where it may lie outside."""
+        """Clamp the expression to the wanted range if it may lie outside."""
         if self.features.wild or (range_[0] <= has[0] and has[1] <= range_[1]):
             return text
         return f"clamp({text}, {float(range_[0])!r}, {float(range_[1])!r})"
 
     def of(self, type_: str, depth: int = 3, range_: Range = WHOLE) -> str:
-        """An expression of a type; each component lies within ``wanted``."""
+        """Return an expression of a type; each component lies within ``range_``."""
         known = self.names.get(type_, [])
         kinds = ["literal", *["name"] * bool(known), *["operation"] * (3 if depth > 0 else 0)]
         kind = self.pick(*kinds)
@@ -188,7 +189,7 @@ class Expressions:
 
     def _call(self, d: int, range_: Range) -> str:
         name = self.pick(*CALLS)
-        if name == "clamp":  # bounds that are known the wrong way round are refused
+        if name == "clamp":  # reversed constant bounds are an error
             return f"clamp({self.of('float', d)}, {float(range_[0])!r}, {float(range_[1])!r})"
         return self._function(name, "float", d, range_)
 
@@ -205,7 +206,7 @@ class Expressions:
         form = self.pick("swizzle", "index", "array", "matrix")
         if form == "swizzle":
             return f"{self.of(type_, d, range_)}.{self.pick(*COMPONENTS[: SIZE[type_]])}"
-        # 0 + …: a literal out of range would be an error.
+        # 0 + …: a literal out of range is an error.
         index = f"[0 + {self.of('int', min(d, 1))}]"
         if form == "index":
             return f"{self.of(type_, d, range_)}{index}"
@@ -272,7 +273,7 @@ class Expressions:
         return f"uint({self.of(self.pick('int', 'float', 'bool'), d)})"
 
     def _of_both(self, kind: str, d: int) -> str:
-        """A row on whole numbers of both kinds."""
+        """Return an operation on ints and uints mixed."""
         name = self.pick(*MIXED[kind])
         return OPERATIONS[name].as_written(*(self.of(type_, d) for type_ in MIXED[kind][name]))
 
@@ -298,7 +299,7 @@ class Expressions:
         return self._applied(self.pick(*COMPARISONS), "vec3", d, by_name=True)
 
     def _applied(self, name: str, type_: str, d: int, by_name: bool = False) -> str:
-        """A row on operands of one type."""
+        """Return an operation on operands of one type."""
         row = OPERATIONS[name]
         return row.as_written(*(self.of(type_, d) for _ in row.operands), by_name=by_name)
 

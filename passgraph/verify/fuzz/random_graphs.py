@@ -1,6 +1,6 @@
-"""Random graphs: passes and draws over each other, sizes, formats, borders, history, constants that cut branches off.
+"""Random graphs: passes and draws over each other, sizes, formats, borders, history, constants that make dead branches.
 
-A graph is described by a list of steps and grown from it, so that a description is data and shrinks step by step.
+A graph is built from a list of steps, so its description is plain data and can be shrunk step by step.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from passgraph.verify.fuzz.naive import naive_difference
 from passgraph.verify.fuzz.random_kernels import Picture, unit
 
 SIZES = ((12, 9), (6, 5))
-#: Small enough for a random graph, and of every kind: float, half, unorm of 8 and 16 bits, encoded.
+#: Formats for random graphs, one of each kind: float, half, unorm of 8 and 16 bits, sRGB.
 FORMATS = ("rgba32f", "rgba16f", "rgba8", "rgba16", "rgba8_srgb")
-#: The backend on which plans are held against their passes one by one: it compiles fast, and fusing changes no bit.
+#: The backend for the naive evaluation: it compiles fast, and fusing does not change bits.
 NAIVE = "numpy"
 OPTIMISATIONS = ("cull", "fuse", "order", "alias", "static", "simplify")
 OPERATIONS = (
@@ -75,7 +75,7 @@ QUAD = Mesh.make(
 
 
 class Growing:
-    """A graph that grows by one pass at a time; ``contents`` has every picture with the index of its size."""
+    """Builds a graph pass by pass; ``contents`` has every picture with the index of its size."""
 
     def __init__(self) -> None:
         self.kernels = {name: kernel(source=text, name=name) for name, text in PIXEL_KERNELS.items()}
@@ -96,7 +96,7 @@ class Growing:
         self.written.append(target)
 
     def grow(self, operation: str, first: int, second: int, size: int, format_: str, flag: bool, border: str) -> None:
-        """Add one pass; ``first`` and ``second`` count contents back from the newest, so that graphs grow deep."""
+        """Add a pass; ``first`` and ``second`` count contents back from the newest, so that graphs get deep."""
         a, size_a = self.contents[-1 - first % len(self.contents)]
         b, size_b = self.contents[-1 - second % len(self.contents)]
         named: dict[str, Any] = {"name": f"p{self.count}"}
@@ -128,7 +128,7 @@ class Growing:
     def _reduce(
         self, operation: str, a: Target, size: int, format_: str, flag: bool, border: str, named: dict[str, Any]
     ) -> None:
-        """Reduce to one texel, one a row or one a bin; the border rule chooses which."""
+        """Reduce to one texel, to one per row, or to bins, and read the result under the border rule."""
         into = self.spec(size, format_)
         name = f"{into.name} top"
         if operation == "histogram":
@@ -138,7 +138,7 @@ class Growing:
         self.keep(self.kernels["level"](a, top.border(border), into=into, **named), size)
 
     def _draw(self, a: Target, b: Target, size: int, format_: str, flag: bool, named: dict[str, Any]) -> None:
-        """Into a target of its own, or blended over what is there."""
+        """Draw into a new target, or blend over existing content."""
         can = a.made_by is not None and isinstance(a.spec, TargetSpec) and a.spec.format.blendable
         over = can and flag
         if over and b.spec is a.spec:
@@ -152,7 +152,7 @@ class Growing:
 
 
 def grown(case: Case) -> dict[str, Target]:
-    """The outputs that a description asks for."""
+    """Return the outputs of a description."""
     growing = Growing()
     for step in case["steps"]:
         growing.grow(*step)
@@ -162,7 +162,7 @@ def grown(case: Case) -> dict[str, Target]:
 
 @st.composite
 def graphs(draw: st.DrawFn, most: int = 10) -> Case:
-    """Two to ten passes and one to three outputs: a case of kind ``graph``."""
+    """Generate two to ten passes and one to three outputs: a case of kind ``graph``."""
     step = st.tuples(
         st.sampled_from(OPERATIONS), st.integers(0, 3), st.integers(0, 9), st.integers(0, 1),
         st.sampled_from(FORMATS), st.booleans(), st.sampled_from(tuple(BORDERS)),
@@ -173,7 +173,7 @@ def graphs(draw: st.DrawFn, most: int = 10) -> Case:
 
 
 def plannable(outputs: dict[str, Target]) -> bool:
-    """Random history may name a target that no pass behind the outputs writes, which is refused."""
+    """Return False if random history names a target that no pass behind the outputs writes, which is an error."""
     try:
         compile_graph(outputs, NullBackend()).close()
     except GraphError as error:
@@ -185,15 +185,15 @@ def plannable(outputs: dict[str, Target]) -> bool:
 
 @cache
 def frames() -> tuple[Mapping[str, Any], ...]:
-    """Return the inputs of five runs: a new frame each, and later another static picture. The same array is the same
-    picture, so passes on it alone run once."""
+    """Return the inputs of five runs: a new frame each, and in a later run another static picture. The same array
+    object counts as unchanged, so passes that depend only on it run once."""
     stills = unit(10, SIZES[0]), unit(11, SIZES[0])
     rows = ((0, 0, 0.5), (1, 0, 0.75), (2, 0, 0.75), (2, 1, 0.25), (3, 1, 0.25))
     return tuple({"frame": unit(frame, SIZES[0]), "still": stills[still], "by": by} for frame, still, by in rows)
 
 
 def run_frames(outputs: dict[str, Target], backend: Backend, options: Options) -> list[dict[str, Picture]]:
-    """The results of each of `frames`."""
+    """Return the results of each of `frames`."""
     results = []
     with compile_graph(outputs, backend, options=options) as program:
         names = {*program.plan.inputs, *program.plan.values, *program.inputs}
@@ -217,7 +217,8 @@ def different(
 
 
 def graph_outcome(case: Case, outputs: dict[str, Target], backends: list[Backend], tally: Tally) -> str:
-    """The oracle's verdict on every pass, then one optimization off against all on, bit for bit."""
+    """Return the oracle's verdict on every pass, then compare runs with one optimization off and all on, bit for
+    bit."""
     if not plannable(outputs):
         tally.refused += 1
         return ""

@@ -16,7 +16,7 @@ from passgraph.verify.fuzz.random_expressions import Expressions, Features
 Picture = NDArray[np.float32]
 
 SIDE = 64
-#: Values with meanings of their own: zeros, ones, halves that rounding ties on, denormals, range ends, NaN.
+#: Special values: zeros, ones, halves where rounding ties, denormals, range ends, NaN.
 SPECIAL = np.array([
     0.0, -0.0, 1.0, -1.0, 0.5, 1.5, 2.5, -3.75, 7.0, 31.0, 1e-40, -1e-40, 1.17549435e-38, 1e-20, 1e20, 3e38, -3e38,
     8388609.0, 2147483648.0, -2147483648.0, np.inf, -np.inf, np.nan,
@@ -24,24 +24,25 @@ SPECIAL = np.array([
 
 
 def values(seed: int, size: tuple[int, int], special: bool = True) -> Picture:
-    """(height, width, 4), mostly in [-2, 2]; a few rows on steps of 1/8, and of special values where wanted."""
+    """Return values (height, width, 4), mostly in [-2, 2]; a few rows have multiples of 1/8 or, by choice, special
+    values."""
     random = np.random.default_rng(seed)
     width, height = size
     pixels = random.uniform(-2, 2, (height, width, 4)).astype(np.float32)
     pixels[::5] = np.round(pixels[::5] * 8) / 8
     if special:
-        # Every eighth row, beside each other in all combinations; the rest stays what ranges promise.
+        # Every eighth row has them in all combinations next to each other; the others keep the promised range.
         rows = pixels[3::8]
         rows[...] = random.choice(SPECIAL, rows.shape)
     return pixels
 
 
 def unit(seed: int, size: tuple[int, int], channels: int = 4) -> Picture:
-    """(height, width, channels) in [0, 1)."""
+    """Return values (height, width, channels) in [0, 1)."""
     return np.random.default_rng(seed).random((size[1], size[0], channels)).astype(np.float32)
 
 
-#: Declarations that a kernel may use; those that it does not name are left out of its text.
+#: Declarations that a kernel may use; unused ones are left out of its text.
 DECLARATIONS = {
     "helper": """def helper(a: float, n: int) -> float:
     for i in range(3):
@@ -55,7 +56,7 @@ DECLARATIONS = {
     "Lamp": "class Lamp:\n    share: float\n    toward: vec3\n    map: Image\n",
     "TABLE": "TABLE = (0.25, -1.0, 3.5, 2.0)\n",
 }
-#: Parameters with the values that their runs bring; those that a kernel does not name are left out.
+#: Parameters with the values of their runs; unused ones are left out.
 PARAMETERS: dict[str, tuple[str, Any]] = {
     "c": ("Image", None),
     "d": ("Image", None),
@@ -81,13 +82,13 @@ PARAMETERS: dict[str, tuple[str, Any]] = {
     "reach": ("Const[int]", 3),
     "across": ("Const[bool]", True),
 }
-#: Structs whose names stand in the types of parameters only.
+#: Structs that are named only in parameter types.
 _DECLARED = {"Pair": "pair", "Lamp": "lamps"}
 FORMATS = ("rgba32f", "rgba16f", "rgba8", "rgba16", "rgba8_srgb")
 
 
 class Writer(Expressions):
-    """Writes one kernel; every choice is drawn, so that a failure shrinks."""
+    """Writes a kernel; hypothesis draws every choice, so failures can be shrunk."""
 
     def __init__(self, draw: st.DrawFn, features: Features) -> None:
         super().__init__(draw, features)
@@ -150,7 +151,7 @@ class Writer(Expressions):
             self.line(f"{name} = clamp({name} {self.pick('+', '-', '*')} {self.of('float')}, -8.0, 8.0)")
 
     def _element(self) -> None:
-        # 0 + …: a literal out of range would be an error.
+        # 0 + …: a literal out of range is an error.
         index, other = f"[0 + {self.of('int', 2)}]", f"[0 + {self.of('int', 1)}]"
         if self.pick("array", "rows") == "array":
             self.line(f"a{index} = {self.of('float')}")
@@ -178,7 +179,7 @@ class Writer(Expressions):
         self.count += 1
         index = f"i{self.count}"
         bounds = ("1", "3", "1, 6, 2", "4, 0, -1", "70", "0", *["reach", "taps"] * self.features.reads)
-        # Texels at indices are read as far as the index goes, so only short loops lend theirs.
+        # Texels are read at offsets up to the loop's index, so only short loops make their index available.
         trips = self.pick(*bounds, "data", "data")
         if trips == "data":
             trips = self._from_data()
@@ -190,7 +191,7 @@ class Writer(Expressions):
         self.names["int"] = known
 
     def _from_data(self) -> str:
-        """Bounds that hang on a pixel, with a limit to their trips and to the index."""
+        """Return loop bounds that depend on a pixel, with a limit to the trips and the index."""
         ends = [f"clamp({self.of('int', 2)}, {low}, {low + self.draw(st.integers(0, 4))})" for low in (-2, 0)]
         form = self.pick("stop", "start", "steps", "masked")
         if form == "stop":
@@ -199,7 +200,7 @@ class Writer(Expressions):
             return f"({self.of('int', 2)}) & 3"
         if form == "start":
             return ", ".join(ends)
-        # A step that is known to be 0 is refused.  With a texel in it none is known: no other text has this factor.
+        # A step known to be 0 is an error.  A texel makes it unknown; no other text has this factor.
         return f"{ends[0]}, {ends[1]}, clamp({self.of('int', 2)} + int(c[0, 0].w * 2.1), -2, 2)"
 
     def _match(self, nest: int) -> None:
@@ -213,7 +214,7 @@ class Writer(Expressions):
         self.depth -= 1
 
     def inside(self, head: str, nest: int) -> None:
-        """A block of its own: names that it introduces end with it."""
+        """Write a nested block: names introduced in it end with it."""
         names = {type_: list(known) for type_, known in self.names.items()}
         self.line(head)
         self.depth += 1
@@ -224,7 +225,7 @@ class Writer(Expressions):
 
 @st.composite
 def kernel_texts(draw: st.DrawFn, features: Features = Features()) -> str:  # noqa: B008
-    """The text of a kernel ``k`` over an image ``c``."""
+    """Generate the text of a kernel ``k`` over an image ``c``."""
     writer = Writer(draw, features)
     writer.line("p = c[0, 0]")
     writer.line("x, y, u, v = p.x, p.y, p.zw, p.xyz")
@@ -239,7 +240,7 @@ def kernel_texts(draw: st.DrawFn, features: Features = Features()) -> str:  # no
 
 
 def kernel_around(body: str) -> str:
-    """A kernel around some lines, with the declarations and parameters that they name."""
+    """Return a kernel around some lines, with the declarations and parameters that they use."""
     used = set(re.findall(r"\w+", body))
     needed = [text for name, text in DECLARATIONS.items() if name in used or _DECLARED.get(name) in used]
     parameters = ", ".join(f"{n}: {type_}" for n, (type_, _) in PARAMETERS.items() if n in used or n == "c")
@@ -248,7 +249,7 @@ def kernel_around(body: str) -> str:
 
 @st.composite
 def kernels(draw: st.DrawFn, features: Features | None = None, side: int = SIDE) -> dict[str, Any]:
-    """A kernel with its pictures: a case of kind ``kernel``.  Without given features one in four is wild."""
+    """Generate a kernel with its pictures: a case of kind ``kernel``.  By default one in four is wild."""
     features = features or Features(wild=draw(st.integers(0, 3)) == 3)
     return {
         "kind": "kernel",

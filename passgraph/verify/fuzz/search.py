@@ -1,4 +1,4 @@
-"""Searching for a failing case and shrinking it, within a time, in batches whose seeds follow from one."""
+"""Search for a failing case and shrink it within a time limit, in batches with seeds derived from one seed."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from passgraph.verify.fuzz.random_kernels import SIDE
 
 
 class Judge(Protocol):
-    """Runs a case on backends; why it fails, or empty."""
+    """Runs a case on backends and returns why it fails, or an empty string."""
 
     def __call__(self, case: Case, graph: Any, backends: list[Backend], tally: Tally, /) -> str: ...
 
 
-#: Kind → what makes its graphs, what judges them.
+#: Kind → a function that builds its graphs, and its judge.
 KINDS: dict[str, tuple[Callable[[Case], Any], Judge]] = {
     "kernel": (lambda case: output_of(case, case["text"]), kernel_outcome),
     "variant": (variants.pair_of, variants.variant_outcome),
@@ -37,12 +37,12 @@ KINDS: dict[str, tuple[Callable[[Case], Any], Judge]] = {
 
 
 def outcome(case: Case, backends: Iterable[Backend], tally: Tally | None = None) -> str:
-    """Why a case fails, in a line; empty where every backend gives what it may.
+    """Return why a case fails, in a line; empty if every backend is within bounds.
 
     Raises
     ------
     InputError
-        For data that is no case.
+        If the data is not a case.
     """
     tally = tally if tally is not None else Tally()
     if case.get("kind") not in KINDS:
@@ -60,30 +60,30 @@ def outcome(case: Case, backends: Iterable[Backend], tally: Tally | None = None)
         try:
             return judge(case, graph, list(backends), tally)
         except Exception as error:
-            # Whatever is raised after the language's own checks is a failure as any other.
+            # Any exception after the language's own checks is a failure.
             return f"raised {type(error).__name__}: {' '.join(str(error).split())}"
 
 
-#: Cases between two looks at the clock and the counts; a graph compiles many kernels.
+#: Cases between two checks of time and counts; a graph compiles many kernels.
 BATCH = {"kernels": 40, "graphs": 8, "draws": 20, "variants": 40}
-#: Longest that one failure is shrunk, in seconds; what is smallest then is kept.
+#: Time limit in seconds for shrinking a failure; the smallest case so far is kept.
 SHRINK_SECONDS = 120.0
 
 
 @dataclass(frozen=True)
 class Failure:
-    """The smallest case that was found, and what is wrong with it."""
+    """The smallest failing case, and the reason."""
 
     case: Case
     why: str
 
 
 class _FoundError(Exception):
-    """A case fails; hypothesis takes it as a failing example."""
+    """Signals a failing example to hypothesis."""
 
 
 def strategies(side: int = SIDE) -> dict[str, SearchStrategy[Case]]:
-    """Kind of case → its generator, in the order in which they take turns; ``side`` is that of pictures of values."""
+    """Return kind of case → its generator, in the order of turns; ``side`` is the side of input pictures."""
     from passgraph.verify.fuzz.random_draws import draws
     from passgraph.verify.fuzz.random_graphs import graphs
     from passgraph.verify.fuzz.random_kernels import kernels
@@ -93,7 +93,7 @@ def strategies(side: int = SIDE) -> dict[str, SearchStrategy[Case]]:
 
 
 def batch_seed(seed: int, number: int) -> int:
-    """The seed of the batch of this number: apart for every seed that a user may give."""
+    """Return the seed of a batch, distinct for every user seed."""
     return (seed << 32) + number
 
 
@@ -110,9 +110,9 @@ def batch(
     Parameters
     ----------
     seed
-        Decides which cases; one seed always gives the same.
+        Determines the cases; the same seed gives the same cases.
     until
-        On the clock of :func:`time.monotonic`: cases after it are not run any more.
+        Deadline on the clock of :func:`time.monotonic`; later cases are skipped.
     """
     opened = list(backends)
     verdicts: dict[str, str] = {}
@@ -120,7 +120,7 @@ def batch(
     limit = [until]
 
     def verdict(case: Case) -> str:
-        # Hypothesis runs failing cases again and wants the same verdict, after the time too.
+        # Hypothesis reruns failing cases and expects the same verdict, even after the deadline.
         key = json.dumps(case, sort_keys=True)
         if key not in verdicts:
             verdicts[key] = "" if monotonic() > limit[0] else outcome(case, opened, tally)

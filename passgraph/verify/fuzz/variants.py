@@ -1,7 +1,7 @@
-"""A kernel rewritten into one that means the same (metamorphic testing, as GraphicsFuzz does for shaders).
+"""Rewrite a kernel into an equivalent one (metamorphic testing, as GraphicsFuzz does for shaders).
 
-The text is read with ``ast`` and written again; each rewriting keeps every operation and its order, so that on
-backends whose compilers contract nothing the bits must stay.  Elsewhere both forms must lie in the oracle's bounds.
+The text is parsed with ``ast`` and unparsed; each rewriting keeps all operations and their order, so backends that
+compile without contraction must give the same bits.  On others, both forms must lie within the oracle's bounds.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from passgraph.verify.fuzz.cases import EXACT, Case, Tally, inputs_of, judged, o
 from passgraph.verify.fuzz.random_expressions import Features
 from passgraph.verify.fuzz.random_kernels import SIDE, kernels
 
-#: Never true, which no compiler can know.
+#: Conditions that never hold, which a compiler cannot know.
 OPAQUE = ("c[0, 0].x < 0.0 and c[0, 0].x > 1.0", "pixel().x < 0", "output_size().y == 0", "c[1, 0].w * 0.0 == 1.0")
-#: Type by first letter of the names that generated kernels use.
+#: Type by the first letter of a name in generated kernels.
 TYPES = {"x": "float", "y": "float", "f": "float", "v": "vec3", "u": "vec2", "p": "vec4", "m": "mat3"}
 REWRITINGS = ("one trip", "dead code", "outlined", "inlined", "reordered", "identity", "nested if")
 
 
 def names_in(node: ast.AST, *, written: bool) -> set[str]:
-    """Variables that some code reads, or writes."""
+    """Return the variables that some code reads, or writes."""
     names: set[str] = set()
     for part in ast.walk(node):
         if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store) == written:
@@ -39,7 +39,7 @@ def names_in(node: ast.AST, *, written: bool) -> set[str]:
 
 
 class Rewriting:
-    """Rewrites one place of a kernel; ``place`` picks it among those that fit."""
+    """Rewrites one place of a kernel; ``place`` selects among the possible ones."""
 
     def __init__(self, text: str, place: int) -> None:
         self.tree = ast.parse(text)
@@ -49,7 +49,7 @@ class Rewriting:
         self.kernel = function
 
     def blocks(self) -> list[list[ast.stmt]]:
-        """Every list of statements of the kernel, its own first."""
+        """Return every list of statements of the kernel, the function's own first."""
         blocks = [self.kernel.body]
         for node in ast.walk(self.kernel):
             if isinstance(node, (ast.If, ast.For)):
@@ -64,18 +64,18 @@ class Rewriting:
         return places[self.place % len(places)] if places else None
 
     def _known(self, statement: ast.stmt) -> bool:
-        """An assignment to variables of the kernel's head, so that it makes no new name."""
+        """Return True for an assignment to variables of the kernel's first statements, so that it adds no name."""
         return isinstance(statement, (ast.Assign, ast.AugAssign)) and names_in(statement, written=True) <= {*"xyuvpma"}
 
     def _movable(self, statement: ast.stmt) -> bool:
-        """A statement that can stand in a block of its own: it makes no name and jumps nowhere outside."""
+        """Return True for a statement that can be nested: it adds no name and does not jump out."""
         if isinstance(statement, (ast.If, ast.For)):
             jumps = any(isinstance(n, (ast.Return, ast.Break, ast.Continue)) for n in ast.walk(statement))
             return not jumps
         return self._known(statement) and statement not in self.kernel.body[:3]
 
     def one_trip(self) -> None:
-        """A statement in a loop of one trip."""
+        """Put a statement in a loop of one trip."""
         if place := self._chosen(self._movable):
             block, i = place
             bounds = ("1", "3, 4", "5, 0, -9")[self.place % 3]
@@ -86,7 +86,7 @@ class Rewriting:
             block[i] = loop
 
     def nested_if(self) -> None:
-        """A statement in the branch of a condition that always holds, which no compiler can know."""
+        """Put a statement in a branch that always runs, which a compiler cannot know."""
         if place := self._chosen(self._movable):
             block, i = place
             branch = _statement(f"if not ({OPAQUE[self.place % len(OPAQUE)]}): pass")
@@ -95,8 +95,8 @@ class Rewriting:
             block[i] = branch
 
     def dead_code(self) -> None:
-        """A copy of another statement, or a loop, behind a condition that never holds."""
-        # Behind the kernel's head, so that every name is there.
+        """Add a copy of another statement, or a loop, behind a condition that never holds."""
+        # After the kernel's first statements, so that every name is defined.
         if place := self._chosen(lambda s: self._known(s) and s not in self.kernel.body[:2]):
             block, i = place
             branch = _statement(f"if {OPAQUE[self.place % len(OPAQUE)]}: pass")
@@ -106,7 +106,7 @@ class Rewriting:
             block.insert(i + 1, branch)
 
     def reordered(self) -> None:
-        """Two neighbors of which neither reads or writes what the other writes."""
+        """Swap two neighbors that neither read nor write each other's variables."""
         places = []
         for block in self.blocks():
             for i, (a, b) in enumerate(pairwise(block)):
@@ -120,7 +120,7 @@ class Rewriting:
             block[i], block[i + 1] = block[i + 1], block[i]
 
     def _assigned(self, statement: ast.stmt) -> bool:
-        """``name = value`` of a type that the name tells, with names of known types in the value."""
+        """Return True for ``name = value`` of a type known by the name, with names of known types in the value."""
         if not (isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Name)):
             return False
         called = {n.func.id for n in ast.walk(statement) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}
@@ -128,14 +128,14 @@ class Rewriting:
         return statement.targets[0].id in ("x", "y", "v", "u") and read <= {*"xyvupm"} and "pixel" not in called
 
     def outlined(self) -> None:
-        """An assigned value computed by a function of the variables that it reads."""
+        """Compute an assigned value by a function of the variables that it reads."""
         if place := self._chosen(self._assigned):
             block, i = place
             statement = block[i]
             assert isinstance(statement, ast.Assign) and isinstance(statement.targets[0], ast.Name)
             read = sorted(names_in(statement.value, written=False) & {*"xyvupm"})
             result = TYPES[statement.targets[0].id]
-            # Whole numbers widen at the return, as they do at an assignment.
+            # Ints convert at the return as they do at an assignment.
             parameters = ", ".join(f"{n}: {TYPES[n]}" for n in read)
             function = _statement(f"def outlined({parameters}) -> {result}: return 0.0")
             assert isinstance(function, ast.FunctionDef) and isinstance(function.body[0], ast.Return)
@@ -144,13 +144,13 @@ class Rewriting:
             self.tree.body.insert(len(self.tree.body) - 1, function)
 
     def inlined(self) -> None:
-        """A call of ``blend`` replaced by its body, each argument a variable first."""
+        """Replace a call of ``blend`` by its body, with a variable for each argument."""
         inline = _Inline(self.place)
         self.kernel = inline.visit(self.kernel)
         self.tree.body[-1] = self.kernel
 
     def identity(self) -> None:
-        """A value passed through operations that change no bit."""
+        """Pass a value through operations that do not change its bits."""
         if place := self._chosen(self._assigned):
             block, i = place
             statement = block[i]
@@ -164,7 +164,7 @@ class Rewriting:
 
 
 class _Inline(ast.NodeTransformer):
-    """``blend(a, b, t)`` as the expression that its function returns."""
+    """Replaces ``blend(a, b, t)`` by the expression that the function returns."""
 
     def __init__(self, place: int) -> None:
         self.skip = place % 3
@@ -185,7 +185,7 @@ def _statement(text: str) -> ast.stmt:
 
 
 def rewritten(text: str, name: str, place: int) -> str:
-    """A kernel's text with one rewriting at one place; the text itself where nothing fits."""
+    """Return a kernel's text with one rewriting at one place; the same text if none is possible."""
     rewriting = Rewriting(text, place)
     getattr(rewriting, name.replace(" ", "_"))()
     return rewriting.text()
@@ -193,7 +193,7 @@ def rewritten(text: str, name: str, place: int) -> str:
 
 @st.composite
 def variants(draw: st.DrawFn, side: int = SIDE) -> Case:
-    """A kernel and its rewritten form: a case of kind ``variant``."""
+    """Generate a kernel and its rewritten form: a case of kind ``variant``."""
     case = draw(kernels(Features(wild=draw(st.booleans())), side))
     text = case["text"]
     steps = st.tuples(st.sampled_from(REWRITINGS), st.integers(0, 11))
@@ -205,12 +205,12 @@ def variants(draw: st.DrawFn, side: int = SIDE) -> Case:
 
 
 def pair_of(case: Case) -> tuple[Target, Target]:
-    """Both forms as graphs."""
+    """Return both forms as graphs."""
     return output_of(case, case["text"]), output_of(case, case["other"])
 
 
 def variant_outcome(case: Case, both_forms: tuple[Target, Target], backends: list[Backend], tally: Tally) -> str:
-    """Equal bits of both forms; where a compiler may contract, the oracle's verdict on the rewritten one."""
+    """Compare the bits of both forms; if a backend may contract, return the oracle's verdict on the rewritten one."""
     _, other = both_forms
     for backend in backends:
         pictures = [run({"out": out}, backend, None, **inputs_of(case, out))["out"] for out in both_forms]

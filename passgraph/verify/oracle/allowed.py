@@ -18,11 +18,11 @@ class Allowed:
     Attributes
     ----------
     values : (height, width, channels), intervals of stored values
-    ambiguous : (height, width), pixels where a decision may fall either way and the outcomes lie apart, or where
-        an operation promises nothing for what it is given
-    unpromised : (height, width), those of them that are so for the second reason only
-    names : the operations that straddled, and in how many pixels
-    untried : of how many pixels (of a draw: fragments) nothing is said because time was up
+    ambiguous : (height, width), pixels where a decision may go either way and the outcomes differ, or where the
+        arguments of an operation are outside its documented domain
+    unpromised : (height, width), those of them only for the second reason
+    names : the operations with an uncertain decision, and in how many pixels
+    untried : number of pixels (of a draw: fragments) without bounds because the time limit was reached
     """
 
     values: Interval
@@ -33,6 +33,6 @@ class Allowed:
 
     @classmethod
     def exactly(cls, picture: FloatBlock) -> Allowed:
-        """This and nothing else: of bits that are only moved."""
+        """Allow exactly these values; for bits that are only copied."""
         nowhere = np.zeros(picture.shape[:2], np.bool_)
         return cls(Interval.point(picture), nowhere, nowhere, Counter())

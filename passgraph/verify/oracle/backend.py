@@ -1,7 +1,7 @@
-"""The reference backend, which also finds for each pass what a conforming backend may write.
+"""The reference backend, extended to compute the bounds of each pass.
 
-A full-screen pass is its kernel over intervals; a draw its fragments in the order of submission, each surely or perhaps
-there.
+A full-screen pass runs its kernel over intervals; a draw runs its fragments in submission order, each certainly or
+possibly present.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ from passgraph.verify.oracle.watch import Watch
 
 
 class OracleBackend(ReferenceBackend):
-    """Runs as the reference does; ``found`` has, by step, what its targets may hold.
+    """Runs like the reference; ``found`` has the bounds of each step's targets.
 
     Parameters
     ----------
     snapped
-        Whether the backends in question put corners on the grid of docs/rasterisation.md; OpenGL promises none.
+        True if the tested backends snap corners to the grid of docs/rasterisation.md; OpenGL does not promise it.
     kept
-        What was found before, and where to leave what is found.
+        Cache of bounds, read and written.
     watches
-        Take notes of their steps; given any, bounds of other steps are not looked for.
+        Watches of steps; if there are any, bounds of other steps are not computed.
     limit
-        How long it may take, and who is told.
+        Time limit and progress callback.
     """
 
     name: ClassVar[str] = "oracle"
@@ -61,16 +61,16 @@ class OracleBackend(ReferenceBackend):
         self.watches = {id(watch.step): watch for watch in watches}
         self.kept = kept or Kept()
         self.found: dict[int, list[Allowed]] = {}
-        #: What pictures with a stencil may hold: they cannot be replaced between passes, so it adds up.
+        #: Bounds of pictures with a stencil: these cannot be replaced between passes, so their errors accumulate.
         self.carried: dict[int, Interval] = {}
         self.stencils: dict[int, tuple[Ints, Ints]] = {}
 
     def wants(self, step: Step) -> bool:
-        """Whether bounds of a step are looked for."""
+        """Return True if the bounds of a step are to be computed."""
         return not self.watches or id(step) in self.watches
 
     def bounds(self, deciding: Iterable[object], find: Callable[[], Found]) -> Found:
-        """Bounds of a step, from before where they are kept; who watches sees them found."""
+        """Return the bounds of a step, cached if possible; watched steps are always computed."""
         return find() if self.watches else self.kept.found(deciding, find)
 
     def copy(self, source: Storage, destination: Storage) -> None:
@@ -148,7 +148,7 @@ class _DrawPass(ReferenceDrawPass):
             super().__call__(outputs, depth, images, geometry, vertex, fragment)
 
     def _find(self, call: DrawCall) -> Found:
-        """Find the allowed results of a draw, from what its targets hold before it."""
+        """Return the bounds of a draw, given the content of its targets before it."""
         draw, depth = DrawOracle(self, call, self.oracle), call.depth
         if depth is not None and self.step.depth_clear is None and id(depth) in self.oracle.carried:
             draw.state.depth = self.oracle.carried[id(depth)].map(np.copy)
@@ -158,8 +158,8 @@ class _DrawPass(ReferenceDrawPass):
 
 
 class DrawOracle:
-    """One draw of one run: ``state`` ends up with what its targets may hold, ``untried`` with the number of fragments
-    of which time left nothing to say."""
+    """Bounds of one draw of one run: ``state`` has the bounds of its targets, ``untried`` the number of fragments
+    without bounds because of the time limit."""
 
     def __init__(self, draw_pass: ReferenceDrawPass, call: DrawCall, oracle: OracleBackend) -> None:
         self.pass_, self.step = draw_pass, draw_pass.step
@@ -194,7 +194,7 @@ class DrawOracle:
         with np.errstate(all="ignore"):
             vertices = self._vertices()
         if self.limit.end():
-            # Any pixel may be covered where corners may be anywhere.
+            # If a corner may be anywhere, any pixel may be covered.
             self.state.forget()
             self.untried = step.size[0] * step.size[1]
             return
@@ -207,7 +207,7 @@ class DrawOracle:
         self.untried = self.limit.end()
 
     def _vertices(self) -> Corners:
-        """Middle and half width of every column; rows as the reference has them: position, then all results."""
+        """Return middle and half width of every column; rows as in the reference: position, then all results."""
         count = len(self.geometry.positions)
         builtins: dict[str, Callable[[], Bounded]] = {
             name: partial(Interval.of, values.astype(np.float64))
@@ -244,7 +244,7 @@ class DrawOracle:
             self.state.add(at, here, surely, perhaps, colours, turned, unpromised)
 
     def _shade(self, mesh: Triangles, fragments: Fragments, depth: Interval) -> Bounds:
-        """The fragment kernel's results; nothing is known of what a sliver shows."""
+        """Return the fragment kernel's results; those of a sliver are unbounded."""
         assert self.fragment is not None
         width, height = self.step.size
         builtins: dict[str, Callable[[], Bounded]] = {

@@ -1,10 +1,10 @@
 """Coverage and interpolation of triangles with uncertain corners.
 
-A corner may lie a little off by rounding of the vertex kernel and of the window transform.  Where backends
-snap as rule 2 of docs/rasterisation.md says, most of that is gone behind the snapping: a corner is on one point
-of the grid, or on one of few.  OpenGL leaves the grid and its rounding open, and drivers interpolate from
-unsnapped corners: there a corner may be anywhere within a step of the grid.  Edge functions and barycentric
-weights are bounded over all such corners to first order, with the products of two errors added.
+Rounding in the vertex kernel and in the window transform may move a corner slightly.  On backends that snap as in rule
+2 of docs/rasterisation.md, snapping removes most of that: a corner is on one grid point, or on one of a few.  OpenGL
+leaves the grid and its rounding to the driver, and drivers interpolate from unsnapped corners: there a corner may be
+anywhere within a grid step.  Edge functions and barycentric weights are bounded over all such corners to first order,
+plus the products of two errors.
 """
 
 from __future__ import annotations
@@ -24,48 +24,49 @@ Ints = NDArray[np.int64]
 ULP = 2.0**-23
 #: The grid of positions, in pixels (rule 2 of docs/rasterisation.md).
 SNAP_PX = 1.0 / 256.0
-#: ULP that the window transform loses in any rounding mode, relative to |x/w| / 2 + 1/2: a quotient (2.5), two
+#: Error of the window transform in ULP in any rounding mode, relative to |x/w| / 2 + 1/2: a quotient (2.5), two
 #: products (1 each), a sum (1).
 WINDOW_ULP = 5.5
-#: ULP that interpolation loses, relative to the largest corner: a weight (its edge function is exact, its quotient
-#: 2.5), 1/w (2.5), the products of both and with the value (1 each), two sums (1 each), the last quotient (2.5)
-#: and half a unit of the reference's own rounding: 12.
+#: Error of interpolation in ULP, relative to the largest corner: a weight (its edge function is exact, its quotient
+#: 2.5), 1/w (2.5), the products of both and with the value (1 each), two sums (1 each), the last quotient (2.5), and
+#: half a unit of the reference's own rounding: 12.
 INTERPOLATION_ULP = 12.0
-#: The same at a pixel that the triangle need not cover, where weights of either sign are of any size together (g): what
-#: is added up loses by g, and what is divided by it by g again.  Half units: an edge as float32 (1), 1/w (5) and their
-#: product (1), twice in their sum (2), are 9 g of the sum; the quotient has 12 + 9 g then (5 for itself), differences
-#: of corners and products with them 2 more.  Corners are no more than twice the largest apart, so these are units:
-#: g (14 + 9 g), with 2 g + 1 of the last two sums and half of the reference's own rounding.
+#: The same at a pixel outside the triangle, where weights may have either sign and any magnitude; g is the sum of their
+#: magnitudes.  The error of a sum grows with g, and that of a quotient by such a sum with g again.  In half units: an
+#: edge as float32 (1), 1/w (5) and their product (1), twice in their sum (2), are 9 g of the sum; the quotient then has
+#: 12 + 9 g (5 of its own), differences of corners and products with them 2 more.  Corners differ by at most twice the
+#: largest, so these are whole units: g (14 + 9 g), with 2 g + 1 of the last two sums and half a unit of the reference's
+#: own rounding.
 ANYWHERE_ULP = (1.5, 16.0, 9.0)
-#: How often a driver's plane counts there: from a fragment on by the difference between two.
+#: Factor of a driver's plane error there: it steps from a fragment by the difference between two.
 STEPPED = 3.0
-#: ULP that a corner made by clipping loses, relative to the two shares that it is the sum of, where backends clip
-#: as rule 1 says: a distance and the sum of both (0.5 each), the quotient (2.5), the product (0.5) and the sum
-#: (0.5), and as much again for a plane that cuts it a second time.
+#: Error in ULP of a corner made by clipping, relative to the two weighted terms of its sum, on backends that clip as in
+#: rule 1: a distance and the sum of both (0.5 each), the quotient (2.5), the product (0.5) and the sum (0.5); doubled
+#: for a second plane.
 SHARES_ULP = 9.0
-#: The same of a + (b - a) t, as drivers may have it, relative to the largest number of its column: with b - a up
-#: to twice as large, a difference and a product (2, as 1 - t of it is a's) and the sum (1), and 1 for the plane that
-#: cuts it a second time.  What t is off moves all columns together along the cut edge, which leaves the edge and
-#: what is interpolated from it where they are.
+#: The same for a + (b - a) t, which drivers may compute, relative to the largest number of its column: with b - a up to
+#: twice as large, a difference and a product (2, since 1 - t of the former is a's) and the sum (1), and 1 for a second
+#: plane.  An error of t moves all columns together along the clipped edge, so the edge and what is interpolated from it
+#: stay in place.
 CLIP_ULP = 4.0
-#: Units that a plane through three corners loses, relative to its largest part (:func:`_plane_size`): of a step two
+#: Error in units of a plane through three corners, relative to its largest part (:func:`_plane_size`): for a step two
 #: differences (1 each), a product (1), their difference (1), the area (two products and a difference, 3) and the
-#: quotient (2.5), with the way to the pixel a product (1) and a sum (1): 11.5.
+#: quotient (2.5); for the offset to the pixel a product (1) and a sum (1): 11.5.
 PLANE_UNITS = 11.5
-#: What planes are evaluated in: float32 by drivers, from the corner of the picture on; float64 where rule 5 holds, and
-#: then of depths only, as what is interpolated in perspective comes from the edges.
+#: Precision of plane evaluation: drivers use float32, from the corner of the picture on; float64 where rule 5 holds,
+#: and then for depths only, as perspective-correct values come from the edges.
 DRIVER_UNIT, OWN_UNIT = ULP, 2.0**-52
-#: How far off a corner is of which nothing is known, in pixels: far beyond every picture, products of it finite.
+#: Error in pixels of a corner at an unknown position: far beyond every picture, but products of it are finite.
 ANYWHERE_PX = 1e18
-#: Beside the largest 1/w of a triangle, one so many times smaller may be flushed to 0.
+#: 1/w values this many times smaller than the largest one of their triangle may be flushed to 0.
 FLUSHED = 2.0**-126
-#: The same of drivers, which have 1/w as it is.
+#: The same for drivers, which use 1/w unscaled.
 LARGEST_W = 2.0**126
 
 
 @dataclass(frozen=True)
 class Corners:
-    """Vertices as computed in float64, with how far each number may be off: rows (n, columns) of both."""
+    """Vertices as computed in float64, and the largest error of each number: rows (n, columns) of both."""
 
     values: Float64
     errors: Float64
@@ -78,21 +79,21 @@ class Triangles:
     corners: Ints  # rows of ``rows``
     x: Float64
     y: Float64
-    off: Float64  # how far x and y may be off
+    off: Float64  # largest error of x and y
     depth: Float64
     depth_off: Float64
     inverse_w: Float64
     inverse_w_off: Float64
     area: Float64  # (m,), twice the signed area, negative where the front is seen
     area_off: Float64
-    offset: Interval  # (m,), what polygon offset adds to the depth
+    offset: Interval  # (m,), polygon offset of the depth
     rows: Corners
     snapped: bool
     size: tuple[int, int]  # of the picture
 
     @property
     def sliver(self) -> Lanes:
-        """Triangles that may have no area, or either side in front."""
+        """Return the triangles that may have no area, or either side in front."""
         return np.asarray(~(np.abs(self.area) > self.area_off) & ((self.area != 0) | (self.area_off > 0)))
 
     def __len__(self) -> int:
@@ -100,7 +101,7 @@ class Triangles:
 
 
 def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: DrawState, snapped: bool) -> Triangles:
-    """Clip, project, and drop what is surely culled; ``snapped`` corners lie on the grid."""
+    """Clip, project, and drop triangles that are certainly culled; ``snapped`` corners lie on the grid."""
     rows, corners = _clipped(vertices, indices, snapped)
     values, errors = rows.values, rows.errors
     width, height = size
@@ -115,7 +116,7 @@ def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: Dr
     if snapped:
         x, y, off = _snapped(x, y, off)
     else:
-        # Where 1/w is less than the smallest normal float, drivers may have 0 instead, and no place on the screen.
+        # Drivers may flush a 1/w below the smallest normal float to 0, which leaves no screen position.
         off = np.where(np.abs(w) + w_off > LARGEST_W, ANYWHERE_PX, off + SNAP_PX)
     depth, depth_off = ratio[:, 2] * 0.5 + 0.5, ratio_off[:, 2] * 0.5 + WINDOW_ULP * ULP
     inverse_w, inverse_w_off = 1.0 / w, w_off / (np.abs(w) * least_w) + 2.5 * ULP / np.abs(w)
@@ -138,8 +139,7 @@ def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: Dr
 
 
 def _clipped(vertices: Corners, indices: Ints, snapped: bool) -> tuple[Corners, Ints]:
-    """Clip to all planes. New corners add up the errors of their shares, and the largest numbers of a triangle are
-    kept."""
+    """Clip to all planes. Errors of new corners are weighted sums, and the largest numbers of a triangle are kept."""
     columns, count = vertices.values.shape[1], len(vertices.values)
     sizes = np.abs(vertices.values)
     vertex_columns = [vertices.values, vertices.errors, sizes, _largest_near(sizes, indices)]
@@ -161,7 +161,7 @@ def _largest_near(sizes: Float64, indices: Ints) -> Float64:
 
 
 def _snapped(x: Float64, y: Float64, off: Float64) -> tuple[Float64, Float64, Float64]:
-    """The middle of the points of the grid that a corner may be on, and how far they reach from it."""
+    """Return the middle of the grid points that a corner may be on, and their distance from it."""
     low, high = ([np.rint((v + e) / SNAP_PX) * SNAP_PX for v in (x, y)] for e in (-off, off))
     middle = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
     reach = [0.5 * (b - a) for a, b in zip(low, high, strict=True)]
@@ -184,7 +184,7 @@ def _offset(
     x: Float64, y: Float64, depth: Float64, off: Float64, depth_off: Float64, area: Float64, area_off: Float64,
     state: DrawState,
 ) -> Interval:  # fmt: skip
-    """factor · largest slope + units · 2^(e − 23) (rule 5), over all corners."""
+    """Return factor · largest slope + units · 2^(e − 23) (rule 5), over all corners."""
     factor, units = state.polygon_offset
     if (factor, units) == (0.0, 0.0):
         return Interval.point(np.zeros(len(area)))
@@ -192,8 +192,8 @@ def _offset(
     (x1, x2), (y1, y2) = _next_corners(x), _next_corners(y)
     middle = depth.mean(axis=1, keepdims=True)
     slopes = []
-    # Σ depth · side over the area, where subtracting the mean depth changes nothing (the sides add up to 0) but
-    # keeps what corners that are off may add small: each side by two of them, each depth by its own.
+    # Σ depth · side over the area. Subtracting the mean depth does not change it (the sides add up to 0), but keeps the
+    # contribution of corner errors small: each side has two of them, each depth its own.
     for side in (y1 - y2, x2 - x1):
         slope = np.abs(((depth - middle) * side).sum(axis=1)) / np.abs(area)
         spread = (np.abs(depth - middle) * 2.0 * off.max(axis=1, keepdims=True)).sum(axis=1)
@@ -206,7 +206,7 @@ def _offset(
         for e in (-depth_off.max(axis=1), depth_off.max(axis=1))
     ]
     ends = [factor * s + units * u for s in (low, high) for u in units_of]
-    # Two products and their sum, of which the exponent's is exact.
+    # Two products and their sum; the product with the exponent is exact.
     return rounded(np.fmin.reduce(ends), np.fmax.reduce(ends), np.zeros(len(area), np.bool_), 2.0)
 
 
@@ -219,8 +219,8 @@ class Fragments:
     y: Ints
     surely: Lanes
     weights: Float64  # (n, 3) barycentric
-    off: Float64  # (n, 3), how far they may be off
-    anywhere: bool = False  # pixels beside those that triangles may cover: weights may be of any size and sign
+    off: Float64  # (n, 3), their largest error
+    anywhere: bool = False  # pixels outside the triangles too: weights may have any size and sign
 
     def __len__(self) -> int:
         return len(self.triangle)
@@ -240,7 +240,7 @@ class Fragments:
 
 
 def cover(mesh: Triangles, size: tuple[int, int]) -> Iterator[Fragments]:
-    """All of them, in batches."""
+    """Yield all fragments, in batches."""
     width, height = size
     reach = mesh.off.max(axis=1, initial=0.0)
     first_x, last_x = _pixels(mesh.x, reach, width)
@@ -267,7 +267,7 @@ def _inside(mesh: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments:
         a, b = (k + 1) % 3, (k + 2) % 3
         edges[k], errors[k] = _edge(right, down, away, off, k)
         turned = edges[k] * turn
-        # Rule 4: a center on an edge is inside at top and left edges only, as wound so that the area is positive.
+        # Rule 4: a center on an edge is inside only at top and left edges, for the winding with positive area.
         dx, dy = (right[b] - right[a]) * turn, (down[b] - down[a]) * turn
         owned = (dy < 0) | ((dy == 0) & (dx > 0))
         known = (turned == 0) & (off[a] == 0) & (off[b] == 0)
@@ -281,24 +281,24 @@ def _inside(mesh: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments:
 
 
 def _corners(mesh: Triangles, owner: Ints, column: Ints, row: Ints) -> tuple[Float64, Float64, Float64, Float64]:
-    """Return the offsets of a triangle's corners from a pixel's center, right, down and in all, and their errors: (3,
-    n).
+    """Return the offsets of a triangle's corners from a pixel's center (right and down), their sums, and their errors:
+    (3, n).
 
-    Column by column: what most pixels of a box need first is to be found outside.
+    The layout is column by column: most pixels of a box are found outside by the first columns.
     """
     right, down = mesh.x.T[:, owner] - (column + 0.5), mesh.y.T[:, owner] - (row + 0.5)
     return right, down, np.abs(right) + np.abs(down), mesh.off.T[:, owner]
 
 
 def _edge(right: Float64, down: Float64, away: Float64, off: Float64, k: int) -> tuple[Float64, Float64]:
-    """The edge opposite to a corner, at pixels, and how far it may be off."""
+    """Return the edge function opposite to a corner at pixels, and its largest error."""
     a, b = (k + 1) % 3, (k + 2) % 3
     error = off[a] * away[b] + off[b] * away[a] + 4.0 * off[a] * off[b]
     return right[a] * down[b] - right[b] * down[a], error
 
 
 def _weights(mesh: Triangles, owner: Ints, edges: Float64, errors: Float64) -> tuple[Float64, Float64]:
-    """Barycentric weights (n, 3) of edges, and how far they may be off."""
+    """Return the barycentric weights (n, 3) from edges, and their largest errors."""
     area, area_off = mesh.area[owner], mesh.area_off[owner]
     with np.errstate(all="ignore"):
         weights = edges / area[:, None]
@@ -308,7 +308,7 @@ def _weights(mesh: Triangles, owner: Ints, edges: Float64, errors: Float64) -> t
 
 
 def depth_of(mesh: Triangles, fragments: Fragments) -> Interval:
-    """Interpolated, offset and clamped; (n,)."""
+    """Return the interpolated, offset and clamped depth; (n,)."""
     at = fragments.triangle
     depth = mesh.depth[at]
     middle = np.einsum("nk,nk->n", fragments.weights, depth)
@@ -331,7 +331,7 @@ def _spread(weights_off: Float64, corners: Float64, middle: Float64) -> Float64:
 
 
 def _shared(weights: Float64, weights_off: Float64, corners_off: Float64) -> Float64:
-    """Return the error of an interpolated value from errors of the corners, each by its share."""
+    """Return the error of an interpolated value from errors of the corners, each times its weight."""
     shares = np.abs(weights) + weights_off
     return np.asarray(np.einsum("nk->n", np.where(corners_off > 0, shares * corners_off, 0.0)))
 
@@ -351,8 +351,8 @@ def _plane_off(mesh: Triangles, corners: Float64, fragments: Fragments) -> Float
 
 
 def _plane_size(mesh: Triangles, corners: Float64) -> Float64:
-    """The largest number in a plane's evaluation: a corner's value, or the way from a corner to the corner of the
-    picture and back to a pixel, along steps of which each part may be larger than their difference."""
+    """Return the largest number in a plane's evaluation: a corner's value, or the offset from a corner to the picture's
+    corner and back to a pixel, along steps whose parts may be larger than their difference."""
     (x1, x2), (y1, y2) = _next_corners(mesh.x), _next_corners(mesh.y)
     apart = np.abs(corners - corners.mean(axis=1, keepdims=True))
     parts = []
@@ -362,7 +362,7 @@ def _plane_size(mesh: Triangles, corners: Float64) -> Float64:
 
 
 def varying_of(mesh: Triangles, fragments: Fragments, columns: slice) -> Interval:
-    """Perspective interpolation of some columns, (n, columns)."""
+    """Return the perspective-correct interpolation of some columns, (n, columns)."""
     at = fragments.triangle
     inverse_w = mesh.inverse_w[at]
     inverse_w_off = mesh.inverse_w_off[at] + FLUSHED * inverse_w.max(axis=1, keepdims=True)
@@ -385,7 +385,7 @@ def varying_of(mesh: Triangles, fragments: Fragments, columns: slice) -> Interva
         rounding = _rounding(fragments, size) * np.abs(corners[:, :, c]).max(axis=1)
         parts.append(spread + _shared(weights, off, corners_off[:, :, c]) + rounding)
         if not mesh.snapped:
-            # Planes of v/w and 1/w: what rounds there is large near the eye and where planes are steep.
+            # Planes of v/w and 1/w: their rounding error is large near the eye and where planes are steep.
             over_w_off = _plane_off(mesh, vertices[:, :, c] * mesh.inverse_w, fragments)[at]
             planes = over_w_off + np.abs(values[:, c]) * plane_off
             parts[-1] += planes / np.where(least_total > 0, least_total, np.nan)

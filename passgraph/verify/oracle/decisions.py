@@ -1,16 +1,15 @@
-"""Decisions that rounding may turn, tried both ways.
+"""Uncertain decisions, explored both ways.
 
-Where a comparison or a floor straddles, a conforming backend may go either way; what it then computes is
-bounded for each way by itself.  So the program runs once with a first choice everywhere, and again for each
-decision that a lane met on its way, with that one turned, as long as new decisions come up.  The bounds of a
-lane are the hull of its paths.  A continuous function with a jump inside (bilinear filtering at a texel's
-center) stays as tight as it is, which a hull at the jump would lose.
+Where a comparison or a floor straddles, a conforming backend may go either way; each way is bounded separately.  So the
+program runs once with the first choice everywhere, and again for each decision that a lane met, with that decision
+flipped, as long as new decisions appear.  The bounds of a lane are the hull of its paths.  A continuous function with a
+jump inside (bilinear filtering at a texel's center) keeps its tight bounds, which a hull at the jump would lose.
 
-Lanes with more paths than :data:`MAX_PATHS` are bounded to first order instead: the first path, moved by the
-sum of what each of its decisions can move it, alone or with the next one (x and y of one texel).  That holds
-for sums over decisions, such as filters, and not for a search that keeps the best of many ties.  Whether a program
-is such a sum is tried: many decisions are turned at once.  Where the result moves by more than the sum of the moves of
-those that were turned, and rounding, the lane is left unbounded.
+Lanes with more paths than :data:`MAX_PATHS` are bounded to first order: the first path, moved by the sum of what each
+of its decisions can change, alone or with the next one (x and y of one texel).  That is valid for sums over decisions,
+such as filters, but not for a search that keeps the best of many ties.  So the assumption is tested: many decisions are
+flipped at once.  If the result moves by more than the sum of the moves of the flipped decisions, plus rounding, the
+lane is unbounded.
 """
 
 from __future__ import annotations
@@ -29,33 +28,33 @@ Ints = NDArray[np.int64]
 Lanes = NDArray[np.bool_]
 Choices = NDArray[np.int8]
 
-#: Paths tried for a lane before it is bounded to first order.
+#: Most paths of a lane; with more it is bounded to first order.
 MAX_PATHS = 64
-#: Decisions of one path that are turned one by one; a lane that meets more is given up: anything is allowed.
+#: Most decisions of a path that are flipped one by one; a lane that meets more is unbounded.
 MAX_DECISIONS = 256
-#: Random sets of decisions that are turned at once, to try lanes that are bounded to first order.
+#: Random sets of decisions flipped at once, to test lanes that are bounded to first order.
 RANDOM_SETS = 8
-#: The first and the last so many decisions are turned at once too: who keeps the best of many ties is moved only by the
-#: last decisions together.
+#: Numbers of first and of last decisions that are flipped at once too: a search that keeps the best of many ties
+#: changes only if all the last decisions change together.
 ENDS = (3, 4, 5, 6, 7, 8, 10, 12, 14, 16, 20, 24, 32, 48, 64, 96, 128, 192)
-#: What rounding to float32 may hide of a decision that is turned alone, and show where many are: half a unit in the
-#: last place of the result.
+#: Rounding to float32 may hide the effect of one flipped decision, but not of many: half a unit in the last place of
+#: the result.
 HIDDEN = 2.0**-24
 
 
 @dataclass
 class Track:
-    """The choices of the lanes of one run: those that are forced, then the first one wherever a decision straddles."""
+    """The choices of the lanes of one run: forced ones, then the first way wherever a decision straddles."""
 
     forced: Choices  # (lanes, depth): 0 the first way, 1 the other; -1 after the end
-    lanes: Ints  # which lanes of the stage these are; one may be here several times, on several paths
+    lanes: Ints  # indices of the lanes in the stage; a lane may occur several times, on several paths
     active: Lanes = field(init=False)
     met: Ints = field(init=False)
     taken: list[tuple[Ints, Ints, Choices]] = field(default_factory=list)
     names: Counter[str] = field(default_factory=Counter)
     wide: Lanes = field(init=False)  # lanes that met a jump of a float with more than two ways
-    vague: Lanes = field(init=False)  # lanes that met one of an int: any texel may be read
-    lost: Lanes = field(init=False)  # lanes about which nothing can be said any more
+    vague: Lanes = field(init=False)  # lanes that met a jump of an int: any texel may be read
+    lost: Lanes = field(init=False)  # lanes that are unbounded
 
     def __post_init__(self) -> None:
         count = len(self.forced)
@@ -64,7 +63,7 @@ class Track:
         self.wide, self.vague, self.lost = (np.zeros(count, np.bool_) for _ in range(3))
 
     def mark(self, marks: Lanes, lanes: Lanes) -> Lanes:
-        """Set ``marks`` where an active lane has any component in ``lanes``; gives ``lanes``."""
+        """Set ``marks`` where an active lane has any component in ``lanes``; return ``lanes``."""
         if lanes.any():
             marks |= lanes.reshape(len(lanes), -1).any(axis=1) & self.active
         return lanes
@@ -94,19 +93,19 @@ class Track:
         return other.reshape(count, *shape)
 
     def part(self, rows: Ints) -> Track:
-        """Some of the lanes, with what they have met so far."""
+        """Return some of the lanes, with the decisions they have met so far."""
         part = Track(self.forced[rows], self.lanes[rows], names=self.names)
         part.met = self.met[rows]
         part.wide, part.vague, part.lost = (marks[rows] for marks in (self.wide, self.vague, self.lost))
         return part
 
     def rejoin(self, part: Track, rows: Ints) -> None:
-        """Merge what a part has met."""
+        """Merge the decisions that a part has met."""
         self.taken += [(rows[lanes], at, choice) for lanes, at, choice in part.taken]
         self.met[rows], self.wide[rows], self.vague[rows], self.lost[rows] = part.met, part.wide, part.vague, part.lost
 
     def path(self) -> Choices:
-        """Every choice that was made, (lanes, most decisions)."""
+        """Return every choice that was made, (lanes, most decisions)."""
         choices = np.full((len(self.forced), int(self.met.max(initial=0))), -1, np.int8)
         for lanes, at, choice in self.taken:
             choices[lanes, at] = choice
@@ -120,10 +119,10 @@ class Bounds:
     Attributes
     ----------
     outputs : an interval (lanes, components) for each result
-    surely, perhaps : lanes whose result is kept on every path, on some path
-    ambiguous : lanes whose paths lead to results that lie apart, and those of which nothing is known
-    unpromised : those of which nothing is known, though no decision is to blame: an operation promises nothing there
-    names : what straddled, by operation: how many lanes met it
+    surely, perhaps : lanes whose result is kept on every path, and on some path
+    ambiguous : lanes whose paths lead to different results, and unbounded lanes
+    unpromised : unbounded lanes without an uncertain decision: the arguments of an operation are outside its domain
+    names : operations that straddled, with the number of lanes that met them
     """
 
     outputs: list[Interval]
@@ -134,13 +133,13 @@ class Bounds:
     names: Counter[str]
 
 
-#: Runs lanes along forced choices: results and which lanes are kept (None: all).
+#: Runs lanes along forced choices; returns the results and the lanes that are kept (None: all).
 Run = Callable[[Track], tuple[list[Interval], Lanes | None]]
 
 
 @dataclass(frozen=True)
 class Frontier:
-    """Paths to try: a lane, its forced choices, and which decision of its first path was turned (-1: none)."""
+    """Paths to explore: a lane, its forced choices, and the flipped decision of its first path (-1: none)."""
 
     lanes: Ints
     prefixes: Choices
@@ -150,11 +149,11 @@ class Frontier:
         return len(self.lanes)
 
     def parts(self) -> Iterator[Frontier]:
-        """So many at once, those of one lane together: what is tried of it hangs on no other lane."""
+        """Yield batches; the paths of one lane stay together, so that its result does not depend on other lanes."""
         ends = np.append(np.flatnonzero(np.diff(self.lanes)) + 1, len(self))
         first = 0
         while first < len(self):
-            # the last end that is near enough, or the next where one lane has more
+            # the last end within a batch, or the next one if a lane has more paths
             following, beyond = np.searchsorted(ends, [first, first + BATCH], side="right")
             last = int(ends[max(following, beyond - 1)])
             yield Frontier(self.lanes[first:last], self.prefixes[first:last], self.origins[first:last])
@@ -174,7 +173,7 @@ class Frontier:
 def explore(
     run: Run, count: int, components: list[int], limit: TimeLimit | None = None, first_only: bool = False
 ) -> Bounds:
-    """All paths of ``count`` lanes, as far as the limit allows; or the first of each, for who watches."""
+    """Explore all paths of ``count`` lanes within the limits; with ``first_only`` just the first path of each."""
     limit = limit or TimeLimit()
     search, lanes_done = _Search(run, count, components, limit), 0
     for lanes in batches(count):
@@ -195,7 +194,7 @@ def explore(
 
 
 def _joint_sets(count: int) -> Iterator[Lanes]:
-    """Yield sets of ``count`` decisions to turn at once: all, random ones, the first and the last of them."""
+    """Yield sets of ``count`` decisions to flip at once: all, random ones, the first and the last of them."""
     yield np.ones(count, np.bool_)
     for seed in range(1, RANDOM_SETS):
         yield np.random.default_rng(seed).integers(0, 2, count) == 1
@@ -206,7 +205,7 @@ def _joint_sets(count: int) -> Iterator[Lanes]:
 
 
 class _Search:
-    """The state of the search in each lane."""
+    """The state of the exploration in each lane."""
 
     def __init__(self, run: Run, count: int, components: list[int], limit: TimeLimit) -> None:
         self.run, self.limit = run, limit
@@ -214,10 +213,10 @@ class _Search:
         self.lo, self.hi = ([np.full(s, np.nan) for s in shapes] for _ in range(2))
         self.nan = [np.zeros(s, np.bool_) for s in shapes]
         self.widths = [np.zeros(s) for s in shapes]
-        #: The first path, and how far turning each of its decisions, added up, moves either end.
+        #: The first path, and the sum of how far flipping each of its decisions moves either end.
         self.root_lo, self.root_hi = ([np.zeros(s) for s in shapes] for _ in range(2))
         self.total_down, self.total_up = ([np.zeros(s) for s in shapes] for _ in range(2))
-        #: The decisions of the first paths of this batch: whose they are, and what each moves.
+        #: The decisions of the first paths of this batch: their lanes, and how far each moves the result.
         self.owners: Ints = np.zeros(0, np.int64)
         self.down: list[NDArray[np.float64]] = []
         self.up: list[NDArray[np.float64]] = []
@@ -225,21 +224,21 @@ class _Search:
         self.paths = np.zeros(count, np.int64)
         self.first_order = np.zeros(count, np.bool_)
         self.vague, self.lost = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-        #: What rounding adds where many decisions are turned at once.
+        #: Rounding error when many decisions are flipped at once.
         self.hidden = [np.zeros(s) for s in shapes]
-        #: Results that turned out not to be sums over decisions.
+        #: Results that are not sums over decisions.
         self.unbounded = [np.zeros(count, np.bool_) for _ in components]
         self.untried = np.zeros(count, np.bool_)
         self.discards = False
         self.names: Counter[str] = Counter()
 
     def give_up(self, lanes: Ints) -> None:
-        """Leave lanes unbounded for which no time is left."""
+        """Leave lanes unbounded because the time limit is reached."""
         self.untried[lanes] = self.lost[lanes] = True
         self.surely[lanes] = False
 
     def step(self, frontier: Frontier, level: int) -> Frontier:
-        """Run some paths, note what comes out, and give the paths that follow from them."""
+        """Run some paths, record their results, and return the paths that follow from them."""
         lanes, track = frontier.lanes, Track(frontier.prefixes, frontier.lanes)
         results, keep = self.run(track)
         if level == 0:
@@ -264,14 +263,14 @@ class _Search:
         if level == 0:
             self.root_lo[i][lanes], self.root_hi[i][lanes] = result.lo, result.hi
         elif level <= 2:
-            # One decision turned, or one and the next (x and y of one texel).
+            # One decision flipped, or one and the next (x and y of one texel).
             down = np.fmin(result.lo - self.root_lo[i][lanes], 0.0)
             up = np.fmax(result.hi - self.root_hi[i][lanes], 0.0)
             np.fmin.at(self.down[i], frontier.origins, down)
             np.fmax.at(self.up[i], frontier.origins, up)
 
     def _following(self, frontier: Frontier, track: Track, level: int) -> Frontier:
-        """Each decision after the forced ones, turned."""
+        """Return the paths with each decision after the forced ones flipped."""
         lanes, prefixes = frontier.lanes, frontier.prefixes
         decided = (prefixes >= 0).sum(axis=1)
         new = track.met - decided
@@ -304,11 +303,11 @@ class _Search:
         return lo - self.hidden[i][lanes], hi + self.hidden[i][lanes]
 
     def try_jointly(self, lanes: Ints) -> None:
-        """Turn many decisions at once, and give up lanes whose results are no sums over them."""
+        """Flip many decisions at once, and give up lanes whose results are not sums over them."""
         is_asked = np.zeros(len(self.paths), np.bool_)
         is_asked[lanes] = True
         rows = np.flatnonzero(is_asked[self.owners])
-        # Decisions of a lane are next to one another, in their order.
+        # Decisions of a lane are adjacent and in order.
         firsts = np.searchsorted(self.owners[rows], self.owners[rows])
         numbers = np.arange(len(rows)) - firsts
         for turned in _joint_sets(int(numbers.max(initial=-1)) + 1):
@@ -318,14 +317,14 @@ class _Search:
             self._turn_jointly(lanes, turned, rows[turned[numbers]])
 
     def _moved(self, i: int, lanes: Ints, rows: Ints) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the first path of lanes, moved by these decisions of theirs."""
+        """Return the first path of lanes, moved by these decisions."""
         low, high = (np.zeros_like(ends[i]) for ends in (self.root_lo, self.root_hi))
         np.add.at(low, self.owners[rows], self.down[i][rows])
         np.add.at(high, self.owners[rows], self.up[i][rows])
         return self.root_lo[i][lanes] + low[lanes], self.root_hi[i][lanes] + high[lanes]
 
     def _turn_jointly(self, lanes: Ints, turned: Lanes, rows: Ints) -> None:
-        """Turn some decisions of each lane; ``rows`` are these decisions."""
+        """Flip some decisions of each lane; ``rows`` are these decisions."""
         track = Track(np.repeat(turned[None].astype(np.int8), len(lanes), axis=0), lanes)
         results, keep = self.run(track)
         if keep is not None:
@@ -352,12 +351,12 @@ class _Search:
             low, high = self.first_order_bounds(i, slice(None))
             lo, hi = np.where(first_order, low, self.lo[i]), np.where(first_order, high, self.hi[i])
             interval = Interval(lo, hi, self.nan[i])
-            # Sums of widths are rounded themselves, in float64.
+            # Sums of widths are rounded in float64 too.
             apart = interval.width > self.widths[i] * (1 + 1e-12)
             turned |= (apart & (self.paths > 1)[:, None]).any(axis=1)
             lost = (self.lost | self.unbounded[i])[:, None]
             outputs.append(Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi), self.nan[i] | lost))
-            # Where anything goes, nothing was checked.
+            # Unbounded results were not tested.
             unpromised |= ((outputs[i].lo == -np.inf) & (outputs[i].hi == np.inf)).any(axis=1)
         self.limit.untried += int(self.untried.sum())
         surely = self.surely & ~(self.lost & self.discards)

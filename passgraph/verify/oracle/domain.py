@@ -1,7 +1,7 @@
 """The interpreter's domain for bounds: intervals for floats, plain numbers for ints and bools.
 
-An int or bool that hangs on a float is a decision (:mod:`.decisions`): a path of the program has one value for
-it, so control flow, indices and texel positions stay exact.
+An int or bool that depends on a float is a decision (:mod:`.decisions`): on one path of the program it has one value,
+so control flow, indices and texel positions are exact.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ _PLUS_OR_MINUS: dict[str, Callable[..., Interval]] = {"add": iv.add, "sub": iv.s
 _SIMPLE: dict[str, Callable[..., Interval]] = {
     "div": iv.div, "neg": iv.neg, "abs": iv.absolute, "sqrt": iv.sqrt, "min": iv.minimum, "max": iv.maximum,
 }  # fmt: skip
-#: Floats that jump between whole numbers.
+#: Operations on floats that jump between whole numbers.
 _WHOLE = {"floor": np.floor, "ceil": np.ceil, "trunc": np.trunc, "round": np.rint}
 
 
-#: ULP that t * t * (3 - 2 * t) loses: three roundings (3 - 2t, and two products), each one ULP of its own
-#: result in any rounding mode, which is at most two of the last one's.
+#: Error in ULP of t * t * (3 - 2 * t): three roundings (3 - 2t, and two products), each one ULP of its own result in
+#: any rounding mode, which is at most two of the last result's.
 HERMITE_ULP = 6.0
-#: Lanes that still go round a loop are computed by themselves where they are one in so many or fewer.
+#: Divisor: lanes that still loop are computed separately if they are at most this fraction of all.
 WORTH_MOVING = 2
-#: Where rests of divisions are exact: docs/kernels.md.
+#: Limits within which remainders are exact: docs/kernels.md.
 MOD_QUOTIENT, MOD_DIVISOR = 2.0**20, 2.0**-100
 
 
 class IntervalDomain(Domain[Bounded, Lanes]):
-    """Each operation widened by its row's bound; decisions go as the track says."""
+    """Widens each operation by its bound; decisions follow the track."""
 
     def __init__(self, track: Track) -> None:
         self.track = track
@@ -63,7 +63,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
 
     def trips(self, start: Bounded, stop: Bounded, step: Bounded) -> Iterator[tuple[Bounded, Lanes]]:
         bounds = [bound for bound in (start, stop, step) if not isinstance(bound, Interval)]
-        self._hangs_on(bounds)
+        self._mark_lost(bounds)
         depth = len(self.parts)
         for index, over in self.numbers.trips(*bounds):
             for part in self.parts[depth:]:
@@ -78,18 +78,18 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         if len(numbers) == len(arguments):
             exact = self.numbers.apply(operation, numbers)
             if exact.dtype.kind not in "iu":
-                self._hangs_on(numbers)
+                self._mark_lost(numbers)
             if exact.dtype.kind != "f":
                 return exact
-            # From ints only to_float and bit patterns: rounded like a sum.
+            # Only to_float and bit patterns take ints: rounded like a sum.
             return iv.rounded(exact, exact, np.isnan(exact), row.ulp)
-        self._hangs_on(numbers)
+        self._mark_lost(numbers)
         if operation == "mul" and arguments[0] is arguments[1]:
             return iv.square(as_interval(arguments[0]))
         return self._float(operation, _spread([as_interval(a) for a in arguments]))
 
-    def _hangs_on(self, numbers: Sequence[Numbers]) -> None:
-        """Nothing is known of a lane where more than which texel is read hangs on an int that may be any."""
+    def _mark_lost(self, numbers: Sequence[Numbers]) -> None:
+        """Mark lanes as lost where an unknown int affects more than which texel is read."""
         if any(n.dtype.kind in "iu" for n in numbers) and self.track.vague.any():
             self.track.mark(self.track.lost, self.track.vague)
 
@@ -151,7 +151,8 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         return self._decided(~none, ~sure, "isfinite")
 
     def _half_bits(self, a: Interval) -> Numbers:
-        """One of two neighbors; of more than two, and where zeros' signs or NaN have bits, nothing is said."""
+        """Return one of two neighbors; with more candidates, or the bits of NaN or of a zero's sign, the lane is
+        lost."""
         low, high = (OPERATIONS["half_bits"].reference(end).astype(np.int64) for end in (a.lo, a.hi))
         unknown = (np.abs(high - low) > 1) | a.nan | a.has(0.0)
         self.track.mark(self.track.lost, unknown)
@@ -172,7 +173,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         return np.asarray(np.where(wide, np.trunc(0.5 * (low + high)), chosen))
 
     def _bits_from_float(self, a: Interval) -> Numbers:
-        # A NaN's bits, the sign of a zero and a flushed denormal are not the same everywhere.
+        # The bits of a NaN, the sign of a zero and a flushed denormal differ between backends.
         self.track.mark(self.track.lost, ~a.exact | (a.lo == 0))
         return OPERATIONS["bits_from_float"].reference(a.lo)
 
@@ -194,12 +195,13 @@ class IntervalDomain(Domain[Bounded, Lanes]):
     def _fract(self, x: Interval) -> Interval:
         below = self._to_integer(np.floor, x, "fract")
         part = iv.sub(x, below)
-        # Below 0 only where x is a product that goes into the difference unrounded: by its rounding.
+        # Negative only if x is an unrounded product in the difference (contraction): by its rounding error.
         least = -iv.spacing(x.magnitude)
         return part.both(lambda end: np.clip(end, least, BELOW_ONE))
 
     def _mod(self, x: Interval, y: Interval) -> Interval:
-        """The rest of exact numbers for each whole quotient that they may have; of too many, any rest."""
+        """Return the remainder of exact numbers for each possible whole quotient; if there are too many, any
+        remainder."""
         ends = [x.lo / y.lo, x.lo / y.hi, x.hi / y.lo, x.hi / y.hi]
         low, high = np.floor(np.minimum.reduce(ends)), np.floor(np.maximum.reduce(ends))
         smallest = iv.absolute(y).lo
@@ -208,7 +210,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         quotient = np.where(self.track.choose(is_bounded & (low < high), "floor"), high, low)
         times = (y.lo * quotient, y.hi * quotient)
         rest = iv.rounded(x.lo - np.maximum(*times), x.hi - np.minimum(*times), x.nan | y.nan, 1.0)
-        # Rests are capped at the number below y.
+        # Remainders are at most the number below y.
         below = [np.nextafter(end.astype(np.float32), np.float32(0)).astype(np.float64) for end in (y.lo, y.hi)]
         lo, hi = (
             np.clip(end, np.minimum(cap, 0.0), np.maximum(cap, 0.0))
@@ -228,11 +230,11 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         equal = self._equal(width, Interval.point(np.zeros_like(width.lo)))
         one = Interval.point(np.ones_like(width.lo))
         inside = iv.div(iv.sub(x, low), iv.where(equal, one, width))
-        # Met in lanes with equal edges only: which decisions a lane meets may hang on nothing but the lane.
+        # Only in lanes with equal edges: the decisions that a lane meets must depend on that lane only.
         below = self._decided(equal & (x.lo < low.hi), ~(x.hi < low.lo) | x.nan | low.nan, "smoothstep")
         t = self._saturate(iv.where(equal, Interval.point(np.where(below, 0.0, 1.0)), inside))
         lo, hi = (v * v * (3 - 2 * v) for v in (t.lo, t.hi))  # rises with t
-        lo = np.where(lo < 4 * iv.SMALLEST_NORMAL, 0.0, lo)  # of a square that was flushed
+        lo = np.where(lo < 4 * iv.SMALLEST_NORMAL, 0.0, lo)  # if the square was flushed
         result = iv.rounded(lo, hi, t.nan, HERMITE_ULP)
         result = Interval(np.maximum(result.lo, 0.0), result.hi, result.nan)
         exact = t.exact & ((t.lo == 0) | (t.lo == 1))
@@ -262,12 +264,12 @@ class IntervalDomain(Domain[Bounded, Lanes]):
 
     def index(self, value: Bounded, index: Bounded) -> Bounded:
         assert not isinstance(index, Interval)
-        self._hangs_on([index])
+        self._mark_lost([index])
         return mapped(value, lambda x: self.numbers.index(x, index))
 
     def insert(self, value: Bounded, index: Bounded, element: Bounded) -> Bounded:
         assert not isinstance(index, Interval)
-        self._hangs_on([index])
+        self._mark_lost([index])
         if isinstance(value, Interval):
             new = as_interval(element)
             lo, hi, nan = (
@@ -276,7 +278,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
             return Interval(lo, hi, nan)
         return self.numbers.insert(value, index, element)  # type: ignore[arg-type]
 
-    # Masks: which lanes are on this path, exactly known.
+    # Masks: the lanes on this path, known exactly.
 
     def everywhere(self) -> Lanes:
         return self.numbers.everywhere()
@@ -316,7 +318,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
 
 
 class _Part(Part[Bounded]):
-    """Some of the lanes of a track."""
+    """A subset of the lanes of a track."""
 
     def __init__(self, domain: IntervalDomain, rows: NDArray[np.int64]) -> None:
         self.domain, self.rows, self.all = domain, rows, domain.track
@@ -348,6 +350,6 @@ class _Part(Part[Bounded]):
 
 
 def _spread(values: list[Interval]) -> list[Interval]:
-    """Scalars with an axis for components where others are vectors."""
+    """Give scalars an axis for components if others are vectors."""
     depth = max(v.ndim for v in values)
     return [v if v.ndim == depth else v.map(lambda x: x.reshape(x.shape + (1,) * (depth - x.ndim))) for v in values]

@@ -1,4 +1,4 @@
-"""Operations over intervals: each row's exact meaning widened by its bound; vectors and matrices taken apart."""
+"""Operations over intervals: exact functions widened by their error bounds; vectors and matrices by components."""
 
 from __future__ import annotations
 
@@ -37,19 +37,19 @@ if TYPE_CHECKING:
 
 Function = Callable[..., Interval]
 
-#: Where the documented domain of an angle ends.
+#: End of the documented domain of angles.
 LARGEST_ANGLE = ANGLE.high
 
 
 def _widened(name: str, lo: Float64, hi: Float64, nan: Lanes) -> Interval:
     row = OPERATIONS[name]
-    # What overflows may stop at the largest number.
+    # Overflow may stop at the largest number.
     lo, hi = np.minimum(lo, FLOAT_MAX), np.maximum(hi, -FLOAT_MAX)
     return rounded(lo, hi, nan, max(row.ulp, 1.0), row.absolute)
 
 
 def monotone(row: Operation) -> Function:
-    """A function that only rises (or only falls) on its documented domain; beyond it nothing is promised."""
+    """Return a function that is monotone on its documented domain, and unbounded outside."""
     low, high = row.domain_of(0).promised
 
     def apply(a: Interval) -> Interval:
@@ -61,7 +61,8 @@ def monotone(row: Operation) -> Function:
 
 
 def corners(name: str, *arguments: Interval) -> tuple[Float64, Float64, Lanes]:
-    """Smallest and largest result at all combinations of bounds: the range, where each argument alone is monotone."""
+    """Return the smallest and largest result over all combinations of bounds: the range of a function monotone in each
+    argument."""
     reference = OPERATIONS[name].reference
     lo: NDArray[Any] = np.array(np.nan)
     hi: NDArray[Any] = np.array(np.nan)
@@ -76,7 +77,7 @@ def corners(name: str, *arguments: Interval) -> tuple[Float64, Float64, Lanes]:
 
 
 def _sine_like(name: str) -> Function:
-    """|derivative| <= 1, so the middle of the interval and its half width bound the result."""
+    """Return a function with |derivative| <= 1, bounded by the middle of the interval and its half width."""
     reference = OPERATIONS[name].reference
 
     def apply(a: Interval) -> Interval:
@@ -102,7 +103,7 @@ def _beyond(a: Interval, largest: float) -> Interval:
 
 
 def even(row: Operation) -> Function:
-    """Falls to 0, rises from there."""
+    """Return a function that decreases to 0, then increases."""
 
     def apply(a: Interval) -> Interval:
         nearest = np.where(a.has(0.0), 0.0, np.minimum(np.abs(a.lo), np.abs(a.hi)))
@@ -112,55 +113,55 @@ def even(row: Operation) -> Function:
 
 
 def _pow(x: Interval, y: Interval) -> Interval:
-    """Return the bound of powers; a negative x has the power of its magnitude with the sign of a certain exponent's
-    parity."""
+    """Return the bound of powers; a negative x has the power of its magnitude, with the sign given by the parity of a
+    known exponent."""
     positive, negative = _power_of_size(x, y), _power_of_size(iv.neg(x), y)
     is_integer, half = np.floor(y.lo) == y.lo, 0.5 * y.lo
     negative = where(is_integer & (np.floor(half) != half), iv.neg(negative), negative)
     one = Interval.point(np.ones_like(positive.lo))
     no_number = Interval.point(np.full_like(one.lo, np.nan))
-    # Of an exponent that is not surely whole nothing is known, but that between -1 and 1 only 0 is whole.
+    # For an exponent that may not be whole nothing is known; but between -1 and 1 the only whole number is 0.
     small = where(y.has(0.0), hull(one, no_number), no_number)
     unsure = where((y.lo > -1) & (y.hi < 1), small, Interval.anything(one.shape))
     negative = where(y.exact, where(is_integer, negative, no_number), unsure)
     result = where(x.lo >= 0, positive, where(x.hi < 0, negative, hull(positive, negative)))
-    # The sign of a zero is not kept, so that its odd negative powers are infinite either way.
+    # The sign of a zero is not preserved, so odd negative powers of zero are either infinity.
     either = Interval(np.full_like(one.lo, -np.inf), np.full_like(one.lo, np.inf), result.nan)
     result = where(x.has(0.0) & (y.lo < 0) & ~np.isnan(y.lo), either, result)
     return where(y.exact & (y.lo == 0), one, result)
 
 
 def _power_of_size(x: Interval, y: Interval) -> Interval:
-    """Monotone in x and in y for x >= 0."""
+    """Return the bound of powers for x >= 0, monotone in x and in y."""
     base = Interval(np.maximum(x.lo, 0.0), np.maximum(x.hi, 0.0), x.nan)
     result = _widened("pow", *corners("pow", base, y))
     one = Interval.point(np.ones_like(result.lo))
-    return where(y.has(0.0) & x.nan, hull(result, one), result)  # 1 even where x is NaN
+    return where(y.has(0.0) & x.nan, hull(result, one), result)  # 1 even for NaN
 
 
 def _atan2(y: Interval, x: Interval) -> Interval:
-    """Monotone in each argument but for the cut, where π (of y = 0, -0 too) jumps to -π (of any y below)."""
+    """Monotone in each argument except at the branch cut, from π (for y = 0 and -0) to -π (for y below)."""
     lo, hi, nan = corners("atan2", y, x)
     around = (y.lo < 0) & (y.hi >= 0) & (x.lo <= 0)
     lo, hi = np.where(around, -np.pi, lo), np.where(around, np.pi, hi)
-    # A denormal x that is not 0 when it is compared may be 0 when it divides.
+    # A denormal x may be nonzero in the comparison and 0 in the division.
     widened = _widened("atan2", lo, hi, nan | (y.has(0.0) & x.has(0.0) & (x.lo != x.hi)))
-    # The quotient y / x is undefined on OpenGL from there on.
+    # From there on the quotient y / x is undefined on OpenGL.
     return where(x.magnitude > LARGEST_DIVISOR, Interval.anything(widened.shape), widened)
 
 
 def _ldexp(x: Interval, n: Interval) -> Interval:
-    """Monotone in x; an int is one number."""
+    """Return the bound of ldexp, monotone in x; an int is a single number."""
     scaled = x.both(lambda end: OPERATIONS["ldexp"].reference(end, n.lo))
     return rounded(scaled.lo, scaled.hi, scaled.nan, 0.5)
 
 
 def _mix(x: Interval, y: Interval, a: Interval) -> Interval:
-    """x * (1 - a) + y * a, where the two products do not move apart as a moves.
+    """Return the bound of x * (1 - a) + y * a, with both products correlated through a.
 
-    For one a it is smallest with each of x and y at one of its ends, and that is concave in a: smallest at an
-    end of a.  Of that the float32 result is off by three roundings of the first term and two of the second.
-    Step by step it is bounded too, loosely where a is wide, exactly where a is 0 or 1.
+    For a given a the minimum has each of x and y at one of its ends, and is concave in a, so it is at an end of a. The
+    float32 result differs from it by three roundings of the first term and two of the second. A second bound comes from
+    the single operations: loose for wide a, exact where a is 0 or 1.
     """
     rest = iv.sub(Interval.point(np.ones_like(a.lo)), a)
     steps = iv.add(iv.mul(x, rest), iv.mul(y, a))
@@ -174,12 +175,12 @@ def _mix(x: Interval, y: Interval, a: Interval) -> Interval:
     off = ULP * (3.0 * terms[0] + 2.0 * terms[1])
     linear = rounded(np.minimum(*lows) - off, np.maximum(*highs) + off, steps.nan, 0.5)
     largest = np.maximum(np.maximum(*terms), np.maximum(x.magnitude, y.magnitude))
-    # Beyond, terms overflow or vanish.
+    # Outside, terms overflow or vanish.
     tame = (np.minimum(*terms) > 1e-30) & (largest < 1e30)
     return where(tame, iv.overlap(linear, steps), steps)
 
 
-#: Rows of one and more numbers that have no jump: those whose course says all, and others.
+#: Operations of one or more numbers without a jump: monotone ones and others.
 FUNCTIONS: dict[str, Function] = {
     **{row.name: even(row) if row.course == "even" else monotone(row) for row in OPERATIONS.values() if row.course},
     "inversesqrt": lambda a: iv.div(Interval.point(np.ones_like(a.lo)), iv.sqrt(a)),
@@ -195,14 +196,15 @@ FUNCTIONS: dict[str, Function] = {
 
 
 def increasing(function: Callable[[NDArray[Any]], NDArray[Any]], a: Interval, ulp: float, scale: float) -> Interval:
-    """A rising function outside the table (sRGB curves), ``ulp`` units of the result plus ``scale`` off."""
+    """Return the bound of a rising function outside the table (sRGB curves): ``ulp`` units of the result plus
+    ``scale``."""
     lo, hi = function(a.lo), function(a.hi)
     slack = ulp * 2.0**-23
     return flushed(Interval(lo - slack * (np.abs(lo) + scale), hi + slack * (np.abs(hi) + scale), a.nan))
 
 
 def expanded(domain: IntervalDomain, operation: str, arguments: Sequence[Bounded]) -> Bounded:
-    """An operation that has no bound of its own: that of its parts."""
+    """Return the bound of an operation without a bound of its own, from the operations it expands to."""
     if operation == "normalize":
         return _normalize(domain, as_interval(arguments[0]))
     if operation == "length":
@@ -212,7 +214,7 @@ def expanded(domain: IntervalDomain, operation: str, arguments: Sequence[Bounded
     if operation == "inverse":
         return _inverse(domain, as_interval(arguments[0]))
     types = [_type_of(a) for a in arguments]
-    taken = {id(a): _components(a) for a in arguments}  # the same components of the same vector: squares
+    taken = {id(a): _components(a) for a in arguments}  # the same components for the same vector, for squares
     parts = [taken[id(a)] for a in arguments]
     emitter = _Emitter(domain)
     results = expand.EXPANSIONS[operation](emitter, parts, types)  # type: ignore[arg-type]
@@ -225,8 +227,8 @@ def expanded(domain: IntervalDomain, operation: str, arguments: Sequence[Bounded
     return stacked.map(lambda x: x.reshape(len(x), *shape))
 
 
-# Vectors and columns are brought near 1 by a power of two and back: whichever it is, no rounding changes but where
-# something would overflow or vanish.
+# Vectors and columns are scaled near 1 by a power of two and back: for any power, rounding changes only at overflow or
+# underflow.
 
 
 def _length(v: Interval) -> Interval:
@@ -251,7 +253,7 @@ def _inverse(domain: IntervalDomain, m: Interval) -> Interval:
 
 
 def _normalize(domain: IntervalDomain, v: Interval) -> Interval:
-    """v / |v| component by component: with s the other components' squares, x / √(x² + s) rises with x."""
+    """Return v / |v| by components: with s the other components' squares, x / √(x² + s) rises with x."""
     v = _times(v, _power_of(v.magnitude.max(axis=1))[:, None])
     parts = [v.map(lambda x, i=i: x[:, i]) for i in range(v.shape[1])]  # type: ignore[misc]
     squares = [iv.square(p) for p in parts]
@@ -265,7 +267,7 @@ def _normalize(domain: IntervalDomain, v: Interval) -> Interval:
         rest_hi = np.sum([q.hi for j, q in enumerate(squares) if j != i], axis=0)
         candidates = [_unit(x, rest) for x in (p.lo, p.hi) for rest in (rest_lo, rest_hi)]
         lo, hi = np.min(candidates, axis=0), np.max(candidates, axis=0)
-        # The sum of n squares loses n ULP, its root half of that and 3; each may be two of the quotient's, which
+        # The sum of n squares loses n ULP, its root half of that and 3; each may be two ULP of the quotient, which
         # loses 2.5 itself.
         results.append(iv.rounded(lo, hi, p.nan | length.nan, 2.0 * (0.5 * len(parts) + 3.0) + 2.5))
     units = _stack(results)
@@ -277,7 +279,7 @@ def _normalize(domain: IntervalDomain, v: Interval) -> Interval:
 
 
 class _Emitter:
-    """Stands in for the emitter of scalar code: computes instead."""
+    """Replaces the emitter of scalar code: computes bounds instead."""
 
     def __init__(self, domain: IntervalDomain) -> None:
         self.domain = domain
@@ -295,12 +297,12 @@ class _Emitter:
 
 
 def _power_of(size: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The power of two that brings a size to [1/2, 1); 1 for 0 and what is not finite."""
+    """Return the power of two that scales a size to [1/2, 1); 1 for 0 and non-finite sizes."""
     return np.where(np.isfinite(size) & (size > 0), np.ldexp(1.0, -np.frexp(size)[1]), 1.0)
 
 
 def _times(a: Interval, power: NDArray[np.float64]) -> Interval:
-    """Exact: no bound leaves the range of float64."""
+    """Multiply exactly: no bound leaves the range of float64."""
     return a.both(lambda end: end * power)
 
 
@@ -310,7 +312,7 @@ def _unit(x: NDArray[np.float64], rest: NDArray[np.float64]) -> NDArray[np.float
 
 
 def _components(value: Bounded) -> list[Any]:
-    """Components in order (columns of a matrix one behind the other), each (lanes,)."""
+    """Return the components in order (column by column for a matrix), each (lanes,)."""
     flat = mapped(value, lambda x: x.reshape(len(x), -1))
     count = flat.shape[1]
     return [mapped(flat, lambda x, i=i: x[:, i]) for i in range(count)]  # type: ignore[misc]

@@ -1,4 +1,4 @@
-"""One stage of a step over intervals: a kernel with its parameters and pictures, every path of every lane."""
+"""A kernel over intervals, with its parameters and pictures, on every path of every lane."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from passgraph.verify.oracle.stored_bounds import loaded
 from passgraph.verify.oracle.time_limit import TimeLimit
 from passgraph.verify.oracle.watch import Watch, WatchedInterpreter
 
-#: Stage value → its value in all lanes, (lanes or 1, …), asked only where the kernel reads it.
+#: Stage value → a function for its value in all lanes, (lanes or 1, …), called only if the kernel reads it.
 Builtins = Mapping[str, Callable[[], Bounded]]
 
 
@@ -42,7 +42,7 @@ class StageOracle:
         self.formats = {name: storage.format for name, storage in zip(names, storages, strict=True)}
         self._whole: dict[str, Interval] = {}
         self._uniforms: dict[str, Bounded] = {}
-        #: Images of which only bounds are known: smallest and largest pixels.
+        #: Images known only by bounds: smallest and largest pixels.
         self.uncertain: dict[str, tuple[SampledImage, SampledImage]] = {}
         for name, storage in zip(names, storages, strict=True):
             if carried and id(storage) in carried and name in stage.program.pictures:
@@ -52,7 +52,7 @@ class StageOracle:
                 self.uncertain[name] = SampledImage(low, facts), SampledImage(high, facts)
 
     def whole(self, image: str) -> Interval:
-        """Anything that any texel may be, (1, 4)."""
+        """Return the bounds of all texels together, (1, 4)."""
         if image not in self._whole:
             ends = []
             for picture in self.uncertain.get(image, (self.bound.image(image),) * 2):
@@ -63,7 +63,7 @@ class StageOracle:
         return self._whole[image]
 
     def uniform(self, expression: ir.Uniform) -> Bounded:
-        """A parameter: floats as intervals, made once."""
+        """Return a parameter, floats as intervals; cached."""
         if expression.name not in self._uniforms:
             value = self.bound.uniform(expression)
             exact = Interval.of(value.astype(np.float32)) if value.dtype.kind == "f" else value
@@ -71,9 +71,9 @@ class StageOracle:
         return self._uniforms[expression.name]
 
     def bounds(self, count: int, builtins: Builtins, pixels: Ints | None = None, first_only: bool = False) -> Bounds:
-        """Return the bounds of every result in every lane; a watcher is told the pixel of each lane.
+        """Return the bounds of every result in every lane; the watch gets the pixel of each lane.
 
-        ``first_only``: of the first path of each, which is what a watch sees.
+        ``first_only``: bounds of the first path only, as a watch needs.
         """
         pixels = np.arange(count) if pixels is None else pixels
         known_builtins: dict[str, Bounded] = {}
@@ -98,7 +98,7 @@ class StageOracle:
                 value = values[result.name]
                 value = value if isinstance(value, Interval) else Interval.point(value)
                 results.append(_in_lanes(value, len(track.lanes), size))
-            # A verdict that all lanes share hangs on none of them.
+            # A condition shared by all lanes depends on none of them.
             always = keep is None or (len(keep) == 1 and bool(np.asarray(keep)[0]))
             return results, None if always else np.broadcast_to(np.asarray(keep), (len(track.lanes),))
 

@@ -1,7 +1,7 @@
-"""Bounds that are found once: of a graph in memory, of conformance cases on disk for the next process.
+"""Cache of bounds: of a graph in memory, of conformance cases on disk for later processes.
 
-They are kept by a name that stands for all that decides them: a step's kernels as they were read, every bit that it is
-given or draws over, and the text of what finds bounds.
+The cache key is derived from everything that determines the bounds: a step's kernels as parsed, all bits of its inputs
+and of what it draws over, and the source text of the oracle.
 """
 
 from __future__ import annotations
@@ -34,36 +34,37 @@ from passgraph.verify.oracle.merge import DrawCall
 
 Ints = NDArray[np.int64]
 
-#: Kind of file, see :mod:`passgraph.disk_cache`.
+#: Part of the disk cache, see :mod:`passgraph.disk_cache`.
 PART = "bounds"
-#: More than this is not written, in bytes before they are packed: pictures of the suite are small.
+#: Size limit of an entry in bytes before compression; the suite's pictures are small.
 MOST_BYTES = 64 * 1024**2
-#: Little is gained by packing tighter, and it takes three times as long.
+#: Compression level; higher ones gain little and take three times as long.
 PACKING = 1
-#: What finds bounds, beside the packages of the language, the reference and the oracle: files of the package.
+#: Files of the package that determine bounds, in addition to the packages of the language, the reference and the
+#: oracle.
 _BESIDE = ("arguments.py", "formats.py", "ranges.py", "srgb.py", "graph/draw_state.py", "plan/blending.py")
-#: The arrays of one target.
+#: Arrays of one target.
 _ARRAYS = ("lo", "hi", "nan", "ambiguous", "unpromised")
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The allowed results of a step: of each target, and of a stencil the lowest and highest value of each pixel."""
+    """The allowed results of a step: for each target, and for a stencil the lowest and highest value of each pixel."""
 
     allowed: list[Allowed]
     stencil: tuple[Ints, Ints] | None = None
 
 
 class Kept:
-    """Bounds of steps by what decides them.
+    """A cache of the bounds of steps.
 
     Parameters
     ----------
     on_disk
-        Whether they outlive the process.
+        True keeps them after the process ends.
     case
-        Name them on disk after this and the order in which they are asked for, and not after what decides them: a tree
-        with a mistake in it is judged by what one without it allows.
+        Name them on disk after this case and their order instead of their content, so that a source tree with a
+        mutation is judged by the bounds of the unmodified tree.
     """
 
     def __init__(self, on_disk: bool = False, case: str = "") -> None:
@@ -72,9 +73,9 @@ class Kept:
         self._asked = 0
 
     def found(self, deciding: Iterable[object], find: Callable[[], Found]) -> Found:
-        """Return what is kept under the digest of ``deciding``, else call ``find`` and keep its result.
+        """Return the result cached under the digest of ``deciding``, else call ``find`` and cache its result.
 
-        Nothing is kept where ``deciding`` has no digest.
+        Nothing is cached if ``deciding`` has no digest.
         """
         if self.case:
             self._asked += 1
@@ -87,7 +88,7 @@ class Kept:
         result = None if data is None else _read(data)
         if result is None:
             result = find()
-            # What is left of them when time is up is no answer for whoever has more.
+            # Results cut off by a time limit must not serve a caller with more time.
             if self.on_disk and name and not any(one.untried for one in result.allowed):
                 data = _written(result)
                 if data is not None:
@@ -98,7 +99,7 @@ class Kept:
 
 
 def texts() -> tuple[Path, ...]:
-    """Folders and files whose text decides what bounds are."""
+    """Return the folders and files whose text determines bounds."""
     root = Path(disk_cache.__file__).parent
     packages = (Path(__file__), Path(reference.__file__), Path(language.__file__))
     backends = Path(steps.__file__).parent
@@ -112,7 +113,7 @@ def texts() -> tuple[Path, ...]:
 
 @cache
 def texts_digest() -> str:
-    """Stands for what finds bounds: other text, or another NumPy, may find others."""
+    """Return a digest of the code that computes bounds, and of NumPy's version."""
     versions = (np.__version__, *(disk_cache.text_digest(path) for path in texts()))
     return hashlib.sha256("\0".join(versions).encode()).hexdigest()
 
@@ -121,7 +122,7 @@ def decides_pixels(
     step: PixelStep, stage: Stage, outputs: Sequence[Storage], images: Sequence[Storage], block: Block,
     carried: Mapping[int, Interval],
 ) -> Iterator[object]:  # fmt: skip
-    """Yield everything that decides the allowed results of a full-screen pass."""
+    """Yield everything that determines the allowed results of a full-screen pass."""
     yield "pixels"
     yield step.size
     yield [output.format for output in outputs]
@@ -136,7 +137,7 @@ def decides_draw(
     carried: Mapping[int, Interval],
     stencils: Mapping[int, tuple[Ints, Ints]],
 ) -> Iterator[object]:
-    """The same of a draw."""
+    """Yield everything that determines the allowed results of a draw."""
     step, depth = draw_pass.step, call.depth
     yield "draw"
     yield step.size, step.state, step.clears, step.depth_clear, snapped
@@ -160,8 +161,7 @@ def decides_draw(
 
 
 def _decides_stage(stage: Stage, block: Block) -> Iterator[object]:
-    """A kernel as it was read, whatever its file and its names for itself; where its parameters lie, and what they
-    are."""
+    """Yield a kernel as parsed, independent of its file and its names; and the layout and values of its parameters."""
     program = stage.program
     yield [(p.name, p.type, freeze(p.default) if p.const and p.has_default else None) for p in program.parameters]
     yield program.stage, program.body, program.results, program.keep
@@ -180,8 +180,8 @@ def _decides_images(
 
 
 def _name(deciding: Iterable[object]) -> str:
-    """A digest of every bit of arrays and of the representation of what is no array; empty where that fails, since no
-    text tells some facts from others."""
+    """Return a digest of the bits of arrays and the representation of other objects; empty if some object has no unique
+    text."""
     try:
         return _digest((texts_digest(), *deciding))
     except (TypeError, RecursionError):
@@ -214,7 +214,7 @@ def _digest(deciding: Iterable[object]) -> str:
 
 
 def _written(found: Found) -> bytes | None:
-    """NumPy's own arrays, without pickle; None for what is too large."""
+    """Return the arrays in NumPy's format without pickle; None if too large."""
     arrays: dict[str, NDArray[Any]] = {}
     for number, one in enumerate(found.allowed):
         arrays_of_one = (one.values.lo, one.values.hi, one.values.nan, one.ambiguous, one.unpromised)

@@ -24,7 +24,7 @@ from passgraph.verify.oracle.stored_bounds import stored
 
 Ints = NDArray[np.int64]
 
-#: The least normal half: smaller ones are as far apart as these.
+#: The smallest normal half float; smaller ones have the same spacing.
 SMALLEST_HALF = 2.0**-14
 #: Where OpenGL may stop when a blended half overflows: it leaves the rounding of that conversion open.
 LARGEST_HALF = 65504.0
@@ -44,7 +44,7 @@ class DrawCall:
 
 @dataclass
 class Layer:
-    """One color target: bounds of each pixel, (pixels, channels)."""
+    """A color target: bounds of each pixel, (pixels, channels)."""
 
     format: Format
     values: Interval
@@ -54,14 +54,14 @@ class Layer:
 
 @dataclass
 class State:
-    """All targets of a draw; pixels are numbered row by row."""
+    """The targets of a draw; pixels are numbered row by row."""
 
     step: DrawStep
     colours: list[Layer]
     depth: Interval | None  # (pixels,)
     stencil: tuple[Ints, Ints] | None  # lowest and highest value of each pixel
-    turned: Lanes  # pixels that hang on a decision
-    unpromised: Lanes  # pixels where the kernel's own operations promise nothing
+    turned: Lanes  # pixels that depend on an uncertain decision
+    unpromised: Lanes  # pixels outside the documented domain of one of the kernel's operations
 
     @property
     def ambiguous(self) -> Lanes:
@@ -69,7 +69,7 @@ class State:
 
     @classmethod
     def before(cls, step: DrawStep, outputs: Sequence[Storage], depth: Storage | None) -> State:
-        """Cleared, or what the targets hold already."""
+        """Return the cleared targets, or their content before the draw."""
         state = step.state
         count = step.size[0] * step.size[1]
         blends = state.blend or (None,) * len(outputs)
@@ -94,7 +94,7 @@ class State:
         return cls(step, colours, depths, stencils, *(np.zeros(count, np.bool_) for _ in range(2)))
 
     def forget(self) -> None:
-        """Nothing is known: each pixel may hold anything."""
+        """Make every pixel unbounded."""
         for layer in self.colours:
             layer.values = Interval.anything(layer.values.lo.shape)
         if self.depth is not None:
@@ -104,7 +104,7 @@ class State:
         self.turned[:] = True
 
     def may_pass(self, at: Ints, depth: Interval) -> Ints:
-        """Fragments that the depth and stencil tests need not drop; dropped ones may still change the stencil."""
+        """Return the fragments that may pass the depth and stencil tests; others may still change the stencil."""
         if self.depth is None or self.stencil is not None:
             return np.arange(len(at))
         can_pass, _ = compared(self.step.state.depth_compare, depth, self.depth.take(at))
@@ -114,7 +114,8 @@ class State:
         self, at: Ints, depth: Interval, surely: Lanes, perhaps: Lanes, colours: Sequence[Interval], turned: Lanes,
         unpromised: Lanes,
     ) -> None:  # fmt: skip
-        """At most one fragment a pixel; the colors of some hang on a decision, nothing is promised of others."""
+        """Add at most one fragment per pixel; ``turned`` depend on a decision, ``unpromised`` are outside an
+        operation's domain."""
         surely = surely & perhaps
         if self.depth is not None:
             surely, perhaps = self._tests(at, depth, surely, perhaps, self.depth)
@@ -140,7 +141,7 @@ class State:
     def _stencil_test(
         self, stencil: Stencil, at: Ints, surely: Lanes, perhaps: Lanes, nearer: Lanes, farther: Lanes
     ) -> tuple[Lanes, Lanes]:
-        """Whether each fragment may pass and may fail; the stencil gets every value that it may get."""
+        """Return which fragments may pass and may fail; the stencil gets the range of its possible values."""
         assert self.stencil is not None
         low, high = self.stencil[0][at], self.stencil[1][at]
         results = []
@@ -165,7 +166,7 @@ class State:
         for new, possible in results:
             new_low = np.where(possible, np.minimum(new_low, new), new_low)
             new_high = np.where(possible, np.maximum(new_high, new), new_high)
-        # Operations that wrap or invert do not keep an order of several values.
+        # Operations that wrap or invert do not preserve the order of several values.
         mixed = uncertain & perhaps
         self.stencil[0][at], self.stencil[1][at] = np.where(mixed, 0, new_low), np.where(mixed, 255, new_high)
         return allowed, refused
@@ -188,7 +189,7 @@ def _exactly(pixels: NDArray[np.float32]) -> Interval:
 
 
 def _put(stored: Interval, at: Ints, new: Interval, surely: Lanes, perhaps: Lanes) -> None:
-    """New values in place where they surely come, the hull with the old ones where they may."""
+    """Store new values where fragments certainly exist, and the hull with old ones where they may exist."""
     old = stored.take(at)
     shape = (-1,) + (1,) * (old.ndim - 1)
     value = iv.where(surely.reshape(shape), new, iv.where(perhaps.reshape(shape), iv.hull(old, new), old))
@@ -196,7 +197,7 @@ def _put(stored: Interval, at: Ints, new: Interval, surely: Lanes, perhaps: Lane
 
 
 def compared(name: str, a: Interval, b: Interval) -> tuple[Lanes, Lanes]:
-    """Whether a comparison may hold and may fail."""
+    """Return where a comparison may hold, and where it may fail."""
     never, always = np.zeros(len(a), np.bool_), np.ones(len(a), np.bool_)
     same = (a.lo == a.hi) & (b.lo == b.hi) & (a.lo == b.lo)
     meet = (a.lo <= b.hi) & (b.lo <= a.hi)
@@ -213,9 +214,9 @@ def compared(name: str, a: Interval, b: Interval) -> tuple[Lanes, Lanes]:
 
 
 def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> Interval:
-    """Both (n, channels): the blend's own kernel, and what hardware may do otherwise."""
+    """Return the blended value of both (n, channels): the blend's kernel, widened by what hardware may do otherwise."""
     program = blend_kernel(blend, format_)
-    # Nothing in it is decided, so that there is one path.
+    # Blending has no decisions, so there is one path.
     domain = IntervalDomain(Track(np.empty((len(source), 0), np.int8), np.arange(len(source))))
     given = converted(format_, source)
     around = StageValues[Bounded]({"source": given.map(filled), "destination": old.map(filled)})
@@ -224,10 +225,11 @@ def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> I
     mixed = result.map(lambda x: np.broadcast_to(x.reshape(len(x), source.shape[1]), source.shape))
     if not format_.unit:
         return stored(format_, mixed)
-    # Both products may be off by half a step. Of bits their sum is a step again; of halves it is rounded once more.
+    # Both products may be off by half a step. For normalized formats their sum is off by a step; halves are rounded
+    # again.
     slack = format_.unit * (0.5 if format_.steps else np.maximum(mixed.magnitude, SMALLEST_HALF))
     low, high = mixed.lo - slack, mixed.hi + slack
-    if not format_.steps:  # what overflows may stop at the largest number
+    if not format_.steps:  # overflow may stop at the largest number
         low, high = np.minimum(low, LARGEST_HALF), np.maximum(high, -LARGEST_HALF)
     return stored(format_, Interval(low, high, mixed.nan))
 
@@ -246,7 +248,7 @@ def converted(format_: Format, source: Interval) -> Interval:
 
 
 def _half_beside(values: Float64, up: bool) -> Float64:
-    """The nearest half that is not below each value, or not above it; what no half reaches stays."""
+    """Return the nearest half float at or above each value, or at or below it; values out of range stay."""
     _, exponent = np.frexp(np.maximum(np.abs(values), SMALLEST_HALF))
     step = np.exp2(exponent - 11.0)
     rounded = (np.ceil if up else np.floor)(values / step) * step

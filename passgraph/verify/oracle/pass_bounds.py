@@ -1,4 +1,4 @@
-"""A graph pass by pass: what each of its steps writes on a backend, and what the oracle allows it to write."""
+"""A graph pass by pass: what each step writes on a backend, and the oracle's bounds."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Picture: TypeAlias = NDArray[np.float32]
 #: (frame, step, resource)
 Key: TypeAlias = tuple[int, int, int]
 
-#: Every pass as written, every picture in memory of its own: what is compared is what passes compute.
+#: Plan options: every pass as written, each picture in its own allocation, so that single passes can be compared.
 OPTIONS = Options(fuse=False, alias=False, static=False)
 
 
@@ -41,13 +41,13 @@ class Passes:
     outputs
         Results by name.
     size
-        (width, height) of the output, pixels; None where every target says its own.
+        (width, height) of the output, pixels; None if every target declares its size.
     frames
         Inputs and values of each run, by name.
     limit
-        How long the reference and its bounds may take, and what is told how far they are.
+        Time limit of the reference and its bounds, and the progress callback.
     kept
-        Where bounds are looked for first; left out, those of this graph alone.
+        Cache of bounds; default: a cache for this graph only.
 
     Raises
     ------
@@ -66,7 +66,7 @@ class Passes:
         self.limit, self.kept = limit or TimeLimit(), kept or Kept()
         specs = inputs_behind(list(outputs.values()))
         bound: dict[str, tuple[Format, tuple[int, int]]] = {}
-        #: Of each run, pictures by input and values by name.
+        #: For each run, pictures by input and values by name.
         self.frames: list[tuple[dict[str, Picture], dict[str, Any]]] = []
         for frame in frames:
             pictures = {}
@@ -79,11 +79,12 @@ class Passes:
             self.frames.append((pictures, {name: value for name, value in frame.items() if name not in specs}))
         self._build = partial(build, outputs, size, bound, OPTIONS)
         self.plan: Plan = self._build()
-        #: By whether corners snap, what :meth:`allowed` found.
+        #: Results of :meth:`allowed`, with snapped and unsnapped corners.
         self.found: dict[bool, tuple[dict[Key, Picture], dict[Key, Allowed]]] = {}
 
     def written(self, backend: Backend, fed: Mapping[Key, Picture] | None = None) -> Iterator[dict[Key, Picture]]:
-        """Yield what every step of each run wrote; pictures of ``fed`` replace it before the next step reads it."""
+        """Yield the results of every step of each run; pictures of ``fed`` replace them before the next step reads
+        them."""
         # A device may filter by itself where the graph allows it: the same steps with other programs.
         plan = self._build(Limits(filters=True)) if backend.limits.filters and self._may_filter() else self.plan
         execution = Execution(plan, backend)
@@ -110,7 +111,7 @@ class Passes:
         return any(image.bits for step in steps for image in step.facts.images.values())
 
     def allowed(self, snaps: bool) -> tuple[dict[Key, Picture], dict[Key, Allowed]]:
-        """The reference's pictures, and what backends may write that snap corners as documented, or need not."""
+        """Return the reference's pictures, and the bounds for backends that snap corners as documented, or need not."""
         snaps = snaps or not any(isinstance(step, DrawStep) for step in self.plan.steps)
         if snaps not in self.found:
             oracle = OracleBackend(snaps, self.kept, limit=self.limit)
@@ -127,7 +128,7 @@ class Passes:
         return self.found[snaps]
 
     def watched(self, snaps: bool, steps: Iterable[int]) -> dict[int, Watch]:
-        """Why bounds of some steps are what they are: runs the graph once more and takes notes there."""
+        """Run the graph again with watches on some steps, to find the causes of their bounds."""
         watches = {step: Watch(self.plan.steps[step]) for step in steps}
         if watches:
             for _ in self.written(OracleBackend(snaps, watches=tuple(watches.values()))):

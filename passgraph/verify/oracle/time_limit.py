@@ -1,4 +1,4 @@
-"""Time limit of the search for bounds, and its progress."""
+"""Time limit of computing bounds, and its progress."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 Ints = NDArray[np.int64]
 
-#: Lanes run at once.
+#: Lanes per run.
 BATCH = 1 << 15
 
 
 def batches(count: int) -> Iterator[Ints]:
-    """All lanes once, each batch spread over all.
+    """Yield every lane once, in batches that are each spread over all lanes.
 
     >>> [len(lanes) for lanes in batches(4000)], [len(lanes) for lanes in batches(80000)]
     ([4000], [26667, 26667, 26666])
@@ -27,20 +27,20 @@ def batches(count: int) -> Iterator[Ints]:
 
 
 class TimeLimit:
-    """The time that bounds may take, over all passes of a graph.
+    """The time for computing bounds, over all passes of a graph.
 
     Parameters
     ----------
     most_seconds
-        Look for bounds no longer than this, less what the reference itself takes; None: as long as it takes.
+        Time limit in seconds, less the reference's own time; None: no limit.
     report
-        Called with a pass, how many of its lanes are done, and how many it has.
+        Called with a pass, the number of its finished lanes, and the number of all its lanes.
     clock
-        Seconds, from anywhere.
+        Returns seconds, from any origin.
 
     Attributes
     ----------
-    untried : lanes of the present pass of which time was left for no bounds, or not for all of their paths
+    untried : lanes of the current pass without bounds, or with bounds of only some paths, because of the limit
     """
 
     def __init__(
@@ -55,21 +55,21 @@ class TimeLimit:
         self._pass, self._spent, self._since = "", 0.0, clock()
 
     def begin(self, name: str) -> None:
-        """Bounds of a pass are looked for."""
+        """Begin a pass."""
         self._pass, self.untried, self._since = name, 0, self.clock()
 
     def report(self, done: int, count: int) -> None:
-        """So many lanes of the pass are done, and more are begun."""
+        """Report the number of finished lanes; more have begun."""
         self._report(self._pass, done, count)
 
     def end(self) -> int:
-        """End a pixel; return how many of its lanes were not tried."""
+        """End a pass; return how many of its lanes were not tried."""
         self._spent += self.clock() - self._since
         return self.untried
 
     @contextmanager
     def spent(self) -> Iterator[None]:
-        """Measure the time spent inside; work that has begun is finished."""
+        """Measure the time spent inside; started work is finished."""
         start = self.clock()
         try:
             yield

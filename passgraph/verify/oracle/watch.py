@@ -1,6 +1,7 @@
-"""Why the bounds of a pass say what they say: where its kernel decides, and where NaN or infinity may first arise.
+"""Find the causes of wide bounds: uncertain decisions of a kernel, and operations where NaN or infinity may first
+arise.
 
-Looking costs time, so the oracle does it for one step at a time and only where someone asks
+This takes time, so the oracle does it for one step at a time, on request
 (:meth:`passgraph.verify.oracle.pass_bounds.Passes.watched`).
 """
 
@@ -26,7 +27,7 @@ Ints = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Cause:
-    """An operation at a place of a kernel's text.
+    """An operation at a place in a kernel's text.
 
     >>> str(Cause("sqrt", Span("own.py", 7, 4, 8, "y = sqrt(x)")))
     'sqrt (own.py:7)'
@@ -45,10 +46,10 @@ class Watch:
 
     Attributes
     ----------
-    decisions : what rounding may turn, and in how many pixels (of a draw: fragments)
-    opened : operations whose result may be NaN or infinite where no argument may be; pixels, row by row.  In the
-        order in which the kernel computes them
-    imprecise : operations whose result may be anything of its own size where no argument may, and in how many pixels
+    decisions : operations with an uncertain decision, and in how many pixels (of a draw: fragments)
+    opened : operations whose result may be NaN or infinite although no argument is, with their pixels, numbered row by
+        row; in the order in which the kernel computes them
+    imprecise : operations whose result is as uncertain as its size although no argument is, and in how many pixels
     """
 
     step: Step
@@ -61,7 +62,7 @@ class Watch:
 
 
 class WatchedInterpreter(Interpreter[Bounded, Lanes]):
-    """Notes what each operation does; ``pixels`` says where the lanes of the stage are."""
+    """Records the bounds of each operation; ``pixels`` maps the stage's lanes to pixels."""
 
     domain: IntervalDomain
 
@@ -79,11 +80,11 @@ class WatchedInterpreter(Interpreter[Bounded, Lanes]):
         if not isinstance(expression, ir.Apply):
             return super().value(expression)
         arguments = [self.value(argument) for argument in expression.arguments]
-        names, doubt = self.track.names.copy(), _doubt(self.track)
+        names, doubt = self.track.names.copy(), _vague_count(self.track)
         result = self.domain.apply(expression.operation, arguments)
         for name, count in (self.track.names - names).items():
             self.watch.decisions[Cause(name, expression.span)] += count
-        wider = _doubt(self.track) - doubt
+        wider = _vague_count(self.track) - doubt
         if wider:
             self.watch.decisions[Cause(expression.operation, expression.span)] += wider
         self._note_opened(expression, arguments, result)
@@ -115,18 +116,18 @@ class WatchedInterpreter(Interpreter[Bounded, Lanes]):
 
 
 def _imprecise(a: Interval) -> Lanes:
-    """Lanes of which a component is wider than a quarter of its size."""
+    """Return the lanes with a component that is wider than a quarter of its size."""
     with np.errstate(all="ignore"):
         wide = a.hi - a.lo > 0.25 * np.fmax(np.abs(a.lo), np.abs(a.hi))
     return np.asarray(wide.reshape(len(a), -1).any(axis=1))
 
 
-def _doubt(track: Track) -> int:
-    """Lanes that met a jump with too many ways to try them."""
+def _vague_count(track: Track) -> int:
+    """Return the number of lanes that met a jump with too many ways to try."""
     return int((track.wide | track.vague | track.lost).sum())
 
 
 def _special(a: Interval) -> Lanes:
-    """Lanes of which a component may be NaN or infinite."""
+    """Return the lanes with a component that may be NaN or infinite."""
     special = a.nan | np.isnan(a.lo) | np.isinf(a.lo) | np.isinf(a.hi)
     return np.asarray(special.reshape(len(a), -1).any(axis=1))
