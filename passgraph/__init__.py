@@ -46,7 +46,7 @@ from passgraph.run.result import Result
 if TYPE_CHECKING:
     from passgraph.files.run import frames
     from passgraph.graph.reductions import histogram, reduce
-    from passgraph.hosts import gl, opencl
+    from passgraph.hosts import gl, opencl, webgpu
     from passgraph.pictures import load, save
     from passgraph.scene import Camera, HardwareDepth, Light, Material, Mesh, Node, Scene, Texture
     from passgraph.serialize import from_data, to_data
@@ -74,7 +74,7 @@ _LATER = {
 
 
 #: Modules under a shorter name.
-_MODULES = {"gl": "passgraph.hosts.gl", "opencl": "passgraph.hosts.opencl"}
+_MODULES = {"gl": "passgraph.hosts.gl", "opencl": "passgraph.hosts.opencl", "webgpu": "passgraph.hosts.webgpu"}
 
 
 def __getattr__(name: str) -> Any:
@@ -100,7 +100,7 @@ __all__ = [
     "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil", "Target", "TargetSpec", "Texture", "Value",
     "combine", "compile", "draw", "fragment", "frames", "from_data", "function", "gl", "graph", "histogram", "kernel",
     "lazily_tiled", "load", "load_shader", "map_blocks", "opencl", "previous", "reduce", "save", "stacked",
-    "struct", "target", "tiled", "to_data", "vertex", "view",
+    "struct", "target", "tiled", "to_data", "vertex", "view", "webgpu",
 ]  # fmt: skip
 # Names of the kernel language, written by docs/stubs.py.
 __all__ += [

@@ -130,6 +130,10 @@ class WebGPUBackend(Backend):
         self.alive[id(buffer)] = buffer
         return buffer
 
+    def write(self, buffer: Any, data: bytes) -> None:
+        """Write a buffer, before the commands that are encoded next."""
+        self.device.queue.write_buffer(buffer, 0, data)
+
     def free(self, made: Any) -> None:
         if made is not None and not self.turn.lost and self.alive.pop(id(made), None) is not None:
             made.destroy()
@@ -325,9 +329,12 @@ class WebGPUBackend(Backend):
             self.closed = True
             for made in list(self.alive.values()):
                 self.free(made)
-            self.device.destroy()
+            self._close_device()
             # wgpu releases a device with its last Python object: drop them all.
             self.programs = self.device = self._staging = None
+
+    def _close_device(self) -> None:
+        self.device.destroy()
 
 
 def _freed(backend: weakref.ReferenceType[WebGPUBackend], buffer: Any) -> None:

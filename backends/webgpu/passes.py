@@ -45,7 +45,7 @@ class Stage:
             self.backend.free_with(self, self.buffer)
         else:
             self.backend.flush()  # passes already encoded read its present content
-        self.backend.device.queue.write_buffer(self.buffer, 0, data)
+        self.backend.write(self.buffer, data)
         self.sent = data
 
     def group(self, images: Sequence[Texture]) -> Any:
@@ -76,13 +76,19 @@ class PixelRun:
     def __init__(self, backend: WebGPUBackend, step: PixelStep) -> None:
         self.backend, self.step = backend, step
         self.stage = Stage(backend, step.program, step.size)
-        formats = tuple([backend.stored(format_).name for format_ in step.output_formats])
-        self.pipeline = backend.programs.pixel(step.program, backend.steps(step), formats)
+        self.formats = tuple([backend.stored(format_).name for format_ in step.output_formats])
+        self.pipeline = self._pipeline(self.formats)
+
+    def _pipeline(self, formats: tuple[str, ...]) -> Any:
+        return self.backend.programs.pixel(self.step.program, self.backend.steps(self.step), formats)
 
     def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
         backend = self.backend
         with backend.reported(f"running pass {self.step.name!r}"):
             self.stage.send(block)
+            formats = tuple([output.stored.name for output in outputs])  # textures of a host have formats of their own
+            if formats != self.formats:
+                self.formats, self.pipeline = formats, self._pipeline(formats)
             backend.draw_triangle(self.pipeline, self.stage.group(images), outputs)
             backend.encoded()
 

@@ -177,7 +177,7 @@ class Attachment:
         self._structure = object()
         self._isolation = isolation
         self._detach: list[Callable[[], object]] = []
-        self._host: Host | None = None
+        self._host: Any = None
         #: By what they are planned for, the last used last.
         self._programs: dict[_Facts, pg.Program] = {}
         #: By the size of frames, what the last one was seen by.
@@ -245,7 +245,7 @@ class Attachment:
     @property
     def isolation(self) -> str | None:
         """Return how the engine's state is protected: "sibling" or "guard"; None before the first frame."""
-        return None if self._host is None else self._host.isolation
+        return None if self._host is None else str(self._host.isolation)
 
     def set(self, **values: object) -> None:
         """Other values from the next frame on.
@@ -344,10 +344,18 @@ class Attachment:
             self._drop()
             self._draw()
 
+    def _open_host(self) -> Any:
+        """Open the backend in the engine's context; adapters of other APIs than OpenGL override it."""
+        return Host.current(self._isolation)
+
+    def _destination(self, frame: Any) -> Any:
+        """Return the picture to write: the frame itself, unless an adapter overrides it."""
+        return frame
+
     def _current_frame(self) -> tuple[HostPicture, HostPicture | None, _Facts] | None:
         """The frame, its depth where the effect reads that, and what they are planned as; None for no frame."""
         if self._host is None:
-            self._host = Host.current(self._isolation)
+            self._host = self._open_host()
         current = self._frame(self._host)
         if current is None or current.color is None:
             return None
@@ -386,7 +394,7 @@ class Attachment:
         if current is not None:
             frame, depth, facts = current
             program = self._program_for(facts)
-            program.run(into={"picture": frame}, **self._inputs_of(program, frame, depth))
+            program.run(into={"picture": self._destination(frame)}, **self._inputs_of(program, frame, depth))
 
     def _inputs_of(self, program: pg.Program, frame: HostPicture, depth: HostPicture | None) -> dict[str, Any]:
         """Return the inputs of a run for this frame."""
