@@ -1,4 +1,4 @@
-"""Image files, numbered sequences, video, animations and pipes: where frames come from and go to.
+"""Sources and sinks of frames: image files, numbered sequences, videos, animations and pipes.
 
 `passgraph.frames` (in :mod:`.run`) sends each frame of a source through a program and into a sink.
 """
@@ -17,12 +17,17 @@ if TYPE_CHECKING:
     from passgraph.files.video import Video
     from passgraph.files.video_sink import ToVideo
 
-#: Module → its public names, imported when first used: one picture needs none of them.
+#: Module → its public names, imported lazily.
 _MODULES = {
-    "animation": "Animation", "animation_sink": "ToAnimation",
-    "frame": "Frame Outcome Sink Source Summary", "names": "Pattern", "pipe": "Pipe Raw ToPipe",
-    "sequences": "Arrays Numbers Pictures Still ToArrays ToPictures", "video": "Video", "video_sink": "ToVideo",
-}  # fmt: skip
+    "animation": "Animation",
+    "animation_sink": "ToAnimation",
+    "frame": "Frame Outcome Sink Source Summary",
+    "names": "Pattern",
+    "pipe": "Pipe Raw ToPipe",
+    "sequences": "Arrays Numbers Pictures Still ToArrays ToPictures",
+    "video": "Video",
+    "video_sink": "ToVideo",
+}
 _HOME = {name: module for module, names in _MODULES.items() for name in names.split()}
 
 

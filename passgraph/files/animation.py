@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 #: Suffixes of files that may be animations.
 ANIMATION_SUFFIXES = (".gif", ".png", ".apng", ".webp")
-#: Browsers show frames of at most so many seconds for longer: files say 0 for "as usual".
+#: Browsers show a frame of at most the first duration (in seconds) for the second one; files use 0 as the default.
 SHORTEST, USUAL = Fraction(10, 1000), Fraction(100, 1000)
-#: The unit of times, of which hundredths, thousandths and usual rates are multiples (as in MPEG).
+#: The unit of times, as in MPEG; hundredths, thousandths and the frame times of common rates are multiples of it.
 TIME_BASE = Fraction(1, 90000)
-#: Bytes of decoders for each pixel besides the frame: the composed picture, and copies of it.
+#: Bytes a pixel that decoders need besides the frame: the composed picture, and copies of it.
 _DECODER_BYTES = 16
 #: Enough of a PNG to find the chunk "acTL", which comes before the pixels.
 _PNG_HEAD = 1 << 16
@@ -47,7 +47,7 @@ def is_animated(path: Path) -> bool:
             return False
         with _opened(path) as image:
             return bool(getattr(image, "is_animated", False))
-    except Exception:  # decoders meet broken bytes with errors of every kind
+    except Exception:  # decoders raise errors of any type for damaged files
         return False
 
 
@@ -58,7 +58,7 @@ def _opened(source: Path | io.BytesIO) -> ImageFile:
 
 
 class Animation:
-    """Frames of a GIF, APNG or WebP file: (h, w, 4) uint8, each composed with those before it.
+    """A source that reads a GIF, APNG or WebP file: (h, w, 4) uint8 frames, each composed with those before it.
 
     A frame that is shown for 10 ms or less lasts 100 ms, as in browsers.
 
@@ -69,7 +69,7 @@ class Animation:
     count : number of frames
     rate : frames a second on average
     time_base : the unit of ``pts`` and ``duration`` in a frame's metadata, in seconds
-    plays : how often it is shown, 0 for without end
+    plays : how often the animation plays, 0 for endlessly
 
     Raises
     ------
@@ -105,7 +105,7 @@ class Animation:
         for number, (start, end) in enumerate(pairwise(ends), 1):
             try:
                 picture = next(pictures)
-            except Exception as error:  # decoders meet broken bytes with errors of every kind
+            except Exception as error:  # decoders raise errors of any type for damaged files
                 raise InputError(
                     f"{self.path}: truncated or corrupt from frame {number} on ({_text(error)}); {_done(number - 1)}"
                 ) from error
@@ -123,12 +123,12 @@ class Animation:
             raise InputError(f"{self.path}: has frames of 16 bits; expected 8 bits a channel; convert it")
 
     def _times(self, image: ImageFile) -> list[Fraction]:
-        """Return how long each frame is shown; of a damaged file, those of the frames before the damage."""
+        """Return each frame's duration in seconds; of a damaged file, only those before the damage."""
         seconds: list[Fraction] = []
         try:
             for number in _numbers(image):
                 image.seek(number)
-                image.load()  # WebP tells the time of a frame that is decoded
+                image.load()  # Pillow knows a WebP frame's duration only after decoding it
                 shown = Fraction(image.info.get("duration", 0)).limit_denominator(1 << 16) / 1000
                 seconds.append(shown if shown > SHORTEST else USUAL)
         except Exception as error:
@@ -146,12 +146,12 @@ class Animation:
 
 
 def _numbers(image: Any) -> range:
-    """Return the frames that are shown: not the picture of an APNG for readers that know no animations."""
+    """Return the numbers of the frames, without the default image of an APNG that is not part of the animation."""
     return range(1 if getattr(image, "default_image", False) else 0, image.n_frames)
 
 
 def _plays_of(image: ImageFile) -> int:
-    """Return how often an animation is shown; a GIF counts the repetitions, if it has any."""
+    """Return how often an animation plays; a GIF stores the number of repetitions, if any."""
     if image.format != "GIF":
         return int(image.info.get("loop", 0))
     if "loop" not in image.info:

@@ -1,4 +1,4 @@
-"""Frames to an animated picture, written by Pillow: GIF, or APNG, which keeps every color and alpha."""
+"""A sink that writes an animation with Pillow: GIF, or APNG, which keeps every color and alpha."""
 
 from __future__ import annotations
 
@@ -20,43 +20,44 @@ from passgraph.files.stored import with_channels
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-#: Units of time a second, and the fewest that players do not show for longer.
+#: Units of time a second, and the shortest duration in them that players do not lengthen.
 _UNITS = {"GIF": (100, 2), "PNG": (1000, 11)}
-#: The largest number of two bytes: repetitions of a GIF, and hundredths of a second for one frame.
+#: The largest 16-bit number: the limit of a GIF's repetitions, and of a frame's duration in units.
 _MOST = 65_535
-#: Colors of a frame; the entry behind them is transparent.
+#: Most colors of a frame; the palette's entry after them is transparent.
 _COLORS = 255
 
 
 class ToAnimation(Film):
-    """Frames to one animated picture, which gets its name when it is complete.
+    """A sink that writes an animation, which appears under its name when it is complete.
 
     Parameters
     ----------
     path : .gif or .apng
-    rate : frames a second of pictures; frames of an animation or a video keep their times
+    rate : frames a second of sources without times; frames of an animation or a video keep theirs
 
-    Each frame of a GIF has 255 colors: its own if it has no more, else a dithered choice. Alpha is 0 or 1, split at
-    one half. An .apng holds 8 bits a channel. All frames are in memory until the end. A frame that would be shown for
-    less than 20 ms (in .apng 11 ms), which players show for longer, is dropped, and the one before it lasts longer.
-    The animation repeats as often as the one it comes from, else without end.
+    A frame of a GIF has at most 255 colors; a frame with more is dithered to an adaptive palette. Its alpha is 0 or 1,
+    with the threshold at one half. An .apng holds 8 bits a channel. All frames are in memory until the end. Players
+    lengthen frames shorter than 20 ms (in .apng 11 ms), so such a frame is dropped and the one before it lasts longer.
+    The animation repeats as often as the source animation, else endlessly.
     """
 
     kind = "an animation"
 
     def __init__(self, path: str | os.PathLike[str], *, rate: Fraction | None = None) -> None:
         super().__init__(path, rate)
-        found = WRITTEN_ANIMATIONS.get(self.path.suffix.lower())
-        if found is None:
+        format = WRITTEN_ANIMATIONS.get(self.path.suffix.lower())
+        if format is None:
             expected = " or ".join(WRITTEN_ANIMATIONS)
             raise InputError(f"{self.path}: unknown suffix {self.path.suffix!r} of an animation; expected {expected}")
-        self._format = found
+        self._format = format
 
     def begin(self, source: Source) -> None:
         super().begin(source)
         self._plays = source.plays if isinstance(source, Animation) else 0
-        #: The frames to write and when each begins, in the format's units; and when the last one ends.
+        #: The start of each frame to write, in the format's units, and its picture.
         self._kept: list[tuple[int, Image]] = []
+        #: The end of the last frame, in seconds.
         self._end = Fraction(0)
 
     def in_bytes(self, source: Source) -> bool:
@@ -89,14 +90,19 @@ class ToAnimation(Film):
                 f"{self.path}: shows a frame for {max(lengths) / units:g} s; expected at most {_MOST / units:g} s; "
                 "write a video, or give a higher --rate"
             )
-        assert self._made is not None
-        with self._made.temporary.open("xb") as stream:
+        assert self._new_file is not None
+        with self._new_file.temporary.open("xb") as stream:
             pictures[0].save(
-                stream, self._format, save_all=True, append_images=pictures[1:],
+                stream,
+                self._format,
+                save_all=True,
+                append_images=pictures[1:],
                 optimize=False,
-                duration=[length * 1000 // units for length in lengths], **self._repeats(), **_disposal(pictures),
-            )  # fmt: skip
-        self._renamed()
+                duration=[length * 1000 // units for length in lengths],
+                **self._repeats(),
+                **_disposal(pictures),
+            )
+        self._complete_file()
 
     def _repeats(self) -> dict[str, int]:
         if self._format != "GIF":
@@ -105,38 +111,38 @@ class ToAnimation(Film):
 
     def abandon(self) -> None:
         self._kept = []
-        if self._made is not None:
-            self._made.discard()
-            self._made = None
+        if self._new_file is not None:
+            self._new_file.discard()
+            self._new_file = None
 
 
 def _disposal(pictures: tuple[Image, ...]) -> dict[str, int]:
-    """Clear each frame of a GIF with transparent pixels, so that the one before does not show through."""
+    """Return options to clear each frame before the next if any has transparent pixels, which would show the last."""
     has_holes = any("transparency" in picture.info and picture.getextrema()[1] == _COLORS for picture in pictures)
     return {"disposal": 2} if has_holes else {}
 
 
 def _paletted(pixels: NDArray[np.uint8]) -> Image:
-    """Return a picture (h, w, 4) with a palette; transparent pixels have its last entry."""
+    """Convert (h, w, 4) pixels to a paletted picture; transparent pixels get the last entry."""
     from PIL import Image as pillow
 
-    seen = pixels[..., 3] >= 128
+    visible = pixels[..., 3] >= 128
     numbers = pixels[..., 0].astype(np.uint32) << 16 | pixels[..., 1].astype(np.uint32) << 8 | pixels[..., 2]
-    own, places = np.unique(numbers[seen], return_inverse=True)
-    indices = np.full(seen.shape, _COLORS, np.uint8)
+    own_colors, own_indices = np.unique(numbers[visible], return_inverse=True)
+    indices = np.full(visible.shape, _COLORS, np.uint8)
     palette = np.zeros((_COLORS + 1, 3), np.uint8)
-    if len(own) <= _COLORS:
-        palette[: len(own)] = np.stack([own >> 16, own >> 8 & 255, own & 255], axis=-1)
-        indices[seen] = places
+    if len(own_colors) <= _COLORS:
+        palette[: len(own_colors)] = np.stack([own_colors >> 16, own_colors >> 8 & 255, own_colors & 255], axis=-1)
+        indices[visible] = own_indices
     else:
-        # Transparent pixels take part in no choice of colors.
-        opaque = np.where(seen[..., None], pixels[..., :3], pixels[seen][0, :3])
+        # Transparent pixels must not influence the palette.
+        opaque = np.where(visible[..., None], pixels[..., :3], pixels[visible][0, :3])
         image = pillow.fromarray(np.ascontiguousarray(opaque))
-        chosen = image.quantize(_COLORS, method=pillow.Quantize.MEDIANCUT)
-        colors = np.array(chosen.getpalette(), np.uint8).reshape(-1, 3)[:_COLORS]
+        quantized = image.quantize(_COLORS, method=pillow.Quantize.MEDIANCUT)
+        colors = np.array(quantized.getpalette(), np.uint8).reshape(-1, 3)[:_COLORS]
         palette[: len(colors)] = colors
-        dithered = image.quantize(palette=chosen, dither=pillow.Dither.FLOYDSTEINBERG)
-        indices[seen] = np.asarray(dithered)[seen]
+        dithered = image.quantize(palette=quantized, dither=pillow.Dither.FLOYDSTEINBERG)
+        indices[visible] = np.asarray(dithered)[visible]
     picture = pillow.fromarray(indices)
     picture.putpalette(palette.tobytes())
     picture.info["transparency"] = _COLORS

@@ -1,4 +1,4 @@
-"""Sinks that write all frames into one file, each for its time: what videos and animated pictures have in common."""
+"""The base class of sinks that write all frames, with their times, into one file: videos and animations."""
 
 from __future__ import annotations
 
@@ -15,44 +15,44 @@ from passgraph.files.sequences import Pictures, is_made
 from passgraph.files.video import Video
 from passgraph.writing import NewFile, place_of
 
-#: Frames a second of pictures that do not say how many.
+#: Frames a second of sources without a rate.
 RATE = Fraction(25)
 
 
 def rate_given(source: Source) -> Fraction | None:
-    """Frames a second, where a source says it; of a video or an animation on average."""
+    """Return the frames a second of a source (the average of a video or an animation); None if unknown."""
     if isinstance(source, (Animation, Video)):
         return Fraction(source.rate) if source.rate else None
     return source.raw.rate if isinstance(source, Pipe) and source.raw else None
 
 
 class Film(Sink):
-    """Frames to one file, which has its name when it is whole.
+    """A sink that writes all frames into one file, which appears under its name when it is complete.
 
-    ``rate``: frames a second of pictures; frames that have times keep them.
+    ``rate`` is the frames a second of sources without times; frames that have times keep them.
     """
 
     is_one_file = True
 
-    #: What messages call such a file.
+    #: The kind of file, for messages.
     kind = "a film"
 
     def __init__(self, path: str | os.PathLike[str], rate: Fraction | None) -> None:
         self.path, self.rate = arguments.path(path, f"{self.kind} to write"), rate
         self._size: tuple[int, int] | None = None
         self._first: int | None = None  # number of the first frame
-        self._made: NewFile | None = None
+        self._new_file: NewFile | None = None
 
     @property
     def name(self) -> str:
         return os.fspath(self.path)
 
     def rate_for(self, source: Source) -> Fraction:
-        """How many frames of a source there are a second."""
+        """Return the frames a second to write for a source."""
         return self.rate or rate_given(source) or RATE
 
     def is_made(self, source: Source) -> bool:
-        """Whether the whole file is there, newer than what it is made from: it has its name only then."""
+        """Return True if the file is complete and no older than the files of its source."""
         if isinstance(source, (Animation, Video)):
             return is_made(self.path, [source.path])
         return isinstance(source, Pictures) and is_made(self.path, source.paths.values())
@@ -62,10 +62,10 @@ class Film(Sink):
         target = place_of(self.path)
         if isinstance(source, (Animation, Video)) and target == Path(os.path.realpath(source.path)):
             raise InputError(f"{self.path}: would be overwritten while it is read; give the output another name")
-        self._made = NewFile(self.path)
+        self._new_file = NewFile(self.path)
 
     def _check_size(self, frame: Frame, size: tuple[int, int]) -> None:
-        """All frames have the first one's size."""
+        """Raise InputError for a frame whose size differs from the first one's."""
         self._size = self._size or size
         if size != self._size:
             raise InputError(
@@ -74,19 +74,19 @@ class Film(Sink):
             )
 
     def _start_of(self, frame: Frame) -> Fraction:
-        """Seconds until a frame: its own; a picture's by its number, so that one that is missing leaves its time."""
+        """Return the start time of a frame in seconds: its own, or from its number, so that gaps keep their time."""
         if self._first is None:
             self._first = frame.number
         pts = frame.metadata.get("pts")
         return (frame.number - self._first) / self._rate if pts is None else pts * frame.metadata["time_base"]
 
     def _length_of(self, frame: Frame) -> Fraction:
-        """Seconds for which a frame is shown."""
+        """Return the duration of a frame in seconds."""
         length = frame.metadata.get("duration")
         return 1 / self._rate if length is None else length * frame.metadata["time_base"]
 
-    def _renamed(self) -> None:
-        """The file is whole: it gets its name."""
-        assert self._made is not None
-        self._made.complete()
-        self._made = None
+    def _complete_file(self) -> None:
+        """Rename the temporary file, now complete, to the output's name."""
+        assert self._new_file is not None
+        self._new_file.complete()
+        self._new_file = None

@@ -1,4 +1,4 @@
-"""The way of frames through a run: loaded ahead, computed in order, stored behind, whatever fails on the way."""
+"""The frame pipeline of a run: load frames ahead, compute them in order, store the results, and record failures."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ Item = TypeVar("Item")
 
 
 class Ahead(Generic[Item]):
-    """Iterates over ``(item, future of function(item))``; at most ``depth`` are begun ahead of the one given out.
+    """Iterate over ``(item, future of function(item))``, with at most ``depth`` items submitted ahead of the consumer.
 
-    So memory holds a few of them, however long the items take.  Without a pool each is done when its turn comes.
+    This bounds the memory that the items take. Without a pool each item is computed when it is reached.
     """
 
     def __init__(
@@ -44,8 +44,8 @@ class Ahead(Generic[Item]):
         while self._begun:
             yield self._begun.popleft()
 
-    def broken_off(self) -> Iterator[tuple[Item, Future[Any]]]:
-        """Cancel what has not begun; what has, in order, when it is done."""
+    def cancel(self) -> Iterator[tuple[Item, Future[Any]]]:
+        """Cancel the futures that have not started; yield the others in order."""
         begun = [(item, future) for item, future in self._begun if not future.cancel()]
         self._begun.clear()
         yield from begun
@@ -63,13 +63,13 @@ class Ahead(Generic[Item]):
 
 Values: TypeAlias = "Mapping[str, Any] | Callable[[int], Mapping[str, Any]]"
 Watch: TypeAlias = Callable[[Outcome], None]
-#: What ends a run: no further frame would fare better.
+#: Errors of a full or read-only disk, which end the run: every later frame would fail too.
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
 
 
 @dataclass
 class Run:
-    """One run: its sources and sink, and what has become of the frames until now."""
+    """A run of a program over frames: its sources, its sink, and the outcomes so far."""
 
     program: Program
     sources: dict[str, Source]
@@ -95,23 +95,26 @@ class Run:
         self.sink.begin(next(iter(self.sources.values())))
         with ExitStack() as stack:
             pool = stack.enter_context(ThreadPoolExecutor(jobs, "passgraph_frames")) if jobs > 1 else None
-            loading = Ahead(pool, self._load, self._wanted(), jobs)
+            loading = Ahead(pool, self._load, self._frames_to_load(), jobs)
             storing = Ahead(pool, self._prepare, self._computed(loading), jobs)
             try:
                 self._take_all(storing)
             except BaseException:
-                self._break_off(loading, storing)
+                self._cancel_rest(loading, storing)
                 self.sink.abandon()
                 raise
-            self._break_off(loading, storing)
+            self._cancel_rest(loading, storing)
         self._end()
         seconds = perf_counter() - start
         return Summary(self.written, self.kept, tuple(self.failed), self.stopped, self.size, seconds)
 
-    # What follows is in the order in which a frame goes through it.
+    # The stages that follow are in the order in which a frame passes through them.
 
-    def _wanted(self) -> Iterator[_Loading]:
-        """Frames of all sources in step; those that are there already only where history needs them."""
+    def _frames_to_load(self) -> Iterator[_Loading]:
+        """Yield the frames of all sources in step.
+
+        With ``resume``, a frame whose output exists is skipped unless the program has history.
+        """
         began = False
         try:
             for frames in _in_step(self.sources):
@@ -128,37 +131,37 @@ class Run:
         if item.skipped:
             return {}
         inputs = self.program.inputs
-        # frames of Numbers are of no input
+        # A source of Numbers feeds no input.
         frames = {name: frame for name, frame in item.frames.items() if name in inputs}
         return {name: as_program_input(frame.read(), inputs[name], self.linear) for name, frame in frames.items()}
 
     def _computed(self, loading: Ahead[_Loading]) -> Iterator[_Storing]:
         for item, future in loading:
-            made: Stored | Exception | None
+            result: Stored | Exception | None
             dtype: np.dtype[Any] | None = None
             try:
-                made = None if item.skipped else self._run(item, future.result())
-                dtype = self.sink.stores(item.frame, _size(made)) if made is not None else None
+                result = None if item.skipped else self._run(item, future.result())
+                dtype = self.sink.stores(item.frame, _size(result)) if result is not None else None
             except (PassgraphError, MemoryError) as error:
                 if isinstance(error, OutputError) or not (self.ran or isinstance(error, (InputError, MemoryError))):
                     raise  # a program that does not fit would fail for every frame
-                made = error
-            yield _Storing(item.frame, made, dtype)
+                result = error
+            yield _Storing(item.frame, result, dtype)
 
     def _run(self, item: _Loading, pictures: dict[str, Stored]) -> Stored | None:
         self._check_sizes(item, {name: _size(picture) for name, picture in pictures.items()})
-        brought = self._values(item.frame.number) | pictures
+        run_values = self._values(item.frame.number) | pictures
         if item.held:
-            self.program.run(**brought)
+            self.program.run(**run_values)
             result = None
         else:
-            results = self.program(**brought)
+            results = self.program(**run_values)
             result = results[next(iter(results)) if self.output is None else self.output]
         self.ran += 1
         return result
 
     def _values(self, number: int) -> dict[str, Any]:
-        """What a run is given beside its pictures."""
+        """Return the values of a frame's run, without its pictures."""
         values: object = self.values(number) if callable(self.values) else self.values or {}
         if not isinstance(values, Mapping) or not all(isinstance(name, str) for name in values):
             raise InputError(f"frames: values must give a mapping by name, got {arguments.shown(values)}")
@@ -167,7 +170,7 @@ class Run:
                 raise InputError(f"frames: {name!r} is among the values and has a source too; leave out one of them")
         if not self.program.has_frame_index:
             return dict(values)
-        # Frames that are left out count too, and other machines begin anew with each.
+        # Computed from the frame's number, since skipped frames count and a remote worker runs single frames.
         return {FRAME_INDEX.name: number - self.first, **values}
 
     def _check_sizes(self, item: _Loading, sizes: dict[str, tuple[int, int]]) -> None:
@@ -185,18 +188,18 @@ class Run:
                 )
 
     def _prepare(self, item: _Storing) -> Any:
-        if item.made is None:
+        if item.result is None:
             return None
-        if isinstance(item.made, Exception):
-            raise item.made
+        if isinstance(item.result, Exception):
+            raise item.result
         assert item.dtype is not None
-        return self.sink.prepare(item.frame, stored(item.made, item.dtype, item.frame.name))
+        return self.sink.prepare(item.frame, stored(item.result, item.dtype, item.frame.name))
 
     def _take_all(self, storing: Ahead[_Storing]) -> None:
         for item, future in storing:
             try:
                 prepared = future.result()
-                if item.made is not None:
+                if item.result is not None:
                     self.sink.take(item.frame, prepared)
             except (PassgraphError, MemoryError, OSError) as error:
                 if _is_full(error):
@@ -209,35 +212,38 @@ class Run:
                 self._done(item)
 
     def _done(self, item: _Storing) -> None:
-        if item.made is None:
+        if item.result is None:
             self.kept += 1
-            self._tell(Outcome(item.frame.number, item.frame.name, "kept"))
+            self._notify(Outcome(item.frame.number, item.frame.name, "kept"))
         else:
-            assert not isinstance(item.made, Exception)
-            self.written, self.size = self.written + 1, _size(item.made)
-            self._tell(Outcome(item.frame.number, item.frame.name, "written"))
+            assert not isinstance(item.result, Exception)
+            self.written, self.size = self.written + 1, _size(item.result)
+            self._notify(Outcome(item.frame.number, item.frame.name, "written"))
 
     def _failed(self, frame: Frame, error: Exception) -> None:
         reason = str(error) or type(error).__name__
         self.failed.append(Outcome(frame.number, frame.name, "failed", reason))
-        self._tell(self.failed[-1])
+        self._notify(self.failed[-1])
 
-    def _tell(self, outcome: Outcome) -> None:
+    def _notify(self, outcome: Outcome) -> None:
         if self.watch is not None:
             self.watch(outcome)
 
     # Ends
 
-    def _break_off(self, loading: Ahead[_Loading], storing: Ahead[_Storing]) -> None:
-        """Wait for what has begun; frames that are whole by then count."""
-        for _, loaded in loading.broken_off():
+    def _cancel_rest(self, loading: Ahead[_Loading], storing: Ahead[_Storing]) -> None:
+        """Cancel or wait for the remaining work; count frames that were written completely."""
+        for _, loaded in loading.cancel():
             loaded.exception()
-        for item, future in storing.broken_off():
+        for item, future in storing.cancel():
             if future.exception() is None and self.sink.whole_when_prepared:
                 self._done(item)
 
     def _end(self) -> None:
-        """A source that broke off has an output as far as it goes; where the disk is full, only what is whole."""
+        """Finish the output, or abandon it if the disk is full or no frame was stored.
+
+        The output of a source that stopped early holds the frames before the stop.
+        """
         if not self.is_full and (self.written or self.kept):
             try:
                 self.sink.finish()
@@ -254,7 +260,7 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class _Loading:
-    """A frame of each source; ``held``: its output is there; ``skipped``: and nobody needs it."""
+    """A frame of each source; ``held``: its output exists; ``skipped``: it need not be computed either."""
 
     frame: Frame
     frames: dict[str, Frame]
@@ -264,15 +270,15 @@ class _Loading:
 
 @dataclass(frozen=True, eq=False)
 class _Storing:
-    """A frame, its result (None where its output is there already), and the type that this is stored in."""
+    """A frame, its result or error (None if its output exists), and the dtype to store it in."""
 
     frame: Frame
-    made: Stored | Exception | None
+    result: Stored | Exception | None
     dtype: np.dtype[Any] | None
 
 
 def _in_step(sources: dict[str, Source]) -> Iterator[dict[str, Frame]]:
-    """One frame of each source, until all end together; endless ones go with the others."""
+    """Yield a frame of each source at a time; all sources but the endless ones must end together."""
     iterators = {name: iter(source) for name, source in sources.items()}
     ending = [name for name, source in sources.items() if not getattr(source, "endless", False)]
     if not ending:
@@ -300,7 +306,7 @@ def _text(size: tuple[int, int]) -> str:
 
 
 def _is_full(error: BaseException | None) -> bool:
-    """Whether an error comes from a disk without space."""
+    """Return True if an error, or one of its causes, comes from a full or read-only disk."""
     while error is not None:
         if isinstance(error, OSError) and error.errno in _FULL:
             return True

@@ -1,4 +1,4 @@
-"""A frame, what frames come from and go to, and what became of them."""
+"""Frames, the protocols of their sources and sinks, and the outcomes of a run."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 
-#: (height, width, 1 to 4), row 0 on top: uint8 or uint16, sRGB-encoded, or float32.
+#: A picture (height, width, 1 to 4), row 0 on top: uint8 or uint16, sRGB-encoded, or float32.
 Stored = NDArray[Any]
-#: Most threads that read and write frames: each holds pictures.
+#: Most threads that read and write frames; each holds pictures in memory.
 MOST_JOBS = 256
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One picture of several; its pixels are made when they are asked for, in any thread.
+    """A frame of a source; its pixels are decoded lazily, in any thread.
 
     Attributes
     ----------
-    number : of the file where its name has one, else counted from 1
-    name : what messages and outputs call it: the path of its file, or the video's and its number
-    read : gives the picture; raises InputError where it is broken
-    metadata : of a video's frame its ``pts`` and ``time_base``
+    number : the number in the file's name if it has one, else counted from 1
+    name : the name in messages: the file's path, or the video's path and the frame's number
+    read : return the picture; raises InputError if it cannot be decoded
+    metadata : of a frame with a time, its ``pts`` and ``time_base``, and its ``duration`` if the file has it
 
     >>> Frame.of(1, "gray", np.full((2, 3, 4), 128, np.uint8)).read().shape
     (2, 3, 4)
@@ -39,82 +39,82 @@ class Frame:
 
     @staticmethod
     def of(number: int, name: str, picture: Stored) -> Frame:
-        """A frame whose picture is there already."""
+        """Return a frame of a picture in memory."""
         return Frame(number, name, lambda: picture)
 
 
 class OutputError(InputError):
-    """An output that cannot be written at all: the run ends, since no other frame would fare better."""
+    """An output that cannot be written at all; it ends the run, since every later frame would fail too."""
 
 
 @runtime_checkable
 class Source(Protocol):
-    """What frames come from: iterating gives them in order, without their pixels.
+    """A source of frames: iterate to get them in order, before their pixels are decoded.
 
-    A frame that is broken raises InputError when it is read; a source that cannot go on raises it when it is
-    iterated: what came before stays.  One that has ``endless = True`` goes with others, which say when to end; of one
-    that has ``has_alpha = False`` no frame has alpha.
+    `Frame.read` raises InputError for a damaged frame. Iterating raises InputError if the source cannot continue; the
+    frames before are kept. Optional attributes: ``endless = True`` if the source never ends, so that other sources
+    set the number of frames; ``has_alpha = False`` if no frame has alpha.
     """
 
     @property
     def name(self) -> str:
-        """What messages call it."""
+        """The source's name in messages."""
 
     @property
     def count(self) -> int | None:
-        """How many frames there are, or about; None where nobody knows."""
+        """The number of frames, perhaps estimated; None if unknown."""
 
     def __iter__(self) -> Iterator[Frame]: ...
 
 
 class Sink:
-    """What frames go to.  Each run calls `begin`, then `take` for each frame in order, then `finish` or `abandon`."""
+    """A sink of frames. A run calls `begin`, then `take` for each frame in order, then `finish` or `abandon`."""
 
-    #: Whether `prepare` writes all that a frame needs, so that a run that is broken off keeps it.
+    #: True if `prepare` writes the frame's complete output, so that an interrupted run keeps it.
     whole_when_prepared = False
-    #: Whether all frames go into one file, which is not there until `finish`.
+    #: True if all frames go into one file, which does not exist until `finish`.
     is_one_file = False
 
     @property
     def name(self) -> str:
-        """What messages call it."""
+        """The sink's name in messages."""
         return type(self).__name__
 
     def begin(self, source: Source) -> None:
-        """Refuse what cannot be written, before the work."""
+        """Begin a run; raise InputError for an output that cannot be written."""
 
     def holds(self, frame: Frame) -> bool:
-        """Whether the frame's whole output is there already."""
+        """Return True if the frame's complete output exists already."""
         return False
 
     def in_bytes(self, source: Source) -> bool:
-        """Whether every frame of a source will be stored in uint8: a program may as well make bytes then."""
+        """Return True if every frame of a source will be stored as uint8, so that the program can return uint8."""
         return False
 
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
-        """The type that a frame of this width and height is stored in: uint8, uint16 or float32.
+        """Return the dtype that a frame of this width and height is stored in: uint8, uint16 or float32.
 
         Called for each frame in order; raises InputError for a size that does not fit.
         """
         return np.dtype(np.float32)
 
     def prepare(self, frame: Frame, picture: Stored) -> Any:
-        """What may run in any thread and order: encoding.  What it returns is what `take` is given."""
+        """Encode a frame, in any thread and order; the result is passed to `take`."""
         return picture
 
     def take(self, frame: Frame, prepared: Any) -> None:
-        """The next frame, in order and in one thread."""
+        """Write the next frame; called in order, from one thread."""
 
     def finish(self) -> None:
-        """All frames were taken: the output is whole."""
+        """Complete the output after the last frame."""
 
     def abandon(self) -> None:
-        """The run was broken off: remove what is not whole."""
+        """Remove incomplete output after an interrupted run."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a frame: "written", "kept" (it was there already) or "failed", with the reason."""
+    """The outcome of a frame: "written", "kept" (its output existed already) or "failed", with the reason."""
 
     number: int
     name: str
@@ -124,14 +124,14 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Summary:
-    """What became of a run's frames.
+    """The outcome of a run.
 
     Attributes
     ----------
-    written, kept : how many were made, and how many were there already
-    failed : those that could not be made
-    stopped : why the run ended before its source did, or the source before its time; empty where all went well
-    size : (width, height) of the last picture made
+    written, kept : number of frames that were written, and of those that existed already
+    failed : the frames that failed
+    stopped : why the run or its source ended early; empty if neither did
+    size : (width, height) of the last picture written
     seconds : from the first frame to the last
     """
 
@@ -144,5 +144,5 @@ class Summary:
 
     @property
     def whole(self) -> bool:
-        """Whether every frame was made."""
+        """True if no frame failed and nothing ended early."""
         return not self.failed and not self.stopped

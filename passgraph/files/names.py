@@ -1,4 +1,4 @@
-"""Names of several files: folders, wildcards, numbered sequences, and which name an output has."""
+"""File names of sequences: folders, wildcards and numbered sequences."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.image_formats import READ_SUFFIXES
 
-#: Pictures that `passgraph.load` does not read.
+#: Suffixes of picture files that `passgraph.load` does not read.
 UNREAD_SUFFIXES = (".avif", ".heic", ".heif", ".dng", ".cr2", ".cr3", ".nef", ".arw")
-#: Files that are read and written as videos.
+#: Suffixes of files that are read and written as videos.
 VIDEO_SUFFIXES = (".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".ts", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv")
-#: Files that are written as animated pictures, and what Pillow calls their formats.
+#: Suffixes of files that are written as animations, with Pillow's names of the formats.
 WRITTEN_ANIMATIONS = {".gif": "GIF", ".apng": "PNG"}
 
 _PLACE = re.compile(r"%(0?)(\d*)d|#+")
-#: Digits of a frame's number; no sequence has more.
+#: Most digits of a frame's number.
 _MOST_DIGITS = 18
 
 
@@ -37,27 +37,27 @@ class Pattern:
 
     @staticmethod
     def is_in(text: str) -> bool:
-        """Whether a name has one place for a number."""
+        """Return True if the last part of a path has exactly one placeholder for a number."""
         return len(_PLACE.findall(os.path.basename(text))) == 1
 
     @cached_property
     def _parts(self) -> tuple[str, str, str, int]:
-        """Folder, what is before and behind the number, and the digits that it has at least."""
+        """The folder, the text before and after the number, and the number's least count of digits."""
         folder, name = os.path.split(self.text)
-        found = _PLACE.search(name)
-        if found is None:
+        match = _PLACE.search(name)
+        if match is None:
             raise InputError(f"{self.text}: has no place for a number; write %04d or #### in the name")
-        digits = len(found[0]) if found[0].startswith("#") else int(found[2] or 1) if found[1] else 1
+        digits = len(match[0]) if match[0].startswith("#") else int(match[2] or 1) if match[1] else 1
         if digits > _MOST_DIGITS:
             raise InputError(f"{self.text}: asks for {digits} digits; expected at most {_MOST_DIGITS}")
-        return folder, name[: found.start()], name[found.end() :], digits
+        return folder, name[: match.start()], name[match.end() :], digits
 
     def path(self, number: int) -> Path:
         folder, before, behind, digits = self._parts
         return Path(folder, f"{before}{number:0{digits}d}{behind}")
 
     def number(self, name: str) -> int | None:
-        """The number in a file's name; None where it is not of this sequence."""
+        """Return the number in a file's name; None if the name is not of this sequence."""
         _, before, behind, digits = self._parts
         middle = name[len(before) : len(name) - len(behind)]
         if not (name.startswith(before) and name.endswith(behind) and middle.isascii() and middle.isdigit()):
@@ -66,21 +66,21 @@ class Pattern:
         return int(middle) if written and len(middle) <= _MOST_DIGITS else None
 
     def files(self) -> dict[int, Path]:
-        """The files that are there, by number, in order."""
+        """Return the files that exist, by number, in order."""
         folder = self._parts[0] or "."
         try:
             names = os.listdir(folder)
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or error
             raise InputError(f"{self.text}: the folder {folder} cannot be read ({reason})") from error
-        found = {number: Path(self._parts[0], name) for name in names if (number := self.number(name)) is not None}
-        if not found:
+        files = {number: Path(self._parts[0], name) for name in names if (number := self.number(name)) is not None}
+        if not files:
             raise InputError(f"{self.text}: no file has such a name; check the folder and the digits of the number")
-        return dict(sorted(found.items()))
+        return dict(sorted(files.items()))
 
 
 def missing_numbers(numbers: Iterable[int]) -> str:
-    """The gaps in a sequence, as "3, 7-9"; empty where it has none.
+    """Return the gaps in a sequence, as "3, 7-9"; empty if it has none.
 
     >>> missing_numbers([1, 2, 4, 8])
     '3, 5-7'
@@ -94,7 +94,7 @@ def missing_numbers(numbers: Iterable[int]) -> str:
 
 
 def in_order(paths: Iterable[Path]) -> list[Path]:
-    """Sorted as people count: numbers in names by value.
+    """Return paths in natural order: numbers in names sort by value.
 
     >>> [path.name for path in in_order([Path("a10.png"), Path("a9.png")])]
     ['a9.png', 'a10.png']
@@ -115,43 +115,42 @@ def is_video(path: Path) -> bool:
 
 
 def is_film(path: Path) -> bool:
-    """Whether an output of this name is one file of many frames: a video or an animated picture."""
+    """Return True if an output of this name is one file of many frames: a video or an animation."""
     return is_video(path) or path.suffix.lower() in WRITTEN_ANIMATIONS
 
 
 def folder_files(folder: Path) -> list[Path]:
-    """Pictures and videos of a folder, not of those in it; hidden files are left out."""
+    """Return the pictures and videos in a folder, without subfolders and hidden files."""
     try:
         names = [name for name in os.listdir(folder) if not name.startswith(".")]
     except OSError as error:
         raise InputError(f"{folder}: cannot be read ({error.strerror}); check its permissions") from error
-    known = [path for name in names if is_picture(path := folder / name) or is_video(path)]
-    found = [
-        path for path in known if path.is_file() or not path.exists()
-    ]  # a link to nothing is named when it is read
-    if not found:
+    media = [path for name in names if is_picture(path := folder / name) or is_video(path)]
+    # A broken link stays, so that reading it reports its name.
+    files = [path for path in media if path.is_file() or not path.exists()]
+    if not files:
         raise InputError(f"{folder}: has no pictures and no videos; expected files such as .png, .exr, .mp4")
-    return in_order(found)
+    return in_order(files)
 
 
 def unread_files(folder: Path) -> list[Path]:
-    """Pictures of a folder in formats that are not read; none where it cannot be listed, see `folder_files`."""
+    """Return the pictures in a folder whose formats are not read; none if it cannot be listed, see `folder_files`."""
     try:
-        found = [path for path in folder.iterdir() if path.suffix.lower() in UNREAD_SUFFIXES and path.is_file()]
+        files = [path for path in folder.iterdir() if path.suffix.lower() in UNREAD_SUFFIXES and path.is_file()]
     except OSError:
         return []
-    return in_order(found)
+    return in_order(files)
 
 
 def glob_files(text: str) -> list[Path]:
-    """What a wildcard finds: every file, whatever its suffix."""
+    """Return the files that match a wildcard, of any suffix, in natural order."""
     try:
-        found = [path for name in glob(text, recursive=True) if (path := Path(name)).is_file()]
+        files = [path for name in glob(text, recursive=True) if (path := Path(name)).is_file()]
     except ValueError:  # a null byte
-        found = []
-    if not found:
+        files = []
+    if not files:
         raise InputError(f"{text}: no file has such a name; check the wildcard (the folder here is {Path.cwd()})")
-    return in_order(found)
+    return in_order(files)
 
 
 def has_wildcard(text: str) -> bool:

@@ -1,4 +1,4 @@
-"""Sources and sinks by their names."""
+"""Open sources and sinks by path."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from passgraph.pictures import in_layer, split_layer
 
 
 def open_source(path: str | os.PathLike[str]) -> Source:
-    """A video, an animated picture, a numbered sequence, the pictures of a folder or a wildcard, or one picture."""
+    """Open a video, an animation, a numbered sequence, the pictures of a folder or a wildcard, or one picture."""
     file, layer = split_layer(arguments.path(path, "a source of frames"))
     text, name = os.fspath(file), os.fspath(path)
     if is_video(file):
@@ -33,14 +33,14 @@ def open_source(path: str | os.PathLike[str]) -> Source:
     if os.path.lexists(file):
         return Pictures([in_layer(file, layer)])
     if Pattern.is_in(text):
-        return Pictures({number: in_layer(found, layer) for number, found in Pattern(text).files().items()}, name)
+        return Pictures({number: in_layer(frame, layer) for number, frame in Pattern(text).files().items()}, name)
     if has_wildcard(text):
-        return Pictures([in_layer(found, layer) for found in only_pictures(glob_files(text), text)], name)
+        return Pictures([in_layer(frame, layer) for frame in only_pictures(glob_files(text), text)], name)
     return Pictures([in_layer(file, layer)])
 
 
 def only_pictures(paths: Iterable[Path], where: str) -> list[Path]:
-    """The pictures among files; videos are sources of their own."""
+    """Return the pictures among files, without the videos."""
     pictures = [path for path in paths if is_picture(path)]
     if not pictures:
         raise InputError(f"{where}: has no pictures; name its videos one by one")
@@ -48,12 +48,12 @@ def only_pictures(paths: Iterable[Path], where: str) -> list[Path]:
 
 
 def open_film(path: Path, rate: Fraction | None = None) -> Film:
-    """A video or an animated picture to write; ``rate``: frames a second of pictures."""
+    """Open a video or an animation for writing; ``rate`` is the frames a second of sources without times."""
     return ToVideo(path, rate=rate) if is_video(path) else ToAnimation(path, rate=rate)
 
 
 def open_sink(path: str | os.PathLike[str]) -> Sink:
-    """A video, an animated picture, or a numbered sequence of pictures."""
+    """Open a video, an animation, or a numbered sequence of pictures for writing."""
     file = arguments.path(path, "where frames go")
     if is_film(file):
         return open_film(file)

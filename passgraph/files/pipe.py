@@ -1,4 +1,4 @@
-"""Frames from and to streams: PNG files one behind the other, or raw pixels."""
+"""Read and write frames on streams: concatenated PNG files, or raw pixels."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 @dataclass(frozen=True)
 class Layout:
-    """Raw pixels: type of a number, and which channels a pixel has, in order."""
+    """The layout of raw pixels: the dtype, and the channels of a pixel in order."""
 
     dtype: np.dtype[Any]
     order: tuple[int, ...]
@@ -33,12 +33,12 @@ class Layout:
         return len(self.order)
 
     def ordered(self, pixels: Stored) -> Stored:
-        """Between this order and red, green, blue, alpha: to either from the other."""
+        """Reorder channels from this layout to RGBA, or from RGBA to this layout; both are the same permutation."""
         return pixels if self.order == tuple(range(self.channels)) else pixels[..., self.order]
 
 
 _BYTE, _WORD = np.dtype(np.uint8), np.dtype("<u2")
-#: By ffmpeg's names.
+#: Layouts by ffmpeg's names.
 LAYOUTS = {
     "gray": Layout(_BYTE, (0,)),
     "rgb24": Layout(_BYTE, (0, 1, 2)),
@@ -54,7 +54,7 @@ _RAW = re.compile(r"(?:(\d{1,6})x(\d{1,6}):)?(\w+)(?:@(\d{1,6}(?:/\d{1,6}|\.\d{1
 
 @dataclass(frozen=True)
 class Raw:
-    """Pixels without any header, row after row: size, layout, and frames a second where a video is made of them.
+    """Raw pixels without a header, row by row: layout, size, and frames a second for writing a video.
 
     >>> Raw.parsed("1920x1080:rgb24@30000/1001").rate
     Fraction(30000, 1001)
@@ -66,24 +66,24 @@ class Raw:
 
     @staticmethod
     def parsed(text: str) -> Raw:
-        """From ``WxH:LAYOUT@RATE``; size and rate may be left out."""
-        found = _RAW.fullmatch(text)
-        if found is None or found[3] not in LAYOUTS:
+        """Parse ``WxH:LAYOUT@RATE``; size and rate may be left out."""
+        match = _RAW.fullmatch(text)
+        if match is None or match[3] not in LAYOUTS:
             raise InputError(
                 f"{text!r} is not a layout of raw pixels; write WxH:LAYOUT@RATE, such as 1920x1080:rgb24@25, with one "
                 f"of {', '.join(LAYOUTS)}"
             )
-        size = None if found[1] is None else (int(found[1]), int(found[2]))
+        size = None if match[1] is None else (int(match[1]), int(match[2]))
         if size is not None and not all(1 <= side <= MAX_SIDE for side in size):
             raise InputError(f"{text!r}: each side must be 1 to {MAX_SIDE} pixels")
-        rate = None if found[4] is None or found[4].endswith("/0") else Fraction(found[4])
-        if found[4] is not None and not rate:
+        rate = None if match[4] is None or match[4].endswith("/0") else Fraction(match[4])
+        if match[4] is not None and not rate:
             raise InputError(f"{text!r}: the rate must be above 0")
-        return Raw(found[3], size, rate)
+        return Raw(match[3], size, rate)
 
 
 class Pipe:
-    """Frames from a stream such as ``sys.stdin.buffer``, until it ends: PNG files, or raw pixels."""
+    """A source that reads a stream such as ``sys.stdin.buffer`` until it ends: PNG files, or raw pixels."""
 
     count = None
 
@@ -111,16 +111,16 @@ class Pipe:
         return Frame.of(number, name, layout.ordered(pixels))
 
     def _next(self, number: int) -> bytes:
-        """The bytes of one picture; none at the end."""
+        """Return the bytes of the next picture; none at the end."""
         if self.raw is None:
             return self._next_png(number)
         assert self.raw.size is not None
         (width, height), layout = self.raw.size, LAYOUTS[self.raw.layout]
-        wanted = width * height * layout.channels * layout.dtype.itemsize
-        data = self._read(wanted)
-        if 0 < len(data) < wanted:
+        size = width * height * layout.channels * layout.dtype.itemsize
+        data = self._read(size)
+        if 0 < len(data) < size:
             raise InputError(
-                f"{self.name}: ends inside picture {number + 1}, {len(data)} of {wanted} bytes; check size and layout"
+                f"{self.name}: ends inside picture {number + 1}, {len(data)} of {size} bytes; check size and layout"
             )
         return data
 
@@ -137,7 +137,7 @@ class Pipe:
         parts, size = [data], 8
         while True:
             head = self._read(8)
-            length = int.from_bytes(head[:4], "big") + 4  # and the check sum
+            length = int.from_bytes(head[:4], "big") + 4  # and the checksum
             size += length + 8
             if size > MAX_BYTES:
                 raise InputError(f"{where}: is larger than {MAX_BYTES} bytes; make it smaller")
@@ -148,17 +148,17 @@ class Pipe:
             if head[4:] == b"IEND":
                 return b"".join(parts)
 
-    def _read(self, wanted: int) -> bytes:
-        """As many bytes as there are until the end; streams may give less at a time."""
-        parts, got = list[bytes](), 0
-        while got < wanted and (part := self.stream.read(min(wanted - got, 1 << 24))):
+    def _read(self, count: int) -> bytes:
+        """Read ``count`` bytes, or those up to the end; a stream may return fewer in one call."""
+        parts, received = list[bytes](), 0
+        while received < count and (part := self.stream.read(min(count - received, 1 << 24))):
             parts.append(part)
-            got += len(part)
+            received += len(part)
         return parts[0] if len(parts) == 1 else b"".join(parts)
 
 
 class ToPipe(Sink):
-    """Frames to a stream such as ``sys.stdout.buffer``: PNG files, or raw pixels of one size."""
+    """A sink that writes to a stream such as ``sys.stdout.buffer``: PNG files, or raw pixels of one size."""
 
     def __init__(self, stream: BinaryIO, raw: Raw | None = None, name: str = "standard output") -> None:
         self.stream, self.raw, self._name = stream, raw, name

@@ -1,8 +1,8 @@
-"""Frames on other machines: what travels is the graph as data, names of files or pictures, and results.
+"""Compute frames on the workers of dask.distributed; workers get the serialized graph, file names or pictures.
 
-Each frame is one task of dask.distributed, which may run twice (where a worker is lost) and gives the same.  The caller
-takes results in order and stores each once; where a worker sees the folder, it has written the file, whole or not at
-all.  A worker compiles a graph once and keeps it.
+Each frame is a task. A task may run twice, if a worker is lost, with the same result. The caller stores results in
+order, each once. A worker that shares the output folder writes picture files itself, atomically. Workers compile a
+graph once and keep the program.
 """
 
 from __future__ import annotations
@@ -24,29 +24,29 @@ from passgraph.files.frame import Frame, OutputError, Stored
 from passgraph.files.sequences import Pictures, ToPictures
 from passgraph.run.program import Program
 
-#: Frames in flight: at least so many, for workers that join later, and so many a thread of the workers.
+#: Frames in flight: the minimum, for workers that join later, and the number a worker thread.
 LEAST_AHEAD, AHEAD_A_THREAD = 16, 2
 _RESUME = "frames that are done are whole: start one, and run again with resume=True (--resume)"
 
 
 class SchedulerLostError(OutputError):
-    """The scheduler went away: no further frame can be computed, and those that are done stay."""
+    """The connection to the scheduler is lost: no further frame can be computed; finished ones are kept."""
 
 
 def checked_client(client: Any) -> Any:
-    """The client, if it is a synchronous one of dask.distributed; InputError else."""
+    """Return the client; raise InputError if it is not a synchronous one of dask.distributed."""
     if not isinstance(client, _client_class()) or client.asynchronous:
         raise InputError(f"client must be a distributed.Client (not asynchronous), got {type(client).__name__}")
     return client
 
 
-def check_travels(program: Program) -> None:
-    """Refuse programs whose frames other machines cannot compute, before any is sent.
+def check_remote(program: Program) -> None:
+    """Check that workers can compute a program's frames, before any is sent.
 
     Raises
     ------
     InputError
-        For those whose frames need each other, and those with parameters that were changed by ``program.set``.
+        If the program has history, or if ``program.set`` changed parameters.
     """
     if program.has_history:
         raise InputError(
@@ -57,23 +57,23 @@ def check_travels(program: Program) -> None:
 
 
 def check_unchanged(overrides: Mapping[tuple[str, str], object]) -> None:
-    """Refuse parameters that ``program.set`` changed: they are no part of the graph as data."""
+    """Raise InputError if ``program.set`` changed parameters, which the serialized graph does not contain."""
     if overrides:
         raise InputError(
             "what program.set changed cannot be serialized; give it as a pg.Value, and its value with values="
         )
 
 
-def travelling_values(values: Mapping[str, Any], what: str) -> dict[str, Any]:
-    """Run values as numbers and arrays only: of what else is given, code would travel."""
+def serializable_values(values: Mapping[str, Any], what: str) -> dict[str, Any]:
+    """Return run values after checking that they are numbers or arrays; pickles of other objects can hold code."""
     for name, value in values.items():
         numbers(value, f"{what}: value {name!r}", "be numbers, to go to another machine")
     return dict(values)
 
 
 @contextmanager
-def lost_reported(client: Any, what: str, then: str) -> Iterator[None]:
-    """Errors of a cluster as those of this package; ``then`` says what to do once the scheduler is back."""
+def cluster_errors(client: Any, what: str, then: str) -> Iterator[None]:
+    """Convert errors of a cluster to those of this package; ``then`` tells the user how to continue."""
     try:
         yield
     except PassgraphError:
@@ -85,17 +85,17 @@ def lost_reported(client: Any, what: str, then: str) -> Iterator[None]:
         raise BackendError(f"{what}: no worker could compute it: {error}") from error
 
 
-#: How long a scheduler is waited for.
+#: Timeout of a connection to a scheduler.
 CONNECT_SECONDS = 5
 
 
 def connected(address: str) -> Any:
-    """A client of the scheduler at an address; the caller closes it.
+    """Connect to the scheduler at an address; the caller closes the client.
 
     Raises
     ------
     InputError
-        Where none answers.
+        If no scheduler answers.
     """
     Client = _client_class()
     try:
@@ -116,84 +116,89 @@ def _client_class() -> Any:
 
 
 def digest_and_text(graph: dict[str, Any], settings: dict[str, Any]) -> tuple[str, str]:
-    """A graph as data and what to compile it with, as text, and what tells it from others."""
+    """Return the digest and the JSON text of a serialized graph with its compile settings."""
     text = json.dumps({"graph": graph, "compile": settings}, sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest(), text
 
 
 def threads_for(client: Any) -> int:
-    """Threads here that wait for frames of the cluster: one for each frame in flight."""
+    """Return the number of local threads that wait for the cluster: one for each frame in flight."""
     threads: int = sum(client.nthreads().values())
     return max(LEAST_AHEAD, AHEAD_A_THREAD * threads)
 
 
 @dataclass
 class RemoteRun(Run):
-    """A run whose frames workers read, compute and, where they see the folder, write; others are stored here."""
+    """A run whose frames are read and computed by workers, which also write them if they share the output folder."""
 
     client: Any = None
-    _brought: Lock = field(default_factory=Lock)
+    _values_lock: Lock = field(default_factory=Lock)
 
     def __post_init__(self) -> None:
-        from passgraph.files.worker import Written, same
+        from passgraph.files.worker import Written, identity
 
         self._written = Written
         digest, text = digest_and_text(self.program.to_data(), self.program.settings())
-        # As the result of a task it is sent to a worker once, and made again where a worker is lost that held it.
-        self._graph = self.client.submit(same, (digest, text), key=f"passgraph-graph-{digest}")
+        # The result of a task is sent to each worker once, and recomputed if the worker that holds it is lost.
+        self._graph = self.client.submit(identity, (digest, text), key=f"passgraph-graph-{digest}")
         self._constants = None
         if isinstance(self.values, Mapping) and not self.program.has_frame_index:
-            self._constants = self.client.submit(same, self._values(0), pure=False)
+            self._constants = self.client.submit(identity, self._values(0), pure=False)
 
     def _load(self, item: Any) -> Any:
         if item.skipped:
             return {}
-        with lost_reported(self.client, item.frame.name, _RESUME):
-            answer = self._asked(item, {name: self._named(name, frame) for name, frame in item.frames.items()})
-            if answer is None:  # that worker does not see the files
-                answer = self._asked(item, {name: frame.read() for name, frame in item.frames.items()})
-        return answer
+        with cluster_errors(self.client, item.frame.name, _RESUME):
+            result = self._submit(
+                item, {name: self._file_or_pixels(name, frame) for name, frame in item.frames.items()}
+            )
+            if result is None:  # the worker does not see the same files
+                result = self._submit(item, {name: frame.read() for name, frame in item.frames.items()})
+        return result
 
     def _values(self, number: int) -> dict[str, Any]:
-        return travelling_values(super()._values(number), "frames")
+        return serializable_values(super()._values(number), "frames")
 
-    def _asked(self, item: Any, pictures: dict[str, Any]) -> Any:
+    def _submit(self, item: Any, pictures: dict[str, Any]) -> Any:
+        """Compute a frame on a worker and wait for the result; see `passgraph.files.worker.compute`."""
         from passgraph.files.worker import compute
 
         values: Any = self._constants
         if values is None:
-            with self._brought:  # a function of the caller's is called by one thread at a time
+            with self._values_lock:  # the caller's function is called from one thread at a time
                 values = self._values(item.frame.number)
-        given = self._graph, pictures, values, self.linear, self.output, None if item.held else self._room(item.frame)
-        future = self.client.submit(compute, *given, pure=False)
+        output_file = None if item.held else self._output_file(item.frame)
+        future = self.client.submit(
+            compute, self._graph, pictures, values, self.linear, self.output, output_file, pure=False
+        )
         return future.result()
 
-    def _named(self, name: str, frame: Frame) -> Any:
-        """A picture's file by name, where it is one, and what it looked like here; else its pixels."""
+    def _file_or_pixels(self, name: str, frame: Frame) -> Any:
+        """Return the name, size and modification time of a picture's file; of other frames the pixels."""
         from passgraph.files.worker import Named
 
         source = self.sources[name]
         if not isinstance(source, Pictures) or frame.number not in source.paths:
             return frame.read()
-        return Named.of(source.paths[frame.number]) or frame.read()  # which says what is wrong
+        return Named.of(source.paths[frame.number]) or frame.read()  # raises the error of a missing file
 
-    def _room(self, frame: Frame) -> Any:
-        """Where a worker may write: results that are files of their own, of which encoding is most of the work."""
-        from passgraph.files.worker import Room, inode
+    def _output_file(self, frame: Frame) -> Any:
+        """Return the picture file that a worker may write, since encoding is most of the work; None for other sinks."""
+        from passgraph.files.worker import OutputFile, inode
 
         if type(self.sink) is not ToPictures:
             return None
         path = os.path.abspath(self.sink.path(frame))
         folder = inode(os.path.dirname(path))
-        dtype = self.sink.stores(frame, (1, 1)).str  # of a picture file the suffix says it
-        return None if folder is None else Room(path, folder, dtype, frame.name, self.sink.notes(frame))
+        dtype = self.sink.stores(frame, (1, 1)).str  # does not depend on the size for picture files
+        return None if folder is None else OutputFile(path, folder, dtype, frame.name, self.sink.notes(frame))
 
     def _prepare(self, item: Any) -> Any:
-        return None if isinstance(item.made, self._written) else super()._prepare(item)
+        return None if isinstance(item.result, self._written) else super()._prepare(item)
 
-    def _run(self, item: Any, answer: Any) -> Stored | None:
-        sizes, result = answer
+    def _run(self, item: Any, sizes_and_result: Any) -> Stored | None:
+        result: Stored
+        sizes, result = sizes_and_result
         self._check_sizes(item, sizes)
         self.ran += 1
-        made: Stored = result
-        return made
+        return result

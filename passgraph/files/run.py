@@ -1,4 +1,4 @@
-"""Frames through a program: decoding and encoding in threads, the passes of one frame after another."""
+"""Run a program on every frame of a source: decode and encode in threads, compute the frames in order."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 Feed: TypeAlias = "Source | str | os.PathLike[str]"
-#: Most threads where nothing is said: two 4K pictures in float32 for each are 2 GB.
+#: Most threads by default: at two 4K pictures in float32 for each, 2 GB.
 DEFAULT_JOBS = 8
 
 
@@ -38,36 +38,36 @@ def frames(
 ) -> Summary:
     """Run a program on every frame of a source, and store the results.
 
-    Pictures are decoded and encoded in threads, a few ahead, while the program runs frame after frame in order: so
-    effects with history (``pg.previous``) see every frame, and memory holds a few frames however many there are.
+    Threads decode a few frames ahead and encode results while the program computes the frames in order. Effects with
+    history (``pg.previous``) see every frame, and memory holds only a few frames at a time.
 
     Parameters
     ----------
     program : what `passgraph.compile` returned; it stays open
-    source : where the frames of its one input come from, or ``{name: source}`` for several, which go in step.  A path
-        is a picture, a folder of pictures, a numbered sequence (``shot.%04d.exr``, ``shot.####.exr``) or a video.
-        `Numbers` counts the frames of a program that takes no pictures.
-    sink : where results go; a path is a numbered sequence, a folder, or a video
-    values : what else a run is given by name: constants, or a function from the frame's number to them
-    output : the target that is stored; left out, the program's first
-    jobs : threads that decode and encode; 1 does everything in turn in the caller's; left out, one a core, at most 8
-    linear : decode the colours of 8- and 16-bit pictures from sRGB to linear light first
-    resume : leave out frames whose output is there, newer than the input.  Programs with history run them all the
+    source : the source of the program's one input, or ``{name: source}`` for several inputs, read in step. A path is a
+        picture, a folder of pictures, a numbered sequence (``shot.%04d.exr``, ``shot.####.exr``), an animation or a
+        video. `Numbers` counts frames for a program that takes no pictures.
+    sink : the sink of the results; a path is a numbered sequence, an animation or a video
+    values : further run values by name: constants, or a function from the frame's number to them
+    output : the target to store; by default the program's first
+    jobs : threads that decode and encode; 1 does everything in the caller's thread; by default one a core, at most 8
+    linear : decode the colors of 8- and 16-bit pictures from sRGB to linear light first
+    resume : skip frames whose output exists and is no older than the input. Programs with history compute them all the
         same, without writing them.
-    same_size : refuse a frame for which several sources bring pictures of different sizes
+    same_size : fail a frame whose sources have pictures of different sizes
     watch : called with each frame's `Outcome`, in order, in the caller's thread
-    client : a ``distributed.Client``: frames are read and computed by its workers, each on the backend of the program's
-        name, and stored here or, as picture files, by them; see docs/frames.md.  Programs with history are refused.
+    client : a ``distributed.Client`` whose workers read and compute the frames, on the program's backend. Results are
+        stored here, or by the workers as picture files; see docs/frames.md. Programs with history raise InputError.
 
     Returns
     -------
-    A `Summary`.  A frame that cannot be read, computed or written fails alone and the others are done, but where the
-    disk is full the run stops.  Where a picture's size changes, the program plans again; with history that frame fails.
+    A `Summary`. A frame that cannot be read, computed or written fails alone, but a full disk ends the run. If a
+    picture's size changes, the program plans again; with history that frame fails.
 
     Raises
     ------
-    InputError, GraphError : what cannot begin: a source that does not open, names that the program does not have.
-    KeyboardInterrupt : frames that were done stay; what is not whole is removed.
+    InputError, GraphError : the run cannot begin: a source cannot be opened, or the program lacks a name.
+    KeyboardInterrupt : finished frames are kept; incomplete output is removed.
 
     Examples
     --------
@@ -75,11 +75,11 @@ def frames(
     >>> import passgraph as pg
     >>> from passgraph.files import Arrays, ToArrays
     >>> invert = pg.kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
-    >>> made = ToArrays()
+    >>> results = ToArrays()
     >>> with pg.compile(invert(pg.Input("frame")), backend="reference") as program:
-    ...     pg.frames(program, Arrays([np.zeros((2, 3, 4), np.uint8)] * 5), made).written
+    ...     pg.frames(program, Arrays([np.zeros((2, 3, 4), np.uint8)] * 5), results).written
     5
-    >>> made.pictures[0][0, 0].tolist()
+    >>> results.pictures[0][0, 0].tolist()
     [1.0, 1.0, 1.0, 1.0]
     """
     from passgraph.files.open import open_sink
@@ -97,18 +97,18 @@ def frames(
     if watch is not None:
         arguments.function(watch, "frames: watch")
     count = None if jobs is None else arguments.whole_number(jobs, "jobs", 1, MOST_JOBS, InputError)
-    told = program, _by_name(program, source, values), sink, values, output, linear, resume, same_size, watch
+    settings = program, _by_name(program, source, values), sink, values, output, linear, resume, same_size, watch
     if client is None:
-        return Run(*told).all(count or default_jobs())
-    from passgraph.files.remote import RemoteRun, check_travels, checked_client, threads_for
+        return Run(*settings).all(count or default_jobs())
+    from passgraph.files.remote import RemoteRun, check_remote, checked_client, threads_for
 
     checked_client(client)
-    check_travels(program)
-    return RemoteRun(*told, client=client).all(count or min(threads_for(client), MOST_JOBS))
+    check_remote(program)
+    return RemoteRun(*settings, client=client).all(count or min(threads_for(client), MOST_JOBS))
 
 
 def default_jobs() -> int:
-    """One a core that this process may use, and not too many: each holds pictures."""
+    """Return the default number of threads: one a core that this process may use, at most `DEFAULT_JOBS`."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(cores, DEFAULT_JOBS)
 
@@ -121,11 +121,11 @@ def _by_name(program: Program, source: Feed | Mapping[str, Feed], values: Values
                 raise GraphError(f"there is no input {arguments.shown(name)}; the program has {known}")
         if not source:
             raise GraphError("frames needs a source; give one, or {'frame': source}")
-        return {name: _opened(one) for name, one in source.items()}
+        return {name: _opened(feed) for name, feed in source.items()}
     if isinstance(source, Numbers):
-        wanted = [name for name, spec in program.inputs.items() if spec.default is None]
-        if wanted:
-            raise GraphError(f"the program takes pictures ({', '.join(wanted)}), and Numbers brings none")
+        required = [name for name, spec in program.inputs.items() if spec.default is None]
+        if required:
+            raise GraphError(f"the program takes pictures ({', '.join(required)}), and Numbers brings none")
         return {"": source}
     constant = values if isinstance(values, Mapping) else {}
     fed = [name for name, spec in program.inputs.items() if spec.default is None and name not in constant]

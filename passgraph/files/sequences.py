@@ -1,4 +1,4 @@
-"""Frames from and to picture files and arrays, one or many."""
+"""Sources and sinks of picture files and arrays."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ from passgraph.pictures import (
     split_layer,
 )
 
-#: Most frames without pictures.
+#: Most frames of a source without files.
 MOST_NUMBERS = 1 << 31
 
 
 class Pictures:
-    """Frames from picture files, of any formats that `passgraph.load` reads.
+    """A source that reads picture files, in any format that `passgraph.load` reads.
 
-    ``paths`` are files in order, or a mapping from the frame's number to its file, as `Pattern.files` gives. Each may
-    name a layer of an OpenEXR file: ``shot.exr:diffuse``.
+    ``paths`` are files in order, or a mapping from the frame's number to its file, as `Pattern.files` returns. A path
+    may name a layer of an OpenEXR file: ``shot.exr:diffuse``.
 
     >>> [frame.number for frame in Pictures(["a.png", "b.png"])]
     [1, 2]
@@ -61,7 +61,7 @@ class Pictures:
 
     @cached_property
     def has_alpha(self) -> bool:
-        """False if no file has, by its header."""
+        """False if no file has alpha, by its header."""
         return not all(metadata_of(path).opaque for path in dict.fromkeys(self.paths.values()))
 
     def __iter__(self) -> Iterator[Frame]:
@@ -70,15 +70,15 @@ class Pictures:
 
 
 class Repeated(Pictures):
-    """One picture file as several frames: it is read once.
+    """A source that repeats one picture file as several frames, and reads it once.
 
     >>> [frame.name for frame in Repeated("a.png", 3)]
     ['a.png', 'a.png', 'a.png']
     """
 
     def __init__(self, path: str | os.PathLike[str], count: int) -> None:
-        whole = arguments.whole_number(count, "frames: count", 1, MOST_NUMBERS, InputError)
-        super().__init__(dict.fromkeys(range(1, whole + 1), Path(path)), os.fspath(path))
+        frames = arguments.whole_number(count, "frames: count", 1, MOST_NUMBERS, InputError)
+        super().__init__(dict.fromkeys(range(1, frames + 1), Path(path)), os.fspath(path))
 
     @cached_property
     def _picture(self) -> Stored:
@@ -90,16 +90,16 @@ class Repeated(Pictures):
 
 
 class ToPictures(Sink):
-    """Each frame to a picture file of its own, which is written whole or not at all.
+    """A sink that writes each frame to its own picture file, atomically.
 
     Parameters
     ----------
     paths : the files by the frames' numbers, or a `Pattern`
-    bits : 8, or 16 for .png and .tif; left out, those of the source: 16 where its picture file has 16, or its video
-        more than 8.  Where the format holds 8, a warning says so.
+    bits : 8, or 16 for .png and .tif. By default as the source: 16 if its picture file has 16, or its video more than
+        8, with a warning if the format holds only 8.
 
-    Formats of whole numbers hold results rounded; .exr and .npy hold them as they are.  Of a source that is `Pictures`
-    each keeps its color profile, resolution and EXIF.
+    Integer formats hold rounded results; .exr and .npy hold the floats. Frames of `Pictures` keep their color profile,
+    resolution and EXIF.
     """
 
     whole_when_prepared = True
@@ -133,7 +133,7 @@ class ToPictures(Sink):
 
     @property
     def _named(self) -> list[Path]:
-        """Files to be, or one of a pattern's."""
+        """The output files; of a pattern only one."""
         return [self.paths.path(1)] if isinstance(self.paths, Pattern) else list(self.paths.values())
 
     def in_bytes(self, source: Source) -> bool:
@@ -143,7 +143,7 @@ class ToPictures(Sink):
         return not (self.bits is None and any("uint16" in dtypes for dtypes in held) and _deep(source))
 
     def lost_bits(self, source: Source) -> str:
-        """What to say where a source has 16 bits a channel and a format here holds 8; empty where none is lost."""
+        """Return a warning if the source has 16 bits a channel and an output format holds 8; else empty."""
         for path in self._named if self.bits is None else []:
             kind = format_of_suffix(path)
             if kind.dtypes == ("uint8",) and (name := _deep(source)):
@@ -151,13 +151,13 @@ class ToPictures(Sink):
         return ""
 
     def notes(self, frame: Frame) -> Metadata | None:
-        """What a frame's output keeps of the picture file that it is made of."""
-        made_of = self._inputs.get(frame.number)
-        return None if made_of is None else metadata_of(made_of)
+        """Return the metadata that a frame's output keeps of its source file."""
+        input_path = self._inputs.get(frame.number)
+        return None if input_path is None else metadata_of(input_path)
 
     def holds(self, frame: Frame) -> bool:
-        given = self._inputs.get(frame.number)
-        return is_made(self.path(frame), [] if given is None else [given])
+        input_path = self._inputs.get(frame.number)
+        return is_made(self.path(frame), [] if input_path is None else [input_path])
 
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
         kind = format_of_suffix(self.path(frame))
@@ -173,7 +173,7 @@ class ToPictures(Sink):
 
 
 def bits_of(output: Path, made_of: Path | None, deep: bool = False) -> int:
-    """Bits a channel of an output where nothing is said: those of what it is made of, if the format has them."""
+    """Return an output's default bits a channel: those of its source, if the format has them."""
     kind = WRITABLE.get(output.suffix.lower())
     if kind is None or "uint16" not in kind.dtypes:
         return 8
@@ -183,25 +183,26 @@ def bits_of(output: Path, made_of: Path | None, deep: bool = False) -> int:
 
 
 def _deep(source: Source) -> str:
-    """The name of a source's first picture, or of its video, with more than 8 bits a channel; empty where none has."""
+    """Return the name of a source's first picture, or of its video, with more than 8 bits a channel; else empty."""
     if isinstance(source, Pictures):
         return next((os.fspath(path) for path in source.paths.values() if is_deep(path)), "")
     return source.name if getattr(source, "deep", False) else ""
 
 
 def is_made(output: Path, inputs: Iterable[Path]) -> bool:
-    """Whether an output is there, no older than its inputs: outputs have their names only when they are whole."""
+    """Return True if an output exists and is no older than its inputs; outputs appear only when they are complete."""
     try:
-        made = output.stat()
-        return made.st_size > 0 and all(made.st_mtime_ns >= split_layer(path)[0].stat().st_mtime_ns for path in inputs)
+        status = output.stat()
+        modified = [split_layer(path)[0].stat().st_mtime_ns for path in inputs]
+        return status.st_size > 0 and all(status.st_mtime_ns >= time for time in modified)
     except OSError:
         return False
 
 
 class Still:
-    """One picture, of a file or an array, that goes with every frame of another source."""
+    """A picture, a file or an array, that is repeated for every frame of another source."""
 
-    #: Iterating never ends: others decide how many frames there are.
+    #: Iterating never ends; other sources set the number of frames.
     endless = True
     count = None
 
@@ -216,9 +217,9 @@ class Still:
 
 
 class Held:
-    """Frames of a source that goes with another one: where it ends first, its last frame is repeated.
+    """A source whose last frame is repeated if it ends before another source.
 
-    ``tell`` is called with a line that says so, once.
+    ``tell`` is then called once, with a message.
     """
 
     endless = True
@@ -233,14 +234,14 @@ class Held:
             yield last
         if last is None:
             raise InputError(f"{self.name}: has no frames; expected one or more")
-        held = Frame(last.number, last.name, cache(last.read), last.metadata)
+        repeated = Frame(last.number, last.name, cache(last.read), last.metadata)
         self._tell(f"{self.name}: ends after {number} frames; its last one goes with those that follow")
         while True:
-            yield held
+            yield repeated
 
 
 class Arrays:
-    """Frames from arrays, (h, w) or (h, w, 1 to 4), counted from 1.
+    """A source of arrays, (h, w) or (h, w, 1 to 4), counted from 1.
 
     >>> next(iter(Arrays([np.zeros((2, 3, 4), np.float32)]))).name
     'array 1'
@@ -261,7 +262,7 @@ class Arrays:
 
 
 class Numbers:
-    """Frames that bring no pictures, counted from 1, for programs that take none: what changes are their values.
+    """A source of frame numbers without pictures, counted from 1, for programs that take only values.
 
     >>> [frame.number for frame in Numbers(3)]
     [1, 2, 3]
@@ -284,7 +285,7 @@ def _nothing() -> Stored:
 
 
 class ToArrays(Sink):
-    """Frames to a list of float32 arrays, ``pictures``."""
+    """A sink that appends each frame to ``pictures``, a list of float32 arrays."""
 
     def __init__(self) -> None:
         self.pictures: list[Stored] = []

@@ -1,4 +1,4 @@
-"""Between a file's own types and a program's: the one place where results become what is stored."""
+"""Convert pictures between the dtypes of files and those of programs."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from passgraph.srgb import srgb_to_linear
 
 
 def as_program_input(picture: Stored, spec: InputSpec, linear: bool) -> Stored:
-    """What a program is given: integers as they are, or with ``linear`` their colours decoded from sRGB.
+    """Convert a picture to a program's input: integers are passed as they are, or decoded from sRGB if ``linear``.
 
-    What its input decodes itself (``"srgb"``, in 8 bits) stays as it is.
-    Where its input is declared with four channels, gray and RGB pictures get them.
+    8-bit pictures of an ``"srgb"`` input are passed as they are, since the program decodes them. Gray and RGB pictures
+    get four channels if the input is declared with four.
     """
     if picture.ndim == 3 and spec.format is not None and spec.format.channels == 4:
         picture = with_channels(picture, 4)
@@ -29,25 +29,26 @@ def as_program_input(picture: Stored, spec: InputSpec, linear: bool) -> Stored:
     if spec.srgb and picture.ndim == 3 and format_of(picture.dtype, picture.shape[2], spec.srgb).srgb:
         return picture
     if picture.ndim == 2:
-        one = picture[:, :, None]
-        picture = with_channels(one, GREY_CHANNELS) if spec.format is None else one
+        gray = picture[:, :, None]
+        picture = with_channels(gray, GREY_CHANNELS) if spec.format is None else gray
     colours = picture.shape[2] - (picture.shape[2] in (2, 4))
-    light = np.empty(picture.shape, np.float32)
-    light[..., :colours] = _curve(picture.dtype.str)[picture[..., :colours]]
-    light[..., colours:] = picture[..., colours:] / np.float32(np.iinfo(picture.dtype).max)
-    return light
+    decoded = np.empty(picture.shape, np.float32)
+    decoded[..., :colours] = _curve(picture.dtype.str)[picture[..., :colours]]
+    decoded[..., colours:] = picture[..., colours:] / np.float32(np.iinfo(picture.dtype).max)
+    return decoded
 
 
 @cache
 def _curve(dtype: str) -> NDArray[np.float32]:
+    """Return the lookup table of the sRGB decoding of an integer dtype."""
     most = np.iinfo(dtype).max
     return srgb_to_linear(np.arange(most + 1, dtype=np.float32) / np.float32(most))
 
 
 def stored(result: Stored, dtype: np.dtype[Any], name: str) -> Stored:
-    """A program's result, in float32 or in integers, in the type that a sink stores.
+    """Convert a program's result, float32 or integers, to the dtype that a sink stores.
 
-    ``name`` is the frame's, for the error of NaN.
+    ``name`` is the frame's name for the error about NaN.
     """
     if result.dtype == dtype:
         return result
@@ -56,7 +57,7 @@ def stored(result: Stored, dtype: np.dtype[Any], name: str) -> Stored:
 
 
 def with_channels(picture: Stored, count: int) -> Stored:
-    """A picture with 1, 3 or 4 channels: gray is repeated, colours become gray by their luma, alpha is 1 if missing."""
+    """Convert a picture to 1, 3 or 4 channels: gray is repeated, colors become luma, missing alpha is 1."""
     have = picture.shape[2]
     if have == count:
         return picture
@@ -67,9 +68,9 @@ def with_channels(picture: Stored, count: int) -> Stored:
         weights = np.array([0.2126, 0.7152, 0.0722], np.float32)  # Rec. 709
         luma: Stored = np.rint(colours.astype(np.float32) @ weights)[..., None].astype(picture.dtype)
         return luma
-    made = np.empty((*picture.shape[:2], count), picture.dtype)
-    made[..., :3] = colours
+    converted = np.empty((*picture.shape[:2], count), picture.dtype)
+    converted[..., :3] = colours
     if count == 4:
         opaque = np.iinfo(picture.dtype).max if picture.dtype.kind == "u" else 1
-        made[..., 3] = picture[..., -1] if have in (2, 4) else opaque
-    return made
+        converted[..., 3] = picture[..., -1] if have in (2, 4) else opaque
+    return converted

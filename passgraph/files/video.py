@@ -1,4 +1,4 @@
-"""Frames from a video file, through PyAV (the ``video`` extra)."""
+"""A source that reads a video file with PyAV (the ``video`` extra)."""
 
 from __future__ import annotations
 
@@ -25,25 +25,24 @@ if TYPE_CHECKING:
     from av.video.stream import VideoStream
 
 
-#: Parts that are looked at; a file of more is taken as whole.
+#: Most parts that are checked; a file with more counts as complete.
 MOST_PARTS = 1 << 20
-#: Elements of Matroska whose parts follow them: a segment and a cluster.
+#: Elements of Matroska that contain other elements: a segment and a cluster.
 _SEGMENT, _CLUSTER = 0x18538067, 0x1F43B675
 _ASF = bytes.fromhex("3026b2758e66cf11a6d900aa0062ce6c")
-#: From where a part begins to where it says that it ends; None where it says nothing, and at the end of the parts.
+#: A function from the start of a part to the end that its header declares; None if it declares none, or is no part.
 _Step: TypeAlias = Callable[[BinaryIO, int], "int | None"]
 
 
 def promised_end(path: Path) -> int | None:
-    """The byte at which a file says that the part ends in which it breaks off; None of one that is whole, or says
-    nothing.
+    """Return the declared end, in bytes, of the part in which a file is truncated; None if it seems complete.
 
     >>> promised_end(Path(__file__)) is None
     True
     """
     length = path.stat().st_size
     with path.open("rb") as stream:
-        step, at = _kind(stream.read(16))
+        step, at = _container(stream.read(16))
         for _ in range(MOST_PARTS):
             if step is None or at >= length:
                 return None
@@ -54,8 +53,8 @@ def promised_end(path: Path) -> int | None:
     return None
 
 
-def _kind(start: bytes) -> tuple[_Step | None, int]:
-    """How the parts of a file are walked, and where the first begins."""
+def _container(start: bytes) -> tuple[_Step | None, int]:
+    """Return the function that steps over the parts of a container, and the position of the first part."""
     if start[4:8] in (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"):
         return _box, 0
     if start[:4] == b"\x1aE\xdf\xa3":
@@ -64,7 +63,7 @@ def _kind(start: bytes) -> tuple[_Step | None, int]:
         return _riff, 0
     if start == _ASF:
         return _object, 0
-    # The header says how long it is; a tag's length is told before it and behind it.
+    # FLV: the header holds its own size; each tag is followed by four bytes with its size.
     return (_tag, int.from_bytes(start[5:9], "big") + 4) if start[:3] == b"FLV" else (None, 0)
 
 
@@ -77,10 +76,10 @@ def _box(stream: BinaryIO, at: int) -> int | None:
     head = _read(stream, at, 16)
     size = int.from_bytes(head[:4], "big")
     if len(head) < 8 or not head[4:8].isalnum():
-        return None  # not a box: what others have put behind them
+        return None  # not a box: data appended after the boxes
     if size == 1:
         size = int.from_bytes(head[8:16], "big")
-    return at + size if size >= 8 else None  # 0: up to the end, wherever that is
+    return at + size if size >= 8 else None  # 0: the box ends with the file
 
 
 def _riff(stream: BinaryIO, at: int) -> int | None:
@@ -110,26 +109,26 @@ def _element(stream: BinaryIO, at: int) -> int | None:
         return None
     name, start = int.from_bytes(head[:first], "big"), at + first + second
     size = int.from_bytes(head[first : first + second], "big") & ((1 << 7 * second) - 1)
-    if size == (1 << 7 * second) - 1:  # unknown: its parts come next
+    if size == (1 << 7 * second) - 1:  # unknown size: continue with the elements inside
         return start if name in (_SEGMENT, _CLUSTER) else None
     return start + size
 
 
 def _width(byte: int, most: int) -> int | None:
-    """Bytes of a number whose first one begins with so many zeros, less one."""
+    """Return the length in bytes of an EBML number: the leading zero bits of its first byte, plus one."""
     width = 9 - byte.bit_length()
     return width if width <= most else None
 
 
-#: Numbers of ITU-T H.273 (matrix coefficients), as libavutil has them: none, BT.709, BT.601, and "not said".
+#: Matrix coefficients of ITU-T H.273, as in libavutil: identity, BT.709, BT.601, and unspecified.
 RGB, BT709, BT601, UNSPECIFIED = 0, 1, 6, 2
-#: Formats of files that are opened, by libavformat's names.  Others are lists of further files and addresses.
+#: Allowed file formats, by libavformat's names. Others, such as playlists, can open further files and URLs.
 _FORMATS = "mov,matroska,avi,mpegts,mpeg,mpegvideo,h264,hevc,ivf,ogg,asf,flv,mxf,nut"
-#: A file may not make libav read other ones.
+#: Options for opening a video: only these formats, and no protocol but local files.
 OPENING = {"format_whitelist": _FORMATS, "protocol_whitelist": "file"}
-#: Of libavcodec's numbers for the order of fields, the last one (1) that is none.
+#: libavcodec's field order of progressive video (1); larger numbers are interlaced.
 PROGRESSIVE = 1
-#: What is said of a video whose frames are two fields, taken one after the other.
+#: The warning about an interlaced video.
 INTERLACED = (
     "is interlaced; the two fields of each frame are taken as one picture, and what is written is marked progressive; "
     "deinterlace it first (ffmpeg -i INPUT -vf bwdif=mode=send_frame OUTPUT)"
@@ -145,20 +144,20 @@ def import_av(file: Path) -> Any:
 
 
 class Video:
-    """Frames of a file's first video stream: (h, w, 4) uint8, or uint16 where it has more than 8 bits.
+    """A source that reads a file's first video stream: (h, w, 4) uint8, or uint16 if it has more than 8 bits.
 
-    Colours are converted from the file's own matrix and range; where it does not say which, BT.709 from 720 lines on
-    and BT.601 below, limited range.  A picture that the file says is to be turned or mirrored is.
+    Colors are converted with the file's matrix and range. The defaults are BT.709 from 720 lines on, BT.601 below, and
+    limited range. The display matrix of a frame is applied: rotation and mirroring.
 
     Attributes
     ----------
     path : the file
     size : (width, height) of its pictures
     rate : frames a second on average, or None
-    time_base : what one unit of ``pts`` in a frame's metadata is, in seconds
-    matrix, colour_range, primaries, transfer : as the file says, by the numbers of libavutil; written again as they are
-    is_interlaced : whether a frame is two fields, one after the other; they are read as one picture, with a warning
-    deep, has_alpha, has_chroma : whether it has more than 8 bits, transparency, and colours as Y'CbCr
+    time_base : the unit of ``pts`` in a frame's metadata, in seconds
+    matrix, colour_range, primaries, transfer : color tags of the file, as in libavutil; `ToVideo` keeps them
+    is_interlaced : True if a frame is two fields; they are read as one picture, with a warning
+    deep, has_alpha, has_chroma : True if it has more than 8 bits, alpha, and colors as Y'CbCr
 
     Raises
     ------
@@ -185,8 +184,8 @@ class Video:
             is_rgb = context.format is not None and context.format.is_rgb
             self.has_chroma = not is_rgb and sum(not part.is_alpha for part in parts) != 1
             self.frames, self.duration = stream.frames, _duration(stream)
-            # ASF says how long its longest stream lasts, which may be the sound.
-            self._says_its_time = container.format.name != "asf"
+            # ASF declares the duration of its longest stream, which may be the sound.
+            self._declares_duration = container.format.name != "asf"
             self.start = stream.start_time or 0
             self.metadata = dict(container.metadata)
 
@@ -201,7 +200,7 @@ class Video:
         return round(float(self.duration * self.rate)) if self.duration and self.rate else None
 
     def __iter__(self) -> Iterator[Frame]:
-        number, end, converted = 0, Fraction(0), Conversion()
+        number, end, conversion = 0, Fraction(0), Conversion()
         if self.is_interlaced:
             warnings.warn(f"{self.path}: {INTERLACED}", stacklevel=2)
         with opened(self.path) as container:
@@ -216,13 +215,13 @@ class Video:
                 if frame.pts is not None:
                     end = max(end, (frame.pts - self.start) * self.time_base)
                 metadata = {"pts": frame.pts, "time_base": self.time_base}
-                yield Frame(number, name, partial(self._picture, name, frame, converted), metadata)
+                yield Frame(number, name, partial(self._picture, name, frame, conversion), metadata)
         if number == 0:
             raise InputError(f"{self.path}: has no frame that can be decoded; make or copy the file again")
         self._check_end(number, end)
 
     def _decoded(self, container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame | str]:
-        """Frames, and in words what is in the place of broken ones."""
+        """Yield frames in order; in place of a damaged frame, the reason."""
         av = import_av(self.path)
         packets = container.demux(stream)
         while True:
@@ -242,23 +241,26 @@ class Video:
                 yield "is damaged (the decoder made up a part of it)" if frame.is_corrupt else frame
 
     def _check_end(self, number: int, end: Fraction) -> None:
-        """Whether the file ended before its header says, in seconds or in bytes; decoders end there without a word."""
-        said = ""
-        has_all = not self._says_its_time or (self.frames and number >= self.frames)
+        """Raise InputError for a truncated file: it ends before its declared duration or size.
+
+        Decoders stop there without an error.
+        """
+        mismatch = ""
+        has_all = not self._declares_duration or (self.frames and number >= self.frames)
         if self.duration and self.rate and not has_all:
             last = end + 1 / self.rate
             if self.duration - last > Fraction(1, 2) / self.rate:
-                said = f"it says it lasts {float(self.duration):.2f} s, and its frames end at {float(last):.2f} s"
-        if not said and (promised := promised_end(self.path)) is not None:
-            said = f"it says it goes on to byte {promised}, and it has {self.path.stat().st_size}"
-        if said:
-            raise InputError(f"{self.path}: truncated; {said}; the {number} frames until there are done")
+                mismatch = f"it says it lasts {float(self.duration):.2f} s, and its frames end at {float(last):.2f} s"
+        if not mismatch and (promised := promised_end(self.path)) is not None:
+            mismatch = f"it says it goes on to byte {promised}, and it has {self.path.stat().st_size}"
+        if mismatch:
+            raise InputError(f"{self.path}: truncated; {mismatch}; the {number} frames until there are done")
 
-    def _picture(self, name: str, frame: VideoFrame, converted: Conversion) -> Stored:
+    def _picture(self, name: str, frame: VideoFrame, conversion: Conversion) -> Stored:
         matrix, colour_range = stated(frame.colorspace, frame.color_range, frame.format.name, frame.height)
         frame.colorspace, frame.color_range = matrix, colour_range
         try:
-            pixels = converted.pixels(frame, self.deep)
+            pixels = conversion.pixels(frame, self.deep)
         except import_av(self.path).error.FFmpegError as error:
             raise InputError(
                 f"{name}: its colours cannot be read ({reason(error)}): pixel format {frame.format.name}, matrix "
@@ -268,15 +270,15 @@ class Video:
 
 
 def _upright(picture: Stored, frame: VideoFrame) -> Stored:
-    """A picture turned, or mirrored, as its frame says it is to be shown.
+    """Rotate and mirror a picture by the display matrix of its frame.
 
-    The matrix takes a pixel's column and row to those where it is shown, x' = a x + c y and y' = b x + d y (ISO/IEC
-    14496-12, section 6.2.2); what is no quarter turn is taken as the nearest.
+    The matrix maps a pixel's column and row to those on screen: x' = a x + c y and y' = b x + d y (ISO/IEC 14496-12,
+    section 6.2.2). Rotations are rounded to quarter turns.
     """
     from av.sidedata.sidedata import Type
 
-    said: Any = frame.side_data  # by types, though PyAV says by names
-    matrix = said.get(Type.DISPLAYMATRIX)
+    side_data: Any = frame.side_data  # its keys are types, though PyAV annotates names
+    matrix = side_data.get(Type.DISPLAYMATRIX)
     if matrix is None:
         return picture
     (a, b, _), (c, d, _), _ = np.frombuffer(matrix, np.int32).reshape(3, 3).tolist()
@@ -287,7 +289,7 @@ def _upright(picture: Stored, frame: VideoFrame) -> Stored:
 
 
 def stated(matrix: int, colour_range: int, format: str, height: int) -> tuple[int, int]:
-    """Matrix and range of YUV pixels, with a guess where the file does not say."""
+    """Return the matrix and range of YUV pixels, with defaults where the file does not declare them."""
     if matrix == UNSPECIFIED or (matrix == RGB and format.startswith("yuv")):
         matrix = BT709 if height >= 720 else BT601
     if colour_range not in (LIMITED, FULL):
@@ -297,7 +299,7 @@ def stated(matrix: int, colour_range: int, format: str, height: int) -> tuple[in
 
 @contextmanager
 def opened(path: Path) -> Iterator[Any]:
-    """A file that PyAV reads."""
+    """Open a file with PyAV."""
     check_regular(path, "a video")
     av = import_av(path)
     try:
@@ -309,7 +311,7 @@ def opened(path: Path) -> Iterator[Any]:
 
 
 def video_stream(path: Path, container: Any) -> Any:
-    """The first one that is not a cover picture."""
+    """Return the first video stream that is not a cover picture."""
     for stream in container.streams.video:
         if not stream.disposition & stream.disposition.attached_pic and stream.codec_context is not None:
             return stream
@@ -322,7 +324,7 @@ def reason(error: BaseException) -> str:
 
 
 def _duration(stream: VideoStream) -> Fraction | None:
-    """Seconds that a stream lasts, where its header says so."""
+    """Return the duration of a stream in seconds; None if its header does not declare it."""
     if stream.duration and stream.time_base:
         return stream.duration * stream.time_base
     # Matroska: hours:minutes:seconds, from time 0 on

@@ -1,5 +1,5 @@
 # mypy: disable-error-code="no-any-return"
-"""Frames of videos as pixels, and pixels as frames in a video's own format."""
+"""Convert frames of videos to pixels, and pixels to frames in a video's own format."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ Pixels: TypeAlias = NDArray[Any]
 
 @dataclass(frozen=True)
 class Code:
-    """How whole numbers stand for colors.
+    """The Y'CbCr encoding of colors as integers.
 
     Attributes
     ----------
-    red, blue : what luma weighs them; green has the rest
-    full : luma from 0 to the largest number, and not from 16 to 235 (of 8 bits)
-    bits : of a number, 8 to 16
+    red, blue : their weights in luma; green has the rest
+    full : True for full range (luma from 0 to the largest number), False for limited (16 to 235 of 8 bits)
+    bits : bits of a number, 8 to 16
     """
 
     red: float
@@ -55,16 +55,19 @@ class Code:
         return (1 << self.bits) - 1
 
     def values(self) -> dict[str, Any]:
-        """What both programs are given: zero and scale of luma and of chroma, where the type's largest number is 1."""
+        """Return the run values of both programs: weights, and offset and scale of luma and of chroma.
+
+        They are relative to the largest number of the dtype.
+        """
         step = 1 << (self.bits - 8)
         zero, luma, chroma = (0, self.most, self.most) if self.full else (16 * step, 219 * step, 224 * step)
-        one = 255 if self.bits == 8 else 65535
+        largest = 255 if self.bits == 8 else 65535
         of_red, of_blue = 2 - 2 * self.red, 2 - 2 * self.blue
         green = 1 - self.red - self.blue
         return {
-            "zero": (zero / one, 128 * step / one),
-            "scale": (luma / one, chroma / one),
-            "most": self.most / one,
+            "zero": (zero / largest, 128 * step / largest),
+            "scale": (luma / largest, chroma / largest),
+            "most": self.most / largest,
             "weights": (self.red, green, self.blue),
             "by_red": (of_red, of_red * self.red / green),
             "by_blue": (of_blue, of_blue * self.blue / green),
@@ -91,7 +94,7 @@ def _ycbcr_planes(
 
 
 def pixels_of(planes: Sequence[Plane], code: Code, dtype: type[np.uint8 | np.uint16] = np.uint8) -> Pixels:
-    """Y', Cb, Cr and perhaps alpha, all of one size, as pixels: each number the nearest to its color."""
+    """Convert Y', Cb, Cr and optional alpha planes of one size to pixels, each number rounded to nearest."""
     values = code.values()
     del values["weights"], values["most"]
     pixels: Any = _reader(planes[0].itemsize, np.dtype(dtype).itemsize)(
@@ -99,12 +102,12 @@ def pixels_of(planes: Sequence[Plane], code: Code, dtype: type[np.uint8 | np.uin
     )["pixels"]
     if len(planes) == 4:
         pixels[..., 3] = _rescaled(planes[3], code.most, np.iinfo(dtype).max)
-    made: Pixels = pixels
-    return made
+    result: Pixels = pixels
+    return result
 
 
 def to_planes(pixels: Pixels, planes: Sequence[Plane], code: Code) -> None:
-    """Pixels into Y', Cb, Cr and perhaps alpha, of their size."""
+    """Convert pixels into Y', Cb, Cr and optional alpha planes of their size."""
     _writer(pixels.itemsize, planes[0].itemsize)(
         pixels=pixels, into=dict(zip(_NAMES, planes, strict=False)), **code.values()
     )
@@ -112,9 +115,9 @@ def to_planes(pixels: Pixels, planes: Sequence[Plane], code: Code) -> None:
         planes[3][...] = _rescaled(pixels[..., 3], np.iinfo(pixels.dtype).max, code.most)
 
 
-def _rescaled(numbers: NDArray[Any], most: int, wanted: int) -> NDArray[Any]:
-    """Alpha from 0 to ``most`` as the nearest from 0 to ``wanted``."""
-    return numbers if most == wanted else (numbers.astype(np.uint32) * wanted + most // 2) // most
+def _rescaled(numbers: NDArray[Any], old_max: int, new_max: int) -> NDArray[Any]:
+    """Rescale alpha from 0 to ``old_max`` to 0 to ``new_max``, rounded to nearest."""
+    return numbers if old_max == new_max else (numbers.astype(np.uint32) * new_max + old_max // 2) // old_max
 
 
 _NAMES = ("luma", "blue", "red")
@@ -123,55 +126,61 @@ _VALUES: Any = {name: Value(name) for name in ("zero", "scale", "by_blue", "by_r
 
 @cache
 def _reader(from_bytes: int, to_bytes: int) -> Program:
-    """Compiled once a process, for all threads."""
+    """Compile the conversion from planes, once a process for all threads."""
     luma, blue, red = (Input(name, f"r{8 * from_bytes}") for name in _NAMES)
-    made = _colours(luma, blue, red, **_VALUES, into=target("pixels", f"rgba{8 * to_bytes}", like=luma))
-    return compile(made, "numpy", results="stored")
+    pixels = _colours(luma, blue, red, **_VALUES, into=target("pixels", f"rgba{8 * to_bytes}", like=luma))
+    return compile(pixels, "numpy", results="stored")
 
 
 @cache
 def _writer(from_bytes: int, to_bytes: int) -> Program:
+    """Compile the conversion to planes, once a process for all threads."""
     pixels = Input("pixels", f"rgba{8 * from_bytes}")
     into = [target(name, f"r{8 * to_bytes}", like=pixels) for name in _NAMES]
     more: Any = {name: Value(name) for name in ("weights", "most")}
     return compile(_ycbcr_planes(pixels, **more, **_VALUES, into=into), "numpy", results="stored")
 
 
-#: Numbers of libavutil's AVColorRange: 16 to 235, and 0 to 255.
+#: libavutil's AVColorRange: 16 to 235, and 0 to 255.
 LIMITED, FULL = 1, 2
 _RANGES = {LIMITED: "tv", FULL: "pc"}
-#: Y'CbCr in planes, of 8 bits or as many as the name ends with.
+#: Names of planar Y'CbCr formats, with their bits if not 8.
 _PLANAR = re.compile(r"yuv(a|j|)4(?:10|11|20|22|40|44)p(|(?:9|10|12|14|16)le)")
 
 
 class Matrix(NamedTuple):
-    """What libavfilter calls it, and what luma weighs red and blue."""
+    """A Y'CbCr matrix: libavfilter's name, and the weights of red and blue in luma."""
 
     name: str
     red: float
     blue: float
 
 
-#: By their numbers in ITU-T H.273, table 4.
+#: Matrices by their numbers in ITU-T H.273, table 4.
 _MATRICES = {
-    1: Matrix("bt709", 0.2126, 0.0722), 4: Matrix("fcc", 0.30, 0.11), 5: Matrix("bt470bg", 0.299, 0.114),
-    6: Matrix("smpte170m", 0.299, 0.114), 7: Matrix("smpte240m", 0.212, 0.087), 9: Matrix("bt2020nc", 0.2627, 0.0593),
-}  # fmt: skip
+    1: Matrix("bt709", 0.2126, 0.0722),
+    4: Matrix("fcc", 0.30, 0.11),
+    5: Matrix("bt470bg", 0.299, 0.114),
+    6: Matrix("smpte170m", 0.299, 0.114),
+    7: Matrix("smpte240m", 0.212, 0.087),
+    9: Matrix("bt2020nc", 0.2627, 0.0593),
+}
 
 
 def is_matrix(number: int) -> bool:
-    """Whether colours are converted by this matrix."""
+    """Return True if colors can be converted with this matrix."""
     return number in _MATRICES
 
 
 class Conversion(threading.local):
-    """Frames to (h, w, 4) pixels and back, of the same matrix and range.
+    """Convert frames to (h, w, 4) pixels and back, with the same matrix and range.
 
-    Colors are ours, since swscale makes them darker: of 8 bits by a step of 255, or it takes four times as long, and of
-    more bits by up to 17 of their steps.  It makes chroma as wide as luma, and does all of the rest.  Each thread
-    keeps what converts, with its tables: a new one costs a 1080p frame more than its pixels do.  Where libavfilter can
-    do it, it does, since its frames come from a pool: no memory that the system has to make ready, page by page, for
-    each frame, and rows with room behind them, without which swscale leaves out the last pixels of some.
+    The color conversion is ours. swscale's is darker, by one step of 8 bits unless it takes four times as long, and by
+    up to 17 steps of more bits. swscale resamples chroma to the size of luma, and converts all other formats.
+
+    Each thread keeps its converters: creating one, with its tables, costs more than converting a 1080p frame.
+    libavfilter converts where it can, since its frames come from a pool. That saves the page faults of new memory for
+    each frame. Its rows are padded; without padding, swscale leaves out the last pixels of some rows.
     """
 
     def __init__(self) -> None:
@@ -181,10 +190,10 @@ class Conversion(threading.local):
         self._quick = Interpolation.BILINEAR
         self._exact = Interpolation.BILINEAR | Interpolation.ACCURATE_RND | Interpolation.FULL_CHR_H_INT
         self._pools: dict[tuple[object, ...], Any] = {}
-        self._kept: VideoFrame | None = None  # what goes on to the encoder in another format
+        self._reused: VideoFrame | None = None  # the frame before it is converted to the encoder's format
 
     def pixels(self, frame: VideoFrame, deep: bool) -> Stored:
-        """(h, w, 4) uint8, or uint16 where it is ``deep``."""
+        """Convert a frame to (h, w, 4) pixels: uint8, or uint16 if ``deep``."""
         code, wide = _code(frame), _wide(frame.format.name)
         is_upright = all(plane.line_size >= plane.width for plane in frame.planes)
         if code is None or wide is None or not is_upright:
@@ -192,33 +201,34 @@ class Conversion(threading.local):
         return pixels_of(_planes(self.converted(frame, wide)), code, np.uint16 if deep else np.uint8)
 
     def frame(self, pixels: Stored, format: str, matrix: int, colour_range: int) -> VideoFrame:
-        """A frame in a pixel format by libavutil's name, of contiguous (h, w, 4) pixels."""
+        """Convert contiguous (h, w, 4) pixels to a frame in a pixel format of libavutil."""
         from av import VideoFrame
 
         wide = _wide(format)
         if wide is not None and matrix in _MATRICES:
-            made = self._empty(pixels.shape[1], pixels.shape[0], wide, handed_out=wide == format)
-            made.colorspace, made.color_range = matrix, colour_range
-            code = _code(made)
+            frame = self._empty(pixels.shape[1], pixels.shape[0], wide, handed_out=wide == format)
+            frame.colorspace, frame.color_range = matrix, colour_range
+            code = _code(frame)
             assert code is not None
-            to_planes(pixels, _planes(made), code)
+            to_planes(pixels, _planes(frame), code)
         else:
-            made = VideoFrame.from_numpy_buffer(pixels, "rgba64le" if pixels.dtype == np.uint16 else "rgba")
-            made.colorspace, made.color_range = matrix, colour_range
-        return self.converted(made, format)
+            frame = VideoFrame.from_numpy_buffer(pixels, "rgba64le" if pixels.dtype == np.uint16 else "rgba")
+            frame.colorspace, frame.color_range = matrix, colour_range
+        return self.converted(frame, format)
 
     def _empty(self, width: int, height: int, format: str, handed_out: bool) -> VideoFrame:
+        """Return an empty frame: a new one if it is ``handed_out`` to the encoder, else one that is reused."""
         from av import VideoFrame
 
         if handed_out:
             return VideoFrame(width, height, format)
-        kept = self._kept
-        if kept is None or (kept.width, kept.height, kept.format.name) != (width, height, format):
-            kept = self._kept = VideoFrame(width, height, format)
-        return kept
+        frame = self._reused
+        if frame is None or (frame.width, frame.height, frame.format.name) != (width, height, format):
+            frame = self._reused = VideoFrame(width, height, format)
+        return frame
 
     def converted(self, frame: VideoFrame, format: str) -> VideoFrame:
-        """A frame in another pixel format."""
+        """Convert a frame to another pixel format."""
         if frame.format.name == format:
             return frame
         matrix, colour_range = int(frame.colorspace), int(frame.color_range)
@@ -227,48 +237,48 @@ class Conversion(threading.local):
             return self._converter.reformat(frame, format=format, interpolation=how, threads=1)
         key = frame.width, frame.height, frame.format.name, format, matrix, colour_range
         if key not in self._pools:
-            self._pools = {key: _pool(*key)}  # one at a time: a video has one size
+            self._pools = {key: _pool(*key)}  # only the latest is kept, since a video has one size
         graph = self._pools[key]
         frame.pts, pts = 0, frame.pts
         graph.push(frame)
         frame.pts = pts
-        made: VideoFrame = graph.pull()
-        made.pts, made.colorspace, made.color_range = pts, matrix, colour_range
-        return made
+        converted: VideoFrame = graph.pull()
+        converted.pts, converted.colorspace, converted.color_range = pts, matrix, colour_range
+        return converted
 
 
 def _pool(width: int, height: int, source: str, target: str, matrix: int, colour_range: int) -> Any:
-    """A graph of libavfilter's that converts frames."""
+    """Build a libavfilter graph that converts the pixel format of frames."""
     from av.filter import Graph
 
     graph = Graph()
     graph.threads = 1
-    given = f"video_size={width}x{height}:pix_fmt={source}:time_base=1/1"
+    input_options = f"video_size={width}x{height}:pix_fmt={source}:time_base=1/1"
     if not source.startswith("rgb"):
-        given += f":colorspace={matrix}:range={colour_range}"
+        input_options += f":colorspace={matrix}:range={colour_range}"
     flags = "bilinear+accurate_rnd+full_chroma_int" if _needs_rounding(source, target) else "bilinear"
     options = f"interl=-1:flags={flags}:out_color_matrix={_MATRICES[matrix].name}:out_range={_RANGES[colour_range]}"
-    parts = [graph.add("buffer", given), graph.add("scale", options)]
-    parts += [graph.add("format", f"pix_fmts={target}"), graph.add("buffersink")]
-    for one, other in pairwise(parts):
-        one.link_to(other)
+    filters = [graph.add("buffer", input_options), graph.add("scale", options)]
+    filters += [graph.add("format", f"pix_fmts={target}"), graph.add("buffersink")]
+    for upstream, downstream in pairwise(filters):
+        upstream.link_to(downstream)
     graph.configure()
     return graph
 
 
 def _needs_rounding(source: str, target: str) -> bool:
-    """Whether swscale is to be told to round.
+    """Return True if swscale needs the flags for accurate rounding.
 
-    Where it makes colours of 8 bits its quick ways make them darker by a step of 255.  Chroma alone it rounds, and with
-    16 bits on the way it does so by itself, and is wrong about the colours of yuv420p10 where it is told.
+    Its fast paths make 8-bit colors darker by a step. It always rounds chroma alone. With 16-bit RGB it rounds without
+    the flags, and with them its colors of yuv420p10 are wrong.
     """
     return "rgba64le" not in (source, target) and (_wide(source) is None or _wide(target) is None)
 
 
 def _wide(format: str) -> str | None:
-    """The format with chroma as wide as luma, where ours are the colors."""
-    found = _PLANAR.fullmatch(format)
-    return found and f"yuv{found[1]}444p{found[2]}"
+    """Return the 4:4:4 format of a planar Y'CbCr format; None for formats whose colors swscale converts."""
+    match = _PLANAR.fullmatch(format)
+    return match and f"yuv{match[1]}444p{match[2]}"
 
 
 def _code(frame: VideoFrame) -> Code | None:
@@ -279,7 +289,7 @@ def _code(frame: VideoFrame) -> Code | None:
 
 
 def _planes(frame: VideoFrame) -> list[Plane]:
-    """A frame's own memory, of planes that are all of its size; the arrays keep it alive."""
+    """Return a frame's planes, all of its size, as arrays of its memory; the arrays keep it alive."""
     planes: tuple[Any, ...] = frame.planes
     dtype = np.uint8 if frame.format.components[0].bits == 8 else np.uint16
     return [np.frombuffer(plane, dtype).reshape(frame.height, -1)[:, : frame.width] for plane in planes]

@@ -1,4 +1,4 @@
-"""Write frames to a video file: its color tags, and the sound and subtitles of the source."""
+"""A sink that writes a video file with color tags, and with the sound and subtitles of the source."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 
 def check_sound(path: Path, container: Any, into: Path) -> None:
-    """Refuse sound that a container cannot hold: libav would find out when frames are made already."""
-    with opened(path) as given:
-        for stream in given.streams:
+    """Raise InputError for sound that a container cannot hold; libav would raise only after frames are encoded."""
+    with opened(path) as source:
+        for stream in source.streams:
             if stream.type in ("audio", "subtitle") and stream.codec_context is not None:
                 codec = stream.codec_context.codec
                 if not {codec.name, codec.canonical_name} & container.supported_codecs:
@@ -36,14 +36,14 @@ def check_sound(path: Path, container: Any, into: Path) -> None:
 
 
 class Sound:
-    """Packets of a file's sound, given out until a time; the file is read a second time for them.
+    """Packets of a file's sound and subtitles, returned up to a given time.
 
-    So sound and pictures need not wait for each other, however they lie in the file.
+    The file is opened a second time, so that sound and pictures can be interleaved in any way.
 
     Parameters
     ----------
     path : the file with the sound
-    container : the one that it goes to, to which streams are added
+    container : the container to write; streams are added to it
     """
 
     def __init__(self, path: Path, container: Any) -> None:
@@ -58,7 +58,7 @@ class Sound:
         self._next: Any = None
 
     def until(self, seconds: Fraction | None) -> Iterator[Any]:
-        """Packets until a time in order, or all that are left; a file that breaks off ends them."""
+        """Yield packets up to a time in order, or all that remain; an error in the file ends them."""
         while True:
             if self._next is None:
                 try:
@@ -81,32 +81,32 @@ class Sound:
         self._container.close()
 
 
-#: Encoders whose streams say matrix and range; in containers that say both, those of others are told too.
+#: Encoders whose streams store matrix and range; containers that store both do so for every encoder.
 _SAYING = ("libx26", "libvpx-vp9", "libsvtav1", "libaom", "librav1e", "h264_", "hevc_", "vp9_", "av1_")
 _SAYING_CONTAINERS = (".mkv", ".webm")
-#: Encoders whose streams say the matrix, and are of limited range whatever containers say (ISO/IEC 13818-2, 6.3.6;
-#: SMPTE RDD 36, 5.1.1).
+#: Encoders whose streams store the matrix, and always have limited range (ISO/IEC 13818-2, 6.3.6; SMPTE RDD 36,
+#: 5.1.1).
 _OF_LIMITED_RANGE = ("mpeg2video", "prores")
-#: Those whose decoders know one matrix and range: BT.601 by another of its numbers (JFIF 1.02; RFC 6386, 9.2).
+#: Encoders with one fixed matrix and range: BT.601 by another of its numbers (JFIF 1.02; RFC 6386, 9.2).
 _FIXED = {"mjpeg": (5, FULL), "libvpx": (5, LIMITED)}
 
 
 class Coding(NamedTuple):
-    """Matrix and range of a video's pixels, by their numbers in libavutil, and the matrix that the file says."""
+    """Matrix and range of a video's pixels, as in libavutil, and the matrix to store in the file."""
 
     matrix: int
     colour_range: int
-    said: int
+    stored_matrix: int
 
 
 def coding_of(encoder: str, suffix: str, form: Any, source: Video | None, height: int) -> Coding:
-    """What readers will take colours for that an encoder writes into a file with this suffix.
+    """Return the matrix and range that readers assume for an encoder's file with this suffix.
 
     Parameters
     ----------
-    encoder : by libavcodec's name
-    form : the pixel format that it is given, PyAV's
-    source : a video whose coding is kept where it can be said
+    encoder : libavcodec's name
+    form : PyAV's pixel format of the frames to encode
+    source : a video whose matrix and range are kept if the file can store them
     height : lines of a picture
     """
     if form.is_rgb:
@@ -115,49 +115,50 @@ def coding_of(encoder: str, suffix: str, form: Any, source: Video | None, height
     if source is not None and source.has_chroma:
         matrix, colour_range = source.matrix, stated(source.matrix, source.colour_range, source.format, height)[1]
     if sum(not part.is_alpha for part in form.components) == 1:
-        colour_range = FULL  # of grey alone libswscale makes and reads nothing else
+        colour_range = FULL  # the only range of gray formats in libswscale
     if encoder in _FIXED:
         matrix, colour_range = _FIXED[encoder]
     elif encoder.startswith(_OF_LIMITED_RANGE):
         colour_range = LIMITED
     elif not encoder.startswith(_SAYING) and suffix not in _SAYING_CONTAINERS:
         matrix, colour_range = UNSPECIFIED, colour_range if form.name.startswith(("gray", "ya", "yuvj")) else LIMITED
-    said = matrix if is_matrix(matrix) else UNSPECIFIED
-    return Coding(*stated(said, colour_range, form.name, height), said)
+    stored_matrix = matrix if is_matrix(matrix) else UNSPECIFIED
+    return Coding(*stated(stored_matrix, colour_range, form.name, height), stored_matrix)
 
 
-#: libavcodec's flag that frames say how long they last.
+#: libavcodec's flag that frames have durations.
 _FRAME_DURATION = 1 << 8
 #: Encoders whose time base has 16 bits (ISO/IEC 14496-2, vop_time_increment_resolution) or is the frame rate.
 _COARSE = ("mpeg4", "mpeg2video", "mpeg1video", "msmpeg4", "wmv2")
-#: Frames of so few are stored in the order of their times by every encoder.
+#: Most frames that every encoder stores in presentation order.
 _IN_ORDER = 2
-#: What is asked of an encoder where nothing is said: nearly no visible loss, and of x265 no talk on stderr.
-_USUAL = {
-    "libx264": {"crf": "18"}, "libx265": {"crf": "20", "x265-params": "log-level=error"},
+#: Default options of encoders: nearly no visible loss, and no messages of x265 on stderr.
+_DEFAULT_OPTIONS = {
+    "libx264": {"crf": "18"},
+    "libx265": {"crf": "20", "x265-params": "log-level=error"},
     "libvpx-vp9": {"crf": "24", "b": "0"},
-}  # fmt: skip
-#: Where a container's own choice is older than what everybody plays.
+}
+#: Default encoders of containers whose own default is outdated.
 _CODECS = {".avi": "libx264", ".mkv": "libx264", ".mp4": "libx264", ".mov": "libx264", ".m4v": "libx264"}
-#: What a file says of itself, which is not true of another.
+#: Metadata that describes the source file itself, and is not copied.
 _OWN_METADATA = ("encoder", "major_brand", "minor_version", "compatible_brands", "duration")
-#: What mends most refusals.
+#: The advice in most errors.
 _OTHERS = "use another --codec"
 
 
 class ToVideo(Film):
-    """Frames to one video file, which has its name when it is whole.
+    """A sink that writes a video file, which appears under its name when it is complete.
 
     Parameters
     ----------
     path : the suffix chooses the container: .mp4 .mov .mkv .webm .avi ...
-    rate : frames a second of pictures; a video's frames keep their times
-    codec : an encoder by libavcodec's name; left out, that of the source, or what the container usually has
-    options : of the encoder, such as ``{"crf": "23"}``
-    sound : copy the sound and subtitles of a source that is a video, as they are
+    rate : frames a second of sources without times; a video's frames keep theirs
+    codec : libavcodec's name of an encoder; by default the source's codec, or the usual one of the container
+    options : options of the encoder, such as ``{"crf": "23"}``
+    sound : copy the sound and subtitles of a source video, without encoding them again
 
-    A source's matrix, range, primaries and transfer are kept, and its pixel format where the encoder has it, else
-    one that holds transparency where it has any and the encoder can.
+    The source's matrix, range, primaries and transfer are kept. Its pixel format is kept if the encoder has it; if not,
+    and the source has alpha, a format with alpha is chosen if the encoder has one.
     """
 
     kind = "a video"
@@ -175,19 +176,19 @@ class ToVideo(Film):
         self.codec, self.options, self.sound = codec, dict(options or {}), sound
 
     def begin(self, source: Source) -> None:
-        self._av, self._converted = import_av(self.path), Conversion()
+        self._av, self._conversion = import_av(self.path), Conversion()
         self._video = source if isinstance(source, Video) else None
         self._base: Fraction | None = getattr(source, "time_base", None)
         self._sound: Sound | None = None
         self._stream: Any = None
         self._format = ""
-        self._last: int | None = None  # pts of the last one
+        self._last: int | None = None  # pts of the last frame
         self._count = 0
         super().begin(source)
-        assert self._made is not None
+        assert self._new_file is not None
         try:
-            self._container = self._av.open(os.fspath(self._made.temporary), "w")
-            self._encoder = self._chosen()
+            self._container = self._av.open(os.fspath(self._new_file.temporary), "w")
+            self._encoder = self._choose_encoder()
             if self._video is not None and self.sound:
                 check_sound(self._video.path, self._container, self.path)
         except (self._av.error.FFmpegError, OSError, ValueError) as error:
@@ -197,17 +198,17 @@ class ToVideo(Film):
             self.abandon()
             raise
 
-    def _chosen(self) -> Any:
-        """The encoder: the one asked for, the source's where the container takes it, or the container's own."""
-        wanted = [self.codec] if self.codec else [self._video.codec] if self._video else []
-        usual = _CODECS.get(self.path.suffix.lower(), self._container.default_video_codec)
-        for name in wanted if self.codec else [*wanted, usual]:
+    def _choose_encoder(self) -> Any:
+        """Return the requested encoder; else the source's if the container supports it, else the container's."""
+        preferred = [self.codec] if self.codec else [self._video.codec] if self._video else []
+        default = _CODECS.get(self.path.suffix.lower(), self._container.default_video_codec)
+        for name in preferred if self.codec else [*preferred, default]:
             with suppress(self._av.codec.codec.UnknownCodecError):
-                found = self._av.codec.Codec(name, "w")
-                if found.type == "video" and (found.name == usual or name in self._container.supported_codecs):
-                    return found
+                encoder = self._av.codec.Codec(name, "w")
+                if encoder.type == "video" and (encoder.name == default or name in self._container.supported_codecs):
+                    return encoder
         raise InputError(
-            f"{self.path}: no encoder {self.codec or usual!r} for such a file; others are libx264, libx265, "
+            f"{self.path}: no encoder {self.codec or default!r} for such a file; others are libx264, libx265, "
             "libvpx-vp9, libsvtav1, prores_ks, ffv1"
         )
 
@@ -227,7 +228,7 @@ class ToVideo(Film):
     def prepare(self, frame: Frame, picture: Stored) -> Any:
         pixels = np.ascontiguousarray(with_channels(picture, 4))
         try:
-            return self._converted.frame(pixels, self._format, self._coding.matrix, self._coding.colour_range)
+            return self._conversion.frame(pixels, self._format, self._coding.matrix, self._coding.colour_range)
         except self._av.error.FFmpegError as error:
             raise OutputError(f"{self.path}: no pixels can be made in the format {self._format}; {_OTHERS}") from error
 
@@ -236,18 +237,18 @@ class ToVideo(Film):
         return coding_of(self._encoder.name, self.path.suffix.lower(), form, self._video, height)
 
     def _pixel_format(self, width: int, height: int) -> str:
-        """The source's where the encoder has it, else the nearest; quarter colour needs even sides."""
+        """Return the source's pixel format if the encoder has it, else the nearest; 4:2:0 needs even sides."""
         known = [f.name for f in self._encoder.video_formats or ()]
         video = self._video
         deep = video is not None and video.deep
-        wanted = [] if video is None else [video.format.replace("yuvj", "yuv") if "mjpeg" not in known else ""]
+        preferred = [] if video is None else [video.format.replace("yuvj", "yuv") if "mjpeg" not in known else ""]
         if video is not None and video.has_alpha:
-            wanted += [] if deep else ["rgba", "argb", "yuva420p", "yuva444p"]
-            wanted += ["yuva444p10le"]
-        wanted += ["yuv420p10le", "yuv422p10le", "yuv444p10le"] if deep else []
-        wanted += ["yuv420p", "yuvj420p", "yuv422p", "yuv444p", "yuvj444p"]
+            preferred += [] if deep else ["rgba", "argb", "yuva420p", "yuva444p"]
+            preferred += ["yuva444p10le"]
+        preferred += ["yuv420p10le", "yuv422p10le", "yuv444p10le"] if deep else []
+        preferred += ["yuv420p", "yuvj420p", "yuv422p", "yuv444p", "yuvj444p"]
         name: str
-        for name in [*wanted, *known]:
+        for name in [*preferred, *known]:
             form = self._av.VideoFormat(name, width, height) if name in known else None
             if form is not None and self._fits(form):
                 return name
@@ -255,9 +256,9 @@ class ToVideo(Film):
 
     @staticmethod
     def _fits(form: Any) -> bool:
-        """Whether pixels can be brought into it, and each chroma sample stands for whole ones."""
+        """Return True if pixels can be converted to a format, and its chroma subsampling divides the picture's size."""
         if form.has_palette:
-            return False  # nothing makes a choice of colours
+            return False  # pixels are not quantized to a palette
         width, height = form.width, form.height
         across, down = form.chroma_width(64), form.chroma_height(64)
         return bool(width % (64 // across) == 0 and height % (64 // down) == 0)
@@ -279,21 +280,21 @@ class ToVideo(Film):
         self._container.mux(self._stream.encode(prepared))
 
     def _pts(self, frame: Frame) -> int:
-        made = round(self._start_of(frame) / self._time_base)
+        pts = round(self._start_of(frame) / self._time_base)
         if self._last is not None:
-            made = max(made, self._last + 1)
-        self._last = made
-        return made
+            pts = max(pts, self._last + 1)
+        self._last = pts
+        return pts
 
     def _start(self) -> None:
-        """Streams, when the size is known."""
+        """Add the streams, once the size is known."""
         assert self._size is not None
         video, rate = self._video, Fraction(self._rate).limit_denominator(1 << 16)
-        options = {**_USUAL.get(self._encoder.name, {}), **self.options}
+        options = {**_DEFAULT_OPTIONS.get(self._encoder.name, {}), **self.options}
         stream = self._stream = self._container.add_stream(self._encoder.name, rate=rate, options=options)
         (stream.width, stream.height), stream.pix_fmt = self._size, self._format
-        # AVI counts frames and nothing else: of a finer base it would be mostly frames that are not there, and of
-        # frames that are stored in another order it tells the times of others.
+        # AVI stores no times, only frames in order: a finer time base would need empty frames between them, and
+        # reordered frames would get wrong times.
         is_avi = self.path.suffix.lower() == ".avi"
         coarse = self._encoder.name.startswith(_COARSE) or is_avi
         self._time_base = 1 / rate if self._base is None or coarse else self._base
@@ -302,9 +303,9 @@ class ToVideo(Film):
         if is_avi:
             context.max_b_frames = 0
         if video is None and self._base is not None:
-            # Frames of other lengths each: the last one's is kept where frames are stored in the order of their times.
+            # Frames have individual durations; the last one's is kept only if frames are stored in presentation order.
             context.flags, context.max_b_frames = context.flags | _FRAME_DURATION, 0
-        context.colorspace, context.color_range = self._coding.said, self._coding.colour_range
+        context.colorspace, context.color_range = self._coding.stored_matrix, self._coding.colour_range
         if video is not None:
             context.color_primaries, context.color_trc = video.primaries, video.transfer
             if video.aspect:
@@ -316,7 +317,7 @@ class ToVideo(Film):
                 self._sound = Sound(video.path, self._container)
         self._container.start_encoding()
         for key in self.options:
-            if key in context.options:  # libav takes away those that it knows
+            if key in context.options:  # libav removes the options that it knows
                 raise OutputError(f"{self.path}: the encoder {self._encoder.name} has no option {key!r}")
 
     def finish(self) -> None:
@@ -329,25 +330,25 @@ class ToVideo(Film):
             self._sound.close()
         packets = self._stream.encode()
         if self._count <= _IN_ORDER:
-            # x265 tells when they are decoded by memory that it has not written yet.
+            # x265 computes their decoding times from uninitialized memory.
             for packet in packets:
                 packet.dts = packet.pts
         self._container.mux(packets)
         self._container.close()
-        self._renamed()
+        self._complete_file()
 
     def abandon(self) -> None:
-        made, self._made = self._made, None
-        if made is None:
+        new_file, self._new_file = self._new_file, None
+        if new_file is None:
             return
-        with suppress(Exception):  # what cannot be closed well is removed all the same
+        with suppress(Exception):  # the file is removed even if closing it fails
             self._container.close()
         if self._sound is not None:
             self._sound.close()
-        made.discard()
+        new_file.discard()
 
     def _guarded(self, work: Callable[[], None]) -> None:
-        """Errors of libav with the file's name: nothing can be added behind them."""
+        """Call a function and convert libav's errors to `OutputError` with the file's name; the file cannot go on."""
         try:
             work()
         except self._av.error.FFmpegError as error:

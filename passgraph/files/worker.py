@@ -1,4 +1,4 @@
-"""What runs in a worker of dask.distributed: one frame, on a program that the worker compiled once."""
+"""Tasks of dask.distributed workers: compute a frame with a program that the worker compiles once."""
 
 from __future__ import annotations
 
@@ -25,38 +25,38 @@ from passgraph.run.compile import compile
 from passgraph.run.program import Program
 from passgraph.serialize import from_data
 
-#: What workers know their programs by.
+#: Name of the worker plugin that holds the programs.
 PLUGIN = "passgraph-programs"
-#: Programs that a worker keeps, with their pictures; the one used longest ago is closed for another.
+#: Programs that a worker keeps, with their pictures; the least recently used one is closed.
 MOST_PROGRAMS = 4
 
 
-class Closed(Protocol):
-    """What is compiled and kept."""
+class Closable(Protocol):
+    """A compiled object that a worker keeps."""
 
     def close(self) -> None: ...
 
 
-_Kept = TypeVar("_Kept", bound=Closed)
+_Kept = TypeVar("_Kept", bound=Closable)
 
 
 class Programs(WorkerPlugin):
     """The programs of one worker, by digest; the worker closes them when it ends."""
 
     def __init__(self, most: int = MOST_PROGRAMS) -> None:
-        self.kept: OrderedDict[str, Closed] = OrderedDict()
+        self.kept: OrderedDict[str, Closable] = OrderedDict()
         self.most = most
         self.turn = Lock()
         self.compiled = 0
 
     @staticmethod
     def here(name: str = PLUGIN, most: int = MOST_PROGRAMS) -> Programs:
-        """Those of the worker that this task runs in; outside of workers, those of the process."""
+        """Return the programs of the current task's worker; outside of workers, those of the process."""
         try:
             plugins: Any = get_worker().plugins
         except ValueError:
             plugins = _PROCESS
-        # One step of the interpreter, so that two threads find the same.
+        # Atomic, so that all threads get the same object.
         return cast("Programs", plugins.setdefault(name, Programs(most)))
 
     def teardown(self, worker: Any) -> None:
@@ -66,7 +66,7 @@ class Programs(WorkerPlugin):
 
     @contextmanager
     def using(self, digest: str, compiled: Callable[[], _Kept]) -> Iterator[_Kept]:
-        """What is kept under a digest, or compiled now, for one thread of the worker at a time."""
+        """Yield the object with a digest, compiled if it is not kept; locks it to one thread at a time."""
         with self.turn:
             if digest not in self.kept:
                 while len(self.kept) >= self.most:
@@ -77,26 +77,26 @@ class Programs(WorkerPlugin):
             yield cast("_Kept", self.kept[digest])
 
 
-#: Those of tasks that run outside of workers, on threads of the caller's process or in processes of a pool.
+#: Programs of tasks outside of workers: in threads of the caller's process, or in processes of a pool.
 _PROCESS: dict[str, Programs] = {}
 
 
 def compiled(text: str) -> Program:
-    """The program of a graph that was told as JSON, with what `passgraph.compile` takes beside it."""
-    told = json.loads(text)
-    settings = dict(told["compile"])
+    """Compile a program from the JSON text of a graph and its compile settings."""
+    data = json.loads(text)
+    settings = dict(data["compile"])
     size, options = settings.pop("size"), Options(**settings.pop("options"))
-    return compile(from_data(told["graph"]), size=None if size is None else tuple(size), options=options, **settings)
+    return compile(from_data(data["graph"]), size=None if size is None else tuple(size), options=options, **settings)
 
 
-def same(given: Any) -> Any:
-    """What it is given, as the result of a task."""
-    return given
+def identity(value: Any) -> Any:
+    """Return the argument, so that the cluster keeps it as a task's result."""
+    return value
 
 
 @dataclass(frozen=True)
 class Named:
-    """A file as the caller sees it: its size, and when it last changed."""
+    """A file as the caller sees it: its size and modification time."""
 
     path: str
     size: int
@@ -104,7 +104,7 @@ class Named:
 
     @staticmethod
     def of(path: str | os.PathLike[str]) -> Named | None:
-        """A file by its name; of a Zarr array, that of its description.  None where nothing is there."""
+        """Describe a file, or the metadata file of a Zarr array; None if it does not exist."""
         full = os.path.abspath(path)
         file, _ = split_layer(Path(full))
         for description in (file / "zarr.json", file / ".zarray") if file.is_dir() else (file,):
@@ -117,14 +117,16 @@ class Named:
 
     @property
     def is_here(self) -> bool:
-        """Whether it looks here as it does to the caller."""
+        """True if this worker sees the same file as the caller (same size and modification time)."""
         return Named.of(self.path) == self
 
 
 @dataclass(frozen=True)
-class Room:
-    """Where a worker writes a result: a file, the number of its folder's inode, the type that is stored, and what goes
-    along of the picture file that it is made of, as :meth:`ToPictures.prepare` writes it.
+class OutputFile:
+    """A picture file that a worker writes as :meth:`ToPictures.prepare` does.
+
+    ``folder`` is the inode number of its folder, ``frame`` the frame's name for errors, and ``notes`` the metadata
+    that it keeps of the source file.
     """
 
     path: str
@@ -136,42 +138,48 @@ class Room:
 
 @dataclass(frozen=True)
 class Written:
-    """A result that its worker has written."""
+    """The shape of a result that a worker has written to its file."""
 
     shape: tuple[int, ...]
 
 
 def compute(
-    graph: tuple[str, str], pictures: dict[str, Any], values: dict[str, Any], linear: bool, output: str | None,
-    room: Room | None,
-) -> tuple[dict[str, tuple[int, int]], Stored | Written] | None:  # fmt: skip
-    """One frame: the sizes of its pictures, and the result; None where a file that is named looks different here.
+    graph: tuple[str, str],
+    pictures: dict[str, Any],
+    values: dict[str, Any],
+    linear: bool,
+    output: str | None,
+    output_file: OutputFile | None,
+) -> tuple[dict[str, tuple[int, int]], Stored | Written] | None:
+    """Compute a frame; return the sizes of its pictures and the result.
 
-    Where the folder for the result is not the one that the caller sees, the caller gets the result to write it.
+    Returns None if this worker does not see the same input files as the caller. If it does not see the same output
+    folder, it returns the pixels for the caller to write.
     """
-    read: dict[str, Stored] = {}
+    loaded: dict[str, Stored] = {}
     for name, picture in pictures.items():
         if isinstance(picture, Named):
             if not picture.is_here:
                 return None
-            read[name] = load_stored(Path(picture.path))
+            loaded[name] = load_stored(Path(picture.path))
         else:
-            read[name] = picture
+            loaded[name] = picture
     digest, text = graph
     with Programs.here().using(digest, lambda: compiled(text)) as program:
         inputs = program.inputs
-        brought: dict[str, Any] = {n: as_program_input(picture, inputs[n], linear) for n, picture in read.items()}
-        results = program(**values, **brought)
-    sizes = {name: (picture.shape[1], picture.shape[0]) for name, picture in brought.items()}
+        converted: dict[str, Any] = {n: as_program_input(picture, inputs[n], linear) for n, picture in loaded.items()}
+        results = program(**values, **converted)
+    sizes = {name: (picture.shape[1], picture.shape[0]) for name, picture in converted.items()}
     result = results[next(iter(results)) if output is None else output]
-    if room is None or inode(os.path.dirname(room.path)) != room.folder:
+    if output_file is None or inode(os.path.dirname(output_file.path)) != output_file.folder:
         return sizes, result
-    save(room.path, stored(result, np.dtype(room.dtype), room.frame), like=room.notes)
+    dtype = np.dtype(output_file.dtype)
+    save(output_file.path, stored(result, dtype, output_file.frame), like=output_file.notes)
     return sizes, Written(result.shape)
 
 
 def inode(folder: str) -> int | None:
-    """What tells a folder that machines share from another one of its name; None where there is none."""
+    """Return a folder's inode number, which differs for folders of the same path that machines do not share."""
     try:
         return os.stat(folder).st_ino
     except OSError:

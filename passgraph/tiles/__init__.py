@@ -1,1 +1,1 @@
-"""Pictures larger than memory and arrays of chunks, tile by tile: files, Zarr, dask, and workers elsewhere."""
+"""Compute pictures larger than memory tile by tile: files, Zarr, dask arrays, and workers of a cluster."""

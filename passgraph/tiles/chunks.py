@@ -1,7 +1,7 @@
-"""A program over the chunks of a dask array: each is read with what lies around it, and nothing else is moved.
+"""Run a program over the chunks of a dask array; each chunk is read with its halo.
 
-What a chunk of the result needs of its neighbours are strips as wide as the program reads.  Only these are cut out and
-go to the worker that computes it; pictures with borders of their own, as `dask.array.overlap` makes, there are none.
+The halo consists of strips of the neighboring chunks. Only these strips are sent to the worker that computes the
+chunk. Unlike `dask.array.overlap`, no array of overlapping chunks is built.
 """
 
 from __future__ import annotations
@@ -18,45 +18,45 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.files.remote import check_unchanged, digest_and_text, travelling_values
+from passgraph.files.remote import check_unchanged, digest_and_text, serializable_values
 from passgraph.plan.window import footprint
 from passgraph.run.caller_arrays import GREY_CHANNELS
 from passgraph.run.program import Program
 from passgraph.tiles.grid import Part, Tile, checked_dtype, checked_shape
 from passgraph.tiles.tile_run import bound, result_size, whole_plan
 
-#: (first, one behind the last) of a chunk along an axis, and of the window that it is computed from.
+#: (start, stop) of a chunk along an axis, and of the window that it is computed from.
 Spans = tuple[tuple[int, int], tuple[int, int]]
 
 
 def map_blocks(program: Program, array: Any = None, /, **inputs: Any) -> Any:
-    """Run a program over a dask array: return a dask array of the same chunks, bit for bit that of the whole picture.
+    """Run a program over a dask array lazily; return a dask array of the same chunks.
 
-    Nothing is computed here.  Each chunk is one task, which reads its own chunks and strips of their neighbors as wide
-    as the passes reach.  The graph is serialized; a worker of dask.distributed compiles it once for each shape of
-    chunks and keeps it.
+    The result equals that of the whole picture bit for bit. Each chunk is a task, which reads its own chunk and, as its
+    halo, strips of the neighboring chunks. The graph is serialized; a worker of dask.distributed compiles it once for
+    each chunk shape and keeps it.
 
     Parameters
     ----------
     program
-        What :func:`passgraph.compile` returned, with one result.
+        The result of :func:`passgraph.compile`, with one output.
     array
-        The picture, ``(h, w)`` or ``(h, w, 1 to 4)``, where one input has none yet; its chunks may be any.
-    given
-        Inputs (dask arrays of any chunks, or plain ones) and values (numbers and arrays) by name.
+        The picture of the one input without a default, ``(h, w)`` or ``(h, w, 1 to 4)``, in chunks of any shape.
+    inputs
+        Inputs (dask arrays of any chunks, or other arrays) and run values (numbers and arrays) by name.
 
     Returns
     -------
     dask.array.Array
-        (height, width, channels) in float32, or in the target's own type where compiled with ``results="stored"``;
-        chunked as the first input of which a chunk needs a part.
+        (height, width, channels) in float32, or in the target's dtype if compiled with ``results="stored"``; chunked
+        as the first input that is not read whole.
 
     Raises
     ------
     GraphError
-        For what cannot be computed in parts (see docs/large-pictures.md), or serialized (docs/serialization.md).
+        If the graph cannot be computed in parts (see docs/large-pictures.md) or serialized (docs/serialization.md).
     InputError
-        For a picture or value that does not fit, chunks of unknown sizes, and several results.
+        For a picture or value that does not fit, chunks of unknown sizes, and several outputs.
 
     Examples
     --------
@@ -72,7 +72,7 @@ def map_blocks(program: Program, array: Any = None, /, **inputs: Any) -> Any:
     arguments.instance(program, Program, "map_blocks: program", "what passgraph.compile() returns")
     program._check_open()
     dask_array = _dask()
-    pictures, values = _sorted(program, array, inputs)
+    pictures, values = _pictures_and_values(program, array, inputs)
     arrays = {
         name: _Chunked.of(picture, f"input {name!r}", dask_array, program.inputs[name].format is None)
         for name, picture in pictures.items()
@@ -80,7 +80,7 @@ def map_blocks(program: Program, array: Any = None, /, **inputs: Any) -> Any:
     with ExitStack() as stack:
         check_unchanged(program._overrides)
         bound_program = bound(program, None, None, program._non_finite, stack)
-        shapes = {name: (one.shape, one.dtype) for name, one in arrays.items()}
+        shapes = {name: (chunked.shape, chunked.dtype) for name, chunked in arrays.items()}
         plan = whole_plan(bound_program, shapes)
     needs = footprint(plan)
     if len(plan.outputs) != 1:
@@ -106,22 +106,24 @@ def map_blocks(program: Program, array: Any = None, /, **inputs: Any) -> Any:
     name, layer = shared.layer(rows, columns)
     from dask.highlevelgraph import HighLevelGraph
 
-    graph = HighLevelGraph.from_collections(name, layer, dependencies=[one.array for one in arrays.values()])
+    graph = HighLevelGraph.from_collections(name, layer, dependencies=[chunked.array for chunked in arrays.values()])
     chunks = tuple(end - start for (start, end), _ in rows), tuple(end - start for (start, end), _ in columns)
     return dask_array.Array(graph, name, (*chunks, (target.channels,)), dtype=dtype)
 
 
 def _dask() -> Any:
     try:
-        import dask.array as made
-        import distributed  # noqa: F401 (what runs in workers is written for it)
+        import dask.array
+        import distributed  # noqa: F401 (the tasks need it)
     except ImportError:
         raise InputError("map_blocks needs dask: pip install 'passgraph[dask]'") from None
-    return made
+    return dask.array
 
 
-def _sorted(program: Program, array: Any, inputs: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Pictures by input, and values that may travel."""
+def _pictures_and_values(
+    program: Program, array: Any, inputs: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Split the arguments into pictures by input, and run values that can be serialized."""
     pictures = {name: spec.default for name, spec in program.inputs.items() if spec.default is not None}
     pictures |= {name: value for name, value in inputs.items() if name in program.inputs}
     missing = [name for name in program.inputs if name not in pictures]
@@ -133,24 +135,24 @@ def _sorted(program: Program, array: Any, inputs: Mapping[str, Any]) -> tuple[di
     if missing:
         raise InputError(f"input {missing[0]!r} is missing; call map_blocks(program, {missing[0]}=array)")
     values = {name: value for name, value in inputs.items() if name not in program.inputs}
-    return pictures, travelling_values(values, "map_blocks")
+    return pictures, serializable_values(values, "map_blocks")
 
 
 def _spans(lengths: Sequence[int], length: int, before: int, behind: int, *, include_all: bool) -> Iterator[Spans]:
-    """Each chunk along an axis and its window, which lies inside of the picture.
+    """Yield each chunk along an axis and its window, which lies inside the picture.
 
-    Windows have few lengths, since each is compiled: a chunk counts as long as the longest one, its
-    half, its quarter …
+    A program is compiled for each window length. To have few of them, a chunk's length is rounded up to that of the
+    longest chunk, its half, its quarter, and so on.
 
     >>> list(_spans((4, 4, 1), 9, 1, 1, include_all=False))
     [((0, 4), (0, 6)), ((4, 8), (3, 9)), ((8, 9), (6, 9))]
     """
     start = 0
     for count in lengths:
-        counted = max(lengths)
-        while (counted + 1) // 2 >= count and counted > 1:
-            counted = (counted + 1) // 2
-        window = length if include_all else min(length, counted + before + behind)
+        rounded = max(lengths)
+        while (rounded + 1) // 2 >= count and rounded > 1:
+            rounded = (rounded + 1) // 2
+        window = length if include_all else min(length, rounded + before + behind)
         begin = min(max(0, start - before), length - window)
         yield (start, start + count), (begin, begin + window)
         start += count
@@ -158,25 +160,25 @@ def _spans(lengths: Sequence[int], length: int, before: int, behind: int, *, inc
 
 @dataclass(frozen=True, eq=False)
 class _Chunked:
-    """A dask array as a picture: one chunk along its channels."""
+    """A dask array as a picture, with a single chunk along the channels."""
 
     array: Any
     shape: tuple[int, int, int]
     dtype: np.dtype[Any]
 
     @staticmethod
-    def of(given: Any, what: str, dask_array: Any, grey: bool) -> _Chunked:
-        """``grey``: what has no channels is, as for a program that is called with it."""
-        if not isinstance(given, dask_array.Array):
-            given = dask_array.from_array(arguments.numbers(given, what))
-        if any(math.isnan(side) for side in given.shape):
+    def of(array: Any, what: str, dask_array: Any, grey: bool) -> _Chunked:
+        """Wrap an array; with ``grey``, an array without channels becomes gray RGB, as in a call of the program."""
+        if not isinstance(array, dask_array.Array):
+            array = dask_array.from_array(arguments.numbers(array, what))
+        if any(math.isnan(side) for side in array.shape):
             raise InputError(f"{what} has chunks of unknown sizes; call its compute_chunk_sizes() first")
-        shape, dtype = checked_shape(given.shape, what), checked_dtype(given.dtype, what)
-        if grey and given.ndim == 2:
+        shape, dtype = checked_shape(array.shape, what), checked_dtype(array.dtype, what)
+        if grey and array.ndim == 2:
             shape = (*shape[:2], GREY_CHANNELS)
-        if 0 in {count for axis in given.chunks for count in axis}:
-            given = given.rechunk(tuple(tuple(count for count in axis if count) for axis in given.chunks))
-        return _Chunked(given.rechunk({2: -1}) if given.ndim == 3 else given, shape, dtype)
+        if 0 in {count for axis in array.chunks for count in axis}:
+            array = array.rechunk(tuple(tuple(count for count in axis if count) for axis in array.chunks))
+        return _Chunked(array.rechunk({2: -1}) if array.ndim == 3 else array, shape, dtype)
 
     @property
     def rows(self) -> tuple[int, ...]:
@@ -189,7 +191,7 @@ class _Chunked:
         return widths
 
     def touched(self, part: Part) -> Iterator[tuple[Any, Part, tuple[int, int]]]:
-        """Chunks that a part lies in: the key, the part of the chunk, and where it goes in the part asked for."""
+        """Yield the chunks that overlap a part: the key, the overlap in the chunk, and its position in the part."""
         top, bottom, left, right = part
         for i, y in _cut(self.rows, top, bottom):
             for j, x in _cut(self.columns, left, right):
@@ -199,12 +201,12 @@ class _Chunked:
                 yield key, (y0 - y, y1 - y, x0 - x, x1 - x), (y0 - top, x0 - left)
 
     def chunk_shape(self, key: Any) -> Part:
-        """All of a chunk, as a part of it."""
+        """Return the part that covers a chunk, in the chunk's coordinates."""
         return 0, self.rows[key[1]], 0, self.columns[key[2]]
 
 
 def _cut(lengths: Sequence[int], start: int, stop: int) -> Iterator[tuple[int, int]]:
-    """Chunks along an axis that lie in a span: number and first place."""
+    """Yield the number and the start of each chunk along an axis that overlaps a span."""
     ends = list(accumulate(lengths))
     for number in range(bisect_right(ends, start), len(ends)):
         first = ends[number] - lengths[number]
@@ -221,51 +223,52 @@ class _Shared:
     text: str
     values: Mapping[str, Any]
     stored: bool
-    cut: Mapping[str, _Chunked]  # inputs of which each chunk needs a window
-    whole: Mapping[str, _Chunked]  # those that each needs whole
+    cut: Mapping[str, _Chunked]  # inputs that tasks read in windows
+    whole: Mapping[str, _Chunked]  # inputs that tasks read whole
 
     def layer(self, rows: Sequence[Spans], columns: Sequence[Spans]) -> tuple[str, dict[Any, Any]]:
-        """The tasks of a result, and the name that its chunks have."""
+        """Return the name of the result's chunks, and its tasks."""
         from dask.base import tokenize
 
         from passgraph.tiles import remote_windows as worker
 
         arrays = {**self.cut, **self.whole}
-        shapes = {name: (one.shape, one.dtype.str) for name, one in arrays.items()}
-        token = tokenize(self.digest, self.values, [(name, one.array.name) for name, one in arrays.items()])
+        shapes = {name: (chunked.shape, chunked.dtype.str) for name, chunked in arrays.items()}
+        token = tokenize(self.digest, self.values, [(name, chunked.array.name) for name, chunked in arrays.items()])
         name, graph_key = f"passgraph-{token}", f"passgraph-graph-{token}"
-        layer: dict[Any, Any] = {graph_key: worker.Told(self.digest, self.text, shapes, self.values, self.stored)}
-        wholes = []
-        for number, one in enumerate(self.whole.values()):
-            wholes.append(f"passgraph-whole-{number}-{token}")
-            keys, pieces = self._pieces(one, (0, one.shape[0], 0, one.shape[1]), layer, token)
-            layer[wholes[-1]] = (worker.joined, pieces, keys)
+        layer: dict[Any, Any] = {graph_key: worker.SharedData(self.digest, self.text, shapes, self.values, self.stored)}
+        whole_keys = []
+        for number, chunked in enumerate(self.whole.values()):
+            whole_keys.append(f"passgraph-whole-{number}-{token}")
+            keys, pieces = self._pieces(chunked, (0, chunked.shape[0], 0, chunked.shape[1]), layer, token)
+            layer[whole_keys[-1]] = (worker.joined, pieces, keys)
         for i, ((top, bottom), (y0, y1)) in enumerate(rows):
             for j, ((left, right), (x0, x1)) in enumerate(columns):
                 tile = Tile((y0, y1, x0, x1), (top, bottom, left, right))
-                pieces_by_input = {each: self._pieces(one, tile.window, layer, token) for each, one in self.cut.items()}
+                pieces_by_input = {
+                    key: self._pieces(chunked, tile.window, layer, token) for key, chunked in self.cut.items()
+                }
                 chunk = worker.Chunk(
-                    tile, {each: pieces for each, (_, pieces) in pieces_by_input.items()}, tuple(self.whole)
+                    tile, {key: pieces for key, (_, pieces) in pieces_by_input.items()}, tuple(self.whole)
                 )
-                layer[name, i, j, 0] = (
-                    worker.chunk, graph_key, chunk, [keys for keys, _ in pieces_by_input.values()], wholes,
-                )  # fmt: skip
+                piece_keys = [keys for keys, _ in pieces_by_input.values()]
+                layer[name, i, j, 0] = worker.chunk, graph_key, chunk, piece_keys, whole_keys
         return name, layer
 
-    def _pieces(self, one: _Chunked, part: Part, layer: dict[Any, Any], token: str) -> tuple[list[Any], Any]:
-        """Keys of what a part is made of, and where each goes; what is less than a chunk is cut out by its own task."""
+    def _pieces(self, chunked: _Chunked, part: Part, layer: dict[Any, Any], token: str) -> tuple[list[Any], Any]:
+        """Return the keys of the pieces of a part, and their positions; add a task for each piece of a chunk."""
         from dask.array.chunk import getitem
 
         from passgraph.tiles.remote_windows import Pieces
 
         keys, places = [], []
-        for key, inside, place in one.touched(part):
+        for key, inside, place in chunked.touched(part):
             places.append(place)
-            if inside == one.chunk_shape(key):
+            if inside == chunked.chunk_shape(key):
                 keys.append(key)
                 continue
             top, bottom, left, right = inside
-            cut = (f"passgraph-strip-{one.array.name}-{token}", *key[1:3], *inside)
-            layer[cut] = (getitem, key, (slice(top, bottom), slice(left, right)))
-            keys.append(cut)
-        return keys, Pieces((part[1] - part[0], part[3] - part[2], one.shape[2]), tuple(places))
+            strip_key = (f"passgraph-strip-{chunked.array.name}-{token}", *key[1:3], *inside)
+            layer[strip_key] = (getitem, key, (slice(top, bottom), slice(left, right)))
+            keys.append(strip_key)
+        return keys, Pieces((part[1] - part[0], part[3] - part[2], chunked.shape[2]), tuple(places))

@@ -1,4 +1,4 @@
-"""OpenEXR files part by part, by OpenImageIO: windows of scanline and tiled files are read, tiled files are written."""
+"""Read windows of scanline and tiled OpenEXR files, and write tiled ones, with OpenImageIO."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from passgraph.tiles.grid import Convert, Numbers, Part, checked_shape, pieces
 
 #: Rows that OpenEXR compresses together.
 _ROWS_OF_STRIPS = {"zip": 16, "pxr24": 16, "piz": 32, "b44": 32, "b44a": 32, "dwaa": 32, "dwab": 256}
-#: Sides of the tiles that are written, in pixels. Tiles that are not complete are held, so they are small.
+#: Sides of the tiles that are written, in pixels; small, since incomplete tiles are kept in memory.
 TILE = 64
 
 
@@ -35,7 +35,7 @@ class ExrSource:
             compression = str(spec.getattribute("compression") or "").partition(":")[0]
             strip = _ROWS_OF_STRIPS.get(compression, 1), spec.width
             self.block = (spec.tile_height, spec.tile_width) if spec.tile_width else strip
-            # A block with all of the file's channels, compressed and not.
+            # A block with all of the file's channels, compressed and decompressed.
             self.cost = 2 * self.block[0] * self.block[1] * spec.pixel_bytes(True)
             self._opened = opened.pop_all()
 
@@ -84,9 +84,9 @@ def _whole_blocks(span: tuple[int, int], begin: int, length: int, block: int) ->
 
 
 class ExrSink:
-    """A tiled OpenEXR file. Tiles are compressed and written in any order, each when all of its pixels are there.
+    """A tiled OpenEXR file. Tiles are compressed and written in any order, each when all of its pixels are known.
 
-    ``metadata`` is that of the picture from which the file is made.
+    ``metadata`` is that of the source picture.
     """
 
     block = (TILE, TILE)
@@ -111,12 +111,12 @@ class ExrSink:
         self._output = output
         with name_of(path) as name:
             self._check(self._output.open(name, spec))
-        #: Tiles of which some pixels are missing, by row and column, and how many are.
+        #: Incomplete tiles and their counts of missing pixels, by row and column.
         self._incomplete: dict[tuple[int, int], tuple[Numbers, int]] = {}
 
     @staticmethod
     def cost(shape: tuple[int, int, int], dtype: np.dtype[Any]) -> int:
-        """Return the bytes of two rows of tiles, which may be incomplete when parts end between their edges."""
+        """Return the bytes of two rows of tiles, which can be incomplete at the same time."""
         return 2 * TILE * shape[1] * shape[2] * dtype.itemsize
 
     def write(self, part: Part, picture: Convert) -> None:

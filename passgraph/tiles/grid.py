@@ -1,4 +1,4 @@
-"""Tiling of a picture: tiles as large as the memory limit allows, in at most two shapes a side."""
+"""The tiling of a picture, within a memory limit."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from passgraph.plan.limits import format_bytes
 from passgraph.plan.window import Footprint, Halo, windows
 
 Numbers: TypeAlias = NDArray[Any]
-#: (first row, row behind the last, first column, column behind the last) of a part of a picture.
+#: (top, bottom, left, right) of a part of a picture; bottom and right are exclusive.
 Part: TypeAlias = tuple[int, int, int, int]
-#: Gives a part of a picture in the numbers that its sink holds.
+#: A function that returns a part of a picture in the dtype of its sink.
 Convert: TypeAlias = Callable[[Part], Numbers]
 
-#: Pixels that are converted and written at once: what lies between them and the file stays small.
+#: Most pixels that are converted and written at once, which bounds the size of temporary arrays.
 PIECE_PIXELS = 1 << 18
 
 
 def pieces(part: Part, block: tuple[int, int]) -> Iterator[Part]:
-    """A part cut into pieces of at most :data:`PIECE_PIXELS`, or one block, along the edges of blocks.
+    """Split a part along the edges of blocks, into pieces of at most :data:`PIECE_PIXELS` or one block.
 
     >>> list(pieces((0, 2, 100, 600), (1, 1)))
     [(0, 2, 100, 600)]
@@ -44,7 +44,7 @@ def pieces(part: Part, block: tuple[int, int]) -> Iterator[Part]:
 
 
 def imported(package: str, what: str) -> Any:
-    """A package of the extra ``tiles``."""
+    """Import a package of the extra ``tiles``."""
     try:
         return import_module(package)
     except ImportError:
@@ -54,10 +54,10 @@ def imported(package: str, what: str) -> Any:
 
 
 def checked_shape(shape: Any, what: str) -> tuple[int, int, int]:
-    """(height, width, channels) of a picture."""
+    """Return the shape of a picture as (height, width, channels), after checking it."""
     try:
         sides = tuple(int(side) for side in shape)
-    except (TypeError, ValueError):  # sizes that dask does not know yet are NaN
+    except (TypeError, ValueError):  # dask has NaN for unknown sizes
         sides = ()
     if len(sides) == 2:
         sides = (*sides, 1)
@@ -78,7 +78,7 @@ def checked_dtype(dtype: Any, what: str) -> np.dtype[Any]:
 
 
 def block_of(array: Any, *, written: bool = False) -> tuple[int, int]:
-    """(height, width) of an array's chunks, or of the shards in which they are written; (1, 1) where it has none."""
+    """Return (height, width) of an array's chunks, or if ``written``, of its shards; (1, 1) if it has none."""
     chunks = (getattr(array, "shards", None) if written else None) or getattr(array, "chunks", None)
     if not chunks or len(chunks) < 2:
         return 1, 1
@@ -87,21 +87,22 @@ def block_of(array: Any, *, written: bool = False) -> tuple[int, int]:
     return sides[0], sides[1]
 
 
-#: Windows are not larger than this where little is computed twice: their pictures of four floats are then below 32 MiB,
-#: up to which allocators hand memory out again (glibc, M_MMAP_THRESHOLD); what is larger comes from the system page by
-#: page each time, which took a third of the time.
+#: Most pixels of a window whose halo is small. Its pictures of four floats are then below 32 MiB, up to which
+#: allocators reuse memory (glibc, M_MMAP_THRESHOLD). Larger ones are mapped anew for each tile; the page faults took a
+#: third of the time.
 MOST_PIXELS = 2_000_000
-#: A picture is cut into about so many tiles at least, so that reading, computing and writing overlap …
+#: Least tiles of a picture, approximately, so that reading, computing and writing overlap …
 LEAST_TILES = 8
-#: … unless they would be smaller than this.
+#: … unless their windows would have fewer pixels than this.
 LEAST_PIXELS = 1 << 19
-#: Pixels computed for each pixel of a result: wider tiles are taken, which files read faster, up to here.
+#: Pixels computed for each pixel of a result that count as cheap: the widest tiles within it are chosen, since files
+#: are read faster in wide parts.
 FAIR_SHARE = 1.1
 
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """Bytes: ``fixed``, and for each pixel of a window."""
+    """Memory of a tile in bytes: ``fixed``, plus ``pixel`` for each pixel of its window."""
 
     fixed: int
     pixel: int
@@ -112,7 +113,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class Tile:
-    """The window that is read and computed, and the part of it that is exact and is written."""
+    """A tile: the window that is read and computed, and its core without the halo, which is written."""
 
     window: Part
     core: Part
@@ -125,10 +126,10 @@ class Grid:
     Attributes
     ----------
     size : (width, height) of the picture, px
-    core : (width, height) that each tile writes; those at the right and bottom edges may write less
-    window : (width, height) that each tile reads and computes; all are of this size
-    halo : how far results reach to each side, px
-    bytes : that pictures, blocks of files and compiled passes take at most
+    core : (width, height) that each tile writes; less at the right and bottom edges
+    window : (width, height) that each tile reads and computes, the same for all
+    halo : how far the passes read to each side, px
+    bytes : most memory of pictures, blocks of files and compiled passes
     """
 
     size: tuple[int, int]
@@ -142,19 +143,20 @@ class Grid:
         return -(-width // across) * -(-height // down)
 
     def __iter__(self) -> Iterator[Tile]:
-        """Row by row, from the top left."""
+        """Iterate over the tiles row by row, from the top left."""
         return self.touching((0, self.size[1], 0, self.size[0]))
 
     def touching(self, part: Part) -> Iterator[Tile]:
-        """The tiles that write something of a part."""
+        """Yield the tiles whose cores overlap a part."""
         (width, height), (across, down), halo = self.size, self.core, self.halo
-        columns = [each for each in windows(width, across, halo.left, halo.right) if _meet(each, part[2:])]
-        for y, top, bottom in (each for each in windows(height, down, halo.up, halo.down) if _meet(each, part[:2])):
+        columns = [span for span in windows(width, across, halo.left, halo.right) if _overlaps(span, part[2:])]
+        rows = [span for span in windows(height, down, halo.up, halo.down) if _overlaps(span, part[:2])]
+        for y, top, bottom in rows:
             for x, left, right in columns:
                 yield Tile((y, y + self.window[1], x, x + self.window[0]), (top, bottom, left, right))
 
 
-def _meet(window: tuple[int, int, int], span: tuple[int, ...]) -> bool:
+def _overlaps(window: tuple[int, int, int], span: tuple[int, ...]) -> bool:
     return window[1] < span[1] and window[2] > span[0]
 
 
@@ -166,18 +168,18 @@ def grid_of(
     block: tuple[int, int],
     tile: tuple[int, int] | None = None,
 ) -> Grid:
-    """The tiles of a picture.
+    """Choose the tiling of a picture.
 
     Parameters
     ----------
     size : (width, height) of the picture
-    memory : bytes that may be taken
-    block : (height, width) that sinks write at once: tiles end at multiples of it where they can
-    tile : (width, height) that each tile shall write, in place of what the memory decides
+    memory : memory limit in bytes
+    block : (height, width) of the blocks of sinks; tiles are aligned to them where possible
+    tile : requested (width, height) of a tile's core, instead of one chosen from the memory limit
 
     Raises
     ------
-    InputError : where not even the smallest tile fits, or the tile asked for does not
+    InputError : the smallest or the requested tile does not fit
     """
     pixels_in_memory = (memory - cost.fixed) // max(1, cost.pixel)
     if tile is not None:
@@ -187,19 +189,19 @@ def grid_of(
         if tiles.bytes > memory:
             raise _too_little(memory, tiles, footprint)
         return tiles
-    found: list[Grid] = []
+    candidates: list[Grid] = []
     pixels = min(pixels_in_memory, MOST_PIXELS, max(LEAST_PIXELS, size[0] * size[1] // LEAST_TILES))
     while pixels > 0:
         grids = [_grid(size, core, footprint.halo, cost) for core in _cores(size, footprint, pixels, block)]
-        fair = next((grid for grid in grids if _share(grid, block) <= FAIR_SHARE), None)
-        if fair is not None:
-            return fair
-        found += grids
+        cheap = next((grid for grid in grids if _overhead(grid, block) <= FAIR_SHARE), None)
+        if cheap is not None:
+            return cheap
+        candidates += grids
         pixels = min(pixels_in_memory, 4 * pixels) if pixels < pixels_in_memory else 0
-    if found:
-        return min(found, key=lambda grid: _share(grid, block))
-    least = (size[0] if footprint.wide else 1, size[1] if footprint.high else 1)
-    raise _too_little(memory, _grid(size, least, footprint.halo, cost), footprint)
+    if candidates:
+        return min(candidates, key=lambda grid: _overhead(grid, block))
+    smallest = (size[0] if footprint.wide else 1, size[1] if footprint.high else 1)
+    raise _too_little(memory, _grid(size, smallest, footprint.halo, cost), footprint)
 
 
 def _grid(size: tuple[int, int], core: tuple[int, int], halo: Halo, cost: Cost) -> Grid:
@@ -210,7 +212,7 @@ def _grid(size: tuple[int, int], core: tuple[int, int], halo: Halo, cost: Cost) 
 def _cores(
     size: tuple[int, int], footprint: Footprint, pixels: int, block: tuple[int, int]
 ) -> Iterator[tuple[int, int]]:
-    """Yield the possible cores of tiles whose windows have at most so many pixels, the widest first."""
+    """Yield the possible cores of tiles whose windows have at most ``pixels`` pixels, widest first."""
     (width, height), halo = size, footprint.halo
     across = width
     while across >= 1:
@@ -225,13 +227,13 @@ def _cores(
 
 
 def _rounded(length: int, block: int, below: int) -> int:
-    """A length in whole blocks where that is still less than it was."""
+    """Round a length up to a multiple of the block size if the result is less than ``below``."""
     rounded = -(-length // block) * block
     return rounded if rounded < below else length
 
 
-def _share(grid: Grid, block: tuple[int, int]) -> float:
-    """Pixels computed for each that is written; tiles that cut blocks in two count half as much again."""
+def _overhead(grid: Grid, block: tuple[int, int]) -> float:
+    """Return the pixels computed for each pixel written, times 1.5 if tiles are not aligned to blocks."""
     (across, down), (width, height) = grid.core, grid.window
     cuts = (across < grid.size[0] and across % block[1] != 0) or (down < grid.size[1] and down % block[0] != 0)
     return width * height / (across * down) * (1.5 if cuts else 1.0)

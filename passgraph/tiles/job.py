@@ -1,4 +1,4 @@
-"""Prepare a job from a graph, sources and sinks: footprint, cost and tiling."""
+"""Prepare a tiled run from a graph, sources and sinks: footprint, memory cost and tiling."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ if TYPE_CHECKING:
     from passgraph.backends.base import Backend
 
 
-#: Beyond, neighbouring pixels' centres are one number in float32, and ``uv()`` could not tell them apart.
+#: Longest side; beyond it the centers of neighboring pixels are the same number in float32, as is their ``uv()``.
 MOST_SIDE = 1 << 23
-#: Bytes for what does not grow with tiles: machine code, the directories of files, what allocators keep.
+#: Memory that does not depend on the tile: machine code, the directories of files, and what allocators keep.
 RESERVE = 48 << 20
-#: Of the memory, the share in which decoded blocks of files wait for the next tile.
+#: Share of the memory for decoded blocks of files that the next tiles need too.
 BLOCKS_SHARE = 0.2
-#: Pictures of each kind that exist at a time at most: an input that is computed with, the one that it replaces and the
-#: next one; a result that is made and one that is written.
+#: Most pictures alive at a time: for each input, the current tile's, the last one's and the next one's; for each
+#: result, the one being computed and the one being written.
 INPUTS_ALIVE, RESULTS_ALIVE = 3, 2
 
 
 @dataclass(frozen=True, eq=False)
-class Wanted:
-    """The request besides sinks, as :func:`passgraph.tiled` describes it."""
+class TileRequest:
+    """The arguments of :func:`passgraph.tiled`, without sinks."""
 
     graph: Graph
     source: object
@@ -53,54 +53,56 @@ class Wanted:
 
 
 def prepared(
-    wanted: Wanted, sinks_for: Callable[[Plan, Mapping[str, Source]], dict[str, Sink]], stack: ExitStack
+    request: TileRequest, sinks_for: Callable[[Plan, Mapping[str, Source]], dict[str, Sink]], stack: ExitStack
 ) -> Job:
-    """A job, ready to run; ``stack`` gives back what it holds, and nothing is written yet."""
-    allowed = bytes_of(wanted.memory)
-    tile = None if wanted.tile is None else _pair(wanted.tile, "tile")
-    bound_graph = bound(wanted.graph, wanted.backend, wanted.options, wanted.non_finite, stack)
-    if wanted.size is not None:
-        bound_graph = replace(bound_graph, size=_pair(wanted.size, "size"))
-    given = _by_name(bound_graph.inputs, wanted.source)
-    sources = _sources(bound_graph.inputs, given, blocks_room(allowed), stack)
-    pictures = {name: (source.shape, source.dtype) for name, source in sources.items()}
-    plan = whole_plan(bound_graph, pictures)
+    """Prepare a job; ``stack`` releases its resources. Nothing is written yet."""
+    memory_limit = bytes_of(request.memory)
+    tile = None if request.tile is None else _pair(request.tile, "tile")
+    bound_graph = bound(request.graph, request.backend, request.options, request.non_finite, stack)
+    if request.size is not None:
+        bound_graph = replace(bound_graph, size=_pair(request.size, "size"))
+    pictures = _by_name(bound_graph.inputs, request.source)
+    sources = _sources(bound_graph.inputs, pictures, block_cache_bytes(memory_limit), stack)
+    plan = whole_plan(bound_graph, {name: (source.shape, source.dtype) for name, source in sources.items()})
     needs = footprint(plan)
     uncut = {name for name, resource in plan.inputs.items() if resource in needs.whole}
-    _check_blocks([sources[name] for name in plan.inputs if name not in uncut], allowed)
+    _check_blocks([sources[name] for name in plan.inputs if name not in uncut], memory_limit)
     sinks = sinks_for(plan, sources)
     cost = _cost(plan, needs, sources, sinks)
     block = max(s.block[0] for s in sinks.values()), max(s.block[1] for s in sinks.values())
-    grid = grid_of(result_size(plan), needs, cost, allowed, block, tile)
     return Job(
-        bound_graph, plan, needs, grid,
-        {name: sources[name] for name in plan.inputs if name not in uncut},
-        {name: _read_uncut(name, sources[name], bound_graph) for name in uncut},
-        sinks, _values(wanted.values),
-        {name: Path(picture) for name, picture in given.items() if isinstance(picture, (str, PathLike))},
-    )  # fmt: skip
+        bound=bound_graph,
+        plan=plan,
+        needs=needs,
+        grid=grid_of(result_size(plan), needs, cost, memory_limit, block, tile),
+        sources={name: sources[name] for name in plan.inputs if name not in uncut},
+        whole={name: _read_uncut(name, sources[name], bound_graph) for name in uncut},
+        sinks=sinks,
+        values=_values(request.values),
+        paths={name: Path(picture) for name, picture in pictures.items() if isinstance(picture, (str, PathLike))},
+    )
 
 
-def blocks_room(memory: int | str) -> int:
-    """Bytes in which decoded blocks of files wait for the next tile."""
+def block_cache_bytes(memory: int | str) -> int:
+    """Return the bytes for decoded blocks of files that the next tiles need too."""
     return int(bytes_of(memory) * BLOCKS_SHARE)
 
 
-def _pair(given: object, what: str) -> tuple[int, int]:
-    if not isinstance(given, (tuple, list)) or len(given) != 2:
-        raise InputError(f"{what} must be (width, height) in pixels, got {arguments.shown(given)}")
-    width, height = (arguments.whole_number(side, f"{what}: each side", 1, MOST_SIDE, InputError) for side in given)
+def _pair(size: object, what: str) -> tuple[int, int]:
+    if not isinstance(size, (tuple, list)) or len(size) != 2:
+        raise InputError(f"{what} must be (width, height) in pixels, got {arguments.shown(size)}")
+    width, height = (arguments.whole_number(side, f"{what}: each side", 1, MOST_SIDE, InputError) for side in size)
     return width, height
 
 
-def _by_name(specs: Mapping[str, InputSpec], given: object) -> dict[str, Any]:
-    """Return the sources by name: the given ones, or the inputs' default pictures."""
+def _by_name(specs: Mapping[str, InputSpec], source: object) -> dict[str, Any]:
+    """Return the paths or arrays by input: those of ``source``, or the inputs' default pictures."""
     missing = [name for name, spec in specs.items() if spec.default is None]
-    if given is not None and not isinstance(given, Mapping):
+    if source is not None and not isinstance(source, Mapping):
         if len(missing) != 1:
             raise InputError(f"the graph has the inputs {', '.join(specs) or 'none'}; give source as a mapping by name")
-        given = {missing[0]: given}
-    pictures: dict[Any, Any] = {} if given is None else dict(given)
+        source = {missing[0]: source}
+    pictures: dict[Any, Any] = {} if source is None else dict(source)
     for name in pictures:
         if not arguments.among(name, specs):
             known = ", ".join(specs) or "none"
@@ -109,21 +111,21 @@ def _by_name(specs: Mapping[str, InputSpec], given: object) -> dict[str, Any]:
 
 
 def _sources(
-    specs: Mapping[str, InputSpec], given: Mapping[str, Any], room: int, stack: ExitStack
+    specs: Mapping[str, InputSpec], pictures: Mapping[str, Any], cache_bytes: int, stack: ExitStack
 ) -> dict[str, Source]:
-    """A source for each input, opened."""
-    found: dict[str, Source] = {}
+    """Open a source for each input."""
+    sources: dict[str, Source] = {}
     for name, spec in specs.items():
-        picture = given[name]
+        picture = pictures[name]
         if picture is None:
             raise InputError(f"input {name!r} is missing; give its file or array as the source")
         if isinstance(picture, (list, tuple)):
             picture = arguments.numbers(picture, f"input {name!r}")
-        source = open_source(picture, f"input {name!r}", room // len(specs))
-        found[name] = source = Grey(source) if source.is_grey and spec.format is None else source
+        source = open_source(picture, f"input {name!r}", cache_bytes // len(specs))
+        sources[name] = source = Grey(source) if source.is_grey and spec.format is None else source
         stack.callback(source.close)
         _check_declared(source, spec)
-    return found
+    return sources
 
 
 def _check_declared(source: Source, spec: InputSpec) -> None:
@@ -148,21 +150,21 @@ def _check_blocks(sources: Iterable[Source], memory: int) -> None:
 
 
 def _read_uncut(name: str, source: Source, bound_graph: Bound) -> Any:
-    """An input that every tile needs whole."""
+    """Read an input that every tile needs whole."""
     height, width, _ = source.shape
     return admitted_part(bound_graph, name, source.read((0, height, 0, width)))
 
 
-def _values(given: object) -> Mapping[str, object]:
-    values: Mapping[str, object] = {} if given is None else given  # type: ignore[assignment]
-    arguments.instance(values, Mapping, "values", "a mapping from names to run values", InputError)
-    for name in values:
+def _values(values: object) -> Mapping[str, object]:
+    by_name: Mapping[str, object] = {} if values is None else values  # type: ignore[assignment]
+    arguments.instance(by_name, Mapping, "values", "a mapping from names to run values", InputError)
+    for name in by_name:
         arguments.text(name, "the name of a value", InputError)
-    return values
+    return by_name
 
 
 def _cost(plan: Plan, needs: Footprint, sources: Mapping[str, Source], sinks: Mapping[str, Sink]) -> Cost:
-    """Bytes by kind; see docs/large-pictures.md."""
+    """Estimate the memory of a tile; see docs/large-pictures.md."""
     inside = {r.memory: Memory(r.format, (1, 1)) for r in plan.resources if r.id not in needs.whole}
     pixel = sum(_pixel_bytes(memory.format) for memory in inside.values())
     fixed = RESERVE + sum(
@@ -171,7 +173,7 @@ def _cost(plan: Plan, needs: Footprint, sources: Mapping[str, Source], sinks: Ma
     for name, resource in plan.inputs.items():
         source, format_ = sources[name], plan.resources[resource].format
         stored = source.shape[2] * source.dtype.itemsize
-        # While a format of 8 or 16 bits is uploaded, its numbers lie beside the values.
+        # During the upload of an 8- or 16-bit format, its integers and the float values exist together.
         uploading = 0 if format_.number == "f4" else format_.bytes_per_pixel + 4 * format_.channels
         if resource in needs.whole:
             fixed += (stored + uploading + 4 * format_.channels) * source.shape[0] * source.shape[1]
@@ -181,12 +183,12 @@ def _cost(plan: Plan, needs: Footprint, sources: Mapping[str, Source], sinks: Ma
     for name, resource in plan.outputs.items():
         channels, sink = plan.resources[resource].format.channels, sinks[name]
         pixel += RESULTS_ALIVE * 4 * channels
-        # A piece is cut out, converted, and copied into the file's order.
+        # A piece of the result is copied, converted, and copied again in the file's byte order.
         piece = max(PIECE_PIXELS, sink.block[0] * sink.block[1])
         fixed += piece * channels * (8 + 3 * sink.dtype.itemsize) + sink.cost
     return Cost(fixed, pixel)
 
 
 def _pixel_bytes(format_: Format) -> int:
-    """Bytes that a pixel takes on a device that computes in float32, or as specified where that is more."""
+    """Return the bytes of a pixel on a device that stores float32, or of the format if that is more."""
     return max(4 * format_.channels, format_.bytes_per_pixel)

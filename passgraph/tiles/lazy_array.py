@@ -1,4 +1,4 @@
-"""A result as an array whose parts are computed when they are asked for: what dask, Zarr and viewers take."""
+"""A graph's result as a lazy array: parts are computed when they are indexed, by dask, Zarr or a viewer."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from passgraph.errors import InputError
 from passgraph.plan.data import Options, Plan
 from passgraph.run.finite_checks import NonFinite
 from passgraph.tiles.grid import Convert, Grid, Numbers, Part, Tile
-from passgraph.tiles.job import Wanted, prepared
+from passgraph.tiles.job import TileRequest, prepared
 from passgraph.tiles.sources import Source
 from passgraph.tiles.tile_run import Graph, Job, Windows
 
@@ -37,10 +37,10 @@ def lazily_tiled(
     options: Options | None = None,
     non_finite: NonFinite = "error",
 ) -> LazyPicture:
-    """The result of a graph as an array whose parts are computed when they are asked for.
+    """Return the result of a graph as a lazy array: parts are computed when they are indexed.
 
-    Arguments and errors are those of `passgraph.tiled`.  Nothing is kept: a part that is asked for twice is computed
-    twice.  One part is computed at a time, with all cores; threads wait for each other.
+    Arguments and errors are those of `passgraph.tiled`. Nothing is cached: a part that is read twice is computed twice.
+    Thread-safe: parts are computed one at a time, with all cores.
 
     Examples
     --------
@@ -52,8 +52,8 @@ def lazily_tiled(
     ((64, 96, 4), (32, 32, 4), True)
     """
     with ExitStack() as stack:
-        wanted = Wanted(graph, source, memory, values, tile, size, backend, options, non_finite)
-        job = prepared(wanted, _no_sinks, stack)
+        request = TileRequest(graph, source, memory, values, tile, size, backend, options, non_finite)
+        job = prepared(request, _no_sinks, stack)
         windows = stack.enter_context(closing(job.windows()))
         name, resource = next(iter(job.plan.outputs.items()))
         shape = job.grid.size[1], job.grid.size[0], job.plan.resources[resource].format.channels
@@ -61,7 +61,7 @@ def lazily_tiled(
 
 
 class _NoSink:
-    """Stands for a sink where results are returned."""
+    """A placeholder sink for results that are returned."""
 
     dtype: np.dtype[Any] = np.dtype(np.float32)
     block = (1, 1)
@@ -80,10 +80,10 @@ def _no_sinks(plan: Plan, _: Mapping[str, Source]) -> dict[str, Any]:
 
 
 class LazyPicture:
-    """A picture computed on demand, returned by :func:`lazily_tiled`: (height, width, channels) float32 by
-    ``picture[rows, columns, channels]``.
+    """A lazy picture, (height, width, channels) float32, returned by :func:`lazily_tiled`.
 
-    It holds its sources, pictures and compiled passes until :meth:`close` (it is a context manager too).
+    Index it as ``picture[rows, columns, channels]``. It holds its sources, pictures and compiled passes until
+    :meth:`close`; it is also a context manager.
     """
 
     ndim = 3
@@ -92,18 +92,18 @@ class LazyPicture:
     def __init__(
         self, job: Job, windows: Windows, name: str, shape: tuple[int, int, int], resources: ExitStack
     ) -> None:
-        self._job, self._windows, self._name, self._held = job, windows, name, resources
+        self._job, self._windows, self._name, self._resources = job, windows, name, resources
         self.shape = shape
         self._closed = False
 
     @property
     def grid(self) -> Grid:
-        """Return the tiling of the picture."""
+        """The tiling of the picture."""
         return self._job.grid
 
     @property
     def chunks(self) -> tuple[int, int, int]:
-        """(height, width, channels) of the parts that are computed with least of it twice."""
+        """(height, width, channels) of a tile's core; parts along these are computed with the least overlap."""
         across, down = self.grid.core
         return down, across, self.shape[2]
 
@@ -116,23 +116,23 @@ class LazyPicture:
         return part[(*picked, last)]
 
     def _places(self, key: Key) -> list[int | range]:
-        """Along each axis one place, or those of a slice."""
-        given = list(key) if isinstance(key, tuple) else [key]
-        if ... in given:
-            at = given.index(...)
-            given[at : at + 1] = [slice(None)] * (4 - len(given))
-        given += [slice(None)] * (3 - len(given))
-        if len(given) != 3:
+        """Return the index or the range of a key along each axis."""
+        indices = list(key) if isinstance(key, tuple) else [key]
+        if ... in indices:
+            at = indices.index(...)
+            indices[at : at + 1] = [slice(None)] * (4 - len(indices))
+        indices += [slice(None)] * (3 - len(indices))
+        if len(indices) != 3:
             raise InputError(f"a picture takes [rows, columns, channels], got {arguments.shown(key)}")
-        return [self._place(part, length) for part, length in zip(given, self.shape, strict=True)]
+        return [self._place(index, length) for index, length in zip(indices, self.shape, strict=True)]
 
-    def _place(self, part: object, length: int) -> int | range:
-        if isinstance(part, slice) and part.step in (None, *range(1, length + 1)):
-            return range(*part.indices(length))
-        if isinstance(part, (int, np.integer)) and -length <= part < length:
-            return int(part) % length
+    def _place(self, index: object, length: int) -> int | range:
+        if isinstance(index, slice) and index.step in (None, *range(1, length + 1)):
+            return range(*index.indices(length))
+        if isinstance(index, (int, np.integer)) and -length <= index < length:
+            return int(index) % length
         expected = f"places from 0 to {length - 1}, and slices of them with steps from 1"
-        raise IndexError(f"a picture takes {expected}, got {arguments.shown(part)}")
+        raise IndexError(f"a picture takes {expected}, got {arguments.shown(index)}")
 
     def _part(self, part: Part) -> Numbers:
         top, bottom, left, right = part
@@ -156,10 +156,10 @@ class LazyPicture:
         return result
 
     def close(self) -> None:
-        """Give back what it holds; idempotent."""
+        """Release the resources; idempotent."""
         with self._job.bound.backend.turn:
             self._closed = True
-            self._held.close()
+            self._resources.close()
 
     def __enter__(self) -> LazyPicture:
         return self

@@ -1,4 +1,4 @@
-"""The code of a dask worker: one window of a picture, with a graph that the worker compiled once."""
+"""Tasks of dask workers: compute a window of a picture with a graph that the worker compiles once."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from passgraph.tiles.grid import Numbers, Tile
 from passgraph.tiles.sources import Source, open_source
 from passgraph.tiles.tile_run import Windows, admitted_part, bound, whole_plan
 
-#: What workers know such graphs by, and how many shapes of windows they keep: chunks at edges have shapes of their own.
+#: Name of the worker plugin, and most compiled window shapes that it keeps; chunks at edges have other shapes.
 WINDOWS, MOST_WINDOWS = "passgraph-windows", 8
 
 
 @dataclass(frozen=True)
-class Told:
+class SharedData:
     """Data shared by all windows of a picture.
 
     Attributes
     ----------
-    digest, text : the graph as data with what to compile it with, see `passgraph.files.remote.digest_and_text`
-    shapes : (height, width, channels) and type of each whole input
+    digest, text : the serialized graph with its compile settings, see `passgraph.files.remote.digest_and_text`
+    shapes : (height, width, channels) and dtype of each full input
     values : run values by name
-    stored : whether results are what their targets hold, in place of values
-    room : bytes in which a worker keeps decoded blocks of files
+    stored : True for results in the dtype of their targets, False for float32
+    cache_bytes : bytes of decoded blocks of files that a worker keeps
     """
 
     digest: str
@@ -39,19 +39,19 @@ class Told:
     shapes: Mapping[str, tuple[tuple[int, int, int], str]]
     values: Mapping[str, Any]
     stored: bool = False
-    room: int = 0
+    cache_bytes: int = 0
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """The places of pieces in a part of a picture: (first row, first column) of each."""
+    """The layout of pieces in a part of a picture: (first row, first column) of each."""
 
     shape: tuple[int, int, int]
     places: Sequence[tuple[int, int]]
 
     def joined(self, pieces: Sequence[Any]) -> Numbers:
-        """The part as one array; a piece that is the whole of it, as it is."""
-        arrays = [_shaped(piece) for piece in pieces]  # of one channel, where all are to have its value
+        """Assemble the part from its pieces; a piece that covers it is returned as it is."""
+        arrays = [_shaped(piece) for piece in pieces]  # one channel is broadcast
         if len(arrays) == 1 and arrays[0].shape == self.shape:
             return arrays[0]
         full = np.empty(self.shape, arrays[0].dtype)
@@ -67,52 +67,52 @@ def _shaped(piece: Any) -> Numbers:
 
 @dataclass(eq=False)
 class _Compiled:
-    """A graph that is ready for windows of one shape, and the files that it reads."""
+    """A graph compiled for windows of one shape, with its open files."""
 
     windows: Windows
-    held: ExitStack
+    resources: ExitStack
     sources: dict[Named, Source] = field(default_factory=dict)
 
     @staticmethod
-    def of(task: Told, window: tuple[int, int]) -> _Compiled:
+    def of(shared: SharedData, window: tuple[int, int]) -> _Compiled:
         with ExitStack() as stack:
-            program = stack.enter_context(compiled(task.text))
+            program = stack.enter_context(compiled(shared.text))
             bound_program = bound(program, None, None, program._non_finite, stack)
-            plan = whole_plan(bound_program, {name: (shape, np.dtype(d)) for name, (shape, d) in task.shapes.items()})
+            plan = whole_plan(bound_program, {name: (shape, np.dtype(d)) for name, (shape, d) in shared.shapes.items()})
             windows = Windows(bound_program, plan, footprint(plan), window)
             stack.callback(windows.close)
             return _Compiled(windows, stack.pop_all())
 
-    def source(self, name: str, file: Named, room: int) -> Source:
-        """An opened file, which stays open for other windows."""
+    def source(self, name: str, file: Named, cache_bytes: int) -> Source:
+        """Return the source of a file, opened at its first use and kept open."""
         if file not in self.sources:
-            opened = open_source(Path(file.path), f"input {name!r}", room)
-            self.held.callback(opened.close)
+            opened = open_source(Path(file.path), f"input {name!r}", cache_bytes)
+            self.resources.callback(opened.close)
             self.sources[file] = opened
         return self.sources[file]
 
     def close(self) -> None:
-        self.held.close()
+        self.resources.close()
 
 
 def computed(
-    task: Told, tile: Tile, pictures: Mapping[str, Numbers | Named], whole: Mapping[str, Any]
+    shared: SharedData, tile: Tile, pictures: Mapping[str, Numbers | Named], whole: Mapping[str, Any]
 ) -> dict[str, NDArray[Any]] | None:
-    """Return the exact part of a window's results; None if a named file is different on this machine."""
+    """Return the core of a tile's results; None if this worker does not see the same files as the caller."""
     files = [picture for picture in pictures.values() if isinstance(picture, Named)]
     if not all(file.is_here for file in files):
         return None
     top, bottom, left, right = tile.window
-    key = f"{task.digest} {sorted(task.shapes.items())} {bottom - top} {right - left}"
-    here = Programs.here(WINDOWS, MOST_WINDOWS)
-    with here.using(key, lambda: _Compiled.of(task, (right - left, bottom - top))) as compiled:
+    key = f"{shared.digest} {sorted(shared.shapes.items())} {bottom - top} {right - left}"
+    programs = Programs.here(WINDOWS, MOST_WINDOWS)
+    with programs.using(key, lambda: _Compiled.of(shared, (right - left, bottom - top))) as compiled:
         windows = compiled.windows
-        given = {name: admitted_part(windows.bound, name, picture) for name, picture in whole.items()}
+        inputs = {name: admitted_part(windows.bound, name, picture) for name, picture in whole.items()}
         for name, picture in pictures.items():
             if isinstance(picture, Named):
-                picture = compiled.source(name, picture, task.room).read(tile.window)
-            given[name] = windows.admitted(name, picture, tile.window)
-        results = windows.compute(tile.window, given, task.values, stored=task.stored)
+                picture = compiled.source(name, picture, shared.cache_bytes).read(tile.window)
+            inputs[name] = windows.admitted(name, picture, tile.window)
+        results = windows.compute(tile.window, inputs, shared.values, stored=shared.stored)
     y0, y1, x0, x1 = tile.core
     cut = slice(y0 - top, y1 - top), slice(x0 - left, x1 - left)
     return {name: np.ascontiguousarray(result[cut]) for name, result in results.items()}
@@ -120,21 +120,22 @@ def computed(
 
 @dataclass(frozen=True)
 class Chunk:
-    """A chunk of a result: what it is computed from, by input; `pieces` are those of windows, `whole` of the others."""
+    """A chunk of a result: its tile, the layout of each input's pieces, and the names of the full inputs."""
 
     tile: Tile
     pieces: Mapping[str, Pieces]
     whole: tuple[str, ...]
 
 
-def chunk(task: Told, asked: Chunk, pieces: Sequence[Sequence[Any]], whole: Sequence[Any]) -> NDArray[Any]:
-    """A chunk of a picture's only result, from pieces of its inputs in the order of ``asked``."""
-    joined = {name: at.joined(given) for (name, at), given in zip(asked.pieces.items(), pieces, strict=True)}
-    results = computed(task, asked.tile, joined, dict(zip(asked.whole, whole, strict=True)))
-    assert results is not None  # no file is named
+def chunk(shared: SharedData, spec: Chunk, pieces: Sequence[Sequence[Any]], whole: Sequence[Any]) -> NDArray[Any]:
+    """Compute a chunk of a picture's only result, from pieces and full inputs in the order of ``spec``."""
+    layouts = spec.pieces.items()
+    windows = {name: layout.joined(arrays) for (name, layout), arrays in zip(layouts, pieces, strict=True)}
+    results = computed(shared, spec.tile, windows, dict(zip(spec.whole, whole, strict=True)))
+    assert results is not None  # no input is a file
     return next(iter(results.values()))
 
 
-def joined(pieces: Pieces, given: Sequence[Any]) -> Numbers:
-    """A whole picture from its chunks."""
-    return pieces.joined(given)
+def joined(layout: Pieces, chunks: Sequence[Any]) -> Numbers:
+    """Assemble a full picture from its chunks."""
+    return layout.joined(chunks)

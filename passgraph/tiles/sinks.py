@@ -17,16 +17,16 @@ from passgraph.tiles import exr, tiff
 from passgraph.tiles.grid import Convert, Numbers, Part, block_of, checked_dtype, checked_shape, imported, pieces
 from passgraph.writing import NewFile, place_of
 
-#: By suffix.
+#: Kinds of files by suffix.
 _KINDS = {".tif": "TIFF", ".tiff": "TIFF", ".exr": "OpenEXR", ".zarr": "Zarr"}
 #: Sides of the chunks of a new Zarr array, in pixels.
 CHUNK = 512
 
 
 class Sink(Protocol):
-    """A sink of tiles, written one by one in any order.
+    """A sink of tiles in any order.
 
-    ``block`` is the (height, width) that it writes at once, ``cost`` the bytes that it holds between tiles.
+    ``block`` is the (height, width) of a block of its storage; ``cost`` is the memory that it keeps between tiles.
     """
 
     @property
@@ -36,27 +36,27 @@ class Sink(Protocol):
     @property
     def cost(self) -> int: ...
     def open(self) -> None:
-        """Make what is written into."""
+        """Create the output."""
 
     def write(self, part: Part, picture: Convert) -> None: ...
     def finish(self) -> None:
-        """All is written: a file takes its name."""
+        """Complete the output; a file is renamed to its path."""
 
     def abandon(self) -> None:
-        """Leave nothing behind; idempotent, also after `finish`."""
+        """Remove an incomplete file; idempotent, and without effect after `finish`."""
 
 
 def planned_sink(
     given: Any, shape: tuple[int, int, int], format_: Format, dtype: Any, what: str, notes: Metadata | None = None
 ) -> Sink:
-    """A sink for a picture of (height, width, channels); nothing is made before it is opened.
+    """Return the sink of a (height, width, channels) picture; it writes nothing before it is opened.
 
     Parameters
     ----------
-    given : a path that ends in .tif, .tiff, .exr or .zarr, or an array that takes ``array[rows, columns] = numbers``
-    format_ : of the target; a new file holds its numbers where ``dtype`` is None
-    notes : of the picture that the result is made of, for a TIFF file; where it is opaque, and the result too, no alpha
-        is stored
+    given : a path that ends in .tif, .tiff, .exr or .zarr, or an array that supports
+        ``array[rows, columns] = numbers``
+    format_ : the target's format, which gives the dtype of a new file if ``dtype`` is None
+    notes : metadata of the source picture; if that is opaque, and the result too, a TIFF file has no alpha
 
     Raises
     ------
@@ -84,19 +84,19 @@ def planned_sink(
 
 
 def converted(picture: Numbers, dtype: np.dtype[Any]) -> Numbers:
-    """Results as a sink's numbers: 8 and 16 bits hold 0 to 1, rounded to the nearest, NaN as 0.
+    """Convert results to a sink's dtype: 8 and 16 bits hold 0 to 1, rounded to nearest, and NaN as 0.
 
     >>> converted(np.array([0.5, 2.0], np.float32), np.dtype("u1"))
     array([128, 255], dtype=uint8)
     """
     if dtype.kind == "u":
         return numbers_of(picture, FORMATS["r8" if dtype.itemsize == 1 else "r16"])
-    with np.errstate(over="ignore"):  # above 65504 a half is infinite
+    with np.errstate(over="ignore"):  # floats above 65504 become infinite halves
         return picture.astype(dtype, copy=False)
 
 
 class ArraySink:
-    """An array of the caller's, written in place."""
+    """A sink that writes into the caller's array."""
 
     cost = 0
 
@@ -113,8 +113,7 @@ class ArraySink:
             )
         if getattr(getattr(array, "flags", None), "writeable", True) is False:
             raise InputError(f"{what} is read-only; open it for writing (mode 'r+')")
-        found = checked_shape(array.shape, what)
-        if found != shape:
+        if checked_shape(array.shape, what) != shape:
             raise InputError(f"{what} has shape {array.shape}; the result is (height, width, channels) {shape}")
         self.dtype = checked_dtype(array.dtype, what)
         if self.dtype.kind == "b":
@@ -122,7 +121,7 @@ class ArraySink:
         self.array, self.block, self._flat = array, block_of(array, written=True), len(array.shape) == 2
 
     def open(self) -> None:
-        """It is there."""
+        """Do nothing; the array exists."""
 
     def write(self, part: Part, picture: Convert) -> None:
         for top, bottom, left, right in pieces(part, self.block):
@@ -130,20 +129,25 @@ class ArraySink:
             self.array[top:bottom, left:right] = numbers[:, :, 0] if self._flat else numbers
 
     def finish(self) -> None:
-        """It is written."""
+        """Do nothing; the parts are written."""
 
     def abandon(self) -> None:
-        """Keep what is written: the array is the caller's."""
+        """Do nothing; the array belongs to the caller."""
 
 
 class FileSink:
-    """A file or Zarr store under another name, which it takes at the end: whole or not at all."""
+    """A sink that writes a file or Zarr store atomically, under a temporary name until it is complete."""
 
     def __init__(
-        self, path: Path, shape: tuple[int, int, int], dtype: np.dtype[Any], what: str, kind: str,
+        self,
+        path: Path,
+        shape: tuple[int, int, int],
+        dtype: np.dtype[Any],
+        what: str,
+        kind: str,
         notes: Metadata | None = None,
-    ) -> None:  # fmt: skip
-        place_of(path, is_folder=kind == "Zarr")  # refused before the work
+    ) -> None:
+        place_of(path, is_folder=kind == "Zarr")  # raises InputError before anything is computed
         self.path = path
         self.shape, self.dtype, self.what, self._kind = shape, dtype, f"{what} ({path})", kind
         blocks = {"TIFF": tiff.TiffSink.block, "OpenEXR": exr.ExrSink.block}
@@ -154,21 +158,21 @@ class FileSink:
         self._package: Any = (
             None if kind == "OpenEXR" else imported("tifffile" if kind == "TIFF" else "zarr", self.what)
         )
-        self._made: NewFile | None = None
+        self._new_file: NewFile | None = None
         self._inner: Any = None
         self._notes = notes or Metadata()
 
     def open(self) -> None:
-        self._made = NewFile(self.path, is_folder=self._kind == "Zarr")
+        self._new_file = NewFile(self.path, is_folder=self._kind == "Zarr")
         try:
             if self._kind == "TIFF":
                 height, width, channels = self.shape
                 stored = channels - 1 if self._notes.opaque and channels == 4 else channels
-                self._inner = tiff.TiffSink(self._made.temporary, (height, width, stored), self.dtype, self._notes)
+                self._inner = tiff.TiffSink(self._new_file.temporary, (height, width, stored), self.dtype, self._notes)
             elif self._kind == "OpenEXR":
-                self._inner = exr.ExrSink(self._made.temporary, self.shape, self.dtype, self._notes)
+                self._inner = exr.ExrSink(self._new_file.temporary, self.shape, self.dtype, self._notes)
             else:
-                self._inner = ArraySink(self._new_zarr(self._made.temporary), self.shape, self.what)
+                self._inner = ArraySink(self._new_zarr(self._new_file.temporary), self.shape, self.what)
         except OSError as error:
             raise self._failed(error) from error
 
@@ -187,22 +191,22 @@ class FileSink:
             raise self._failed(error) from error
 
     def _add_alpha(self) -> None:
-        """Begin anew with alpha, which was left out until now."""
-        assert self._made is not None
-        wide = NewFile(self.path)
-        narrow, self._made, old = self._inner, wide, self._made
+        """Copy the file without alpha into a new one with alpha."""
+        assert self._new_file is not None
+        opaque_sink, opaque_file = self._inner, self._new_file
+        self._new_file = NewFile(self.path)
         try:
-            self._inner = tiff.TiffSink(wide.temporary, self.shape, self.dtype, self._notes)
-            narrow.copy_with_alpha(self._inner)
+            self._inner = tiff.TiffSink(self._new_file.temporary, self.shape, self.dtype, self._notes)
+            opaque_sink.copy_with_alpha(self._inner)
         finally:
-            narrow.close()
-            old.discard()
+            opaque_sink.close()
+            opaque_file.discard()
 
     def finish(self) -> None:
         try:
             self._inner.finish()
-            assert self._made is not None
-            self._made.complete()
+            assert self._new_file is not None
+            self._new_file.complete()
         except OSError as error:
             raise self._failed(error) from error
         self._inner = None
@@ -215,5 +219,5 @@ class FileSink:
         if isinstance(self._inner, (tiff.TiffSink, exr.ExrSink)):
             self._inner.close()
         self._inner = None
-        if self._made is not None:
-            self._made.discard()
+        if self._new_file is not None:
+            self._new_file.discard()

@@ -1,4 +1,4 @@
-"""Sources of tiles: TIFF files, Zarr, and objects that return parts as ``array[rows, columns]``."""
+"""Sources of tiles: TIFF and OpenEXR files, Zarr stores, and arrays indexed as ``array[rows, columns]``."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from passgraph.tiles.grid import Numbers, Part, block_of, checked_dtype, checked
 class Source(Protocol):
     """A picture that is read part by part.
 
-    ``shape`` is (height, width, channels); ``block`` the (height, width) of what is read at once in any case, (1, 1)
-    where any part is as good; ``cost`` the bytes that reading holds beside the part itself.
+    ``shape`` is (height, width, channels). ``block`` is the (height, width) of the blocks that are decoded as a whole,
+    (1, 1) if there are none. ``cost`` is the memory for reading besides the part itself.
     """
 
     @property
@@ -35,27 +35,27 @@ class Source(Protocol):
     def cost(self) -> int: ...
     @property
     def is_grey(self) -> bool:
-        """Whether it has no channels, as against one channel of data."""
+        """True for a gray picture, which has no channel axis; False for one channel of data."""
 
     def read(self, part: Part) -> Numbers:
-        """The part as (rows, columns, channels), in memory of its own."""
+        """Return a copy of the part as (rows, columns, channels)."""
 
     def close(self) -> None: ...
 
 
 def open_source(given: Any, what: str, room: int) -> Source:
-    """A source from a path or an array.
+    """Open a path or an array as a source.
 
     Parameters
     ----------
-    given : a path of a TIFF file or of a Zarr array, or an array of any library that has ``shape``, ``dtype`` and
-        ``[rows, columns]``, (h, w) or (h, w, 1 to 4)
-    what : what messages call it
-    room : bytes that decoded blocks may take, for those that the next tile needs too
+    given : the path of a TIFF or OpenEXR file or of a Zarr array, or an array of any library that has ``shape``,
+        ``dtype`` and ``[rows, columns]``, (h, w) or (h, w, 1 to 4)
+    what : its name in messages
+    room : bytes of decoded blocks to keep for the next tiles
 
     Raises
     ------
-    InputError : nothing is there, or no picture that can be read in parts
+    InputError : it does not exist, or is no picture that can be read in parts
     """
     if not isinstance(given, (str, PathLike)):
         return array_source(given, what, room)
@@ -82,21 +82,21 @@ def open_source(given: Any, what: str, room: int) -> Source:
 
 
 def open_zarr(path: Path, what: str) -> Any:
-    """The array of a Zarr store."""
+    """Open the array of a Zarr store."""
     zarr = imported("zarr", what)
     try:
-        found = zarr.open(str(path), mode="r")
-    except Exception as error:  # stores raise errors of every kind
+        array = zarr.open(str(path), mode="r")
+    except Exception as error:  # stores raise errors of any type
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"{what}: {path} cannot be read as Zarr ({reason}); give the path of an array") from error
-    if not isinstance(found, zarr.Array):
-        arrays = ", ".join(sorted(found.array_keys())) or "none"
+    if not isinstance(array, zarr.Array):
+        arrays = ", ".join(sorted(array.array_keys())) or "none"
         raise InputError(f"{what}: {path} is a Zarr group; give the path of one of its arrays: {arrays}")
-    return found
+    return array
 
 
 def array_source(given: Any, what: str, room: int) -> Source:
-    """An array as a source."""
+    """Return a source that reads an array, with a cache of blocks if it is chunked."""
     if not (hasattr(given, "shape") and hasattr(given, "dtype") and hasattr(given, "__getitem__")):
         raise InputError(
             f"{what} must be a path or an array (h, w) or (h, w, 1 to 4) that gives its parts, got "
@@ -107,7 +107,7 @@ def array_source(given: Any, what: str, room: int) -> Source:
 
 
 class ArraySource:
-    """NumPy, memory maps, Zarr, HDF5, dask: all that gives its parts as ``array[rows, columns]``."""
+    """A source that indexes an array as ``array[rows, columns]``: NumPy, memory maps, Zarr, HDF5, dask."""
 
     cost = 0
 
@@ -121,28 +121,28 @@ class ArraySource:
     def read(self, part: Part) -> Numbers:
         top, bottom, left, right = part
         try:
-            given = self.array[top:bottom, left:right]
-        except Exception as error:  # stores raise errors of every kind; those of the caller's arrays are the caller's
+            pixels = self.array[top:bottom, left:right]
+        except Exception as error:  # stores raise errors of any type; errors of the caller's arrays are not converted
             if not self._of_file:
                 raise
             raise InputError(
                 f"{self.name}: truncated or corrupt at rows {top} to {bottom} ({error}); make or copy it again"
             ) from error
-        found = np.array(arguments.numbers(given, self.name))
+        copied = np.array(arguments.numbers(pixels, self.name))
         shape = bottom - top, right - left, self.shape[2]
-        if found.shape not in (shape, shape[:2] if shape[2] == 1 else shape):
+        if copied.shape not in (shape, shape[:2] if shape[2] == 1 else shape):
             raise InputError(
-                f"{self.name}: rows {top} to {bottom} and columns {left} to {right} have shape {found.shape}; "
+                f"{self.name}: rows {top} to {bottom} and columns {left} to {right} have shape {copied.shape}; "
                 f"expected {shape}"
             )
-        return found.reshape(shape)
+        return copied.reshape(shape)
 
     def close(self) -> None:
-        """The array is the caller's."""
+        """Do nothing; the array belongs to the caller."""
 
 
 class Grey:
-    """A source without channels as a picture: its value is red, green and blue."""
+    """A gray source as RGB: its value is red, green and blue."""
 
     is_grey = False
 
@@ -159,7 +159,7 @@ class Grey:
 
 
 class Blocks:
-    """A source read in whole blocks, of which the last ones stay: neighbouring tiles share those at their edges."""
+    """A source with a cache of decoded blocks, since neighboring tiles share the blocks at their edges."""
 
     def __init__(self, source: Any, room: int) -> None:
         self.source, self.name = source, source.name
@@ -168,13 +168,13 @@ class Blocks:
         height, width, channels = self.shape
         self.block_bytes = min(self.block[0], height) * min(self.block[1], width) * channels * self.dtype.itemsize
         across = -(-width // self.block[1])
-        # Two rows of blocks: those that a row of tiles shares with the next one, and those that it goes on to.
+        # Two rows of blocks: the row that a row of tiles shares with the next one, and the row after it.
         self.kept = max(1, min(2 * across + 2, room // max(1, self.block_bytes))) if self.block != (1, 1) else 0
         self._blocks: dict[tuple[int, int], Numbers] = {}
 
     @property
     def cost(self) -> int:
-        # Of a block that is being decoded there is what is stored beside it.
+        # Two more: the block being decoded, and its encoded bytes.
         return int((self.kept + 2) * self.block_bytes + self.source.cost)
 
     def read(self, part: Part) -> Numbers:
@@ -195,16 +195,16 @@ class Blocks:
                 yield row, column
 
     def _block(self, row: int, column: int) -> Numbers:
-        found = self._blocks.get((row, column))
-        if found is None:
+        block = self._blocks.get((row, column))
+        if block is None:
             (height, width), (rows, columns) = self.shape[:2], self.block
             top, left = row * rows, column * columns
             while len(self._blocks) >= self.kept:
-                # Tiles go on to the right and down: what is needed last lies there.
+                # Tiles proceed to the right and down, so the first block is the one that is needed no more.
                 del self._blocks[min(self._blocks)]
-            found = self.source.read((top, min(top + rows, height), left, min(left + columns, width)))
-            self._blocks[row, column] = found
-        return found
+            block = self.source.read((top, min(top + rows, height), left, min(left + columns, width)))
+            self._blocks[row, column] = block
+        return block
 
     def close(self) -> None:
         self._blocks.clear()

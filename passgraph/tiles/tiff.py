@@ -1,6 +1,6 @@
-"""TIFF files part by part, by tifffile: striped and tiled, BigTIFF, 8 and 16 bits and floats.
+"""Read and write parts of TIFF files with tifffile: strips and tiles, BigTIFF, 8 and 16 bits and floats.
 
-Unlike OpenImageIO, tifffile reserves the tiles of a file. Several workers then write them in any order.
+Unlike OpenImageIO, tifffile reserves space for the tiles of a file, so that they can be written in any order.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from passgraph.image_files import straight
 from passgraph.image_formats import Metadata
 from passgraph.tiles.grid import Convert, Numbers, Part, checked_dtype, checked_shape, imported, pieces
 
-#: Sides of the tiles that are written, in pixels: what readers of large pictures expect; a multiple of 16 by the
-#: format (TIFF 6.0, section 15).
+#: Sides of the tiles that are written, in pixels, as readers of large pictures expect; the format requires a multiple
+#: of 16 (TIFF 6.0, section 15).
 TILE = 256
 
 
 def opaque(dtype: np.dtype[Any]) -> Any:
-    """Return alpha 1 in a type."""
+    """Return the number for alpha 1 in a dtype."""
     return np.iinfo(dtype).max if dtype.kind == "u" else 1
 
 
@@ -40,7 +40,7 @@ class TiffSource:
             try:
                 self._tiff = opened.enter_context(tifffile.TiffFile(path))
                 self._page = page = self._tiff.pages[0]
-            except Exception as error:  # broken bytes raise errors of every kind
+            except Exception as error:  # damaged files raise errors of any type
                 raise InputError(f"{self.name}: is no TIFF file that can be read ({error}); make it again") from error
             self._check(page)
             self._planar = page.planarconfig == 2 and page.samplesperpixel > 1
@@ -49,13 +49,13 @@ class TiffSource:
             self.dtype = checked_dtype(page.dtype, self.name)
             self.is_grey = channels == 1
             self._plain = self._begin(page)
-            meanings = [int(one) for one in page.extrasamples]
+            meanings = [int(sample) for sample in page.extrasamples]
             # Without the tag four channels are RGBA, with color multiplied by alpha, as for OpenImageIO.
             self._is_associated = channels in (2, 4) and meanings[:1] in ([1], [] if channels == 4 else [1])
-            tiled = (page.tilelength, page.tilewidth) if page.is_tiled else (min(page.rowsperstrip, height), width)
-            # Rows of plain numbers can be read from anywhere to anywhere.
-            self.block = (1, 1) if self._plain is not None else tiled
-            opened.pop_all()  # read from until it is closed
+            stored = (page.tilelength, page.tilewidth) if page.is_tiled else (min(page.rowsperstrip, height), width)
+            # Any part of uncompressed rows can be read.
+            self.block = (1, 1) if self._plain is not None else stored
+            opened.pop_all()  # stays open until close
 
     def _check(self, page: Any) -> None:
         bits = page.bitspersample
@@ -72,7 +72,7 @@ class TiffSource:
             raise InputError(f"{self.name}: is stored turned (tag Orientation); turn it upright first")
 
     def _begin(self, page: Any) -> int | None:
-        """Return the file offset of the picture if its rows lie there as plain numbers."""
+        """Return the file offset of the picture if its rows are contiguous and not compressed."""
         if page.is_tiled or self._planar or not page.is_contiguous or page.compression != 1:
             return None
         return int(page.dataoffsets[0])
@@ -112,7 +112,7 @@ class TiffSource:
             raise InputError(f"{self.name}: ends before its picture does; make or copy it again")
 
     def _segments(self, part: Part) -> Numbers:
-        """The blocks that a part touches; the part is cut at the picture's edges, blocks may be larger."""
+        """Read a part from the blocks that overlap it."""
         top, bottom, left, right = part
         page, (rows, columns) = self._page, self.block
         pixels = np.zeros((bottom - top, right - left, self.shape[2]), self.dtype)
@@ -133,7 +133,7 @@ class TiffSource:
             if len(data) != size:
                 raise InputError(f"{self.name}: ends before its picture does; make or copy it again")
         segment, (plane, _, y, x, _), _ = page.decode(data, index, jpegtables=page.jpegtables)
-        if segment is None:  # left out by the writer: all zero
+        if segment is None:  # omitted by the writer: all zeros
             return
         block = segment[0]
         y0, y1, x0, x1 = max(top, y), min(bottom, y + len(block)), max(left, x), min(right, x + block.shape[1])
@@ -145,14 +145,14 @@ class TiffSource:
 
 
 class AlphaUsedError(Exception):
-    """Pixels for a file without alpha are not opaque."""
+    """Raised for pixels that are not opaque, for a file without alpha."""
 
 
 class TiffSink:
-    """A tiled TIFF file without compression: where each tile lies is known at once, so they come in any order.
+    """A tiled TIFF file without compression. The offset of each tile is known, so tiles are written in any order.
 
-    Pixels may have one channel more than ``shape``: alpha, which is not stored; where it is not 1, AlphaUsedError is
-    raised.  ``notes`` are those of the picture that the file is made of.
+    Pixels may have one channel more than ``shape``: alpha, which is not stored. If it is not 1, AlphaUsedError is
+    raised. ``notes`` are the metadata of the source picture.
     """
 
     block = (TILE, TILE)
@@ -165,21 +165,28 @@ class TiffSink:
         notes = notes or Metadata()
         self.shape, self.dtype = shape, dtype.newbyteorder("=")
         channels = shape[2]
-        # tifffile makes room for the picture without writing it, so the file takes its bytes as they come.
+        # tifffile reserves space for the picture without writing it.
         tifffile.imwrite(
-            path, None, shape=shape[:2] if channels == 1 else shape, dtype=self.dtype, tile=self.block,
-            photometric="rgb" if channels > 2 else "minisblack", planarconfig=None if channels == 1 else "contig",
-            extrasamples=["unassalpha"] if channels in (2, 4) else None, metadata=None,
-            iccprofile=notes.profile or None, resolution=notes.resolution,
+            path,
+            None,
+            shape=shape[:2] if channels == 1 else shape,
+            dtype=self.dtype,
+            tile=self.block,
+            photometric="rgb" if channels > 2 else "minisblack",
+            planarconfig=None if channels == 1 else "contig",
+            extrasamples=["unassalpha"] if channels in (2, 4) else None,
+            metadata=None,
+            iccprofile=notes.profile or None,
+            resolution=notes.resolution,
             resolutionunit="INCH" if notes.resolution else None,
-        )  # fmt: skip
+        )
         with tifffile.TiffFile(path) as file:
             self._offsets = file.pages[0].dataoffsets
             self.dtype = self.dtype.newbyteorder(file.byteorder)
         self._file = path.open("r+b")
 
     def write(self, part: Part, picture: Convert) -> None:
-        """A part, piece by piece."""
+        """Write a part, piece by piece."""
         for piece in pieces(part, self.block):
             numbers = np.ascontiguousarray(self._without_alpha(picture(piece)), self.dtype)
             top, bottom, left, right = piece
@@ -187,8 +194,8 @@ class TiffSink:
                 y0, y1 = max(top, y), min(bottom, y + TILE)
                 for x in range(left // TILE * TILE, right, TILE):
                     x0, x1 = max(left, x), min(right, x + TILE)
-                    here = numbers[y0 - top : y1 - top, x0 - left : x1 - left]
-                    self._put(y, x, y0 - y, x0 - x, np.ascontiguousarray(here))
+                    pixels = numbers[y0 - top : y1 - top, x0 - left : x1 - left]
+                    self._put(y, x, y0 - y, x0 - x, np.ascontiguousarray(pixels))
 
     def _without_alpha(self, numbers: Numbers) -> Numbers:
         if numbers.shape[2] == self.shape[2]:
@@ -198,20 +205,20 @@ class TiffSink:
         return numbers[..., :-1]
 
     def copy_with_alpha(self, into: TiffSink) -> None:
-        """All tiles, opaque, into a file with a channel more; those that are not written yet are zeros there too."""
+        """Copy all tiles, with alpha 1, into a file with one more channel; unwritten tiles have zeros and alpha 1."""
         pixels, channels = TILE * TILE, self.shape[2]
         self._file.flush()
-        for begin, there in zip(self._offsets, into._offsets, strict=True):
-            self._file.seek(begin)
+        for offset, new_offset in zip(self._offsets, into._offsets, strict=True):
+            self._file.seek(offset)
             data = self._file.read(pixels * channels * self.dtype.itemsize)
             numbers = np.zeros(pixels * channels, self.dtype)
-            found = np.frombuffer(data, self.dtype)
-            numbers[: len(found)] = found
+            written = np.frombuffer(data, self.dtype)
+            numbers[: len(written)] = written
             alpha = np.full((pixels, 1), opaque(self.dtype), self.dtype)
-            into._at(there, np.concatenate([numbers.reshape(pixels, channels), alpha], axis=1))
+            into._at(new_offset, np.concatenate([numbers.reshape(pixels, channels), alpha], axis=1))
 
     def _put(self, y: int, x: int, down: int, along: int, piece: Numbers) -> None:
-        """A piece into the tile at (y, x), so many rows down and columns along."""
+        """Write a piece into the tile at (y, x), ``down`` rows and ``along`` columns from its corner."""
         begin = self._offsets[y // TILE * ceil(self.shape[1] / TILE) + x // TILE]
         pixel = self.shape[2] * self.dtype.itemsize
         if piece.shape[1] == TILE:

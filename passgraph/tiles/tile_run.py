@@ -1,4 +1,4 @@
-"""Tiles on their way: the next one is read and the last one written while one is computed."""
+"""Compute the tiles of a picture in a pipeline: the next one is read and the last one written meanwhile."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ if TYPE_CHECKING:
 
 
 Graph: TypeAlias = "Program | Target | Iterable[Target] | Mapping[str, Target]"
-#: (height, width, channels) and type of a picture.
+#: (height, width, channels) and dtype of a picture.
 Shape: TypeAlias = tuple[tuple[int, int, int], np.dtype[Any]]
 
 
 @dataclass(frozen=True, eq=False)
 class Bound:
-    """A graph and what it runs on."""
+    """A graph with its backend and settings."""
 
     outputs: dict[str, Target]
     backend: Backend
@@ -55,7 +55,7 @@ class Bound:
         return inputs_behind(list(self.outputs.values()))
 
     def settings(self) -> dict[str, Any]:
-        """Return the arguments of `passgraph.compile` besides the outputs, as plain data; of the backend its name."""
+        """Return the arguments of `passgraph.compile` besides the outputs as plain data, with the backend's name."""
         return {
             "backend": self.backend.name,
             "size": self.size,
@@ -67,12 +67,12 @@ class Bound:
 def bound(
     graph: Graph, backend: str | Backend | None, options: Options | None, non_finite: NonFinite, stack: ExitStack
 ) -> Bound:
-    """A graph, or a program, whose backend and options then hold; a backend that is opened here ``stack`` closes.
+    """Bind a graph to a backend and options, or take those of a program; ``stack`` closes a backend opened here.
 
     Raises
     ------
     GraphError, BackendError
-        Where windows of it cannot be computed, whatever its passes read.
+        If the settings or the backend rule out tiles.
     """
     from passgraph.backends.base import Backend as Class
     from passgraph.backends.registry import open_backend
@@ -102,23 +102,23 @@ def bound(
 
 
 def whole_plan(bound: Bound, pictures: Mapping[str, Shape]) -> Plan:
-    """The plan of the whole picture, which is never run."""
+    """Return the plan of the full picture, which is never run."""
     inputs = {}
     for name, spec in bound.inputs.items():
         (height, width, channels), dtype = pictures[name]
         inputs[name] = (spec.format or format_of(dtype, channels, spec.srgb), (width, height))
-    # What runs once would hold one tile's pixels in all others.
+    # A static pass would run once, and its result for one tile would be used in all others.
     options = replace(bound.options, static=False)
     return build(bound.outputs, bound.size, inputs, options, bound.backend.limits, in_windows=True)
 
 
 def result_size(plan: Plan) -> tuple[int, int]:
-    """(width, height) of the results."""
+    """Return (width, height) of the results."""
     return plan.resources[next(iter(plan.outputs.values()))].size
 
 
 class Windows:
-    """A graph on a device, for windows of one shape, wherever they lie in a picture of one size."""
+    """A graph compiled for windows of one shape, at any position in a picture of one size."""
 
     def __init__(self, bound: Bound, plan: Plan, needs: Footprint, window: tuple[int, int]) -> None:
         self.bound, self.size = bound, result_size(plan)
@@ -134,7 +134,7 @@ class Windows:
         return self.execution.plan
 
     def admitted(self, name: str, numbers: Numbers, window: Part) -> Any:
-        """A window of an input, ready to be computed with."""
+        """Check and convert a window of an input for a run."""
         try:
             return admitted_part(self.bound, name, numbers)
         except InputError as error:
@@ -145,31 +145,31 @@ class Windows:
     def compute(
         self, window: Part, pictures: Mapping[str, Any], values: Mapping[str, object], *, stored: bool = False
     ) -> dict[str, Numbers]:
-        """The results in a window: values, or what their targets hold."""
+        """Compute the results in a window, in float32 or, if ``stored``, in the dtype of their targets."""
         top, _, left, _ = window
-        # Tiles of one picture are one frame, however many runs they take.
+        # All tiles of a picture are one frame.
         all_values = {FRAME_INDEX.name: 0, **values, WINDOW.name: (left, top, *self.size), OUTPUT_SIZE.name: self.size}
-        given = {name: value for name, value in all_values.items() if name in values or name in self.plan.values}
+        run_values = {name: value for name, value in all_values.items() if name in values or name in self.plan.values}
         results: Results = "stored" if stored else "float32"
         backend = self.bound.backend
-        # Between two windows others may use the backend, the one that computes a source among them.
+        # Between two windows other threads may use the backend, for example to compute a source.
         with backend.turn:
-            self.execution.run(pictures, given, None, results=results)
+            self.execution.run(pictures, run_values, None, results=results)
             with backend.running():
                 results_by_name = {
                     name: self.execution.result(resource, results) for name, resource in self.plan.outputs.items()
                 }
-        # Nothing was given to write into, so that results are arrays.
+        # Results are arrays, since the run had no result arrays of the caller.
         return cast("dict[str, Numbers]", results_by_name)
 
     def close(self) -> None:
-        """Give back pictures and compiled passes."""
+        """Release pictures and compiled passes."""
         with self.bound.backend.turn:
             self.execution.release()
 
 
 def admitted_part(bound: Bound, name: str, numbers: Numbers) -> Any:
-    """A part of an input as a run takes it: the one place where what tiles read goes into a program."""
+    """Check and convert a part of an input for a run."""
     readers = readers_of(name, bound.outputs.values())
     return admitted_picture(numbers, InputSpec(name, bound.inputs[name].format), bound.non_finite, readers)
 
@@ -182,44 +182,44 @@ Advance: TypeAlias = Callable[[], None]
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """Everything that the tiles of one picture share."""
+    """The data shared by all tiles of a picture."""
 
     bound: Bound
-    plan: Plan  # of the whole picture
+    plan: Plan  # of the full picture
     needs: Footprint
     grid: Grid
-    sources: Mapping[str, Source]  # of inputs that each tile reads a window of
-    whole: Mapping[str, Any]  # those that each tile needs whole
+    sources: Mapping[str, Source]  # inputs that tiles read in windows
+    whole: Mapping[str, Any]  # pictures of the inputs that tiles read whole
     sinks: Mapping[str, Sink]
     values: Mapping[str, object]
-    paths: Mapping[str, Path]  # of sources that are files
+    paths: Mapping[str, Path]  # paths of the sources that are files
 
     def windows(self) -> Windows:
-        """Return the windows that compute its tiles; the caller closes them."""
+        """Compile the graph for the tiles' windows; the caller closes the result."""
         return Windows(self.bound, self.plan, self.needs, self.grid.window)
 
     def read(self, tile: Tile) -> Pictures:
-        """The inputs of a tile, as they are stored."""
+        """Read the inputs of a tile, in the dtypes of the sources."""
         return {name: source.read(tile.window) for name, source in self.sources.items()}
 
     def admitted(self, windows: Windows, tile: Tile) -> Pictures:
-        """The inputs of a tile, ready to be computed with."""
-        read = self.read(tile).items()
-        return {name: windows.admitted(name, numbers, tile.window) for name, numbers in read}
+        """Read the inputs of a tile and convert them for a run."""
+        pictures = self.read(tile).items()
+        return {name: windows.admitted(name, numbers, tile.window) for name, numbers in pictures}
 
     def compute(self, windows: Windows, tile: Tile, pictures: Pictures) -> Pictures:
-        """The results of a tile, as large as its window."""
+        """Compute the results of a tile, in the size of its window."""
         return windows.compute(tile.window, {**self.whole, **pictures}, self.values)
 
     def write(self, tile: Tile, results: Pictures) -> None:
-        """Write the exact part of a tile's results."""
+        """Write the core of a tile's results."""
         for name, sink in self.sinks.items():
             sink.write(tile.core, _Cut(results[name], tile, sink))
 
 
 @dataclass(frozen=True, eq=False)
 class _Cut:
-    """Parts of a result, by their place in the picture, as the sink's numbers."""
+    """A function that returns parts of a tile's result, in picture coordinates, in the sink's dtype."""
 
     result: Numbers
     tile: Tile
@@ -231,7 +231,7 @@ class _Cut:
 
 
 def run_tiles(job: Job, windows: Windows, advance: Advance) -> None:
-    """Read, compute and write every tile; one of each is under way at a time."""
+    """Read, compute and write every tile in a pipeline, with one tile in each of the three stages."""
     tiles = iter(job.grid)
     written: Future[None] | None = None
     with ThreadPoolExecutor(1, "passgraph-read") as reader, ThreadPoolExecutor(1, "passgraph-write") as writer:
@@ -256,7 +256,7 @@ def run_tiles(job: Job, windows: Windows, advance: Advance) -> None:
 
 @contextmanager
 def report_progress(progress: Progress, total: int) -> Iterator[Advance]:
-    """A function to call after each tile: a bar on a terminal where nothing else is asked for."""
+    """Yield a function to call after each tile; by default it draws a progress bar on a terminal."""
     if progress is not None and not isinstance(progress, bool):
         call = arguments.function(progress, "progress")
         done = 0

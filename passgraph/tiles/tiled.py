@@ -1,4 +1,4 @@
-"""Pictures larger than memory: any graph whose passes read at bounded offsets, tile by tile, bit for bit the same."""
+"""Compute pictures larger than memory tile by tile, for graphs whose passes read at bounded offsets."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from passgraph.pictures import metadata_of
 from passgraph.plan.data import Options, Plan
 from passgraph.run.finite_checks import NonFinite
 from passgraph.tiles.grid import Grid
-from passgraph.tiles.job import Wanted, blocks_room, prepared
+from passgraph.tiles.job import TileRequest, block_cache_bytes, prepared
 from passgraph.tiles.sinks import Sink, planned_sink
 from passgraph.tiles.sources import Source
 from passgraph.tiles.tile_run import Advance, Graph, Job, Progress, report_progress, run_tiles
@@ -45,56 +45,56 @@ def tiled(
     progress: Progress = None,
     client: Client | None = None,
 ) -> Grid:
-    """Compute pictures that are larger than memory, tile by tile; the results are those of the whole, bit for bit.
+    """Compute pictures that are larger than memory, tile by tile; the results equal those of the whole, bit for bit.
 
-    Each tile is read with as much around it as the graph's passes reach together, computed, and written without it.
-    Kernels see the whole picture's coordinates and sizes.  While a tile is computed, the next one is read and the last
+    Each tile is read and computed with a halo as wide as the graph's passes read together, and written without it.
+    Kernels see the full picture's coordinates and sizes. While a tile is computed, the next one is read and the last
     one written.
 
     Parameters
     ----------
     graph
-        What `passgraph.compile` takes, or a program, whose backend, options and changed parameters then hold.
+        An argument of `passgraph.compile`, or a program with its backend, options and changed parameters.
     source
         The input: the path of a TIFF or OpenEXR file (``shot.exr:diffuse`` for a layer) or Zarr array, or an array
-        (NumPy, memory map, Zarr, HDF5, dask …), (h, w) or (h, w, 1 to 4); of several inputs a mapping by name.  Inputs
+        (NumPy, memory map, Zarr, HDF5, dask …), (h, w) or (h, w, 1 to 4). For several inputs, a mapping by name. Inputs
         of another size than the results are read whole.
     sink
-        Where the result goes: a path that ends in .tif, .tiff, .exr or .zarr, or an array that takes
-        ``array[rows, columns] = numbers``; of several results a mapping by name.  A TIFF file keeps the color profile
-        and resolution of a TIFF input, and has no alpha where the input has none and the result is opaque.  Files and
-        stores appear under their name when they are whole; an older one stays until then.  Into 8 and 16 bits go values
-        from 0 to 1.
+        The output: a path that ends in .tif, .tiff, .exr or .zarr, or an array that supports
+        ``array[rows, columns] = numbers``. For several results, a mapping by name. A TIFF file keeps the color profile
+        and resolution of a TIFF input, and has no alpha if the input has none and the result is opaque. Files and
+        stores are replaced atomically when they are complete. Outputs of 8 and 16 bits hold values from 0 to 1.
     memory
-        Bytes that pictures, decoded blocks and compiled passes may take beside what the process holds already, such as
-        ``"1 GB"`` or ``512 << 20``; tiles are as large as is good within it.
+        Limit for pictures, decoded blocks and compiled passes, besides what the process uses already, such as
+        ``"1 GB"`` or ``512 << 20``. The tile size is chosen within it.
     values
         Run values by name.
     dtype
-        What new files hold; left out, what the target's format does.
+        The dtype of new files; by default that of the target's format.
     tile
-        (width, height) that each tile writes, in place of what ``memory`` decides.
+        (width, height) of a tile without its halo, instead of one chosen from ``memory``.
     size
-        (width, height) of results that take no input's size.
+        (width, height) of results that do not take an input's size.
     backend, options, non_finite
-        As `passgraph.compile`; ``reference``, which runs kernels as written, is refused.
+        As in `passgraph.compile`; ``reference`` is not supported, since it runs kernels as written.
     progress
-        A function called with (tiles done, of all) after each tile; left out, a bar on a terminal; False: neither.
+        A function called with (tiles done, all tiles) after each tile; by default a progress bar on a terminal; False
+        for none.
     client
-        A ``distributed.Client``: tiles are read and computed by its workers, each on the backend of this name, and
-        written here as they come; see docs/clusters.md.  ``memory`` is then what each worker may take.
+        A ``distributed.Client`` whose workers read and compute the tiles, on the backend of the same name; the caller
+        writes them. See docs/clusters.md. ``memory`` is then the limit of each worker.
 
     Returns
     -------
-    How the picture was cut, and the bytes counted.
+    The tiling of the picture, with the estimated memory.
 
     Raises
     ------
     GraphError
-        Where a graph cannot be computed in tiles: draws, `passgraph.previous`, reads at computed places
+        If the graph cannot be computed in tiles: draws, `passgraph.previous`, reads at computed positions
         (``image.sample``, ``image.texel``), passes of another size; the message names the pass.
     InputError
-        For a source or sink that does not fit, a broken file, a full disk, and too little memory.
+        For a source or sink that does not fit, a damaged file, a full disk, and too little memory.
 
     Examples
     --------
@@ -106,22 +106,22 @@ def tiled(
     >>> len(grid), grid.window, bool(abs(result - 1.0).max() < 1e-6)
     (6, (46, 46), True)
     """
-    wanted = Wanted(graph, source, memory, values, tile, size, backend, options, non_finite)
+    request = TileRequest(graph, source, memory, values, tile, size, backend, options, non_finite)
     with ExitStack() as stack:
-        job = prepared(wanted, lambda plan, sources: _sinks(plan, sink, dtype, sources, source), stack)
+        job = prepared(request, lambda plan, sources: _sinks(plan, sink, dtype, sources, source), stack)
         run = _runner(job, client, memory, stack)
-        for each in job.sinks.values():
-            stack.callback(each.abandon)
-            each.open()
+        for output in job.sinks.values():
+            stack.callback(output.abandon)
+            output.open()
         with report_progress(progress, len(job.grid)) as advance:
             run(advance)
-        for each in job.sinks.values():
-            each.finish()
+        for output in job.sinks.values():
+            output.finish()
     return job.grid
 
 
 def _runner(job: Job, client: Client | None, memory: int | str, stack: ExitStack) -> Callable[[Advance], None]:
-    """Return the function that computes every tile of a job: here, or on the workers of a cluster."""
+    """Return the function that computes all tiles of a job, in this process or on a cluster."""
     if client is None:
         windows = stack.enter_context(closing(job.windows()))
         return lambda advance: run_tiles(job, windows, advance)
@@ -130,40 +130,42 @@ def _runner(job: Job, client: Client | None, memory: int | str, stack: ExitStack
 
     checked_client(client)
     check_unchanged(job.bound.overrides)
-    return lambda advance: run_tiles_on(client, job, blocks_room(memory), advance)
+    return lambda advance: run_tiles_on(client, job, block_cache_bytes(memory), advance)
 
 
-def _notes(sources: Mapping[str, Source], given: object) -> Metadata:
-    """Return what a result keeps of the first input: color profile, resolution, and whether it has alpha."""
+def _notes(sources: Mapping[str, Source], pictures: object) -> Metadata:
+    """Return the metadata that a result keeps of the first input: color profile, resolution, and opacity."""
     name, source = next(iter(sources.items()), ("", None))
-    picture = given.get(name) if isinstance(given, Mapping) else given
-    found = metadata_of(Path(picture)) if isinstance(picture, (str, os.PathLike)) else Metadata()
-    return replace(found, opaque=source is not None and source.shape[2] in (1, 3))
+    picture = pictures.get(name) if isinstance(pictures, Mapping) else pictures
+    metadata = metadata_of(Path(picture)) if isinstance(picture, (str, os.PathLike)) else Metadata()
+    return replace(metadata, opaque=source is not None and source.shape[2] in (1, 3))
 
 
-def _sinks(plan: Plan, given: object, dtype: object, sources: Mapping[str, Source], made_of: object) -> dict[str, Sink]:
+def _sinks(
+    plan: Plan, outputs: object, dtype: object, sources: Mapping[str, Source], pictures: object
+) -> dict[str, Sink]:
     names = list(plan.outputs)
-    if not isinstance(given, Mapping):
+    if not isinstance(outputs, Mapping):
         if len(names) != 1:
             raise InputError(f"the graph has the results {', '.join(names)}; give sink as a mapping by name")
-        given = {names[0]: given}
-    strangers = [name for name in given if not arguments.among(name, names)]
-    if strangers or len(given) != len(names):
-        got = arguments.shown(strangers[0]) if strangers else ", ".join(map(repr, given)) or "none"
+        outputs = {names[0]: outputs}
+    unknown = [name for name in outputs if not arguments.among(name, names)]
+    if unknown or len(outputs) != len(names):
+        got = arguments.shown(unknown[0]) if unknown else ", ".join(map(repr, outputs)) or "none"
         raise InputError(f"sink must name each result ({', '.join(names)}) and nothing else, got {got}")
-    found, notes = {}, _notes(sources, made_of)
+    sinks, notes = {}, _notes(sources, pictures)
     for name, resource in plan.outputs.items():
         info = plan.resources[resource]
         shape = info.size[1], info.size[0], info.format.channels
-        found[name] = planned_sink(given[name], shape, info.format, dtype, f"sink of {name!r}", notes)
-        _check_apart(given[name], sources, f"sink of {name!r}")
-    return found
+        sinks[name] = planned_sink(outputs[name], shape, info.format, dtype, f"sink of {name!r}", notes)
+        _check_not_source(outputs[name], sources, f"sink of {name!r}")
+    return sinks
 
 
-def _check_apart(sink: object, sources: Mapping[str, Source], what: str) -> None:
-    """Tiles read around what others have written: an array may not be both."""
+def _check_not_source(sink: object, sources: Mapping[str, Source], what: str) -> None:
+    """Raise InputError for a sink that is also a source; tiles would read what others have written."""
     for source in sources.values():
         array = getattr(getattr(source, "source", source), "array", None)
-        both = isinstance(array, np.ndarray) and isinstance(sink, np.ndarray) and np.may_share_memory(array, sink)
-        if array is not None and (array is sink or both):
+        overlap = isinstance(array, np.ndarray) and isinstance(sink, np.ndarray) and np.may_share_memory(array, sink)
+        if array is not None and (array is sink or overlap):
             raise InputError(f"{what} is the array of {source.name} too; write into another one")

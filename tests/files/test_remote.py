@@ -82,7 +82,7 @@ def test_files_are_named_and_workers_read_and_write_them(
 def test_files_that_a_worker_sees_differently_are_sent(
     program: pg.Program, client: Any, files: dict[int, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(RemoteRun, "_named", lambda run, name, frame: Named("/elsewhere/1.png", 1, 1))
+    monkeypatch.setattr(RemoteRun, "_file_or_pixels", lambda run, name, frame: Named("/elsewhere/1.png", 1, 1))
     sink = ToArrays()
     assert pg.frames(program, Pictures(files), sink, values=values, client=client).whole
     assert [picture.tobytes() for picture in sink.pictures] == here(program)
@@ -91,8 +91,8 @@ def test_files_that_a_worker_sees_differently_are_sent(
 def test_results_that_a_worker_has_no_folder_for_are_written_here(
     program: pg.Program, client: Any, files: dict[int, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    room = RemoteRun._room
-    monkeypatch.setattr(RemoteRun, "_room", lambda run, frame: replace(room(run, frame), folder=1))
+    output_file = RemoteRun._output_file
+    monkeypatch.setattr(RemoteRun, "_output_file", lambda run, frame: replace(output_file(run, frame), folder=1))
     far, near = outputs(tmp_path / "far"), outputs(tmp_path / "near")
     assert pg.frames(program, Pictures(files), ToPictures(far), values={"k": 1.0}, client=client).whole
     assert pg.frames(program, Pictures(files), ToPictures(near), values={"k": 1.0}).whole
