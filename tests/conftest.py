@@ -29,19 +29,21 @@ SLOW_ON_OPENCL = ("gl", pytest.param("opencl", marks=pytest.mark.slow), "webgpu"
 GARBAGE_AFTER = 20_000
 
 
-#: Folders whose tests always run on webgpu; elsewhere a test with webgpu as its parameter is a slow one.  Mesa's Vulkan
-#: and OpenGL drivers share a compiler and a rasterizer, so beside the conformance suite, which holds each operation,
-#: state and effect, it mostly adds time.
+#: Folders whose tests always run on webgpu.  Mesa's Vulkan and OpenGL drivers share a compiler and a rasterizer, so
+#: beside the conformance suite, which holds each operation, state and effect, webgpu mostly adds time.
 ALWAYS_ON_WEBGPU = ("backends", "conformance")
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """Mark tests on webgpu as slow outside the folders that always run on it."""
-    parameters = (
-        item.callspec.params.values() if isinstance(item, pytest.Function) and hasattr(item, "callspec") else ()
-    )
-    on_webgpu = any(isinstance(value, str) and value.startswith("webgpu") for value in parameters)
-    if on_webgpu and item.path.parent.name not in ALWAYS_ON_WEBGPU:
+    """Mark tests as slow that repeat, on another device, what the conformance suite holds there.
+
+    So are tests with the parameter webgpu outside the folders above, and tests of effects with the parameter opencl.
+    """
+    if not isinstance(item, pytest.Function) or not hasattr(item, "callspec"):
+        return
+    folder = item.path.parent.name
+    names = {value.partition(":")[0] for value in item.callspec.params.values() if isinstance(value, str)}
+    if ("webgpu" in names and folder not in ALWAYS_ON_WEBGPU) or ("opencl" in names and folder == "effects"):
         item.add_marker(pytest.mark.slow)
 
 

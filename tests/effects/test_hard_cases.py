@@ -14,6 +14,8 @@ from tests.conftest import DEVICES
 from tests.effects.hard import bias, blurring, lights, moments, penumbrae, precision, refusals
 from tests.effects.hard.case import Case, Figure, mask
 
+pytestmark = pytest.mark.slow
+
 
 def lines(case: Case, start: str) -> list[Figure]:
     """Figures whose name starts so, at least one."""

@@ -12,6 +12,8 @@ from passgraph.effects.light2d.grid import distance_grid
 from passgraph.effects.light2d.lens_spots import dirty_lens_map, dirty_lens_spots, light_spots
 from tests.agreement import assert_within_bounds
 
+pytestmark = pytest.mark.slow
+
 WINDOW = Window(0, 0, 16, 12)
 SIZE = (40, 30)
 LIGHTS = [Light2D((4.1, 5.2), (1.0, 0.8, 0.5), 12, 0.5), Light2D((13.3, 9.1), (0.2, 0.4, 1.0), 8)]

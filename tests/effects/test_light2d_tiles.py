@@ -17,6 +17,8 @@ from tests.conftest import present_devices
 from tests.effects.flat_truth import RAYS, faded, places, share_in_sight
 from tests.effects.scenes import Float64, Picture
 
+pytestmark = pytest.mark.slow
+
 WINDOW = Window(0, 0, 16, 12)
 SIZE = (64, 48)
 

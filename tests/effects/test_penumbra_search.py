@@ -20,6 +20,8 @@ from tests.conftest import DEVICES
 from tests.effects.hard.penumbrae import STACKS
 from tests.effects.scenes import Picture, cube, floor, render, sun
 
+pytestmark = pytest.mark.slow
+
 SIZE, SHEETS_SIZE = (128, 84), (320, 180)
 CAMERA = pg.Camera((3, 3, 5), (0.4, 0.3, 0), vertical_fov_rad=0.6)
 LIGHTS = {

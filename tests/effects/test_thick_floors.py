@@ -20,6 +20,8 @@ from passgraph.scene.matrices import transform_points
 from tests.agreement import assert_within_bounds
 from tests.effects.scenes import Picture, cube, floor, render, sun
 
+pytestmark = pytest.mark.slow
+
 SIZE = (160, 90)
 #: Errors by scene and filter on a map of 1024: a little more than was measured on 160 × 90 pixels, and less than where
 #: maps hold all casters and searches are as wide as the nearest of them asks.

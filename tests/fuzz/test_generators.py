@@ -56,6 +56,7 @@ WORDS = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_kernels_use_the_whole_language_and_are_taken() -> None:
     found: Counter[str] = Counter()
 

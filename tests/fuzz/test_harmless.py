@@ -35,6 +35,8 @@ from passgraph.verify.fuzz.random_kernels import Picture, unit
 from tests.conftest import DEVICES, require
 from tests.plan.orders import shuffled
 
+pytestmark = pytest.mark.slow
+
 SIZE = (48, 32)
 FEW = settings(
     max_examples=3, deadline=None, database=None, derandomize=True,

@@ -22,6 +22,8 @@ from passgraph.plan.data import PixelStep
 from passgraph.plan.fuse import MAX_FUSED_INSTRUCTIONS, MAX_STEPS, Chains
 from tests.corners import placed
 
+pytestmark = pytest.mark.slow
+
 SIZE = (16, 12)
 half = pg.kernel(source="def half(color: Image) -> vec4: return color[0, 0] * 0.5")
 gain = pg.kernel(source="def gain(color: Image, by: float) -> vec4: return sqrt(abs(color[0, 0])) * by")
