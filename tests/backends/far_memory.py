@@ -42,9 +42,10 @@ def load_far(code, function):
     return load_object(code, function)
 
 
-compiler.load_object = load_far
-terms = " + ".join(f"pow(abs(c[{column}, 0]), vec4(0.{column + 1}))" for column in range(12))
-kernel = pg.kernel(source=f"def k(c: Image) -> vec4: return {terms}")
-with pg.compile(kernel(pg.Input("c")), backend="numpy") as program:
-    picture = program(c=np.ones((4, 4, 4), np.float32))["k"]
-np.testing.assert_array_equal(picture, 12.0)
+if __name__ == "__main__":
+    compiler.load_object = load_far
+    terms = " + ".join(f"pow(abs(c[{column}, 0]), vec4(0.{column + 1}))" for column in range(12))
+    kernel = pg.kernel(source=f"def k(c: Image) -> vec4: return {terms}")
+    with pg.compile(kernel(pg.Input("c")), backend="numpy") as program:
+        picture = program(c=np.ones((4, 4, 4), np.float32))["k"]
+    np.testing.assert_array_equal(picture, 12.0)
