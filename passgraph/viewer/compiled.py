@@ -1,4 +1,4 @@
-"""A drawing as a program that shows one of its targets, and how far two results are apart."""
+"""Compile a drawing to a program that shows one of its targets, and measure the difference of two results."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from passgraph.plan.dependencies import inputs_behind, passes_behind
 from passgraph.viewer.display import shown
 from passgraph.viewer.subject import Drawing
 
-#: Largest factor that differences are shown with.
+#: Largest factor for showing differences.
 MOST_GAIN = 4096.0
 
 
 class Compiled:
-    """A drawing on one backend, with the pass that shows one of its targets."""
+    """A drawing compiled for a backend, with a pass that shows one of its targets."""
 
     def __init__(self, drawing: Drawing, target: str, backend: Backend) -> None:
         self.drawing = drawing
@@ -31,39 +31,39 @@ class Compiled:
         first = next(iter(drawing.outputs.values()))
         #: The target that is shown, and its name among `targets`.
         self.target = self.targets.get(target, first)
-        self.target_name = next((name for name, one in self.targets.items() if one == self.target.content), first.name)
-        # An input is no output: what passes read of it is shown.
+        self.target_name = next((name for name, t in self.targets.items() if t == self.target.content), first.name)
+        # An input cannot be an output: a pass copies it, as passes read it.
         content = self.target if self.target.made_by else as_read(self.target, into=pg.target("read", "rgba32f"))
         outputs = {"shown": shown(content), "values": content}
         if any(t.is_previous for node in passes_behind([*drawing.outputs.values()]) for t in node.reads):
-            # History is kept of all that the drawing computes, whatever is looked at.
+            # History is kept of all outputs of the drawing, whichever target is shown.
             outputs |= {f"output {name}": output for name, output in drawing.outputs.items()}
         self.program = pg.compile(outputs, backend, drawing.size, non_finite="keep", results="stored")
-        #: Run values by name; unlike the program's plan they are there before the first run.
+        #: Run values by name; unlike the program's plan they exist before the first run.
         self.values = values_of(outputs.values())
-        #: Where history comes from before the next run.
+        #: The program whose history the next run continues.
         self._earlier: Compiled | None = None
 
     def follow(self, earlier: Compiled) -> None:
-        """Take over history in the first run, and close the earlier program then."""
+        """Continue the history of an earlier program in the first run, which then closes that program."""
         self._earlier = earlier
 
-    def run(self, given: Mapping[str, Any]) -> pg.Result:
+    def run(self, run_inputs: Mapping[str, Any]) -> pg.Result:
         earlier, self._earlier = self._earlier, None
         if earlier is not None:
-            self._take_history(earlier, given)
-        return self.program(**given)
+            self._take_history(earlier, run_inputs)
+        return self.program(**run_inputs)
 
-    def _take_history(self, earlier: Compiled, given: Mapping[str, Any]) -> None:
+    def _take_history(self, earlier: Compiled, run_inputs: Mapping[str, Any]) -> None:
         try:
             if self.program.has_history and earlier.program.backend is self.program.backend:
-                self.program.run(**given)  # inputs whose size is open have one now
+                self.program.run(**run_inputs)  # sets the size of inputs whose size is open
                 self.program.continue_from(earlier.program)
         finally:
             earlier.close()
 
     def restart(self) -> None:
-        """Begin history anew."""
+        """Reset history to its initial values."""
         if self._earlier is not None:
             self._earlier.close()
             self._earlier = None
@@ -77,76 +77,77 @@ class Compiled:
 
 @pg.kernel
 def as_read(picture: pg.Image) -> pg.vec4:
-    """A picture as passes read it."""
+    """Copy a picture as passes read it."""
     return picture[0, 0]
 
 
 def targets_of(outputs: Mapping[str, pg.Target]) -> dict[str, pg.Target]:
-    """Every target that a pass behind the outputs writes, by name, in the order of the passes; inputs behind them.
+    """Return the targets that the outputs depend on, by name, in the order of the passes, and then the inputs.
 
-    A target that is drawn over has several contents: from the second on, a number stands behind its name.
+    A target that several passes draw into has several contents; from the second on, its name ends with a number.
     """
     nodes = passes_behind([*outputs.values()])
     contents = [pg.Target(spec, node, slot) for node in nodes for slot, spec in enumerate(node.into)]
     contents += [pg.Target(spec) for spec in inputs_behind([*outputs.values()]).values()]
-    found: dict[str, pg.Target] = {}
+    targets: dict[str, pg.Target] = {}
     for content in contents:
         name, number = content.name, 1
-        while name in found:
+        while name in targets:
             number += 1
             name = f"{content.name} ({number})"
-        found[name] = content
-    return found
+        targets[name] = content
+    return targets
 
 
 def values_of(outputs: Iterable[pg.Target]) -> dict[str, pg.Value]:
-    """The run values of a graph by name."""
+    """Return the run values of a graph by name."""
     return {source.name: source for node in passes_behind([*outputs]) for source in sources_of(node.values)}
 
 
 @dataclass(frozen=True)
 class Difference:
-    """How far two results of one target are apart.
+    """The difference of two results of a target.
 
     Attributes
     ----------
-    apart : of each pixel the largest difference of a channel, (height, width); 0 where one of both is not a number
-    one_is_nan : pixels where one result is NaN and the other is not
+    largest : the largest absolute difference of a pixel's channels, (height, width); NaN counts as 0
+    nan_mismatch : pixels where one result is NaN and the other is not
     """
 
-    apart: NDArray[np.float64]
-    one_is_nan: NDArray[np.bool_]
+    largest: NDArray[np.float64]
+    nan_mismatch: NDArray[np.bool_]
 
     @classmethod
     def of(cls, a: pg.Result, b: pg.Result) -> Difference:
-        """Of the channels that both have."""
-        one, other = (scaled(result["values"]).astype(np.float64) for result in (a, b))
-        channels = min(one.shape[2], other.shape[2])
-        one, other = one[:, :, :channels], other[:, :, :channels]
+        """Compare the channels that both results have."""
+        first, second = (scaled(result["values"]).astype(np.float64) for result in (a, b))
+        channels = min(first.shape[2], second.shape[2])
+        first, second = first[:, :, :channels], second[:, :, :channels]
         with np.errstate(invalid="ignore"):
-            apart = np.nan_to_num(np.abs(one - other)).max(axis=2)
-        return cls(apart, np.isnan(one).any(axis=2) != np.isnan(other).any(axis=2))
+            largest = np.nan_to_num(np.abs(first - second)).max(axis=2)
+        return cls(largest, np.isnan(first).any(axis=2) != np.isnan(second).any(axis=2))
 
     def picture(self, gain: float) -> NDArray[np.uint8]:
-        """Differences times gain, black to white; magenta where one result alone is NaN."""
-        level = np.clip(self.apart * min(gain, MOST_GAIN) * 255.0, 0, 255).astype(np.uint8)
-        made = np.dstack([level, level, level, np.full_like(level, 255)])
-        made[self.one_is_nan] = (255, 0, 255, 255)
-        return made
+        """Return the differences times gain, black to white; magenta where only one result is NaN."""
+        level = np.clip(self.largest * min(gain, MOST_GAIN) * 255.0, 0, 255).astype(np.uint8)
+        picture = np.dstack([level, level, level, np.full_like(level, 255)])
+        picture[self.nan_mismatch] = (255, 0, 255, 255)
+        return picture
 
     def facts(self) -> dict[str, Any]:
-        """The largest difference, where it is, and how many pixels differ."""
-        y, x = np.unravel_index(int(self.apart.argmax()), self.apart.shape)
+        """Return the largest difference, its position, and the number of pixels that differ."""
+        y, x = np.unravel_index(int(self.largest.argmax()), self.largest.shape)
         return {
-            "largest": float(self.apart[y, x]), "at": [int(x), int(y)],
-            "pixels": int(((self.apart > 0) | self.one_is_nan).sum()),
-        }  # fmt: skip
+            "largest": float(self.largest[y, x]),
+            "at": [int(x), int(y)],
+            "pixels": int(((self.largest > 0) | self.nan_mismatch).sum()),
+        }
 
 
 def flip_map(results: Mapping[str, pg.Result]) -> tuple[NDArray[np.uint8], float]:
-    """Return the FLIP map of two results as they are shown, from black to yellow, and its mean.
+    """Return the FLIP map of two results as shown, from black to yellow, and its mean.
 
-    FLIP says how much of a difference a person sees who alternates between both pictures: 0 none, 1 the most.
+    FLIP estimates the difference that a viewer sees when alternating between the pictures, from 0 to 1.
     """
     try:
         from flip_evaluator import evaluate

@@ -1,6 +1,6 @@
-"""What the page asks about a picture: the lines that make a pixel, the passes and their code, the oracle's verdict.
+"""Debug a picture of the live view: the lines of a pixel, the passes and their code, the oracle's verdict.
 
-Each question is answered on a backend of its own, in the thread that asks, while pictures go on.
+The debugger has its own backends and runs in the caller's thread, while the view continues.
 """
 
 from __future__ import annotations
@@ -34,37 +34,37 @@ from passgraph.verify.oracle.time_limit import TimeLimit
 from passgraph.viewer.compiled import targets_of, values_of
 from passgraph.viewer.subject import Drawing
 
-#: Seconds in which the oracle looks for bounds of a picture, and texels of one image that are listed.
+#: Time limit of the oracle for a picture in seconds, and most texels of an image that are listed.
 VERDICT_S, MOST_TEXELS = 30.0, 4096
-#: What the oracle's mask shows: (red, green, blue, alpha).
+#: Colors of the oracle's mask (red, green, blue, alpha).
 OUTSIDE, UNDECIDED = (255, 0, 60, 255), (255, 200, 0, 150)
 
 
 @dataclass(frozen=True)
 class View:
-    """What is on screen when a question is asked.
+    """The view that is on screen.
 
     Attributes
     ----------
     drawing : the graph
-    target : the target that is looked at
-    backends : names, the first is shown and the second compared with it; empty for the default
-    given : pictures and values by name, of all that the drawing takes
+    target : the shown target
+    backends : names; the first is shown and the second compared with it; empty for the default
+    run_inputs : pictures and run values of the drawing, by name
     """
 
     drawing: Drawing
     target: pg.Target
     backends: Sequence[str]
-    given: Mapping[str, Any]
+    run_inputs: Mapping[str, Any]
 
-    def given_to(self, outputs: Mapping[str, pg.Target]) -> dict[str, Any]:
-        """What the graph behind some of the targets takes."""
+    def run_inputs_of(self, outputs: Mapping[str, pg.Target]) -> dict[str, Any]:
+        """Return the pictures and run values that some targets depend on."""
         names = {*inputs_behind([*outputs.values()]), *values_of(outputs.values())}
-        return {name: value for name, value in self.given.items() if name in names}
+        return {name: value for name, value in self.run_inputs.items() if name in names}
 
 
 class Debugger:
-    """Answers questions about a view; `close` closes its backends."""
+    """Inspects a view; `close` closes its backends."""
 
     def __init__(self) -> None:
         self._backends: dict[str, Backend] = {}
@@ -85,31 +85,31 @@ class Debugger:
             yield [self._backends[name] for name in names]
 
     def pixel(self, view: View, x: int, y: int) -> dict[str, Any]:
-        """Every line of the kernel of the target at a pixel: on the reference, and on the backends beside it."""
+        """Return the values of each line of the target's kernel at a pixel, on the reference and the backends."""
         made_by = view.target.made_by
         if made_by is None:
             return {"text": f"({x}, {y}) of {view.target.name}: an input, which no kernel computes"}
         outputs = {"target": view.target}
-        given = view.given_to(outputs)
+        run_inputs = view.run_inputs_of(outputs)
         if not isinstance(made_by, PixelPass):
             with pg.compile(outputs, "reference", view.drawing.size, non_finite="keep") as program:
-                return {"text": str(program.inspect(x, y, made_by.name, **given))}
+                return {"text": str(program.inspect(x, y, made_by.name, **run_inputs))}
         with self._using(view.backends) as backends:
-            found = [lines_at(outputs, b, (x, y), given, size=view.drawing.size) for b in backends]
-        return _lines_facts(view, found)
+            lines = [lines_at(outputs, b, (x, y), run_inputs, size=view.drawing.size) for b in backends]
+        return _lines_facts(view, lines)
 
     def passes(self, view: View) -> dict[str, Any]:
-        """The plan in words and as a drawing, with each pass's target and time."""
+        """Return the plan as text with the times of passes, and as SVG."""
         outputs = view.drawing.outputs
         with self._using(view.backends[:1]) as (backend,):
             program = pg.compile(outputs, backend, view.drawing.size, non_finite="keep")
             with program:
-                times = program.profile(5, **view.given_to(outputs))
+                times = program.profile(5, **view.run_inputs_of(outputs))
                 plan = program.plan
         return {"text": f"{plan.explain()}\n\n{times}", "svg": plan.svg(), "passes": [step.name for step in plan.steps]}
 
     def code(self, view: View, name: str) -> dict[str, Any]:
-        """The source of a pass's kernel, and the code that backends make of it."""
+        """Return the source of a pass's kernel, and the code that each backend generates from it."""
         with self._using(view.backends[:1]) as (shown,):
             plan = _plan(view, shown)
         step = next((s for s in plan.steps if s.name == name and isinstance(s, (PixelStep, DrawStep))), None)
@@ -127,13 +127,15 @@ class Debugger:
         return {"name": name, "target": written, "text": text, "code": {k: v for k, v in code.items() if v}}
 
     def verdict(self, view: View) -> dict[str, Any]:
-        """Which pixels of the target the shown backend may not compute so, as a mask; each pass on the reference's
-        pictures, so that a difference is the pass's own."""
+        """Return a mask of the target's pixels that are outside the oracle's bounds on the shown backend.
+
+        Each pass reads the reference's pictures, so that errors of earlier passes do not count.
+        """
         outputs = {"target": view.target}
         if view.target.made_by is None:
             return {"text": "an input: no kernel computes it"}
         limit = TimeLimit(VERDICT_S)
-        passes = Passes(outputs, view.drawing.size, [view.given_to(outputs)], limit)
+        passes = Passes(outputs, view.drawing.size, [view.run_inputs_of(outputs)], limit)
         resource = passes.plan.outputs["target"]
         with self._using(view.backends[:1]) as (backend,):
             expected, allowed = passes.allowed(backend.snaps)
@@ -152,10 +154,10 @@ class Debugger:
 
 
 def _plan(view: View, backend: Backend) -> Plan:
-    """As the shown backend runs the drawing."""
+    """Return the drawing's plan on the shown backend."""
     outputs = view.drawing.outputs
-    given, inputs = view.given_to(outputs), inputs_behind([*outputs.values()])
-    bound = {n: bound_to(admitted_picture(given.get(n, spec.default), spec), spec) for n, spec in inputs.items()}
+    pictures, inputs = view.run_inputs_of(outputs), inputs_behind([*outputs.values()])
+    bound = {n: bound_to(admitted_picture(pictures.get(n, spec.default), spec), spec) for n, spec in inputs.items()}
     options = Options() if backend.optimises else Options(fuse=False)
     return build(outputs, view.drawing.size, bound, options, backend.limits)
 
@@ -169,7 +171,7 @@ def _png(pixels: Any) -> str:
 
 
 def _source_of(kernel: Kernel) -> str:
-    """The text of a kernel, or of the shader that it was read from, with its place."""
+    """Return the text of a kernel, or of its shader file, with its position."""
     span = kernel.program.source
     if kernel.definition is not None:
         return f"{Path(span.file).name}:{span.line}\n{kernel.definition.source.text}"
@@ -180,8 +182,9 @@ def _source_of(kernel: Kernel) -> str:
 # Lines
 
 
-def _lines_facts(view: View, found: Sequence[Lines]) -> dict[str, Any]:
-    first = found[0].inspection
+def _lines_facts(view: View, lines: Sequence[Lines]) -> dict[str, Any]:
+    """Return the lines of a pixel on each backend, for the page."""
+    first = lines[0].inspection
     names = {content.content: name for name, content in targets_of(view.drawing.outputs).items()}
     images = view.target.made_by.images if isinstance(view.target.made_by, PixelPass) else {}
     texels = [
@@ -193,12 +196,12 @@ def _lines_facts(view: View, found: Sequence[Lines]) -> dict[str, Any]:
         "title": f"pass {first.step} at {first.pixel} of {first.size[0]}x{first.size[1]}: kernel {first.kernel}, "
         f"{Path(first.file).name}",
         "parameters": [f"{name} = {text_of(value)}" for name, value in first.parameters.items()],
-        "backends": [lines.backend for lines in found],
-        "verdicts": [_verdict(lines) for lines in found] + _apart(found),
-        "rows": [_row(values) for values in zip_longest(*(lines.values for lines in found))],
+        "backends": [of_backend.backend for of_backend in lines],
+        "verdicts": [_verdict(of_backend) for of_backend in lines] + _first_difference(lines),
+        "rows": [_row(values) for values in zip_longest(*(of_backend.values for of_backend in lines))],
         "texels": texels,
         "text": str(first),
-    }  # fmt: skip
+    }
 
 
 def _verdict(lines: Lines) -> str:
@@ -208,28 +211,31 @@ def _verdict(lines: Lines) -> str:
     return f"{lines.backend}: line {lines.values[wrong].probe.span.line} is the first outside of its bounds"
 
 
-def _apart(found: Sequence[Lines]) -> list[str]:
-    """The first line at which two backends differ at all."""
-    if len(found) < 2:
+def _first_difference(lines: Sequence[Lines]) -> list[str]:
+    """Return a sentence about the first line at which two backends differ; empty for one backend."""
+    if len(lines) < 2:
         return []
-    one, other = found
-    for a, b in zip(one.values, other.values, strict=False):
+    first, second = lines
+    for a, b in zip(first.values, second.values, strict=False):
         if a.value != b.value or a.probe != b.probe:
-            return [f"{one.backend} and {other.backend} first differ at line {a.probe.span.line}"]
-    return [f"{one.backend} and {other.backend} have the same bits at each line"]
+            return [f"{first.backend} and {second.backend} first differ at line {a.probe.span.line}"]
+    return [f"{first.backend} and {second.backend} have the same bits at each line"]
 
 
 def _row(values: Sequence[LineValue | None]) -> dict[str, Any]:
-    """A value on the reference and on each backend; ``wrong`` says for each whether its bounds forbid it."""
+    """Return a line's value on the reference and on each backend; ``wrong`` is True for those outside their bounds."""
     known = next(value for value in values if value is not None)
     probe = known.probe
-    beside = ["" if v is None else "=" if v.value == v.reference else _numbers(v.value, v) for v in values]
+    texts = ["" if v is None else "=" if v.value == v.reference else _numbers(v.value, v) for v in values]
     return {
-        "line": probe.span.line, "source": probe.span.text.strip(), "name": probe.name, "kind": probe.kind,
-        "values": [_numbers(known.reference, known), *beside],
+        "line": probe.span.line,
+        "source": probe.span.text.strip(),
+        "name": probe.name,
+        "kind": probe.kind,
+        "values": [_numbers(known.reference, known), *texts],
         "wrong": [value is not None and not value.allowed for value in values],
         "differs": any(value is not None and value.value != known.value for value in values),
-    }  # fmt: skip
+    }
 
 
 def _numbers(numbers: Sequence[float], value: LineValue) -> str:

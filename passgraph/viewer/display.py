@@ -1,5 +1,5 @@
 # mypy: disable-error-code="no-any-return"
-"""A target as a picture to look at: a pass that maps its values to bytes, and those bytes as a file."""
+"""Show a target: a pass that maps its values to bytes, and the encoding of these to a file."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.effects.color.tone_map import encode_srgb
 
-#: What is shown of a texel: its color, one channel, Rec. 709 luminance, or luminance in false color.
+#: How a texel is shown: its color, a channel, Rec. 709 luminance, or luminance in false color.
 CHANNELS = ("color", "red", "green", "blue", "alpha", "luminance", "false color")
 Bytes = NDArray[Any]
 
 
 @dataclass(frozen=True)
 class Look:
-    """How a target is looked at.
+    """The mapping of a target's values to the screen.
 
     Attributes
     ----------
     channel : one of `CHANNELS`
     exposure : stops; values are multiplied by 2 to this power after `low` and `high` are mapped to 0 and 1
-    low, high : what is shown as black and as white
-    srgb : whether values are linear light, encoded as sRGB for the screen
-    mark : whether NaN is shown in magenta, infinity in cyan
+    low, high : the values shown as black and as white
+    srgb : True to encode linear light as sRGB
+    mark : True to show NaN in magenta and infinity in cyan
     """
 
     channel: str = "color"
@@ -39,20 +39,20 @@ class Look:
     mark: bool = True
 
     def values(self) -> dict[str, Any]:
-        """Run values of the pass that `shown` adds.
+        """Return the run values of the pass that `shown` adds.
 
         >>> Look("red").values()["look_channel"]
         1
         """
-        made = asdict(self)
-        made["channel"] = CHANNELS.index(self.channel)
-        made["srgb"], made["mark"] = int(self.srgb), int(self.mark)
-        return {f"look_{name}": value for name, value in made.items()}
+        values = asdict(self)
+        values["channel"] = CHANNELS.index(self.channel)
+        values["srgb"], values["mark"] = int(self.srgb), int(self.mark)
+        return {f"look_{name}": value for name, value in values.items()}
 
 
 @pg.function
 def false_color(x: float) -> pg.vec3:
-    """From dark violet through blue, green and orange to light yellow, growing in lightness."""
+    """Map 0 to 1 to colors of growing lightness: dark violet, blue, green, orange, light yellow."""
     t = pg.clamp(x, 0.0, 1.0)
     red = pg.clamp(0.28 + t * (-1.2 + t * (2.1 - 0.18 * t)), 0.0, 1.0)
     green = pg.clamp(0.01 + t * (1.35 + t * (-0.6 + 0.15 * t)), 0.0, 1.0)
@@ -62,7 +62,7 @@ def false_color(x: float) -> pg.vec3:
 
 @pg.kernel
 def look(picture: pg.Image, channel: int, exposure: float, low: float, high: float, srgb: int, mark: int) -> pg.vec4:
-    """One texel as bytes hold it; opaque, since alpha that is data would hide the picture."""
+    """Map a texel to 0 to 1; opaque, since alpha that is data would hide the picture."""
     held = picture[0, 0]
     scale = 2.0**exposure / (high - low)
     color = (held.rgb - low) * scale
@@ -93,32 +93,32 @@ def look(picture: pg.Image, channel: int, exposure: float, low: float, high: flo
 
 @pg.kernel
 def spread(picture: pg.Image) -> pg.vec4:
-    """A picture of one channel as gray."""
+    """Convert a picture of one channel to gray RGB."""
     return pg.vec4(pg.vec3(picture[0, 0].r), 1.0)
 
 
 def shown(target: pg.Target) -> pg.Target:
-    """Return a pass over a target that makes its picture, "shown" in rgba8; its numbers come with each run."""
+    """Return the output "shown", in rgba8, of a pass that shows a target; its parameters are run values."""
     names = ("channel", "exposure", "low", "high", "srgb", "mark")
     values: dict[str, Any] = {name: pg.Value(f"look_{name}") for name in names}
     format_ = target.spec.format
-    held = (
+    color = (
         spread(target, into=pg.target("shown value", "rgba32f", like=target))
         if format_ and format_.channels == 1
         else target
     )
-    return look(held, **values, into=pg.target("shown", "rgba8", like=target))
+    return look(color, **values, into=pg.target("shown", "rgba8", like=target))
 
 
 def encode(picture: Bytes, exact: bool) -> tuple[bytes, str]:
-    """Return a file of a picture of bytes and its media type: PNG where it must be exact, else JPEG; without alpha."""
+    """Encode an 8-bit picture without alpha, as PNG if ``exact``, else as JPEG; return the bytes and the media type."""
     from PIL import Image
 
     file = BytesIO()
     if exact:
         Image.fromarray(np.ascontiguousarray(picture[:, :, :3])).save(file, "PNG", compress_level=1)
         return file.getvalue(), "image/png"
-    # As it is: a copy without alpha would take twice the time of the encoder.
+    # RGBX avoids a copy without alpha, which would take twice as long as encoding.
     height, width, channels = picture.shape
     mode = "RGBX" if channels == 4 else "RGB"
     image = Image.frombuffer(mode, (width, height), np.ascontiguousarray(picture), "raw", mode, 0, 1)
@@ -127,7 +127,7 @@ def encode(picture: Bytes, exact: bool) -> tuple[bytes, str]:
 
 
 def range_of(values: NDArray[Any]) -> tuple[float, float]:
-    """Return the least and the largest finite number, apart enough to divide by; (0, 1) where there is none.
+    """Return the least and the largest finite number, (0, 1) if there is none; their difference is never 0.
 
     >>> range_of(np.array([[[2.0], [np.nan], [6.0]]]))
     (2.0, 6.0)
@@ -140,6 +140,6 @@ def range_of(values: NDArray[Any]) -> tuple[float, float]:
 
 
 def histogram_of(values: NDArray[Any], low: float, high: float, bins: int = 64) -> list[list[int]]:
-    """Return how many texels fall into bins from low to high, for each of at most three channels."""
+    """Return the histogram from low to high, for at most three channels."""
     count = 1 if values.shape[2] < 3 else 3
     return [np.histogram(values[:, :, k], bins, (low, high))[0].tolist() for k in range(count)]

@@ -1,4 +1,4 @@
-"""A range of frames as a video or an animated picture, written as `passgraph apply` writes them."""
+"""Record a range of frames to a video or an animation, as `passgraph apply` writes them."""
 
 from __future__ import annotations
 
@@ -16,15 +16,16 @@ from passgraph.files.sequences import Numbers
 from passgraph.plan.dependencies import inputs_behind
 from passgraph.viewer.debugger import View
 
-#: Most frames of one recording, most of them a second, and suffixes that it may have.
+#: Most frames of a recording, and most frames a second.
 MOST_FRAMES, MOST_RATE = 100_000, 1000
+#: Suffixes of a recording.
 SUFFIXES = (".mp4", ".mkv", ".webm", ".gif", ".webp")
-#: Inputs of a frame by its number, counted from 0.
+#: A function from a frame's number, counted from 0, to its inputs.
 Inputs = Callable[[int], Mapping[str, Any]]
 
 
 class _Pictures:
-    """One input, a picture for each frame."""
+    """A source of the pictures of an input, one for each frame."""
 
     name = "frames"
 
@@ -37,20 +38,20 @@ class _Pictures:
 
 
 def record(view: View, inputs: Inputs, first: int, last: int, rate: Fraction, path: Path) -> None:
-    """Run what is on screen from a frame to a later one, history from its initial value, and write its target.
+    """Run the view for a range of frames, with history from its initial values, and write the target to a file.
 
     Parameters
     ----------
-    view : the target, its first backend, and what runs are given
+    view : the target, its first backend, and its run inputs
     inputs : pictures of each frame
-    first, last : counted from 0, both included
+    first, last : frame numbers from 0, both included
     rate : frames a second
-    path : of a video or an animated picture
+    path : a video or an animation
 
     Raises
     ------
     InputError
-        For a range or a suffix that cannot be, and for a frame that fails.
+        For an invalid range, rate or suffix, and for a frame that fails.
     """
     if path.suffix not in SUFFIXES:
         raise InputError(f"record: {path.suffix!r} is no video; expected one of {' '.join(SUFFIXES)}")
@@ -59,18 +60,18 @@ def record(view: View, inputs: Inputs, first: int, last: int, rate: Fraction, pa
     if not 0 < rate <= MOST_RATE:
         raise InputError(f"record: expected up to {MOST_RATE} pictures a second, more than 0, got {rate}")
     outputs, names = {"target": view.target}, inputs_behind([view.target])
-    given, fed = view.given_to(outputs), next(iter(names), "")
+    run_inputs, source_input = view.run_inputs_of(outputs), next(iter(names), "")
 
     def values(place: int) -> dict[str, Any]:
         number = first + place - 1
-        time = {name: number for name in (pg.FRAME_INDEX.name,) if name in given}
-        brought = {name: picture for name, picture in inputs(number).items() if name in names}
-        return {name: value for name, value in {**given, **brought, **time}.items() if name != fed}
+        time = {name: number for name in (pg.FRAME_INDEX.name,) if name in run_inputs}
+        pictures = {name: picture for name, picture in inputs(number).items() if name in names}
+        return {name: value for name, value in {**run_inputs, **pictures, **time}.items() if name != source_input}
 
     source: Source | dict[str, Source] = Numbers(last - first + 1)
     if names:
-        pictures = _Pictures(lambda number: {**given, **inputs(number)}[fed], range(first, last + 1))
-        source = {fed: pictures}
+        pictures = _Pictures(lambda number: {**run_inputs, **inputs(number)}[source_input], range(first, last + 1))
+        source = {source_input: pictures}
     with pg.compile(outputs, view.backends[0] or None, view.drawing.size, non_finite="keep") as program:
         summary = frames(program, source, open_film(path, rate), values=values, jobs=1)
     if not summary.whole:

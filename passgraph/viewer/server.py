@@ -1,4 +1,4 @@
-"""The page of a session: served on the loopback interface, to who has the token, and to no other origin."""
+"""Serve the page of a session on the loopback interface; requests need the token and the page's own origin."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ from passgraph.errors import PassgraphError
 from passgraph.notebook import bundle
 from passgraph.viewer.display import CHANNELS, Look
 from passgraph.viewer.recording import SUFFIXES
-from passgraph.viewer.session import Asked, Published, Session
+from passgraph.viewer.session import Published, Session, Settings
 from passgraph.viewer.subject import Subject
 
-#: Largest message of a page, and largest file that may be dropped on it, bytes.
+#: Largest message of a page, and largest uploaded file, in bytes.
 MAX_MESSAGE, MAX_UPLOAD = 1 << 16, 1 << 28
-#: What a page may be: nothing from elsewhere.
+#: Content security policy of the page: it loads nothing from other origins.
 CSP = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self'"
 _PAGE = Path(__file__).parent / "page"
 _FILES = {"": "index.html", "page.js": "page.js", "debug.js": "debug.js", "page.css": "page.css"}
 
 
 class Guard:
-    """Lets requests pass that name this machine, so that no other name is pointed here, and come from this origin."""
+    """Middleware that rejects requests with another host name (DNS rebinding) or from another origin."""
 
     def __init__(self, app: ASGIApp, port: int) -> None:
         self.app = app
@@ -63,18 +63,17 @@ class Guard:
 
 
 class Client:
-    """One page that is open.
+    """An open page.
 
-    Questions that take long are answered beside its other messages: of each kind one at a time, and then the last one
-    that was asked meanwhile.
+    Slow requests are computed in threads. Of each kind one runs at a time, and then the latest one received meanwhile.
     """
 
     def __init__(self, socket: WebSocket) -> None:
         self.socket = socket
-        #: Whether it has shown the last pictures.
+        #: True once it has shown the last pictures.
         self.is_ready = True
-        self._asked: dict[str, Callable[[], dict[str, Any]]] = {}
-        self._answering: dict[str, asyncio.Task[None]] = {}
+        self._pending: dict[str, Callable[[], dict[str, Any]]] = {}
+        self._tasks: dict[str, asyncio.Task[None]] = {}
 
     async def send(self, message: Mapping[str, Any]) -> None:
         await self.socket.send_text(json.dumps(message))
@@ -83,29 +82,29 @@ class Client:
         await self.send({"kind": "refused", "text": text})
 
     def ask(self, kind: str, question: Callable[[], dict[str, Any]]) -> None:
-        """Answer a question in a thread, after the one of its kind that is being answered."""
-        self._asked[kind] = question
-        task = self._answering.get(kind)
+        """Compute the answer in a thread, after a running request of its kind, and send it."""
+        self._pending[kind] = question
+        task = self._tasks.get(kind)
         if task is None or task.done():
-            self._answering[kind] = asyncio.create_task(self._answer(kind))
+            self._tasks[kind] = asyncio.create_task(self._answer(kind))
 
     async def _answer(self, kind: str) -> None:
         with suppress(WebSocketDisconnect, RuntimeError):
-            while kind in self._asked:
+            while kind in self._pending:
                 try:
-                    found = await asyncio.to_thread(self._asked.pop(kind))
-                except Exception as error:  # whatever a user's effect does, the page goes on
-                    await self.refuse(told(error))
+                    facts = await asyncio.to_thread(self._pending.pop(kind))
+                except Exception as error:  # of a user's effect; the page continues
+                    await self.refuse(error_text(error))
                 else:
-                    await self.send({"kind": kind, **found})
+                    await self.send({"kind": kind, **facts})
 
     def close(self) -> None:
-        for task in self._answering.values():
+        for task in self._tasks.values():
             task.cancel()
 
 
-def told(error: Exception) -> str:
-    """The text of an error for the page."""
+def error_text(error: Exception) -> str:
+    """Return the text of an error for the page."""
     return str(error) if isinstance(error, PassgraphError) else f"{type(error).__name__}: {error}"
 
 
@@ -118,13 +117,13 @@ class View:
         self.port = int(self.socket.getsockname()[1])
         self.session = Session(subject, backend, self._published)
         self._loop: asyncio.AbstractEventLoop | None = None
-        #: The newest state, and the newest one with pictures: states of errors have none.
+        #: The latest state, and the latest one with pictures; states of errors have none.
         self._latest: Published | None = None
-        self._drawn: Published | None = None
+        self._latest_drawn: Published | None = None
         self._news = asyncio.Event()
         self._running: uvicorn.Server | None = None
         self._thread: threading.Thread | None = None
-        #: Files of the page that are read: another input, a picture to compare with.
+        #: Uploaded files in use: another input, a picture to compare with.
         self._put_files: dict[str, Path] = {}
         self._folder = tempfile.TemporaryDirectory(prefix="passgraph-view-")
         base = f"/{self.token}"
@@ -147,13 +146,13 @@ class View:
         self._server().run(sockets=[self.socket])
 
     def start(self) -> None:
-        """Serve in a thread of its own, until `close`."""
+        """Serve in a background thread, until `close`."""
         self._running = self._server()
         self._thread = threading.Thread(target=self._running.run, kwargs={"sockets": [self.socket]}, daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """End what `start` began, and let go of the port."""
+        """End the thread of `start`, and release the port."""
         if self._running is not None and self._thread is not None:
             self._running.should_exit = True
             self._thread.join(10.0)
@@ -161,15 +160,19 @@ class View:
         self._folder.cleanup()
 
     def _repr_mimebundle_(self, **_: object) -> dict[str, str]:
-        """The page in a notebook's cell."""
+        """Show the page in a notebook's cell."""
         frame = f'<iframe src="{self.url}" width="100%" height="640" title="passgraph view"></iframe>'
         return bundle(f"passgraph view: {self.url}", frame)
 
     def _server(self) -> uvicorn.Server:
         config = uvicorn.Config(
-            self.app, log_level="warning", ws="websockets-sansio", ws_max_size=MAX_MESSAGE, ws_ping_interval=None,
+            self.app,
+            log_level="warning",
+            ws="websockets-sansio",
+            ws_max_size=MAX_MESSAGE,
+            ws_ping_interval=None,
             timeout_graceful_shutdown=1,
-        )  # fmt: skip
+        )
         return uvicorn.Server(config)
 
     @asynccontextmanager
@@ -183,20 +186,20 @@ class View:
             self._folder.cleanup()
 
     def _published(self, state: Published) -> None:
-        """In the session's thread."""
+        """Pass a state from the session's thread to the event loop."""
         loop = self._loop
         if loop is not None:
-            with suppress(RuntimeError):  # it has ended
+            with suppress(RuntimeError):  # the loop has ended
                 loop.call_soon_threadsafe(self._take, state)
 
     def _take(self, state: Published) -> None:
         self._latest = state
         if state.pictures:
-            self._drawn = state
+            self._latest_drawn = state
         self._wake()
 
     def _wake(self) -> None:
-        """Let senders look for what is new."""
+        """Wake the senders to check for a new state."""
         news, self._news = self._news, asyncio.Event()
         news.set()
 
@@ -216,27 +219,27 @@ class View:
             client.close()
 
     async def _send_states(self, client: Client) -> None:
-        """The newest state, with pictures if the client has shown the last ones: they never queue."""
-        seen = drawn = 0
+        """Send the latest state; with pictures only if the client has shown the last ones, so that they never queue."""
+        sent = sent_pictures = 0
         with suppress(WebSocketDisconnect, RuntimeError):
             while True:
                 news, state = self._news, self._latest
-                newest = self._drawn if client.is_ready else None
-                is_due = newest is not None and newest.number != drawn
-                if state is None or (state.number == seen and not is_due):
+                drawn = self._latest_drawn if client.is_ready else None
+                is_due = drawn is not None and drawn.number != sent_pictures
+                if state is None or (state.number == sent and not is_due):
                     await news.wait()
                     continue
-                seen = state.number
+                sent = state.number
                 pictures: Mapping[str, tuple[bytes, str]] = {}
-                if newest is not None and is_due:
-                    drawn, pictures, client.is_ready = newest.number, newest.pictures, False
+                if drawn is not None and is_due:
+                    sent_pictures, pictures, client.is_ready = drawn.number, drawn.pictures, False
                 slots = [{"slot": slot, "type": kind, "bytes": len(data)} for slot, (data, kind) in pictures.items()]
-                await client.send({"kind": "state", "number": seen, "pictures": slots, **state.facts})
+                await client.send({"kind": "state", "number": sent, "pictures": slots, **state.facts})
                 for data, _ in pictures.values():
                     await client.socket.send_bytes(data)
 
     async def _receive(self, client: Client, text: str) -> None:
-        """Do what a message says; one that does not fit is answered, and changes nothing."""
+        """Handle a message; an invalid one gets an answer, and changes nothing."""
         try:
             message = json.loads(text)
             kind = message["kind"]
@@ -249,7 +252,7 @@ class View:
             elif kind == "values":
                 x, y = int(message["x"]), int(message["y"])
                 await client.send({"kind": "values", "x": x, "y": y, "values": self.session.values_at(x, y)})
-            elif kind == "keep":  # what is shown now, not when its turn comes
+            elif kind == "keep":  # the picture on screen now, not when the request runs
                 client.ask(kind, partial(self.session.keep, self.session.picture("values")))
             elif kind in _QUESTIONS:
                 client.ask(kind, partial(_QUESTIONS[kind], self.session, message))
@@ -261,35 +264,35 @@ class View:
             await client.refuse(f"a message that does not fit: {type(error).__name__}")
 
     async def _save(self, request: Request) -> Response:
-        """The target that is shown as a file: as it looks, or its values."""
+        """Send the shown target as a file: as it looks, or its values."""
         from passgraph.pictures import save
 
-        chosen = request.query_params.get("as", "png")
-        if chosen not in SAVED:
+        format = request.query_params.get("as", "png")
+        if format not in SAVED:
             return PlainTextResponse(f"expected as={', '.join(SAVED)}", 400)
-        suffix, output, bits = SAVED[chosen]
-        return await self._made_file(f".{suffix}", lambda path: save(path, self.session.picture(output), bits=bits))
+        suffix, output, bits = SAVED[format]
+        return await self._send_file(f".{suffix}", lambda path: save(path, self.session.picture(output), bits=bits))
 
     async def _record(self, request: Request) -> Response:
-        """The target that is shown as a video of some frames."""
-        asked = request.query_params
+        """Send a range of frames of the shown target as a video."""
+        query = request.query_params
         try:
-            first, last = int(asked["first"]), int(asked["last"])
-            rate, suffix = Fraction(asked.get("rate", "30")), f".{asked.get('as', 'mp4')}"
+            first, last = int(query["first"]), int(query["last"])
+            rate, suffix = Fraction(query.get("rate", "30")), f".{query.get('as', 'mp4')}"
             if suffix not in SUFFIXES:
                 raise ValueError
         except (KeyError, ValueError, ZeroDivisionError):
             return PlainTextResponse("expected first=, last= (frames from 0), rate= (frames a second) and as=mp4", 400)
-        return await self._made_file(suffix, lambda path: self.session.record(first, last, rate, path))
+        return await self._send_file(suffix, lambda path: self.session.record(first, last, rate, path))
 
-    async def _made_file(self, suffix: str, write: Callable[[Path], None]) -> Response:
-        """A file of its own that is removed once it is sent."""
+    async def _send_file(self, suffix: str, write: Callable[[Path], None]) -> Response:
+        """Write a temporary file, send it, and remove it."""
         path = self._new_path(suffix)
         try:
             await asyncio.to_thread(write, path)
         except Exception as error:  # of a user's effect, or of a backend
             path.unlink(missing_ok=True)
-            return PlainTextResponse(told(error), 400)
+            return PlainTextResponse(error_text(error), 400)
         name = f"{self.session.subject.name}{suffix}"
         return FileResponse(path, filename=name, background=BackgroundTask(path.unlink, missing_ok=True))
 
@@ -299,8 +302,8 @@ class View:
         return Path(name)
 
     def _put(self, use: str) -> Callable[[Request], Awaitable[Response]]:
-        """Takes a file of the page: another input, or a picture to compare with."""
-        place = {"input": self.session.replace_input, "reference": self.session.compare_with}[use]
+        """Return the handler of an uploaded file: another input, or a picture to compare with."""
+        use_file = {"input": self.session.replace_input, "reference": self.session.compare_with}[use]
 
         async def take(request: Request) -> Response:
             suffix = Path(request.path_params["name"]).suffix.lower()
@@ -315,10 +318,10 @@ class View:
                         if size > MAX_UPLOAD:
                             return PlainTextResponse(f"the file is larger than {MAX_UPLOAD >> 20} MiB", 413)
                         file.write(chunk)
-                await asyncio.to_thread(place, path)
+                await asyncio.to_thread(use_file, path)
                 unused, self._put_files[use] = self._put_files.get(use), path
             except Exception as error:  # of a library that reads the file
-                return PlainTextResponse(told(error), 400)
+                return PlainTextResponse(error_text(error), 400)
             finally:
                 if unused is not None:
                     unused.unlink(missing_ok=True)
@@ -327,11 +330,14 @@ class View:
         return take
 
 
-#: What the page saves: the suffix, what of the target, and bits a channel where they are chosen.
+#: Formats to save: the suffix, the target's values or its picture as shown, and bits a channel.
 SAVED: Mapping[str, tuple[str, Literal["values", "shown"], int | None]] = {
-    "png": ("png", "shown", None), "png8": ("png", "values", 8), "png16": ("png", "values", 16),
-    "exr": ("exr", "values", None), "npy": ("npy", "values", None),
-}  # fmt: skip
+    "png": ("png", "shown", None),
+    "png8": ("png", "values", 8),
+    "png16": ("png", "values", 16),
+    "exr": ("exr", "values", None),
+    "npy": ("npy", "values", None),
+}
 _QUESTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], dict[str, Any]]] = {
     "statistics": lambda session, _: session.statistics(),
     "inspect": lambda session, message: session.inspect(int(message["x"]), int(message["y"])),
@@ -342,33 +348,33 @@ _QUESTIONS: Mapping[str, Callable[[Session, Mapping[str, Any]], dict[str, Any]]]
 
 
 def checked_changes(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a page asks for as fields of `Asked`; raises ValueError for what is none.
+    """Convert the changes in a page's message to fields of `Settings`; raises ValueError for invalid ones.
 
     >>> checked_changes({"frame": 3, "look": {"channel": "red"}})
     {'frame': 3, 'look': Look(channel='red', exposure=0.0, low=0.0, high=1.0, srgb=False, mark=True)}
     """
-    made: dict[str, Any] = {}
+    checked: dict[str, Any] = {}
     for name, value in changes.items():
-        plain = getattr(Asked(), name) if name in Asked.__dataclass_fields__ else None
-        if plain is None:
+        default = getattr(Settings(), name) if name in Settings.__dataclass_fields__ else None
+        if default is None:
             raise ValueError(name)
         if name == "look":
             fields = {n: type(getattr(Look(), n))(v) for n, v in value.items()}
-            made[name] = Look(**fields)
-            if made[name].channel not in CHANNELS or made[name].low == made[name].high:
+            checked[name] = Look(**fields)
+            if checked[name].channel not in CHANNELS or checked[name].low == checked[name].high:
                 raise ValueError(name)
         elif name == "values":
-            made[name] = {str(n): _plain(v) for n, v in value.items()}
+            checked[name] = {str(n): _checked_value(v) for n, v in value.items()}
         elif name == "orbit":
             right, up, distance = (float(number) for number in value)
-            made[name] = (right, up, distance)
+            checked[name] = (right, up, distance)
         else:
-            made[name] = type(plain)(value)
-    return made
+            checked[name] = type(default)(value)
+    return checked
 
 
-def _plain(value: Any) -> Any:
-    """A number, a word, or a short list of numbers."""
+def _checked_value(value: Any) -> Any:
+    """Return a number, a text, or a short list of numbers; raise ValueError for other values."""
     if isinstance(value, list):
         return [float(number) for number in value[:16]]
     if value is None or isinstance(value, (bool, int, float, str)):

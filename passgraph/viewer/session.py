@@ -1,4 +1,4 @@
-"""The thread that computes: it takes what the page last asked for, runs programs, and hands out the newest picture."""
+"""The computing thread of the live view: apply the page's latest settings, run programs, publish pictures."""
 
 from __future__ import annotations
 
@@ -29,27 +29,28 @@ from passgraph.viewer.display import Look, encode, histogram_of, range_of
 from passgraph.viewer.recording import record
 from passgraph.viewer.subject import Control, Drawing, Loaded, Subject, run_values_of
 
-#: Seconds between looks at the files of a subject, and after the last change until a still is sent exactly.
+#: Seconds between checks of the subject's files, and from the last change until a picture is sent losslessly.
 POLL_S, SETTLED_S = 0.05, 0.25
-#: What a picture file is compared as, among the names of backends, and the input that it is given as.
+#: The name of a picture file among the backends to compare with, and the name of its input.
 REFERENCE_FILE, REFERENCE_INPUT = "file", "reference picture"
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What the page asks for.
+class Settings:
+    """The settings of the page.
 
     Attributes
     ----------
-    values : of controls that were moved, by name
-    target : the name of the target that is shown; empty for the first output
-    look : how
-    backend, other : the backends; ``other`` is compared with the first, `REFERENCE_FILE` for a picture, or empty
+    values : values of the controls that were moved, by name
+    target : the name of the target to show; empty for the first output
+    look : how the target is shown
+    backend, other : names of the backends; ``other`` is compared with the first, `REFERENCE_FILE` for a picture, or
+        empty
     compare : "", "other", "both", "difference" or "flip"
-    gain : of differences
-    playing : whether frame follows frame
-    frame : counted from 0: of an input of several, else the time of what moves
-    steps, restarts : how often the page asked for one frame more, and for the first one
+    gain : factor of differences
+    playing : True while frames play
+    frame : frame number from 0, of the input's frames or of the time
+    steps, restarts : how often the page requested the next frame, and the first one
     orbit : radians to the right and up, and the factor of the distance
     """
 
@@ -69,7 +70,7 @@ class Asked:
 
 @dataclass(frozen=True)
 class Published:
-    """One state as clients get it: what it says as JSON, and pictures by slot ("a", "b", "difference", "flip")."""
+    """A state as sent to clients: facts as JSON, and pictures by slot ("a", "b", "difference", "flip")."""
 
     number: int
     facts: Mapping[str, Any]
@@ -77,30 +78,30 @@ class Published:
 
 
 @dataclass(frozen=True)
-class Read:
-    """What the subject's files held when they were last read without an error.
+class Content:
+    """The content of the subject's files, when they were last read without an error.
 
     Attributes
     ----------
     loaded : the content
-    handles : run values of its numeric parameters by name
+    handles : run values of its numeric parameters, by name
     """
 
     loaded: Loaded
     handles: Mapping[str, pg.Value] = field(default_factory=dict)
 
-    def values(self, asked: Asked) -> dict[str, Any]:
-        """Return the value of each parameter: as it was moved, else its default."""
+    def values(self, settings: Settings) -> dict[str, Any]:
+        """Return the value of each parameter: its control's, else the default."""
         known = {control.name for control in self.loaded.controls}
-        moved = {name: value for name, value in asked.values.items() if name in known and value is not None}
+        moved = {name: value for name, value in settings.values.items() if name in known and value is not None}
         return _defaults(self.loaded) | moved
 
 
 @dataclass(frozen=True)
-class Made:
-    """Programs by slot, what they were made from, and a key of all that they depend on besides run values."""
+class ProgramSet:
+    """Compiled programs by slot, the content they were compiled from, and the key of the settings they depend on."""
 
-    read: Read
+    content: Content
     key: object
     programs: Mapping[str, Compiled]
 
@@ -110,39 +111,39 @@ class Made:
 
 
 class Session:
-    """One subject on screen.
+    """A subject on screen.
 
-    `ask` may be called in any thread; `publish` is called in the session's own thread, each time there is more to see.
+    `ask` may be called in any thread; `publish` is called in the session's own thread for each new state.
     """
 
     def __init__(self, subject: Subject, backend: str, publish: Callable[[Published], None]) -> None:
         self.subject, self.publish = subject, publish
-        self._asked = Asked(backend=backend)
+        self._settings = Settings(backend=backend)
         self._changed = threading.Condition()
         self._dirty, self._closed = True, False
-        self._wanted = 0  # pictures that clients wait for
+        self._requested_pictures = 0  # for which clients wait
         self._thread = threading.Thread(target=self._run, name="passgraph_view", daemon=True)
         self._stamp: tuple[int, ...] = ()
-        #: None until the files are read, and once they have changed; `_made` stays until something new is made.
-        self._read: Read | None = None
-        self._made: Made | None = None
-        #: Open backends by name: programs that follow one another share theirs, and history.
+        #: None until the files are read, and after a change; `_program_set` stays until the next one is compiled.
+        self._content: Content | None = None
+        self._program_set: ProgramSet | None = None
+        #: Open backends by name; consecutive programs share a backend, and so keep history.
         self._backends: dict[str, Backend] = {}
         self._debugger = Debugger()
         self._reference: NDArray[Any] | None = None
         self._error = ""
         self._number, self._clock, self._frame = 0, (0, 0), 0
-        self._names = [name for name in backend_names() if name != "null"]  # which computes nothing
-        #: By slot ("a", "b") what ran last, when it had, how long that took, and the difference of both.
+        self._names = [name for name in backend_names() if name != "null"]  # null computes nothing
+        #: The latest results by slot ("a", "b"), their time and durations, and the difference of both.
         self._results: dict[str, pg.Result] = {}
         self._ran_at, self._is_rough = 0.0, False
         self._times: dict[str, float] = {}
         self._difference: Difference | None = None
         self._flip: tuple[NDArray[np.uint8], float] | None = None
-        #: Held while programs are made and run, and while what they are made from is replaced.
-        self._using = threading.Lock()
+        #: Held while programs are compiled and run, and while their inputs are replaced.
+        self._lock = threading.Lock()
         self._inputs: dict[str, Any] = {}
-        self._has_other_input, self._reads_input = False, True
+        self._input_changed, self._must_read_input = False, True
 
     def start(self) -> None:
         self._thread.start()
@@ -154,10 +155,10 @@ class Session:
             self._changed.notify()
         if self._thread.ident is not None:
             self._thread.join(10.0)
-        with self._using:
-            if self._made is not None:
-                self._made.close()
-            self._made = None
+        with self._lock:
+            if self._program_set is not None:
+                self._program_set.close()
+            self._program_set = None
             for backend in self._backends.values():
                 backend.close()
         self._debugger.close()
@@ -165,59 +166,62 @@ class Session:
     # For the server
 
     def ask(self, **changes: Any) -> None:
-        """Show something else: fields of `Asked`."""
+        """Change fields of `Settings`."""
         with self._changed:
-            self._asked = replace(self._asked, **changes)
+            self._settings = replace(self._settings, **changes)
             self._dirty = True
             self._changed.notify()
 
     def ready(self) -> None:
-        """A client has shown the last picture, and takes another one."""
+        """Count a client that has shown the last picture and can take the next one."""
         with self._changed:
-            self._wanted += 1
+            self._requested_pictures += 1
             self._changed.notify()
 
     def replace_input(self, path: Path) -> None:
-        """Another picture in the place of the first input."""
-        # Between runs: one that is under way has read the earlier input, and would count the new one as read.
-        with self._using:
+        """Replace the first input by another picture."""
+        # Not during a run, which has read the earlier input and would mark the new one as read.
+        with self._lock:
             self.subject.replace_input(path)
-            self._has_other_input = True
+            self._input_changed = True
         self.ask()
 
     def values_at(self, x: int, y: int) -> dict[str, list[float]]:
-        """The texel of the target that is shown, on each backend."""
-        found: dict[str, list[float]] = {}
+        """Return a texel of the shown target, on each backend."""
+        texels: dict[str, list[float]] = {}
         for slot, result in self._results.items():
             picture = result["values"]
             if 0 <= y < picture.shape[0] and 0 <= x < picture.shape[1]:
-                found[slot] = [_json_number(number) for number in picture[y, x].tolist()]
-        return found
+                texels[slot] = [_json_number(number) for number in picture[y, x].tolist()]
+        return texels
 
     def statistics(self) -> dict[str, Any]:
-        """The range of the target that is shown, how much of it is not finite, and a histogram."""
+        """Return the range of the shown target, its counts of NaN and infinity, and a histogram."""
         if "a" not in self._results:
             return {}
         values = scaled(self._results["a"]["values"])
         low, high = range_of(values)
         return {
-            "low": low, "high": high, "nan": int(np.isnan(values).any(axis=2).sum()),
-            "infinite": int(np.isinf(values).any(axis=2).sum()), "histogram": histogram_of(values, low, high),
-        }  # fmt: skip
+            "low": low,
+            "high": high,
+            "nan": int(np.isnan(values).any(axis=2).sum()),
+            "infinite": int(np.isinf(values).any(axis=2).sum()),
+            "histogram": histogram_of(values, low, high),
+        }
 
     def compare_with(self, path: Path) -> None:
-        """A picture file to compare with, as it is stored."""
+        """Compare with a picture file, without converting its values."""
         self._compare(load_stored(path))
 
     def keep(self, picture: NDArray[Any]) -> dict[str, Any]:
-        """Compare what follows with values that were shown."""
+        """Compare the following pictures with this one."""
         self._compare(picture.copy())
         return {}
 
     def _compare(self, picture: NDArray[Any]) -> None:
-        with self._using:
+        with self._lock:
             self._reference = picture
-            self._has_other_input = True
+            self._input_changed = True
         self.ask()
 
     def inspect(self, x: int, y: int) -> dict[str, Any]:
@@ -242,32 +246,34 @@ class Session:
 
     def _frame_inputs(self, number: int) -> dict[str, Any]:
         count = self.subject.frame_count()
-        with self._using:
+        with self._lock:
             return dict(self.subject.frame(0 if count is None else number % count))
 
     def view(self) -> View:
-        """What is on screen now.
+        """Return the view that is on screen.
 
         Raises
         ------
         InputError
-            Where nothing is yet.
+            If no picture has been computed yet.
         """
-        with self._using:
-            made = self._made
-            if made is None:
+        with self._lock:
+            program_set = self._program_set
+            if program_set is None:
                 raise InputError("there is no picture yet")
-            compiled, asked = made.programs["a"], self._asked
+            compiled, settings = program_set.programs["a"], self._settings
             drawing = compiled.drawing
-            backends = [asked.backend]
-            if "b" in made.programs and asked.other != REFERENCE_FILE:
-                backends.append(asked.other)
+            backends = [settings.backend]
+            if "b" in program_set.programs and settings.other != REFERENCE_FILE:
+                backends.append(settings.other)
             inputs = inputs_behind([*drawing.outputs.values()])
-            given = self._given(made.read, drawing, inputs, values_of(drawing.outputs.values()), asked)
-            return View(drawing, compiled.target, backends, given)
+            run_inputs = self._run_inputs(
+                program_set.content, drawing, inputs, values_of(drawing.outputs.values()), settings
+            )
+            return View(drawing, compiled.target, backends, run_inputs)
 
     def picture(self, output: Literal["values", "shown"]) -> NDArray[Any]:
-        """The values of the target that is shown, or the picture as it is shown, (height, width, channels)."""
+        """Return the values of the shown target, or the picture as shown, (height, width, channels)."""
         if "a" not in self._results:
             raise InputError("there is no picture yet")
         picture: NDArray[Any] = self._results["a"][output]
@@ -278,17 +284,17 @@ class Session:
     def _run(self) -> None:
         while True:
             with self._changed:
-                if not (self._dirty or self._closed or (self._asked.playing and self._wanted)):
+                if not (self._dirty or self._closed or (self._settings.playing and self._requested_pictures)):
                     self._changed.wait(POLL_S)
                 if self._closed:
                     return
-                asked, dirty = self._asked, self._dirty
-                playing = asked.playing and self._wanted > 0
+                settings, dirty = self._settings, self._dirty
+                playing = settings.playing and self._requested_pictures > 0
                 self._dirty = False
             if self._files_changed():
-                self._read, dirty = None, True
+                self._content, dirty = None, True
             if dirty or playing:
-                self._show(asked, advance=playing and not dirty)
+                self._show(settings, advance=playing and not dirty)
             elif self._is_rough and perf_counter() - self._ran_at > SETTLED_S:
                 self._send(exact=True)
 
@@ -296,144 +302,160 @@ class Session:
         stamp: list[int] = []
         for path in self.subject.files:
             with suppress(OSError):
-                found = path.stat()
-                if not found.st_size:
-                    return False  # an editor has emptied it and is about to write
-                stamp += [found.st_mtime_ns, found.st_size]
+                status = path.stat()
+                if not status.st_size:
+                    return False  # an editor has truncated it and is about to write
+                stamp += [status.st_mtime_ns, status.st_size]
         changed, self._stamp = tuple(stamp) != self._stamp, tuple(stamp)
         return changed
 
-    def _show(self, asked: Asked, *, advance: bool) -> None:
+    def _show(self, settings: Settings, *, advance: bool) -> None:
         try:
-            with self._using:
+            with self._lock:
                 start = perf_counter()
-                made = self._compile(asked)
+                program_set = self._compile(settings)
                 compiled = perf_counter()
-                results = self._run_programs(made, asked, advance)
+                results = self._run_programs(program_set, settings, advance)
                 ran = perf_counter()
             self._results, self._ran_at, self._error = results, ran, ""
             self._difference = _difference(results)
-            self._flip = flip_map(results) if asked.compare == "flip" and "b" in results else None
+            self._flip = flip_map(results) if settings.compare == "flip" and "b" in results else None
             self._times = {"compile_ms": 1e3 * (compiled - start), "run_ms": 1e3 * (ran - compiled)}
             self._send(exact=False)
-        except Exception as error:  # whatever a user's file does is shown on the page, and the last picture stays
+        except Exception as error:  # any error of a user's file is shown on the page, with the last picture
             self._error = str(error) if isinstance(error, PassgraphError) else f"{type(error).__name__}: {error}"
             with self._changed:
-                self._wanted = 0  # else what plays would fail again at once
+                self._requested_pictures = 0  # so that a playing view does not fail again at once
             self._number += 1
             self.publish(Published(self._number, self._facts()))
 
-    def _compile(self, asked: Asked) -> Made:
-        """Programs for what is asked, made anew where more changed than what a run brings."""
-        if self._read is None:
+    def _compile(self, settings: Settings) -> ProgramSet:
+        """Return the programs for the settings, compiled again if more than run values changed."""
+        if self._content is None:
             loaded = self.subject.load()
-            self._read = Read(loaded, run_values_of(loaded, Read(loaded).values(asked)))
-        read = self._read
-        fixed = {name: value for name, value in read.values(asked).items() if name not in read.handles}
-        others = [asked.other] if asked.other and asked.compare else []
-        key = (repr(sorted(fixed.items())), asked.target, asked.backend, *others)
-        made = self._made
-        if made is not None and made.read is read and made.key == key and not self._has_other_input:
-            return made
-        drawing = read.loaded.draw({**fixed, **read.handles})
+            self._content = Content(loaded, run_values_of(loaded, Content(loaded).values(settings)))
+        content = self._content
+        fixed = {name: value for name, value in content.values(settings).items() if name not in content.handles}
+        others = [settings.other] if settings.other and settings.compare else []
+        key = (repr(sorted(fixed.items())), settings.target, settings.backend, *others)
+        program_set = self._program_set
+        if (
+            program_set is not None
+            and program_set.content is content
+            and program_set.key == key
+            and not self._input_changed
+        ):
+            return program_set
+        drawing = content.loaded.draw({**fixed, **content.handles})
         programs: dict[str, Compiled] = {}
         try:
-            programs["a"] = Compiled(drawing, asked.target, self._backend(asked.backend))
+            programs["a"] = Compiled(drawing, settings.target, self._backend(settings.backend))
             for other in others:
-                programs["b"] = self._compared(drawing, programs["a"].target, asked, other)
+                programs["b"] = self._compared(drawing, programs["a"].target, settings, other)
         except BaseException:
-            Made(read, key, programs).close()
+            ProgramSet(content, key, programs).close()
             raise
-        for slot, earlier in ({} if made is None else made.programs).items():
+        for slot, earlier in ({} if program_set is None else program_set.programs).items():
             if slot in programs:
                 programs[slot].follow(earlier)
             else:
                 earlier.close()
-        self._made, self._has_other_input, self._reads_input = Made(read, key, programs), False, True
-        return self._made
+        self._program_set, self._input_changed, self._must_read_input = ProgramSet(content, key, programs), False, True
+        return self._program_set
 
     def _backend(self, name: str) -> Backend:
         if name not in self._backends:
             self._backends[name] = open_backend(name or None)
         return self._backends[name]
 
-    def _compared(self, drawing: Drawing, target: pg.Target, asked: Asked, other: str) -> Compiled:
-        """The drawing on another backend, or a picture that is shown as the target is."""
+    def _compared(self, drawing: Drawing, target: pg.Target, settings: Settings, other: str) -> Compiled:
+        """Compile the drawing on another backend, or a picture file that is shown like the target."""
         if other != REFERENCE_FILE:
-            return Compiled(drawing, asked.target, self._backend(other))
+            return Compiled(drawing, settings.target, self._backend(other))
         if self._reference is None:
             raise InputError("choose a picture to compare with")
         height, width, channels = self._reference.shape
         picture = pg.Input(REFERENCE_INPUT, format_of(self._reference.dtype, channels), (width, height))
-        alone = Drawing({target.name: picture}, (width, height), {REFERENCE_INPUT: self._reference})
-        return Compiled(alone, "", self._backend(asked.backend))
+        reference = Drawing({target.name: picture}, (width, height), {REFERENCE_INPUT: self._reference})
+        return Compiled(reference, "", self._backend(settings.backend))
 
-    def _run_programs(self, made: Made, asked: Asked, advance: bool) -> dict[str, pg.Result]:
+    def _run_programs(self, program_set: ProgramSet, settings: Settings, advance: bool) -> dict[str, pg.Result]:
         count = self.subject.frame_count()
-        clock = (asked.steps, asked.restarts)
+        clock = (settings.steps, settings.restarts)
         is_restart = clock[1] != self._clock[1]
-        frame = max(0, asked.frame)
+        frame = max(0, settings.frame)
         if is_restart or advance or clock[0] != self._clock[0]:
             frame = 0 if is_restart else frame + 1
             frame = frame if count is None else frame % count
             with self._changed:
-                self._asked = replace(self._asked, frame=frame)
+                self._settings = replace(self._settings, frame=frame)
         if is_restart:
-            for compiled in made.programs.values():
+            for compiled in program_set.programs.values():
                 compiled.restart()
-        if self._reads_input or frame != self._frame:
+        if self._must_read_input or frame != self._frame:
             self._inputs = dict(self.subject.frame(0 if count is None else frame))
-        self._clock, self._frame, self._reads_input = clock, frame, False
-        return {
-            slot: one.run(self._given(made.read, one.drawing, one.program.inputs, one.values, asked))
-            for slot, one in made.programs.items()
-        }
+        self._clock, self._frame, self._must_read_input = clock, frame, False
+        results = {}
+        for slot, compiled in program_set.programs.items():
+            inputs = compiled.program.inputs
+            run_inputs = self._run_inputs(program_set.content, compiled.drawing, inputs, compiled.values, settings)
+            results[slot] = compiled.run(run_inputs)
+        return results
 
-    def _given(
-        self, read: Read, drawing: Drawing, inputs: Collection[str], taken: Mapping[str, pg.Value], asked: Asked
+    def _run_inputs(
+        self,
+        content: Content,
+        drawing: Drawing,
+        inputs: Collection[str],
+        run_values: Mapping[str, pg.Value],
+        settings: Settings,
     ) -> dict[str, Any]:
-        """What a run is given that takes these: pictures, values of controls, time, the camera as it was turned."""
-        given = {**drawing.given, **self._inputs, pg.FRAME_INDEX.name: self._frame}
-        known = read.values(asked)
-        moved = {name: known[name] for name in read.handles if name in known}
-        given = {n: v for n, v in given.items() if n in inputs or n in taken}
-        given |= {name: value for name, value in moved.items() if name in taken}
-        given |= {name: value for name, value in asked.look.values().items() if name in taken}
-        camera = given.get("camera", getattr(taken.get("camera"), "default", None))
+        """Return the pictures and run values of a run: values of controls, the time, and the orbited camera."""
+        run_inputs = {**drawing.run_inputs, **self._inputs, pg.FRAME_INDEX.name: self._frame}
+        parameters = content.values(settings)
+        parameters = {name: parameters[name] for name in content.handles if name in parameters}
+        run_inputs = {n: v for n, v in run_inputs.items() if n in inputs or n in run_values}
+        run_inputs |= {name: value for name, value in parameters.items() if name in run_values}
+        run_inputs |= {name: value for name, value in settings.look.values().items() if name in run_values}
+        camera = run_inputs.get("camera", getattr(run_values.get("camera"), "default", None))
         if isinstance(camera, pg.Camera):
-            given["camera"] = orbited(camera, *asked.orbit)
-        return given
+            run_inputs["camera"] = orbited(camera, *settings.orbit)
+        return run_inputs
 
     def _send(self, *, exact: bool) -> None:
         if not self._results:
             return
         self._is_rough = not exact
-        asked, pictures = self._asked, {}
-        if asked.compare == "difference" and self._difference is not None:
-            pictures["difference"] = encode(self._difference.picture(asked.gain), exact)
-        elif asked.compare == "flip" and self._flip is not None:
+        settings, pictures = self._settings, {}
+        if settings.compare == "difference" and self._difference is not None:
+            pictures["difference"] = encode(self._difference.picture(settings.gain), exact)
+        elif settings.compare == "flip" and self._flip is not None:
             pictures["flip"] = encode(self._flip[0], exact)
         else:
-            slots = {"other": "b", "both": "ab"}.get(asked.compare, "a") if "b" in self._results else "a"
+            slots = {"other": "b", "both": "ab"}.get(settings.compare, "a") if "b" in self._results else "a"
             pictures = {slot: encode(self._results[slot]["shown"], exact) for slot in slots}
         with self._changed:
-            self._wanted = 0
+            self._requested_pictures = 0
         self._number += 1
         self.publish(Published(self._number, self._facts(), pictures))
 
     def _facts(self) -> dict[str, Any]:
-        """The state as the page shows it."""
-        made = self._made
-        read = self._read or (None if made is None else made.read)
-        compiled = None if made is None else made.programs["a"]
+        """Return the state for the page."""
+        program_set = self._program_set
+        content = self._content or (None if program_set is None else program_set.content)
+        compiled = None if program_set is None else program_set.programs["a"]
         facts: dict[str, Any] = {
-            "name": self.subject.name, "error": self._error, "times": self._times,
-            "frames": self.subject.frame_count(), "frame": self._frame, "backends": self._names,
-            "command": "" if read is None else self.subject.command(dict(self._asked.values)),
-        }  # fmt: skip
-        if read is not None:
-            facts["controls"] = [_control_facts(control) for control in read.loaded.controls]
-            facts["light"] = read.loaded.is_light
+            "name": self.subject.name,
+            "error": self._error,
+            "times": self._times,
+            "frames": self.subject.frame_count(),
+            "frame": self._frame,
+            "backends": self._names,
+            "command": "" if content is None else self.subject.command(dict(self._settings.values)),
+        }
+        if content is not None:
+            facts["controls"] = [_control_facts(control) for control in content.loaded.controls]
+            facts["light"] = content.loaded.is_light
         if compiled is not None:
             facts["targets"] = [
                 {"name": name, "format": "" if target.spec.format is None else target.spec.format.name}
@@ -463,9 +485,9 @@ def _difference(results: Mapping[str, pg.Result]) -> Difference | None:
 
 
 def _control_facts(control: Control) -> dict[str, Any]:
-    """A control as JSON holds it; infinite ends are open."""
-    ends = {end: getattr(control, end) for end in ("low", "high")}
-    return asdict(control) | {end: at if at is not None and isfinite(at) else None for end, at in ends.items()}
+    """Return a control for JSON; infinite ends of its range become None."""
+    ends = {name: getattr(control, name) for name in ("low", "high")}
+    return asdict(control) | {name: e if e is not None and isfinite(e) else None for name, e in ends.items()}
 
 
 def _defaults(loaded: Loaded) -> dict[str, Any]:
@@ -473,12 +495,12 @@ def _defaults(loaded: Loaded) -> dict[str, Any]:
 
 
 def _json_number(number: float) -> Any:
-    """JSON has no NaN and no infinity."""
+    """Return a number for JSON; NaN and infinity become text."""
     return number if isinstance(number, int) or isfinite(number) else str(number)
 
 
 def orbited(camera: pg.Camera, right: float, up: float, distance: float) -> pg.Camera:
-    """The camera carried round its target by angles in radians, at a multiple of its distance."""
+    """Return the camera orbited round its target by angles in radians, at a multiple of its distance."""
     if (right, up, distance) == (0.0, 0.0, 1.0):
         return camera
     away = np.subtract(camera.eye, camera.target)

@@ -1,4 +1,4 @@
-"""``pg.view``: what the command shows, from a script or a notebook."""
+"""``pg.view``: the live view of the ``view`` command, from a script or a notebook."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.run_values import sources_of
 from passgraph.graph.targets import Input, Target, named_outputs
+from passgraph.language import ir
 from passgraph.pictures import load
 from passgraph.plan.dependencies import passes_behind
 from passgraph.run.caller_arrays import format_of
@@ -26,17 +27,17 @@ from passgraph.viewer.subject import Control, Drawing, Loaded
 if TYPE_CHECKING:
     from passgraph.viewer.server import View
 
-#: Of pictures that have no size of their own.
+#: Size of the output if no picture has one.
 SIZE = (1280, 720)
 
 
 class GivenSubject:
-    """An effect, a kernel, targets or a program of the caller's, on inputs by name."""
+    """The caller's effect, kernel, targets or program, on inputs by name."""
 
     files: Sequence[Path] = ()
 
-    def __init__(self, shown: object, given: Mapping[str, Any], size: tuple[int, int] | None) -> None:
-        self.shown, self.given, self.size = shown, dict(given), size
+    def __init__(self, shown: object, inputs: Mapping[str, Any], size: tuple[int, int] | None) -> None:
+        self.shown, self.inputs, self.size = shown, dict(inputs), size
         mark = getattr(shown, "effect", None)
         self.mark = mark if isinstance(mark, Mark) else None
         self.name = self.mark.name if self.mark else getattr(shown, "name", None) or type(shown).__name__.lower()
@@ -49,41 +50,36 @@ class GivenSubject:
         self._check_names()
 
     def _check_names(self) -> None:
-        """Raise for an input that an effect or a kernel has no parameter for."""
+        """Raise InputError for an input that is no parameter of the effect or kernel."""
         if self.mark is not None:
             known = list(signature(self.shown).parameters)  # type: ignore[arg-type]
         elif isinstance(self.shown, PixelKernel):
             known = [parameter.name for parameter in self.shown.parameters]
         else:
             return
-        for name in self.given:
+        for name in self.inputs:
             if name not in known:
                 raise InputError(f"pg.view: {self.name} has no parameter {name!r}; it takes {', '.join(known)}")
 
     def load(self) -> Loaded:
         if self.mark is not None:
             controls = [Control.of(parameter) for parameter in parameters_of(self.shown)]  # type: ignore[arg-type]
-            return Loaded(tuple(c for c in controls if c is not None and c.name not in self.given), self._effect)
+            return Loaded(tuple(c for c in controls if c is not None and c.name not in self.inputs), self._effect)
         if isinstance(self.shown, PixelKernel):
-            numbers = [p for p in self.shown.parameters if p.name not in self.given and str(p.type) in ("float", "int")]
-            made = [
-                Control(
-                    p.name, str(p.type), p.default if p.has_default else 1, None if p.range is None else p.range.low,
-                    None if p.range is None else p.range.high,
-                )
-                for p in numbers
-            ]  # fmt: skip
-            return Loaded(tuple(made), self._kernel)
+            numbers = [
+                p for p in self.shown.parameters if p.name not in self.inputs and str(p.type) in ("float", "int")
+            ]
+            return Loaded(tuple(_kernel_control(parameter) for parameter in numbers), self._kernel)
         return Loaded(tuple(self._values()), self._targets)
 
     def _values(self) -> list[Control]:
-        """Run values of a graph that are one number."""
-        found: dict[str, Control] = {}
+        """Return the controls of a graph's scalar run values."""
+        controls: dict[str, Control] = {}
         for node in passes_behind(list(self._outputs().values())):
             for source in sources_of(node.values):
-                if isinstance(source.default, (int, float)) and source.name not in self.given:
-                    found[source.name] = Control(source.name, "float", float(source.default))
-        return list(found.values())
+                if isinstance(source.default, (int, float)) and source.name not in self.inputs:
+                    controls[source.name] = Control(source.name, "float", float(source.default))
+        return list(controls.values())
 
     def _outputs(self) -> dict[str, Target]:
         if isinstance(self.shown, Program):
@@ -93,42 +89,42 @@ class GivenSubject:
     def _effect(self, values: Mapping[str, Any]) -> Drawing:
         assert self.mark is not None
         function: Any = self.shown
-        named = {name: self._input(name, value) for name, value in self.given.items()}
-        made = function(**named, **arguments_from(function, dict(values)))
-        return self._drawing(named_outputs(made))
+        named = {name: self._input(name, value) for name, value in self.inputs.items()}
+        outputs = function(**named, **arguments_from(function, dict(values)))
+        return self._drawing(named_outputs(outputs))
 
     def _kernel(self, values: Mapping[str, Any]) -> Drawing:
         kernel: Any = self.shown
-        return self._drawing(named_outputs(kernel(**{n: self._input(n, v) for n, v in self.given.items()}, **values)))
+        return self._drawing(named_outputs(kernel(**{n: self._input(n, v) for n, v in self.inputs.items()}, **values)))
 
     def _targets(self, values: Mapping[str, Any]) -> Drawing:
-        plain = {n: v for n, v in values.items() if isinstance(v, (int, float))}
-        made = self._drawing(self._outputs())
-        return Drawing(made.outputs, made.size, {**made.given, **plain})
+        numbers = {n: v for n, v in values.items() if isinstance(v, (int, float))}
+        drawing = self._drawing(self._outputs())
+        return Drawing(drawing.outputs, drawing.size, {**drawing.run_inputs, **numbers})
 
     def _drawing(self, outputs: dict[str, Target]) -> Drawing:
-        pictures = {n: v for n, v in self.given.items() if isinstance(v, np.ndarray) and v.ndim in (2, 3)}
+        pictures = {n: v for n, v in self.inputs.items() if isinstance(v, np.ndarray) and v.ndim in (2, 3)}
         size = self.size
         if size is None and isinstance(self.shown, Program):
             size = self.shown._size
         if size is None and pictures:
             height, width = next(iter(pictures.values())).shape[:2]
             size = (width, height)
-        return Drawing(outputs, size or SIZE, dict(self.given))
+        return Drawing(outputs, size or SIZE, dict(self.inputs))
 
     @staticmethod
     def _input(name: str, value: Any) -> Any:
-        """A handle for a picture; what is none is an argument."""
+        """Return a graph input for a picture; other values are returned as they are."""
         if not (isinstance(value, np.ndarray) and value.ndim == 3):
             return value
         height, width, channels = value.shape
         return Input(name, format_of(value.dtype, channels), (width, height))
 
     def replace_input(self, path: Path) -> None:
-        pictures = [n for n, v in self.given.items() if isinstance(v, np.ndarray) and v.ndim == 3]
+        pictures = [n for n, v in self.inputs.items() if isinstance(v, np.ndarray) and v.ndim == 3]
         if not pictures:
             raise InputError("there is no picture to be replaced")
-        self.given[pictures[0]] = load(path)
+        self.inputs[pictures[0]] = load(path)
 
     def frame_count(self) -> int | None:
         return None
@@ -140,40 +136,53 @@ class GivenSubject:
         return ""
 
 
+def _kernel_control(parameter: ir.Parameter) -> Control:
+    low, high = (None, None) if parameter.range is None else (parameter.range.low, parameter.range.high)
+    default = parameter.default if parameter.has_default else 1
+    return Control(parameter.name, str(parameter.type), default, low, high)
+
+
 def view(
-    shown: object, /, *, backend: str | None = None, size: tuple[int, int] | None = None, port: int = 0,
-    browser: bool = True, **inputs: Any,
-) -> View:  # fmt: skip
+    shown: object,
+    /,
+    *,
+    backend: str | None = None,
+    size: tuple[int, int] | None = None,
+    port: int = 0,
+    browser: bool = True,
+    **inputs: Any,
+) -> View:
     """Show an effect, a kernel, targets or a program live in the browser, with its parameters as sliders.
 
-    In a script it returns when the page's server is interrupted (Ctrl-C); in a notebook at once, and the cell shows the
-    page.  Needs ``pip install 'passgraph[view]'``.
+    In a script the call returns when the page's server is interrupted (Ctrl-C). In a notebook it returns at once, and
+    the cell shows the page. Needs ``pip install 'passgraph[view]'``.
 
     Parameters
     ----------
     shown
-        An effect such as `passgraph.effects.bloom`, a pixel kernel, a target or several, or a compiled program, which
-        is not run itself: its graph is compiled anew.
+        An effect such as `passgraph.effects.bloom`, a pixel kernel, one or more targets, or a compiled program, whose
+        graph is compiled again.
     backend
-        Its name; left out, what `passgraph.compile` takes.
+        The backend's name; by default that of `passgraph.compile`.
     size
-        (width, height) of the output; left out, that of the first picture, else 1280x720.
+        (width, height) of the output; by default that of the first picture, else 1280x720.
     port
-        Of the page; 0 takes a free one.
+        Port of the page; 0 takes a free one.
     browser
-        Whether to open the page in the browser; in a notebook it stands in the cell instead.
+        True to open the page in the browser; ignored in a notebook.
     inputs
-        Pictures (height, width, channels) and other arguments by name; of effects that take a scene ``scene=``.
+        Pictures (height, width, channels) and other arguments by name; ``scene=`` for effects of scenes.
 
     Returns
     -------
     View
-        With its ``url`` and ``close()``.
+        The view, with ``url`` and ``close()``.
 
     Raises
     ------
     InputError
-        For what cannot be shown, inputs that an effect does not take, and where starlette or uvicorn is missing.
+        For an object that cannot be shown, an input that is no parameter of the effect, and if starlette or uvicorn is
+        missing.
 
     Examples
     --------
@@ -200,5 +209,5 @@ def view(
 
 
 def in_notebook() -> bool:
-    """Return True inside of a Jupyter kernel."""
+    """Return True inside a Jupyter kernel."""
     return "ipykernel" in sys.modules

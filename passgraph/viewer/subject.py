@@ -1,4 +1,4 @@
-"""What is viewed: a graph that is made anew from the values of its controls, and from files that may change."""
+"""The subject of a live view: a graph that is rebuilt when values of its controls or its files change."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Control:
-    """One parameter as the page shows it.
+    """The control of a parameter.
 
     Attributes
     ----------
-    name : of the parameter
+    name : the parameter's name
     kind : "float", "int", "bool", "choice", "color" (three floats), "vector" (several numbers) or "text"
-    default : None where the effect chooses
-    low, high : the range; None where it is open
-    unit, help : in words, or empty
-    choices : of "choice"
+    default : the default; None if the effect chooses
+    low, high : the range; None for an open end
+    unit, help : texts, perhaps empty
+    choices : the values of a "choice"
     """
 
     name: str
@@ -40,7 +40,7 @@ class Control:
 
     @staticmethod
     def of(parameter: Parameter) -> Control | None:
-        """Return the control of an effect's parameter; None for pictures and what no page can say.
+        """Return the control of an effect's parameter; None for pictures and types without a control.
 
         >>> from passgraph.effects.effect_table import EFFECTS
         >>> Control.of(EFFECTS["vignette"].parameter("strength")).low
@@ -58,13 +58,19 @@ class Control:
             default = [float(number) for number in default]  # type: ignore[attr-defined]
         low, high = parameter.range.low, parameter.range.high
         return Control(
-            parameter.name, kind, default, None if low is None else float(low), None if high is None else float(high),
-            parameter.range.unit or "", parameter.help, parameter.choices,
-        )  # fmt: skip
+            parameter.name,
+            kind,
+            default,
+            None if low is None else float(low),
+            None if high is None else float(high),
+            parameter.range.unit or "",
+            parameter.help,
+            parameter.choices,
+        )
 
 
 def _numbers(value: object) -> list[float] | None:
-    """A short list of numbers, as vectors of kernels and colors of shaders are."""
+    """Return a vector of two to four numbers as a list; None for other values."""
     try:
         numbers = [float(number) for number in value]  # type: ignore[attr-defined]
     except (TypeError, ValueError):
@@ -74,29 +80,29 @@ def _numbers(value: object) -> list[float] | None:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A graph, the size of its output, and what each run is given.
+    """A graph, the size of its output, and the inputs of each run.
 
     Attributes
     ----------
-    outputs : by name; the first one is shown
+    outputs : the outputs by name; the first one is shown
     size : (width, height)
-    given : inputs and values by name
+    run_inputs : pictures and run values by name
     """
 
     outputs: dict[str, Target]
     size: tuple[int, int]
-    given: dict[str, Any] = field(default_factory=dict)
+    run_inputs: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Loaded:
-    """What a subject's files hold now.
+    """The content of a subject's files.
 
     Attributes
     ----------
-    controls : of the effect's parameters
-    draw : makes the graph from values of parameters by name; a `passgraph.Value` may stand for a number
-    is_light : the result is linear light, which the page encodes as sRGB
+    controls : controls of the effect's parameters
+    draw : builds the graph from values of parameters by name; a `passgraph.Value` may replace a number
+    is_light : True if the result is linear light, which the page encodes as sRGB
     """
 
     controls: tuple[Control, ...]
@@ -105,46 +111,46 @@ class Loaded:
 
 
 class Subject(Protocol):
-    """What a session shows."""
+    """The subject of a session."""
 
     @property
     def name(self) -> str:
-        """What the page calls it."""
+        """The subject's name on the page."""
 
     @property
     def files(self) -> Sequence[Path]:
-        """The files that it is made of: they are read again when they change."""
+        """The subject's files; they are read again when they change."""
 
     def load(self) -> Loaded:
-        """Read the files; raises PassgraphError for what is wrong in them."""
+        """Read the files; raises PassgraphError for errors in them."""
 
     def replace_input(self, path: Path) -> None:
-        """Show another picture, sequence or video in the place of the first input."""
+        """Replace the first input by another picture, sequence or video."""
 
     def frame_count(self) -> int | None:
-        """How many frames the input has; None where it is one picture or none."""
+        """Return the number of frames of the input; None for one picture or none."""
 
     def frame(self, number: int) -> Mapping[str, Any]:
-        """Inputs of one frame, counted from 0."""
+        """Return the inputs of a frame, counted from 0."""
 
     def command(self, values: Mapping[str, Any]) -> str:
-        """The command line that makes the picture; empty where there is none."""
+        """Return the command line that computes the picture; empty if there is none."""
 
 
 def run_values_of(loaded: Loaded, values: Mapping[str, Any]) -> dict[str, Value]:
-    """The numbers that runs may bring, so that moving them compiles nothing: found by trying.
+    """Return run values for the parameters that accept them, so that changing these compiles nothing.
 
-    Effects say in their annotations what may be a `passgraph.Value`; where it may not, they raise.
+    An effect raises for a parameter that cannot be a `passgraph.Value`, so each is tried.
     """
-    moving = [c for c in loaded.controls if c.kind in ("float", "color", "vector") and values.get(c.name) is not None]
-    handles = {c.name: _handle(c, values[c.name]) for c in moving}
+    numeric = [c for c in loaded.controls if c.kind in ("float", "color", "vector") and values.get(c.name) is not None]
+    handles = {c.name: _handle(c, values[c.name]) for c in numeric}
     if _draws(loaded, {**values, **handles}):
         return handles
-    found: dict[str, Value] = {}
+    accepted: dict[str, Value] = {}
     for name, handle in handles.items():
-        if _draws(loaded, {**values, **found, name: handle}):
-            found[name] = handle
-    return found
+        if _draws(loaded, {**values, **accepted, name: handle}):
+            accepted[name] = handle
+    return accepted
 
 
 def _handle(control: Control, value: Any) -> Value:
@@ -157,6 +163,6 @@ def _handle(control: Control, value: Any) -> Value:
 def _draws(loaded: Loaded, values: Mapping[str, Any]) -> bool:
     try:
         loaded.draw(values)
-    except Exception:  # what an effect does with a value that it does not expect is its own affair
+    except Exception:  # effects raise errors of any type for values that they do not accept
         return False
     return True

@@ -73,9 +73,9 @@ class Watched:
 
     def programs(self) -> Mapping[str, Compiled]:
         """The programs that are shown, by slot."""
-        made = self.session._made
-        assert made is not None
-        return made.programs
+        program_set = self.session._program_set
+        assert program_set is not None
+        return program_set.programs
 
     def __enter__(self) -> Watched:
         return self

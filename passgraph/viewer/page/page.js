@@ -1,4 +1,4 @@
-// The page of `passgraph view`: it draws what the session sends and says what is wanted.
+// The page of `passgraph view`: draw the pictures of the session, and send it the settings.
 import { make, passParts, pixelParts, planParts } from "./debug.js";
 
 const $ = (id) => document.getElementById(id);
@@ -44,8 +44,8 @@ function take(message) {
   else if (message.kind === "refused") $("status").textContent = message.text;
 }
 
-// Pictures come right behind the state that lists them, and are shown in turn. The next ones are asked for when these
-// begin to be shown: the session computes meanwhile, and at most one set waits.
+// Pictures follow the state message that lists them, and are shown in order. The next ones are requested when these
+// begin to be shown, so that the session computes meanwhile and at most one set is queued.
 function picture(data) {
   const set = arriving;
   set.data.push(data);
@@ -54,17 +54,17 @@ function picture(data) {
 
 async function show({ number, slots, data }) {
   send({ kind: "ready" });
-  const bitmaps = await Promise.all(slots.map((one, k) => createImageBitmap(new Blob([data[k]], { type: one.type }), { colorSpaceConversion: "none" })));
-  pictures = Object.fromEntries(slots.map((one, k) => [one.slot, bitmaps[k]]));
+  const bitmaps = await Promise.all(slots.map(({ type }, k) => createImageBitmap(new Blob([data[k]], { type }), { colorSpaceConversion: "none" })));
+  pictures = Object.fromEntries(slots.map(({ slot }, k) => [slot, bitmaps[k]]));
   draw();
   times.push(performance.now());
   times = times.filter((time) => time > performance.now() - 2000);
   document.body.dataset.shown = number;
-  if (slots[0].type === "image/png") send({ kind: "statistics" }); // the picture stands still
+  if (slots[0].type === "image/png") send({ kind: "statistics" }); // PNG is sent once the picture no longer changes
   await new Promise(requestAnimationFrame);
 }
 
-// What is shown
+// The picture
 
 function draw() {
   const first = pictures.a ?? pictures.b ?? pictures.difference ?? pictures.flip;
@@ -90,7 +90,7 @@ function place() {
   drawMarks();
 }
 
-// The chosen pixel, and texels that it reads where their target is shown.
+// Mark the chosen pixel, and the texels that it reads if their target is shown.
 function drawMarks() {
   const layer = $("marks"), pen = layer.getContext("2d");
   layer.width = stage.clientWidth; layer.height = stage.clientHeight;
@@ -106,10 +106,10 @@ function drawMarks() {
   if (picked && picked.target === state.target) box(picked.at, "#ff4fa3");
 }
 
-function markTexels(one) {
-  texels = one;
-  $("target").value = one.target;
-  ask({ target: one.target });
+function markTexels(read) {
+  texels = read;
+  $("target").value = read.target;
+  ask({ target: read.target });
 }
 
 function fit() {
@@ -145,7 +145,7 @@ function showState(message) {
   }
   if (message.backend && !backendChosen) $("backend").value = message.backend;
   if (message.controls) showControls(message.controls);
-  if (message.targets) options($("target"), message.targets.map((one) => [one.name, `${one.name}  ${one.format}`]), message.target);
+  if (message.targets) options($("target"), message.targets.map(({ name, format }) => [name, `${name}  ${format}`]), message.target);
   $("frame").hidden = !(message.frames > 1);
   $("seek-label").hidden = message.frames > 1 || !message.moves;
   if (document.activeElement !== $("seek")) $("seek").value = message.frame;
@@ -172,42 +172,42 @@ function showControls(list) {
   $("controls").dataset.text = text;
   controls = list;
   $("controls").replaceChildren(...list.map(controlOf));
-  for (const one of list) shown(one);
+  list.forEach(showValue);
 }
 
-function controlOf(one) {
+function controlOf(control) {
   const box = document.createElement("div");
-  box.className = "control"; box.id = `control-${one.name}`;
+  box.className = "control"; box.id = `control-${control.name}`;
   const label = document.createElement("label");
-  label.textContent = one.name.replaceAll("_", " "); label.htmlFor = `value-${one.name}`;
+  label.textContent = control.name.replaceAll("_", " "); label.htmlFor = `value-${control.name}`;
   const inputs = document.createElement("div");
   inputs.className = "inputs";
-  const set = (value, done) => change(one.name, value, done);
-  if (one.kind === "bool") inputs.append(make("input", { type: "checkbox", id: `value-${one.name}`, onchange: (e) => set(e.target.checked, true) }));
-  else if (one.kind === "choice") {
-    const select = make("select", { id: `value-${one.name}`, onchange: (e) => set(e.target.value, true) });
-    select.append(...one.choices.map((word) => new Option(word, word)));
+  const set = (value, done) => change(control.name, value, done);
+  if (control.kind === "bool") inputs.append(make("input", { type: "checkbox", id: `value-${control.name}`, onchange: (e) => set(e.target.checked, true) }));
+  else if (control.kind === "choice") {
+    const select = make("select", { id: `value-${control.name}`, onchange: (e) => set(e.target.value, true) });
+    select.append(...control.choices.map((word) => new Option(word, word)));
     inputs.append(select);
-  } else if (one.kind === "text") inputs.append(make("input", { type: "text", id: `value-${one.name}`, onchange: (e) => set(e.target.value, true) }));
-  else if (one.kind === "color" || one.kind === "vector") {
-    const count = one.kind === "color" ? 3 : one.default.length;
-    if (one.kind === "color") inputs.append(make("input", { type: "color", ariaLabel: `${one.name}, picked`, oninput: (e) => set(ofHex(e.target.value), false), onchange: (e) => set(ofHex(e.target.value), true) }));
+  } else if (control.kind === "text") inputs.append(make("input", { type: "text", id: `value-${control.name}`, onchange: (e) => set(e.target.value, true) }));
+  else if (control.kind === "color" || control.kind === "vector") {
+    const count = control.kind === "color" ? 3 : control.default.length;
+    if (control.kind === "color") inputs.append(make("input", { type: "color", ariaLabel: `${control.name}, picked`, oninput: (e) => set(ofHex(e.target.value), false), onchange: (e) => set(ofHex(e.target.value), true) }));
     for (let k = 0; k < count; k++) inputs.append(make("input", {
-      type: "number", step: "any", id: k ? `value-${one.name}-${k}` : `value-${one.name}`, ariaLabel: `${one.name} ${k + 1}`,
+      type: "number", step: "any", id: k ? `value-${control.name}-${k}` : `value-${control.name}`, ariaLabel: `${control.name} ${k + 1}`,
       oninput: () => set(numbersIn(inputs), false), onchange: () => set(numbersIn(inputs), true),
     }));
   } else {
-    const step = one.kind === "int" ? 1 : "any", [low, high] = ends(one);
-    const read = (e) => (one.kind === "int" ? Math.round(Number(e.target.value)) : Number(e.target.value));
+    const step = control.kind === "int" ? 1 : "any", [low, high] = ends(control);
+    const read = (e) => (control.kind === "int" ? Math.round(Number(e.target.value)) : Number(e.target.value));
     inputs.append(
-      make("input", { type: "range", min: low, max: high, step, id: `value-${one.name}`, oninput: (e) => set(read(e), false), onchange: (e) => set(read(e), true) }),
-      make("input", { type: "number", step, ariaLabel: one.name, onchange: (e) => set(read(e), true) }),
+      make("input", { type: "range", min: low, max: high, step, id: `value-${control.name}`, oninput: (e) => set(read(e), false), onchange: (e) => set(read(e), true) }),
+      make("input", { type: "number", step, ariaLabel: control.name, onchange: (e) => set(read(e), true) }),
     );
-    if (one.low !== null) inputs.lastChild.min = one.low;
-    if (one.high !== null) inputs.lastChild.max = one.high;
+    if (control.low !== null) inputs.lastChild.min = control.low;
+    if (control.high !== null) inputs.lastChild.max = control.high;
   }
-  if (one.unit) inputs.append(make("span", { className: "unit", textContent: one.unit }));
-  box.append(label, inputs, make("p", { className: "help", textContent: one.help }));
+  if (control.unit) inputs.append(make("span", { className: "unit", textContent: control.unit }));
+  box.append(label, inputs, make("p", { className: "help", textContent: control.help }));
   return box;
 }
 
@@ -215,49 +215,49 @@ const numbersIn = (inputs) => [...inputs.querySelectorAll("input[type=number]")]
 const ofHex = (text) => [1, 3, 5].map((at) => Number((parseInt(text.slice(at, at + 2), 16) / 255).toFixed(4)));
 const toHex = (color) => `#${color.map((x) => Math.round(255 * Math.min(1, Math.max(0, x))).toString(16).padStart(2, "0")).join("")}`;
 
-// A slider needs two ends: where the range is open, it reaches some way round the default.
-function ends(one) {
-  const middle = one.default ?? 1, reach = Math.max(1, Math.abs(middle)) * 4;
-  let low = one.low ?? middle - reach, high = one.high ?? middle + reach;
+// Return the two ends of a slider; an open end is placed at a multiple of the default.
+function ends(control) {
+  const middle = control.default ?? 1, reach = Math.max(1, Math.abs(middle)) * 4;
+  let low = control.low ?? middle - reach, high = control.high ?? middle + reach;
   if (high - low > 1e4 * Math.max(1, Math.abs(middle))) { low = Math.max(low, middle - reach * 8); high = Math.min(high, middle + reach * 8); }
   return [low, high];
 }
 
-function shown(one) {
-  const value = values[one.name] ?? one.default, box = $(`control-${one.name}`);
+function showValue(control) {
+  const value = values[control.name] ?? control.default, box = $(`control-${control.name}`);
   if (!box) return;
   const inputs = [...box.querySelectorAll("input, select")];
-  if (one.kind === "bool") inputs[0].checked = Boolean(value);
-  else if (one.kind === "color" || one.kind === "vector") {
+  if (control.kind === "bool") inputs[0].checked = Boolean(value);
+  else if (control.kind === "color" || control.kind === "vector") {
     box.querySelectorAll("input[type=number]").forEach((input, k) => { if (document.activeElement !== input) input.value = value ? Number(value[k].toPrecision(7)) : ""; });
-    if (one.kind === "color" && value) inputs[0].value = toHex(value);
+    if (control.kind === "color" && value) inputs[0].value = toHex(value);
   }
   else for (const input of inputs) if (document.activeElement !== input || input.type === "range") input.value = typeof value === "number" ? Number(value.toPrecision(7)) : value ?? "";
 }
 
-let before = null;
+let valuesBefore = null;
 function change(name, value, done) {
-  before ??= { ...values };
+  valuesBefore ??= { ...values };
   values = { ...values, [name]: value };
-  if (done) { history.push(before); before = null; $("undo").disabled = false; }
-  shown(controls.find((one) => one.name === name));
+  if (done) { history.push(valuesBefore); valuesBefore = null; $("undo").disabled = false; }
+  showValue(controls.find((control) => control.name === name));
   ask({ values });
 }
 
 function setValues(next) {
   history.push(values); values = next;
   $("undo").disabled = false;
-  controls.forEach(shown);
+  controls.forEach(showValue);
   ask({ values });
 }
 
-$("undo").onclick = () => { values = history.pop() ?? {}; $("undo").disabled = !history.length; controls.forEach(shown); ask({ values }); };
+$("undo").onclick = () => { values = history.pop() ?? {}; $("undo").disabled = !history.length; controls.forEach(showValue); ask({ values }); };
 $("reset").onclick = () => setValues({});
 $("copy-command").onclick = () => copy(state.command);
 $("copy-python").onclick = () => copy(`{${Object.entries(values).map(([name, value]) => `"${name}": ${python(value)}`).join(", ")}}`);
 const python = (value) => (value === true ? "True" : value === false ? "False" : Array.isArray(value) ? `(${value.join(", ")})` : JSON.stringify(value));
 async function copy(text) {
-  try { await navigator.clipboard.writeText(text); } catch { /* no permission: it is shown to be copied by hand */ }
+  try { await navigator.clipboard.writeText(text); } catch { /* no permission: the text is shown, to be copied by hand */ }
   $("status").textContent = text;
 }
 $("preset-save").onclick = () => {
@@ -282,18 +282,18 @@ for (const id of ["channel", "exposure", "low", "high", "srgb", "mark"]) $(id).o
 let fitsRange = false;
 $("auto").onclick = () => { fitsRange = true; send({ kind: "statistics" }); };
 $("look-reset").onclick = () => { $("channel").value = "color"; $("exposure").value = 0; $("low").value = 0; $("high").value = 1; $("srgb").checked = Boolean(state.light); $("exposure-value").textContent = "0"; ask({ look: look() }); };
-function showStatistics(found) {
-  if (found.low === undefined) return;
-  $("statistics").textContent = `${found.low.toPrecision(5)} to ${found.high.toPrecision(5)}; ${found.nan} texels NaN, ${found.infinite} infinite`;
-  const chart = $("histogram").getContext("2d"), most = Math.max(1, ...found.histogram.flat());
+function showStatistics(statistics) {
+  if (statistics.low === undefined) return;
+  $("statistics").textContent = `${statistics.low.toPrecision(5)} to ${statistics.high.toPrecision(5)}; ${statistics.nan} texels NaN, ${statistics.infinite} infinite`;
+  const chart = $("histogram").getContext("2d"), most = Math.max(1, ...statistics.histogram.flat());
   chart.clearRect(0, 0, 256, 64); chart.globalCompositeOperation = "lighter";
-  found.histogram.forEach((bins, k) => {
-    chart.fillStyle = found.histogram.length === 1 ? "#aaa" : ["#c33", "#3a3", "#44f"][k];
+  statistics.histogram.forEach((bins, k) => {
+    chart.fillStyle = statistics.histogram.length === 1 ? "#aaa" : ["#c33", "#3a3", "#44f"][k];
     bins.forEach((count, bin) => { const tall = 64 * Math.sqrt(count / most); chart.fillRect(bin * 4, 64 - tall, 4, tall); });
   });
   if (!fitsRange) return;
   fitsRange = false;
-  $("low").value = Number(found.low.toPrecision(6)); $("high").value = Number(found.high.toPrecision(6));
+  $("low").value = Number(statistics.low.toPrecision(6)); $("high").value = Number(statistics.high.toPrecision(6));
   ask({ look: look() });
 }
 
@@ -310,10 +310,10 @@ for (const id of ["compare", "other", "gain"]) $(id).onchange = () => {
   if (mode === "verdict") { $("status").textContent = "looking for the bounds of each pixel"; send({ kind: "verdict" }); }
 };
 $("reference").onchange = async (event) => { if (await put("reference", event.target.files[0])) askAll(); event.target.value = ""; };
-function showVerdict(found) {
-  $("status").textContent = found.text;
-  if (!found.mask || $("compare").value !== "verdict") return;
-  Object.assign($("mask"), { src: `data:image/png;base64,${found.mask}`, alt: found.text, hidden: false });
+function showVerdict(verdict) {
+  $("status").textContent = verdict.text;
+  if (!verdict.mask || $("compare").value !== "verdict") return;
+  Object.assign($("mask"), { src: `data:image/png;base64,${verdict.mask}`, alt: verdict.text, hidden: false });
 }
 function unmask() {
   if ($("mask").hidden) return;
@@ -326,22 +326,22 @@ $("step").onclick = () => ask({ steps: ++steps });
 $("restart").onclick = () => ask({ restarts: ++restarts });
 for (const id of ["frame", "seek"]) $(id).oninput = () => ask({ frame: Number($(id).value) });
 $("profile").onclick = () => { $("plan").textContent = "measuring"; send({ kind: "profile" }); };
-function showPass(found) {
-  $("pass").replaceChildren(...passParts(found));
+function showPass(pass) {
+  $("pass").replaceChildren(...passParts(pass));
   $("pass").scrollIntoView({ block: "nearest" });
-  if (found.target) { $("target").value = found.target; ask({ target: found.target }); }
+  if (pass.target) { $("target").value = pass.target; ask({ target: pass.target }); }
 }
 
 // Save and record
 
 $("save-as").onchange = () => { $("save").href = `save?as=${$("save-as").value}`; };
 $("record").onclick = async () => {
-  const asked = new URLSearchParams({ first: $("record-first").value, last: $("record-last").value, rate: $("record-rate").value, as: $("record-as").value });
+  const query = new URLSearchParams({ first: $("record-first").value, last: $("record-last").value, rate: $("record-rate").value, as: $("record-as").value });
   $("record").disabled = true; $("status").textContent = "recording";
-  const answer = await fetch(`record?${asked}`);
+  const response = await fetch(`record?${query}`);
   $("record").disabled = false;
-  if (!answer.ok) { $("status").textContent = await answer.text(); return; }
-  const link = make("a", { href: URL.createObjectURL(await answer.blob()), download: `${state.name}.${$("record-as").value}` });
+  if (!response.ok) { $("status").textContent = await response.text(); return; }
+  const link = make("a", { href: URL.createObjectURL(await response.blob()), download: `${state.name}.${$("record-as").value}` });
   link.click(); URL.revokeObjectURL(link.href);
   $("status").textContent = "recorded";
 };
@@ -358,7 +358,7 @@ function zoomBy(factor, at) {
   offset = offset.map((value, k) => at[k] - (at[k] - value) * next / zoom);
   zoom = next; isFitted = false; place();
 }
-stage.addEventListener("pointerdown", (event) => { drag = { x: event.clientX, y: event.clientY, offset: [...offset], orbit: [...orbit], moved: false, mouse: !event.altKey && controls.some((one) => one.name === "iMouse") ? texelAt(event) : null, split: $("compare").value === "both" && event.shiftKey }; stage.setPointerCapture(event.pointerId); });
+stage.addEventListener("pointerdown", (event) => { drag = { x: event.clientX, y: event.clientY, offset: [...offset], orbit: [...orbit], moved: false, mouse: !event.altKey && controls.some(({ name }) => name === "iMouse") ? texelAt(event) : null, split: $("compare").value === "both" && event.shiftKey }; stage.setPointerCapture(event.pointerId); });
 stage.addEventListener("pointermove", (event) => {
   const at = texelAt(event);
   if (isInside(at)) point(at);
@@ -379,7 +379,7 @@ stage.addEventListener("pointerup", (event) => {
 });
 function turn(right, up) { orbit = [right, up, orbit[2]]; ask({ orbit }); }
 function point(at) { pointed = at; send({ kind: "values", x: at[0], y: at[1] }); hover(at); }
-// What the pointer does, by keys: on the picture alone, since arrows move sliders and texts elsewhere.
+// Keys that act as the pointer; only while the picture has the focus, since arrows move sliders and cursors elsewhere.
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 stage.addEventListener("keydown", (event) => {
   const arrow = ARROWS[event.key], middle = [stage.clientWidth / 2, stage.clientHeight / 2];
@@ -401,7 +401,8 @@ function lookInto(at) {
   drawMarks();
   send({ kind: "inspect", x: at[0], y: at[1] });
 }
-// As Shadertoy tells the mouse: pixels from the bottom left, then where the button went down, negative once it is up.
+// Set Shadertoy's iMouse: the position in pixels from the bottom left, then that of the button press, negative after its
+// release.
 function moveMouse([x, y], [startX, startY], sign) {
   change("iMouse", [x + 0.5, canvas.height - y - 0.5, sign * (startX + 0.5), sign * (canvas.height - startY - 0.5)], sign < 0);
 }
@@ -410,8 +411,8 @@ function hover([x, y]) {
   box.style.display = zoom >= 6 ? "block" : "none";
   Object.assign(box.style, { left: `${offset[0] + x * zoom}px`, top: `${offset[1] + y * zoom}px`, width: `${zoom}px`, height: `${zoom}px` });
 }
-function showTexel({ x, y, values: found }) {
-  const text = Object.entries(found).map(([slot, numbers]) => `${slot === "b" ? "  other " : ""}${numbers.map((n) => (typeof n === "number" ? Number(n.toPrecision(7)) : n)).join("  ")}`);
+function showTexel({ x, y, values: texels }) {
+  const text = Object.entries(texels).map(([slot, numbers]) => `${slot === "b" ? "  other " : ""}${numbers.map((n) => (typeof n === "number" ? Number(n.toPrecision(7)) : n)).join("  ")}`);
   $("texel").textContent = `(${x}, ${y})  ${text.join("  |")}`;
 }
 document.addEventListener("keydown", (event) => {
@@ -428,7 +429,7 @@ document.addEventListener("keydown", (event) => {
 function closePixel() { $("pixel-panel").hidden = true; drawMarks(); }
 $("pixel-close").onclick = closePixel;
 
-// Files that are dropped
+// Dropped and uploaded files
 
 stage.addEventListener("dragover", (event) => { event.preventDefault(); $("drop").hidden = false; });
 stage.addEventListener("dragleave", () => { $("drop").hidden = true; });
@@ -440,9 +441,9 @@ $("input-open").onclick = () => $("input-file").click();
 $("input-file").onchange = async (event) => { await put("input", event.target.files[0]); event.target.value = ""; };
 async function put(use, file) {
   if (!file) return false;
-  const answer = await fetch(`${use}/${encodeURIComponent(file.name)}`, { method: "PUT", body: file });
-  $("status").textContent = answer.ok ? `${use}: ${file.name}` : await answer.text();
-  return answer.ok;
+  const response = await fetch(`${use}/${encodeURIComponent(file.name)}`, { method: "PUT", body: file });
+  $("status").textContent = response.ok ? `${use}: ${file.name}` : await response.text();
+  return response.ok;
 }
 
 connect();
