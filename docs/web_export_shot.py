@@ -30,7 +30,8 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
     const { device, format } = this, { width, height } = canvas, bytesPerRow = 256 * Math.ceil(width / 64);
     const texture = device.createTexture({ size: [width, height], format, usage: 17 });
     setTimeout(async () => {
-      const buffer = device.createBuffer({ size: bytesPerRow * height, usage: 9 }), encoder = device.createCommandEncoder();
+      const encoder = device.createCommandEncoder();
+      const buffer = device.createBuffer({ size: bytesPerRow * height, usage: 9 });
       encoder.copyTextureToBuffer({ texture }, { buffer, bytesPerRow }, [width, height]);
       device.queue.submit([encoder.finish()]);
       await buffer.mapAsync(1);
