@@ -200,7 +200,7 @@ def _controls(
             continue
         control = known.get(name) or _control_of(handle, ranges[name])
         choices = said.choices.get(name, {})
-        default = choices.get(control.default, control.default)
+        default = choices.get(control.default, control.default) if choices else control.default
         controls.append({**asdict(control), "default": _shown(default), "choices": list(map(list, choices.items()))})
     return controls
 

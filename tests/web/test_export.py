@@ -12,6 +12,7 @@ import pytest
 import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.effects import gaussian_blur
+from passgraph.effects.effect_table import EFFECTS
 from passgraph.errors import InputError
 from passgraph.web import export_web
 
@@ -92,3 +93,15 @@ def test_the_command_exports_kernels_and_shaders(tmp_path: Path) -> None:
 def test_an_effect_that_takes_no_such_input_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["export", "vignette", "a.png", "b.png", "--web", str(tmp_path / "out")]) == 2
     assert "takes 1 INPUT, got 2" in capsys.readouterr().err
+
+
+def test_a_color_is_one_control_of_three_numbers(tmp_path: Path) -> None:
+    assert run(["export", "fog", "--web", str(tmp_path / "out"), "--size", "32x24"]) == 0
+    color = next(one for one in document(tmp_path / "out")["parameters"] if one["kind"] == "color")
+    assert len(color["default"]) == 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EFFECTS)
+def test_every_effect_is_exported(name: str, tmp_path: Path) -> None:
+    assert run(["export", name, "--web", str(tmp_path / "out"), "--size", "96x64"]) == 0
