@@ -54,6 +54,14 @@ def test_the_page_runs_and_asks_no_other_host(folder: Path) -> None:
         assert (page.asked, page.faults) == ({page.host}, [])
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_is_accessible(folder: Path, scheme: str) -> None:
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
+    with opened(folder, "index.html") as page:
+        page.emulate_media(color_scheme=scheme)
+        assert axe.run(page).response["violations"] == []
+
+
 def test_what_is_drawn_is_the_picture(folder: Path) -> None:
     """Headless Chromium shows no WebGPU canvas without a display, so a texture stands for it."""
     code = """async () => {
