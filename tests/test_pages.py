@@ -24,7 +24,7 @@ TOP = ("README.md", "CONTRIBUTING.md", "SECURITY.md")
 PAGES = {page.name: page for page in (*(ROOT / name for name in TOP), *sorted((ROOT / "docs").glob("*.md")))}
 BLOCK = re.compile(r"^```(\S*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 #: Files of the reader's own, which examples name.
-READERS = {"dimmed.py", "dream.py", "warm.py"}
+READERS = {"dimmed.py", "dream.py", "effect.json", "warm.py"}
 #: Average words in a sentence of a page.
 MOST_WORDS = 20
 
@@ -67,6 +67,8 @@ def test_what_is_named_exists(page: str) -> None:
     for name in set(re.findall(r"\bpg\.([A-Za-z_]\w*)", text)):
         assert hasattr(pg, name), f"{page}: passgraph has no {name}"
     for name in set(re.findall(r"(?<![\w./-])passgraph((?:\.[A-Za-z_]\w*)+)", text)):
+        if name == ".js":
+            continue  # a file of an export
         assert reached("passgraph" + name), f"{page}: there is no passgraph{name}"
 
 

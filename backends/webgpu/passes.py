@@ -145,7 +145,8 @@ class DrawRun:
             for value, format_ in zip(step.clears, step.output_formats, strict=True)
         ]
 
-    def _pipeline(self, depth: Texture | None) -> Any:
+    def pipeline(self, depth: Texture | None) -> Any:
+        """Return the pipeline for a depth target of this format."""
         name = "" if depth is None else depth.stored.name
         if name not in self.pipelines:
             step, fixed = self.step, dict(self.fixed)
@@ -166,7 +167,7 @@ class DrawRun:
     ) -> None:
         backend, step = self.backend, self.step
         with backend.reported(f"running draw {step.name!r}"):
-            pipeline = self._pipeline(depth)
+            pipeline = self.pipeline(depth)
             count = len(step.vertex.images)
             self.vertex.send(vertex)
             groups = [self.vertex.group(images[:count])]

@@ -23,6 +23,15 @@ ROW_ALIGNMENT = 256
 
 def send(backend: WebGPUBackend, texture: Texture, numbers: NDArray[Any]) -> None:
     """Upload numbers in a texture's format."""
+    given, stored = texels(texture, numbers), texture.stored
+    (width, height), queue = texture.size, backend.device.queue
+    backend.flush()
+    layout = {"bytes_per_row": width * stored.channels * stored.dtype.itemsize}
+    queue.write_texture({"texture": texture.texture}, given, layout, (width, height, 1))
+
+
+def texels(texture: Texture, numbers: NDArray[Any]) -> NDArray[Any]:
+    """Return numbers of a format as a texture stores them."""
     given, stored = _shaped(numbers, texture), texture.stored
     if given.dtype.kind != stored.dtype.kind:
         given = values_of(given, texture.format)
@@ -30,11 +39,7 @@ def send(backend: WebGPUBackend, texture: Texture, numbers: NDArray[Any]) -> Non
         padded = np.full((*given.shape[:2], 4), texture.format.steps if stored.dtype.kind == "u" else 1, stored.dtype)
         padded[..., :3] = given
         given = padded
-    given = np.ascontiguousarray(given, stored.dtype)
-    (width, height), queue = texture.size, backend.device.queue
-    backend.flush()
-    layout = {"bytes_per_row": width * stored.channels * stored.dtype.itemsize}
-    queue.write_texture({"texture": texture.texture}, given, layout, (width, height, 1))
+    return np.ascontiguousarray(given, stored.dtype)
 
 
 def receive(backend: WebGPUBackend, texture: Texture, into: NDArray[Any]) -> None:

@@ -44,6 +44,7 @@ COMMANDS = {
     "fuzz": "Test backends with random kernels, graphs and draws.",
     "bench": "Measure time against error, of shadow methods or your own graphs.",
     "plan": "Explain the plan of an effect: order, fusion and memory.",
+    "export": "Export an effect to a page that runs in a browser.",
     "view": "Show an effect live in the browser, with sliders and hot reload.",
 }
 

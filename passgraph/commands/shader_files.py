@@ -42,6 +42,7 @@ RESERVED = frozenset(
         "color_config", "depth", "depth_buffer", "effect", "frame", "frames", "from_space", "h", "help", "inputs",
         "jobs", "layer", "linear", "most_ambiguous", "most_seconds", "no_sound", "non_finite", "off", "output", "pass",
         "profile", "rate", "raw", "resume", "scheduler", "size", "sound", "source", "step", "svg", "to_space",
+        "web",
     }
 )  # fmt: skip
 PREFIX = "shader_"

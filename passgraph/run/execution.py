@@ -159,7 +159,7 @@ class Execution:
         self.runs = 0  # completed runs, since history began
         self._moves_due = False
         #: Resource id and that of its content one run before, the earliest first.
-        self._histories = _earliest_first(plan)
+        self._histories = earliest_first(plan)
         try:
             for number in range(len(plan.memories)):
                 self.memories.append(self._new_storage(number))
@@ -495,7 +495,7 @@ class Execution:
         self._geometries.clear()
 
 
-def _earliest_first(plan: Plan) -> list[tuple[int, int]]:
+def earliest_first(plan: Plan) -> list[tuple[int, int]]:
     """Order the history and its content one run before, so that each is moved before it is overwritten."""
     follows = {r.id: r.history for r in plan.resources if r.history is not None}
     chains: list[tuple[int, int]] = []

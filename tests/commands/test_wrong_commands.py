@@ -30,6 +30,7 @@ GIVEN = {
     "bench": ["nowhere.glb", "-o", "folder/that/is/not/here"],
     "plan": ["nowhere.glb", "-e", "soft-shadow"],
     "view": ["bloom", "nowhere.png", "--no-open"],
+    "export": ["bloom", "nowhere.png", "--web", "out"],
 }
 VALUES = [
     "", "x", "-1", "0", "nan", "inf", "1e999", "²", "0x10", "99999999999999999999", "x" * 5000, "/", "/nowhere/x.png",

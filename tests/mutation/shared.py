@@ -55,7 +55,7 @@ MUTANTS = (
         ("language/loops and offsets within a par",),
     ),
     # Runs
-    _plan("_earliest_first", "reversed(list(pairwise(chain)))", "pairwise(chain)"),
+    _plan("earliest_first", "reversed(list(pairwise(chain)))", "pairwise(chain)"),
     _plan("Execution._begin_history", "np.asarray(resource.initial, np.float32)", "np.zeros(1, np.float32)"),
     _plan("Execution._default_value", "self.runs if", "0 if"),
     _plan("Resources.histories", "image.frames_ago)", "1)"),

@@ -111,7 +111,7 @@ MUTANTS = (
     ),
     _w("DrawRun.__call__", "self.vertex.group(images[:count])", "self.vertex.group(images[-count:])", "draws/scatter"),
     _w("DrawRun._depth", "step.state.clear_stencil", "0", "draw states/stencil", "draws/"),
-    _w("send", "padded[..., :3] = given", "padded[..., 2::-1] = given", "pictures/rgb32f", "pictures/rgb8"),
+    _w("texels", "padded[..., :3] = given", "padded[..., 2::-1] = given", "pictures/rgb32f", "pictures/rgb8"),
     _w("receive", "numbers[..., : format_.channels]", "numbers[..., ::-1][..., : format_.channels]", *PICTURES),
     _w(
         "WebGPUBackend.copy",

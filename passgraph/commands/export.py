@@ -1,0 +1,245 @@
+"""``passgraph export``: an effect as a folder that runs in a browser."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from passgraph.commands.color_spaces import take_color_spaces
+from passgraph.commands.named import KernelEffect
+from passgraph.commands.options import EffectCommand, effect_option, given_parameters, named_or_refused, size_option
+from passgraph.commands.shader_files import ShaderFileEffect
+from passgraph.commands.sources import (
+    RENDER_SIZE,
+    accepts,
+    effect_output,
+    input_of,
+    job_of_scene,
+    load_depth,
+    load_frame,
+    load_scene,
+    world_job,
+)
+from passgraph.effects.effect_table import Effect
+from passgraph.errors import InputError
+from passgraph.graph.run_values import Derived, Value
+from passgraph.graph.targets import Input, Target, named_outputs
+from passgraph.language import symbols
+from passgraph.plan.dependencies import passes_behind
+from passgraph.viewer.subject import Control, Drawing, Loaded, run_values_of
+from passgraph.web import export_web
+from passgraph.web.export import Described
+
+if TYPE_CHECKING:
+    from passgraph.shaders.containers.effect import ShaderParameter
+
+#: Kinds of controls whose value kernels and shaders take from run to run, and the type of that value.
+_MARKERS: dict[str, object] = {"float": float, "int": int, "bool": bool}
+
+
+class _Export(EffectCommand):
+    """Takes the first argument for the effect, whatever kind of file it is."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if args and not args[0].startswith("-") and self._named(args) is None:
+            args = ["--effect", *args]
+        return super().parse_args(ctx, args)
+
+
+@click.command(cls=_Export)
+@click.argument("inputs", metavar="[INPUT...]", nargs=-1, type=click.Path(path_type=Path))
+@effect_option("Effect to export")
+@click.option(
+    "--web",
+    required=True,
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder to write: a page, the effect as data, and the modules that run it.",
+)
+@size_option()
+@click.option(
+    "--linear/--as-stored", default=None, help="Decode pictures from sRGB to linear light first.  [default: by EFFECT]"
+)
+@click.pass_context
+def export(
+    ctx: click.Context, /, inputs: tuple[Path, ...], web: Path, size: tuple[int, int] | None, linear: bool | None,
+    **_: Any,
+) -> None:  # fmt: skip
+    """Export EFFECT to a folder that runs in a browser with WebGPU.
+
+    EFFECT is an effect, a FILE.py of yours (it is run), or a shader file. INPUT is the picture that the page begins
+    with, then its depth for effects on depth; a scene for effects that render one. Parameters given here are the
+    values that the page begins with.
+
+    The folder needs no server of its own: python -m http.server --directory DIR. The page loads nothing from elsewhere.
+    """
+    effect = named_or_refused(ctx, inputs[0] if inputs else None)
+    parameters = given_parameters(ctx)
+    if effect.takes in ("scene", "world2d"):
+        exported = _of_scene(effect, inputs, size or RENDER_SIZE, parameters)
+    else:
+        exported = _OfPictures(effect, inputs, size, linear).exported(parameters)
+    written = export_web(
+        exported.drawing.outputs,
+        web,
+        size=exported.drawing.size,
+        described=exported.described,
+        **exported.drawing.given,
+    )
+    click.echo(f"{web}: {len(written.plan.steps)} passes, {exported.drawing.size[0]}x{exported.drawing.size[1]}")
+    if written.values:
+        click.echo(f"- the page sets {', '.join(written.values)}")
+    if exported.described.fixed:
+        click.echo(f"- constant in this export: {', '.join(exported.described.fixed)}")
+    if written.constants:
+        click.echo(f"- constant in this export, as of one frame: {', '.join(written.constants)}")
+    if not written.resizable:
+        click.echo("- sizes are fixed: other pictures are scaled to this size")
+    click.echo(f"serve it: python -m http.server --bind 127.0.0.1 --directory {web}")
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A graph with what its export is given, and what its page says."""
+
+    drawing: Drawing
+    described: Described
+
+
+def _of_scene(
+    effect: Effect, inputs: Sequence[Path], size: tuple[int, int], parameters: dict[str, Any]
+) -> Exported:  # fmt: skip
+    """Return an effect on a scene: its parameters, camera and lights are constants."""
+    if len(inputs) > 1:
+        raise InputError(f"effect {effect.name} takes one {effect.takes}; got {len(inputs)} inputs")
+    path = inputs[0] if inputs else None
+    if effect.takes == "world2d":
+        job = world_job(effect, path, size, parameters)
+    else:
+        if accepts(effect, "display"):
+            parameters.setdefault("display", True)
+        job = job_of_scene(effect, load_scene(path), size, parameters)
+    fixed = {p.name: parameters.get(p.name, p.default) for p in effect.parameters}
+    return Exported(Drawing(job.outputs, size, job.given), Described(effect.name, effect.summary, fixed=fixed))
+
+
+class _OfPictures:
+    """An effect on pictures, or one that makes its own, whose inputs stay open."""
+
+    def __init__(
+        self, effect: Effect, inputs: Sequence[Path], size: tuple[int, int] | None, linear: bool | None
+    ) -> None:
+        self.effect, self.is_linear = effect, effect.linear if linear is None else linear
+        most = {"picture": 1, "picture+depth": 2}.get(effect.takes, 0)
+        if len(inputs) > most:
+            raise InputError(
+                f"effect {effect.name} takes {most or 'no'} INPUT, got {len(inputs)}; leave out {inputs[-1]}"
+            )
+        self.pictures: dict[str, Any] = {}
+        if inputs:
+            self.pictures["frame"] = as_rgba8(load_frame(inputs[0], False))
+        if len(inputs) > 1:
+            self.pictures["depth"] = load_depth(inputs[1])
+        shapes = [picture.shape for picture in self.pictures.values()]
+        self.size = size or ((shapes[0][1], shapes[0][0]) if shapes else RENDER_SIZE)
+        if shapes and any((shape[1], shape[0]) != self.size for shape in shapes):
+            raise InputError(f"--size {self.size[0]}x{self.size[1]}: INPUT has another size; leave out --size")
+        self.converted = effect
+        if effect.takes != "nothing":
+            options = {"alpha": effect.alpha, "from_space": None, "to_space": None, "color_config": None}
+            self.converted = take_color_spaces(effect, ("a.png",), "a.png", {**options, "linear": self.is_linear})
+
+    def exported(self, given: Mapping[str, Any]) -> Exported:
+        controls = [control for control in map(Control.of, self.effect.parameters) if control is not None]
+        begun = tuple(replace(c, default=given[c.name]) if c.name in given else c for c in controls)
+        loaded = Loaded(begun, lambda values: self._draw({**self._plain(given), **values}))
+        handles = self._handles(loaded)
+        computed = _computed(loaded.draw(handles).outputs)
+        handles = {name: handle for name, handle in handles.items() if name not in computed}
+        fixed = {c.name: c.default for c in begun if c.name not in handles}
+        choices = {name: one.choices for name, one in self._shader_parameters().items() if one.choices}
+        described = Described(
+            self.effect.name, self.effect.summary, tuple(c for c in begun if c.name in handles), fixed,
+            self.effect.frame_time, choices,
+        )  # fmt: skip
+        return Exported(loaded.draw(handles), described)
+
+    def _shader_parameters(self) -> dict[str, ShaderParameter]:
+        """Return the parameters of a shader file, by the names of their options."""
+        if not isinstance(self.effect, ShaderFileEffect):
+            return {}
+        declared = self.effect.shader.parameters
+        return {option: declared[name] for option, name in self.effect.own_names.items() if name in declared}
+
+    def _plain(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the parameters that are given, with an input in the place of each picture."""
+        pictures = [p.name for p in self.effect.parameters if p.type == "picture"]
+        plain = {name: value for name, value in given.items() if name not in pictures}
+        for name in pictures:
+            if name in given:
+                self.pictures[name] = as_rgba8(load_frame(given[name], False))
+                plain[name] = input_of(name, self.pictures[name])
+        return plain
+
+    def _handles(self, loaded: Loaded) -> dict[str, Value]:
+        """Return a run value for each parameter that may change without another plan."""
+        begun = {c.name: c.default for c in loaded.controls}
+        if not isinstance(self.effect, (KernelEffect, ShaderFileEffect)):
+            return run_values_of(loaded, begun)
+        handles: dict[str, Value] = {}
+        for control in loaded.controls:
+            if (
+                isinstance(self.effect, ShaderFileEffect)
+                and self.effect.own_names[control.name] in self.effect.shader.constants
+            ):
+                continue
+            marker, default = _MARKERS.get(control.kind), control.default
+            if control.kind == "choice":
+                choices = self._shader_parameters()[control.name].choices
+                marker, default = int, choices.get(default, default)
+            if control.kind in ("vector", "color") and default is not None:
+                marker = getattr(symbols, f"vec{len(default)}")
+            if marker is not None and default is not None:
+                handles[control.name] = Value(control.name, marker, default=default)
+        return handles
+
+    def _draw(self, values: Mapping[str, Any]) -> Drawing:
+        targets: list[Target] = []
+        if self.effect.takes != "nothing":
+            targets.append(Input("frame", "rgba8_srgb" if self.is_linear else "rgba8"))
+        if self.effect.takes == "picture+depth":
+            targets.append(Input("depth", "r32f"))
+        outputs = named_outputs(effect_output(self.converted, targets, dict(values)))
+        return Drawing(outputs, self.size, self.pictures)
+
+
+def as_rgba8(picture: Any) -> Any:
+    """Return a picture as browsers have it: four channels of 8 bits."""
+    import numpy as np
+
+    from passgraph.backends.steps import numbers_of
+    from passgraph.formats import FORMATS
+    from passgraph.pictures import scaled
+
+    if picture.dtype == np.uint8 and picture.shape[2] == 4:
+        return picture
+    values = scaled(picture)
+    channels = values.shape[2]
+    color = values[..., :3] if channels >= 3 else np.repeat(values[..., :1], 3, axis=2)
+    alpha = values[..., -1:] if channels in (2, 4) else np.ones((*values.shape[:2], 1), np.float32)
+    return numbers_of(np.concatenate([color, alpha], axis=2), FORMATS["rgba8"])
+
+
+def _computed(outputs: Mapping[str, Target]) -> set[str]:
+    """Return the run values that Python functions of the graph read."""
+    return {
+        source.name
+        for node in passes_behind(list(outputs.values()))
+        for value in node.values.values()
+        if isinstance(value, Derived)
+        for source in value.sources
+    }

@@ -1,0 +1,288 @@
+"""A plan as plain data for the browser: effect.json, and the bytes of effect.bin."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.base import ATTRIBUTES, vertex_attribute
+from passgraph.backends.steps import numbers_of
+from passgraph.backends.webgpu import devices
+from passgraph.backends.webgpu.programs import packed
+from passgraph.backends.webgpu.textures import Stored, Texture
+from passgraph.backends.webgpu.transfers import texels
+from passgraph.backends.webgpu.wgsl import FULLSCREEN, HEAD
+from passgraph.errors import InputError
+from passgraph.formats import Format
+from passgraph.graph.draw_state import Geometry
+from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value
+from passgraph.language.long_arrays import picture_of
+from passgraph.language.scalar import ScalarProgram, UniformSlot
+from passgraph.language.types import Array, element_of
+from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Resource, Step
+from passgraph.run.execution import Uniforms, earliest_first, is_object_type, picked, resolve
+from passgraph.web.recorder import DEFAULT_LIMITS, RecordingBackend
+from passgraph.web.size_rules import Rule
+
+#: Version of effect.json; a runtime reads one version.
+VERSION = 1
+#: Bytes per pixel that a target costs in WebGPU's limit, where it is not the size of a texel.
+_COSTS = {"r8unorm": 1, "rg8unorm": 2, "rgba8unorm": 8}
+
+
+class Blob:
+    """The bytes of effect.bin; each part begins at a multiple of 4."""
+
+    def __init__(self) -> None:
+        self.parts: list[bytes] = []
+        self.size = 0
+        self._known: dict[bytes, dict[str, int]] = {}
+
+    def add(self, data: bytes) -> dict[str, int]:
+        """Return where these bytes are; equal ones are kept once."""
+        if data not in self._known:
+            self._known[data] = {"at": self.size, "bytes": len(data)}
+            padded = data.ljust(-(-len(data) // 4) * 4, b"\0")
+            self.parts.append(padded)
+            self.size += len(padded)
+        return self._known[data]
+
+
+class PlanWriter:
+    """Writes one plan.
+
+    ``constants`` are values of this export by name, such as a camera: what depends on them alone is a constant too.
+    """
+
+    def __init__(self, plan: Plan, backend: RecordingBackend, constants: Mapping[str, object]) -> None:
+        self.plan, self.backend, self.blob = plan, backend, Blob()
+        self.constants: dict[Any, object] = {**constants, OUTPUT_SIZE.name: plan.size}
+        self.meshes: list[dict[str, Any]] = []
+        self._mesh_numbers: dict[int, int] = {}
+        self.pipelines: list[dict[str, Any]] = []
+
+    # Pictures
+
+    def resource(self, resource: Resource, rule: Rule) -> dict[str, Any]:
+        stored = self.backend.stored(resource.format)
+        described = {
+            "name": resource.name, "kind": resource.kind, "format": resource.format.name,
+            "channels": resource.format.channels, "texture": stored.name, "texel": stored.dtype.name,
+            "stored": stored.channels, "steps": resource.format.steps, "srgb": resource.format.srgb,
+            "size": list(resource.size), "rule": rule, "memory": resource.memory,
+        }  # fmt: skip
+        if resource.kind == "buffer":
+            described["data"] = self._buffer(resource)
+        if resource.kind == "history":
+            initial = resource.initial
+            if isinstance(initial, np.ndarray):
+                described["data"] = self.picture(initial, resource.format, resource.size)
+            else:
+                spread = initial * resource.format.channels if len(initial) == 1 else initial
+                described["initial"] = [float(number) for number in spread]
+            if resource.format.is_depth and ("data" in described or any(resource.initial)):
+                raise InputError(f"{resource.name!r}: a depth target cannot start from a picture or number in WebGPU")
+        if resource.kind == "input" and resource.format.is_depth:
+            raise InputError(
+                f"input {resource.name!r} is {resource.format.name}, which WebGPU cannot upload; declare it as r32f"
+            )
+        return described
+
+    def picture(self, picture: NDArray[Any], format_: Format, size: tuple[int, int]) -> dict[str, int]:
+        """Return where the texels of a picture are."""
+        shaped = np.broadcast_to(picture, (size[1], size[0], format_.channels))
+        numbers = numbers_of(shaped, format_) if shaped.dtype == np.float32 else shaped
+        texture = Texture(format_, size, self.backend.stored(format_), None, None, None)
+        return self.blob.add(texels(texture, numbers).tobytes())
+
+    def _buffer(self, resource: Resource) -> dict[str, int]:
+        spec = self.plan.buffers[resource.id]
+        value = spec.value
+        if isinstance(value, (Value, Derived)):
+            missing = [source.name for source in value.sources if source.name not in self.constants]
+            if missing:
+                raise InputError(
+                    f"value {missing[0]!r} is a long array ({spec.type}), which a page cannot set; give the export "
+                    "its numbers"
+                )
+            value = resolve(value, self.constants)
+        array = picture_of(picked(value, spec.fields, spec.name), spec.type, spec.name)
+        return self.picture(array, resource.format, resource.size)
+
+    # Steps
+
+    def step(self, step: Step) -> dict[str, Any]:
+        described: dict[str, Any] = {"name": step.name, "static": step.static, "outputs": list(step.outputs)}
+        if isinstance(step, CopyStep):
+            return {**described, "kind": "copy", "source": step.source_resource}
+        constant = replace(step, values={name: self._constant(step, name) for name in step.values})
+        images = [resource for _, resource in step.images]
+        if isinstance(constant, PixelStep):
+            described |= {"kind": "pixel", "pipeline": self._pipeline(self.backend.pixel_pipeline(constant))}
+            return {**described, "stages": [self._stage(constant.program, constant, images)]}
+        assert isinstance(constant, DrawStep)
+        return {**described, **self._draw(constant, images)}
+
+    def _draw(self, step: DrawStep, images: list[int]) -> dict[str, Any]:
+        depth = None if step.depth is None else self.plan.resources[step.depth].format
+        pipeline = self.backend.draw_pipeline(step, depth)
+        clears = pipeline.pop("clears")
+        count = len(step.vertex.images)
+        stages = [self._stage(step.vertex, step, images[:count])]
+        if step.fragment is not None:
+            stages.append(self._stage(step.fragment, step, images[count:]))
+        stencil = step.state.stencil
+        return {
+            "kind": "draw", "pipeline": self._pipeline(pipeline), "stages": stages, "clears": clears,
+            "depth": step.depth, "depthClear": step.depth_clear, "stencilClear": step.state.clear_stencil,
+            "stencilReference": 0 if stencil is None else stencil.reference,
+            "mesh": self._mesh(step.source.geometry),
+            "attributes": [name for name in ATTRIBUTES if name in step.vertex.attributes],
+        }  # fmt: skip
+
+    def _pipeline(self, described: dict[str, Any]) -> int:
+        if described not in self.pipelines:
+            self.pipelines.append(described)
+        return self.pipelines.index(described)
+
+    def _mesh(self, geometry: Geometry) -> int:
+        if id(geometry) not in self._mesh_numbers:
+            triangles = np.ascontiguousarray(geometry.triangles, np.uint32)
+            self._mesh_numbers[id(geometry)] = len(self.meshes)
+            self.meshes.append({"count": triangles.size, "indices": self.blob.add(triangles.tobytes()),
+                                "attributes": {}})  # fmt: skip
+        return self._mesh_numbers[id(geometry)]
+
+    def add_attributes(self) -> None:
+        """Write the vertex attributes that draws read."""
+        for step in self.plan.steps:
+            if isinstance(step, DrawStep):
+                geometry = step.source.geometry
+                written = self.meshes[self._mesh(geometry)]["attributes"]
+                for name in step.vertex.attributes:
+                    if name not in written:
+                        written[name] = self.blob.add(vertex_attribute(geometry, name).tobytes())
+
+    # Parameters
+
+    def _constant(self, step: PixelStep | DrawStep, name: str) -> object:
+        """Return a parameter of a step: its constant, or the run value that the page sets.
+
+        Raises
+        ------
+        InputError
+            For a value that a Python function computes, with its name.
+        """
+        handle = step.values[name]
+        if not isinstance(handle, (Value, Derived)) or handle is OUTPUT_SIZE or handle is FRAME_INDEX:
+            return handle
+        missing = [source for source in handle.sources if source.name not in self.constants]
+        if not missing:
+            return resolve(handle, self.constants)
+        if isinstance(handle, Derived):
+            raise InputError(
+                f"pass {step.name!r}: {name.rpartition('/')[2]!r} is computed by a Python function from the value "
+                f"{missing[0].name!r}, which a browser cannot call; give the export a number for {missing[0].name!r}"
+            )
+        if is_object_type(handle.type):
+            raise InputError(
+                f"value {handle.name!r} is a {handle.type.__name__}, which a page cannot set; give the export one"  # type: ignore[attr-defined]
+            )
+        return handle
+
+    def _stage(self, program: ScalarProgram, step: PixelStep | DrawStep, images: Sequence[int]) -> dict[str, Any]:
+        """Return the images and parameters of one stage: a block of constants, and the places of run values in it."""
+        uniforms = Uniforms(program, step, {})
+        block = packed(program, (1, 1), 1.0, uniforms.block)[HEAD:]
+        ints_at = HEAD + 16 * max(1, -(-program.float_count // 4))
+        values = [
+            _place(slot, step.values[key].name, fields, ints_at)  # type: ignore[attr-defined]
+            for key, fields, _, slot, _ in uniforms.changing
+        ]
+        return {"images": list(images), "constants": self.blob.add(block), "values": values}
+
+
+def _place(slot: UniformSlot, value: str, fields: Sequence[str], ints_at: int) -> dict[str, Any]:
+    if fields:
+        raise InputError(f"value {value!r} is a struct, which a page cannot set; give the export one")
+    place: dict[str, Any] = {
+        "value": value, "at": (HEAD if slot.block == "float" else ints_at) + 4 * slot.offset, "count": slot.count,
+        "type": element_of(slot.type).name,  # type: ignore[arg-type]
+    }  # fmt: skip
+    if slot.range is not None:
+        limits = slot.range
+        place["range"] = {"low": limits.low, "high": limits.high, "above": limits.above, "odd": limits.odd}
+    if isinstance(slot.type, Array):
+        place["type"] = element_of(slot.type).name
+    return place
+
+
+def written_plan(
+    plan: Plan, rules: Sequence[Rule] | None, constants: Mapping[str, object], pictures: Mapping[str, NDArray[Any]]
+) -> tuple[dict[str, Any], bytes]:
+    """Return a plan as plain data and the bytes beside it.
+
+    Parameters
+    ----------
+    rules : the size rule of each resource; None fixes the sizes
+    constants : values of this export by name
+    pictures : inputs whose picture is part of the export, by name
+
+    Raises
+    ------
+    InputError
+        For a value that cannot be exported, with its name.
+    """
+    backend = RecordingBackend()
+    writer = PlanWriter(plan, backend, constants)
+    fixed = [{"fixed": list(resource.size)} for resource in plan.resources]
+    resources = [writer.resource(r, rule) for r, rule in zip(plan.resources, rules or fixed, strict=True)]
+    steps = [writer.step(step) for step in plan.steps]
+    writer.add_attributes()
+    inputs: dict[str, dict[str, Any]] = {}
+    for name, resource in plan.inputs.items():
+        inputs[name] = {"resource": resource, "static": name in plan.static_inputs, "data": None}
+        if name in pictures:
+            info = plan.resources[resource]
+            inputs[name]["data"] = writer.picture(pictures[name], info.format, info.size)
+    document = {
+        "format": "passgraph effect", "version": VERSION,
+        "size": list(plan.size), "resizable": rules is not None,
+        "features": _features(plan), "limits": _limits(plan, backend),
+        "memories": len(plan.memories), "resources": resources, "inputs": inputs, "outputs": dict(plan.outputs),
+        "history": [list(pair) for pair in earliest_first(plan)],
+        "steps": steps, "pipelines": writer.pipelines, "modules": backend.device.modules,
+        "fullscreen": backend.device.create_shader_module(code=FULLSCREEN), "meshes": writer.meshes,
+        "staticValues": sorted(n for n, v in plan.values.items() if v.static and n not in writer.constants),
+        "data": {"file": "effect.bin", "bytes": writer.blob.size},
+    }  # fmt: skip
+    return document, b"".join(writer.blob.parts)
+
+
+def _features(plan: Plan) -> list[str]:
+    """Return the optional features of a device that steps of this plan use."""
+    found = set()
+    for step in plan.steps:
+        if isinstance(step, DrawStep):
+            for blend, format_ in zip(step.state.blend or (), step.output_formats, strict=False):
+                if blend is not None and format_.number == "f4":
+                    found.add(devices.BLENDS)
+    if any(resource.format.stencil for resource in plan.resources):
+        found.add(devices.STENCIL)
+    return sorted(found)
+
+
+def _limits(plan: Plan, backend: RecordingBackend) -> dict[str, int]:
+    """Return the limits above WebGPU's defaults that this plan needs, in the words of JavaScript."""
+    default = DEFAULT_LIMITS["max-color-attachment-bytes-per-sample"]
+    written = [step.output_formats for step in plan.steps if not isinstance(step, CopyStep)]
+    most = max((sum(map(_cost, map(backend.stored, formats))) for formats in written), default=0)
+    return {"maxColorAttachmentBytesPerSample": most} if most > default else {}
+
+
+def _cost(stored: Stored) -> int:
+    return _COSTS.get(stored.name, stored.channels * stored.dtype.itemsize)

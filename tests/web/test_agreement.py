@@ -1,0 +1,95 @@
+"""What a browser computes, held against the bounds of each pass."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import passgraph as pg
+from passgraph.effects import auto_exposure, bloom, soft_shadow, vignette
+from passgraph.graph.targets import named_outputs
+from passgraph.plan.data import CopyStep, DrawStep
+from passgraph.verify.oracle.backend import OracleBackend
+from passgraph.verify.oracle.pass_bounds import OPTIONS, Key, Passes, Picture
+from passgraph.verify.report import MOST_AMBIGUOUS
+from passgraph.web import export_web
+from tests.web.browser import CHROMIUM, opened, read, run
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")]
+
+SHADERS = Path(__file__).resolve().parents[2] / "docs" / "shaders"
+
+
+def picture() -> Any:
+    """A gradient with noise, 24x16, some of it transparent."""
+    made = np.random.default_rng(5).integers(0, 256, (16, 24, 4), np.uint8)
+    made[:8, :, 0] = np.linspace(0, 255, 24)
+    made[..., 3] = np.where(made[..., 3] < 64, 128, 255)
+    return made
+
+
+def held(outputs: Any, folder: Path, given: dict[str, Any], values: dict[str, Any], runs: int = 1) -> int:
+    """Hold every pass of each run in the browser, on the browser's own pictures; return how many were held."""
+    named = named_outputs(outputs)
+    pictures = {name: value for name, value in given.items() if isinstance(value, np.ndarray)}
+    passes = Passes(named, None if pictures else (48, 32), [{**given, **values}] * runs)
+    export_web(named, folder, size=None if pictures else (48, 32), options=OPTIONS, **given)
+    plan = passes.plan
+    last = {resource: number for number, step in enumerate(plan.steps) for resource in step.writes}
+    got: dict[Key, Picture] = {}
+    with opened(folder) as page:
+        assert page.evaluate("globalThis.failed") is None
+        for frame in range(runs):
+            run(page, values)
+            for resource, number in last.items():
+                got[frame, number, resource] = read(page, plan.resources[resource].name)
+        assert (page.asked, page.faults) == ({page.host}, [])
+    return within(passes, got)
+
+
+def within(passes: Passes, got: dict[Key, Picture]) -> int:
+    """Assert that pictures are within bounds; passes read what the browser made of the passes before."""
+    expected, _ = passes.allowed(False)
+    oracle, count = OracleBackend(False), 0
+    for written in passes.written(oracle, {**expected, **got}):
+        for key in written.keys() & got.keys():
+            step = passes.plan.steps[key[1]]
+            if isinstance(step, CopyStep) or key[2] in step.reads:
+                continue  # a draw over another keeps pixels of that one, which cannot be read in between
+            allowed = oracle.found[id(step)][step.writes.index(key[2])]
+            outside = allowed.values.without(got[key]).any(axis=2) & ~allowed.ambiguous
+            # Chromium's software adapter snaps corners to 1/16 pixel, and bounds of draws allow for 1/256.
+            most = 0.05 if isinstance(step, DrawStep) else 0.0
+            assert outside.mean() <= most, f"{step.name}: {int(outside.sum())} pixels outside of their bounds"
+            assert allowed.ambiguous.mean() <= MOST_AMBIGUOUS, step.name
+            count += 1
+    return count
+
+
+def test_a_picture_effect_with_a_parameter(tmp_path: Path) -> None:
+    outputs = vignette(pg.Input("frame", "rgba8"), strength=pg.Value("strength", default=1.0))
+    assert held(outputs, tmp_path, {"frame": picture()}, {"strength": 0.5}) == 1
+
+
+def test_bloom(tmp_path: Path) -> None:
+    outputs = bloom(pg.Input("frame", "rgba8_srgb"), threshold=pg.Value("threshold", default=1.0), levels=2)
+    assert held(outputs, tmp_path, {"frame": picture()}, {"threshold": 0.25}) > 3
+
+
+def test_history(tmp_path: Path) -> None:
+    assert held(auto_exposure(pg.Input("frame", "rgba8_srgb")), tmp_path, {"frame": picture()}, {}, runs=3) > 6
+
+
+def test_a_shadertoy_whose_buffer_goes_on(tmp_path: Path) -> None:
+    shader = pg.load_shader(SHADERS / "ripples.json")
+    images = {name: picture() for name in shader.images}
+    assert held(shader(*map(pg.Input, images)), tmp_path, images, {}, runs=2) >= 4
+
+
+def test_soft_shadows_of_the_shipped_scene(tmp_path: Path) -> None:
+    scene = pg.Scene.shipped()
+    given = {"camera": scene.camera, "light": scene.lights[0]}
+    assert held(soft_shadow(scene, display=True), tmp_path, given, {}) > 10
