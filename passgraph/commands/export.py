@@ -88,7 +88,7 @@ def export(
         web,
         size=exported.drawing.size,
         described=exported.described,
-        **exported.drawing.given,
+        **exported.drawing.run_inputs,
     )
     click.echo(f"{web}: {len(written.plan.steps)} passes, {exported.drawing.size[0]}x{exported.drawing.size[1]}")
     if written.values:
