@@ -184,13 +184,22 @@ class GLSL(CLike):
         # Compilers that assume no NaN fold x != x; they do not fold bit operations.
         if op.on == "float" and op.operation in ("equal", "not_equal") and arguments[0] == arguments[1]:
             return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
-        if op.on == "float" and op.operation in ("min", "max") and not self.dialect.is_precise:
-            # Compilers turn the choice into a minimum, whose result for NaN and a number is the number.
-            return f"(pg_isnan({arguments[0]}) ? {arguments[0]} : {super().operation(op, arguments)})"
+        if op.on == "float" and op.operation in ("min", "max"):
+            return self._chosen(op.operation, *arguments)
         if op.on == "float" and op.operation in ("mul", "div"):
             both = all(self.foreseen.known(a) for a in op.arguments)
             arguments = [self._hidden(a, both) for a in op.arguments]
         return super().operation(op, arguments)
+
+    def _chosen(self, operation: str, first: str, second: str) -> str:
+        """Return the smaller or larger of two floats, and the first where they are not ordered.
+
+        Compilers turn ``a < b ? b : a`` into a maximum, whose result for NaN and a number is the number: without
+        ``precise`` always, with it inside loops (Mesa 22).  They leave ``mix`` with a bool as it is.
+        """
+        is_second = f"{second} < {first}" if operation == "min" else f"{first} < {second}"
+        chosen = f"mix({first}, {second}, {is_second})"
+        return chosen if self.dialect.is_precise else f"(pg_isnan({first}) ? {first} : {chosen})"
 
     def _hidden(self, operand: s.Operand, among_constants: bool = False) -> str:
         """Return an operand that compilers cannot assume to be 0: see :mod:`passgraph.backends.foreseen`.
