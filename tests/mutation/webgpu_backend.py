@@ -21,7 +21,12 @@ MUTANTS = (
     _w("FUNCTIONS", "select(r, r + b, r != 0", "select(r, r, r != 0", "operations/int_mod"),
     _w("FUNCTIONS", "let r = select(q, q + b, q < 0);", "let r = q;", "language/a wide neighbourhood, repeat"),
     _w("_LIKE_C", '"round({0})"', '"floor({0} + 0.5)"', "operations/round"),
-    _w("_LIKE_C", '"({0} >> (bitcast<u32>({1}) & 31u))"', '"({0} >> (bitcast<u32>({1}) & 15u))"', "operations/shift_right"),
+    _w(
+        "_LIKE_C",
+        '"({0} >> (bitcast<u32>({1}) & 31u))"',
+        '"({0} >> (bitcast<u32>({1}) & 15u))"',
+        "operations/shift_right",
+    ),
     _w("_LIKE_C", '"max({0}, 0 - {0})"', '"{0}"', "operations/abs of ints", "operations/abs"),
     _w(
         "WGSL._comparison",
