@@ -213,6 +213,25 @@ def _of_gl_host(method: str, **given: Any) -> None:
         current.change(current.state(), None)
 
 
+@cache
+def _wgpu_device() -> Any:
+    from passgraph.backends.webgpu import devices
+
+    return devices.choose(None).request_device_sync()
+
+
+def _webgpu_host(device: Any) -> None:
+    pg.webgpu.Host(_wgpu_device() if device is None else device).close()
+
+
+def _of_webgpu_host(texture: Any, srgb: Any) -> None:
+    """Describe a texture to a host; None is a texture of its device."""
+    with pg.webgpu.Host(_wgpu_device()) as host:
+        if texture is None:
+            texture = _wgpu_device().create_texture(size=(8, 4, 1), format="rgba8unorm-srgb", usage="TEXTURE_BINDING")
+        host.texture(texture, srgb=srgb)
+
+
 _FOLDER = "/nowhere"
 
 
@@ -304,6 +323,8 @@ CALLS: list[Call] = [
          offset=0, row_pitch=None, pixel_pitch=None, order=None, origin="top"),
     call("opencl.Host.picture", lambda **given: _of_host("picture", **given), source=None, format=None),
     call("opencl.Host.wait_for", lambda **given: _of_host("wait_for", **given), events=()),
+    call("webgpu.Host", _webgpu_host, device=None),
+    call("webgpu.Host.texture", _of_webgpu_host, texture=None, srgb=None),
     call("lazily_tiled", _lazily_tiled, graph=kernel("copy")(pg.Input("frame")), source=FRAME, memory="1 GB",
                                         values=None, tile=(4, 4), size=None, backend="numpy", options=None,
                                         non_finite="error"),

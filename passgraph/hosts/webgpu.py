@@ -127,12 +127,12 @@ class Host(WebGPUBackend):
             self._recorded = before
 
     def texture(self, texture: Any, *, srgb: bool | None = None) -> HostPicture:
-        """A texture of the host's, or the view of one, as it is now.
+        """Return a texture of the host, or of a view, as a picture that programs read and write in place.
 
         Parameters
         ----------
         texture : a ``wgpu.GPUTexture`` or ``wgpu.GPUTextureView``, two-dimensional, with one sample a pixel
-        srgb : whether kernels get colors of 8 bits decoded from sRGB; None takes what the format says
+        srgb : True if kernels get 8-bit colors decoded from sRGB; None follows the texture's format
 
         Raises
         ------
@@ -156,7 +156,7 @@ class Host(WebGPUBackend):
             raise InputError(f"{what} cannot be read by kernels; expected one of {', '.join(_KNOWN)}")
         format_, stored = _KNOWN[name]
         is_coded = name != whole.format
-        if is_coded if srgb is None else srgb:
+        if is_coded if srgb is None else arguments.flag(srgb, "webgpu.Host.texture: srgb", InputError):
             encoded = curved(format_, True)
             if encoded is None:
                 raise InputError(f"{what} with srgb=True: there is no format {format_.name}_srgb")
