@@ -1,4 +1,4 @@
-"""How objects show themselves in a notebook: pictures at their size, graphs as SVG, tables as HTML, always with a text.
+"""Notebook display of objects: pictures at their size, graphs as SVG, tables as HTML, always with a text.
 
 Each function returns what ``_repr_mimebundle_`` of a class gives: content by media type.
 """

@@ -1,1 +1,1 @@
-"""What a camera and its lens add: glow, beams, fringes, distortion, grain."""
+"""Effects of a camera and its lens: glow, beams, fringes, distortion, grain."""

@@ -1,4 +1,4 @@
-"""All lights of a scene: their shadow maps, and their light with and without shadows."""
+"""The lights of a scene: shadow maps, and light with and without shadows."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ SKY = (0.32, 0.42, 0.55)
 
 @dataclass(frozen=True)
 class SoftShadow:
-    """Every target of the effect, to inspect or to build on.
+    """The targets of the effect, to inspect or to build on.
 
     Attributes
     ----------

@@ -300,7 +300,7 @@ def apply_to_one(
 
 @dataclass(frozen=True)
 class FrameSources:
-    """Where the frames of a run come from."""
+    """The sources of a run's frames."""
 
     inputs: tuple[str, ...]
     #: Frames to make of one picture, or of none.

@@ -118,7 +118,7 @@ def _write(versions: Sequence[Version], file: Path, folder: Path) -> None:
 
 
 def _flat(row: Version) -> dict[str, Any]:
-    """One version with a plain value in each column."""
+    """Return a version's row with plain values in its columns."""
     call = {"backend": row.backend, "version": row.name, "call_ms": row.call.wall, "call_cpu_ms": row.call.cpu}
     return call | asdict(row.difference)
 

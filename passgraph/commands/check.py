@@ -141,7 +141,7 @@ class Tries:
         self.devices, self.most_ambiguous = devices, most_ambiguous
 
     def passed(self, name: str, graph: Graph, limit: TimeLimit, say: Callable[[str], None]) -> bool:
-        """Whether a graph passes with each; what was tried is printed, and each fault with the value that brings it."""
+        """Return True if a graph passes with each value; print what was tried, and each fault with its value."""
         ends = range_ends(graph, self.settings)
         if not ends or not self.most:
             return True
@@ -328,7 +328,7 @@ def check(
 
 
 class _Run:
-    """One graph with what its run brings: what is given, recorded or made."""
+    """A graph with the inputs of its run: given, recorded or made."""
 
     def __init__(
         self, name: str, graph: Graph, pictures: Mapping[str, Picture], settings: Mapping[str, str],
@@ -352,7 +352,7 @@ class _Run:
     def checked(
         self, backends: Sequence[Any], say: Callable[[str], None], most_ambiguous: float, allow_nan: bool
     ) -> bool:
-        """Whether every backend passed and all is as recorded; all that is found is printed."""
+        """Return True if every backend passed and everything is as recorded; print all findings."""
         from passgraph.commands import golden as recorded
         from passgraph.verify.compare import compared
 

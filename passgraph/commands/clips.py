@@ -217,7 +217,7 @@ def _sink(source: Source, output: str, writing: Writing) -> Sink:
 
 
 def _into_folder(source: Source, folder: Path, writing: Writing) -> Sink:
-    """The same names in a folder; formats that are not written become PNG."""
+    """Return a sink of the same names in a folder; formats that cannot be written become PNG."""
     if isinstance(source, (Animation, Repeated)):
         path = folder / _written_name(source.path if isinstance(source, Animation) else source.paths[1])
         return writing.pictures(Pattern(os.fspath(path.with_name(f"{path.stem}.%04d{path.suffix}"))))
@@ -234,7 +234,7 @@ def _written_name(path: Path) -> str:
 
 
 def goes_into_folder(output: str) -> bool:
-    """Whether an output is a folder, or becomes one: a name without a suffix."""
+    """Return True if an output is a folder, or will be one: a name without a suffix."""
     return is_folder(output) or (not Path(output).suffix and output != STREAM and not Pattern.is_in(output))
 
 
@@ -302,7 +302,7 @@ def check_clips(clips: list[Clip], output: str, more_inputs: Iterable[Path] = ()
 
 
 def depth_of(path: Path, clips: list[Clip]) -> Source:
-    """One picture for all frames, or a sequence in step with them."""
+    """Return a source of depth: one picture for all frames, or a sequence in step with them."""
     file, _ = split_layer(path)
     return frames_beside(path, clips) if file.is_dir() or not os.path.lexists(file) or is_video(file) else Still(path)
 

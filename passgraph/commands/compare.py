@@ -98,7 +98,7 @@ def job_of(
 
 
 def show(report: Report) -> None:
-    """Whether backends made the same bits; a table a backend, then its verdict in words."""
+    """Print whether backends made the same bits: a table for each backend, then its verdict in words."""
     on = console()
     say_equality(on, report)
     for backend in report.backends:

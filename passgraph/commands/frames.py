@@ -61,7 +61,7 @@ class FramesJob:
 
     @property
     def makes_all(self) -> bool:
-        """Whether its pictures are made of parameters alone."""
+        """True if the pictures depend on parameters alone."""
         return self.effect.takes == "nothing"
 
     def output(self, *, as_read: bool, as_bytes: bool, linear: bool) -> dict[str, Target]:

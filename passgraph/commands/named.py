@@ -71,7 +71,7 @@ def _chosen(effects: Mapping[str, Effect], path: Path, name: str | None) -> Effe
 
 
 def is_named(text: str) -> bool:
-    """Whether it reads as an effect or as a file of kernels, rather than as a picture or a scene."""
+    """Return True if a text names an effect or a file of kernels, rather than a picture or a scene."""
     path, _ = file_and_name(text)
     return text in EFFECTS if path is None else path.suffix.lower() in READERS and path.suffix.lower() != EXPORT_SUFFIX
 

@@ -214,7 +214,7 @@ def run_and_save(job: Job, output: Path, run: RunOptions, bits: int = 8, like: P
 def _output_of(
     program: Program, wanted: str, job: Job, observer: Capture | None, say: Callable[[str], None]
 ) -> NDArray[Any]:
-    """One output of a run, once the device is done."""
+    """Run a program, and return one output when the device is done."""
     from passgraph.run.caller_arrays import room_of
 
     say(f"running on {program.backend.name}")

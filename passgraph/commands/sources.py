@@ -38,7 +38,7 @@ class Job:
 
     @property
     def holds_bytes(self) -> bool:
-        """Whether every picture that it is given is of 8 bits."""
+        """True if every given picture has 8 bits."""
         pictures = [value for value in self.given.values() if isinstance(value, np.ndarray)]
         return bool(pictures) and all(picture.dtype == np.uint8 for picture in pictures)
 
@@ -239,5 +239,5 @@ def _size_text(picture: NDArray[Any]) -> str:
 
 
 def accepts(effect: Effect, parameter: str) -> bool:
-    """Whether an effect's function has a keyword that its table may not list."""
+    """Return True if an effect's function has a keyword, also one that its table does not list."""
     return parameter in inspect.signature(effect.function).parameters

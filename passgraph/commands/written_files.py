@@ -30,7 +30,7 @@ STREAM = "-"
 
 
 def is_one_picture(inputs: tuple[str, ...], output: str) -> bool:
-    """Whether one picture file goes to one."""
+    """Return True if one picture file is written from one."""
     if len(inputs) != 1 or inputs[0] == STREAM or output == STREAM or is_folder(output):
         return False
     path = Path(inputs[0])

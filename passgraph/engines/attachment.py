@@ -229,7 +229,7 @@ class Attachment:
 
     @property
     def enabled(self) -> bool:
-        """Whether frames are changed.  Setting it after an error tries again."""
+        """True if the effect changes frames.  Set it after an error to try again."""
         return self._enabled and not self._closed
 
     @enabled.setter
@@ -239,7 +239,7 @@ class Attachment:
 
     @property
     def takes_depth(self) -> bool:
-        """Whether the effect reads the frame's depth."""
+        """True if the effect reads the frame's depth."""
         return "depth" in self._takes
 
     @property

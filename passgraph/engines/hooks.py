@@ -76,7 +76,7 @@ def hook(
 
 
 def check_has(owner: Any, engine: str, expected: str, *names: str) -> None:
-    """Whether an object is what an adapter hooks into: told by what it has, so that no engine is imported.
+    """Raise InputError unless an object has the attributes that an adapter needs; no engine is imported.
 
     >>> check_has("a title", "pyglet", "a pyglet.window.Window", "flip")
     Traceback (most recent call last):

@@ -1,4 +1,4 @@
-"""One function body on its way: its names, its exit."""
+"""The state of a function body while it is translated: names in scope, and its exit."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _MAX_OUTPUTS = 8
 
 
 class Body:
-    """One function being read, or what stands outside of functions."""
+    """A function body while it is translated, or the declarations outside of functions."""
 
     def __init__(self, unit: Unit, name: str = "shader", result: Type | None = None) -> None:
         self.unit, self.builder, self.name, self.result_type = unit, unit.builder, name, result
@@ -236,7 +236,7 @@ class Body:
         return read_variable(self.result, span)
 
     def _ends_once(self, block: g.Block) -> bool:
-        """Whether a function's only exit is a value at its end."""
+        """Return True if a function's only exit is a value at its end."""
         if not block.statements:
             return False
         *before, last = block.statements

@@ -118,7 +118,7 @@ def _alike(arguments: list[ir.Expr], span: Span) -> list[ir.Expr]:
 
 
 def _written(name: str, member: int, unit: Unit, parts: list[Part], span: Span) -> Part:
-    """One result of a function of the library that has several."""
+    """Return one result of a library function with several."""
     arguments = [plain(part, span, "an argument") for part in parts]
     function = written_function(name, [a.type for a in arguments])
     assert function is not None

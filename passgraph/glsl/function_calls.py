@@ -27,7 +27,7 @@ _NOISE = 1000
 
 
 def _is_hash(arguments: tuple[g.Expr, ...]) -> bool:
-    """Whether they are ``sin(x) * 43758.5453``."""
+    """Return True if the arguments are a hash of the form ``sin(x) * 43758.5453``."""
     if len(arguments) != 1 or not isinstance(arguments[0], g.Binary) or arguments[0].sign != "*":
         return False
     sides = (arguments[0].left, arguments[0].right)

@@ -439,7 +439,7 @@ class Parser(ExpressionParser):
         return g.Block(span, tuple(statements))
 
     def _statements(self) -> list[g.Statement]:
-        """One statement; none for an empty one, two where a struct is declared on the way."""
+        """Parse a statement: none for an empty one, two where it also declares a struct."""
         if self.skip(";"):
             return []
         if self.at("precision"):
@@ -457,7 +457,7 @@ class Parser(ExpressionParser):
         return [self._statement()]
 
     def _declares(self) -> bool:
-        """Whether a declaration begins here, not a constructor's call."""
+        """Return True if a declaration begins here, rather than a constructor call."""
         if self._at_qualifier() or self.at("struct"):
             return True
         return self.here.text in self.types and (self.ahead().kind == "name" or self.ahead().text == "[")

@@ -59,7 +59,7 @@ def _names(node: object) -> frozenset[str]:
 
 
 def _continues(statement: g.Statement) -> bool:
-    """Whether it may go on with the next trip of the loop that it stands in."""
+    """Return True if a statement may continue its enclosing loop."""
     if isinstance(statement, g.Jump):
         return statement.kind == "continue"
     if isinstance(statement, g.Block):

@@ -71,7 +71,7 @@ def fitted(part: Part, type_: Type, span: Span, what: str) -> Part:
 
 
 def whole_numbers_alike(left: ir.Expr, right: ir.Expr, span: Span) -> tuple[ir.Expr, ir.Expr]:
-    """Both sides of an operator, the int one as uint where the other is."""
+    """Return both operands; if one is uint, the other is converted from int to uint."""
     elements = [_element(side) for side in (left, right)]
     if set(elements) != {INT, UINT}:
         return left, right
@@ -158,7 +158,7 @@ def negated(sign: str, value: ir.Expr, span: Span, named: Namer) -> ir.Expr:
 
 
 def equal(left: Part, right: Part, span: Span, named: Namer) -> ir.Expr:
-    """Whether all parts of two values are equal."""
+    """Return an expression that is true if all parts of two values are equal."""
     check_local(type_of(left), "a side of ==", span)
     if isinstance(left, StructValue) and isinstance(right, StructValue) and left.struct == right.struct:
         links = [equal(left.fields[name], right.fields[name], span, named) for name in left.fields]

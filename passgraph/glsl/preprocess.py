@@ -120,7 +120,7 @@ class Macro:
 
     @cached_property
     def joins(self) -> bool:
-        """Whether words are glued together in it."""
+        """Return True if the macro joins tokens with ``##``."""
         return any(token.text == "##" for token in self.body)
 
 
@@ -253,7 +253,7 @@ _CHUNK = "; pieces of three.js are not read: write what the shader uses of it in
 
 @dataclass
 class _Condition:
-    """One ``#if`` that is open."""
+    """An open ``#if``."""
 
     span: Span
     outer: bool  # whether the text around it is read
@@ -478,7 +478,7 @@ def preprocessed(
     folder: Path | None,
     included: Mapping[str, str] | None = None,
 ) -> tuple[list[Token], Preprocessor]:
-    """All tokens of several pieces of text, each with the name of its file."""
+    """Return the tokens of several pieces of text, each with the name of its file."""
     reader = Preprocessor(folder, dict(included or {}))
     for name, value in defines.items():
         reader.define(name, value)

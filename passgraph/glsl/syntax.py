@@ -122,7 +122,7 @@ class TypeName:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Variable:
-    """One name of a declaration."""
+    """A name that a declaration introduces."""
 
     span: Span
     name: str

@@ -1,4 +1,4 @@
-"""One shader on its way to the typed representation: what its functions share."""
+"""State that the functions of a shader share while it is translated."""
 
 from __future__ import annotations
 
@@ -160,5 +160,5 @@ class Unit:
 
 
 def holds_pictures(type_: Type) -> bool:
-    """Whether a value of a type is, or has within it, a picture."""
+    """Return True if a type is a picture or contains one."""
     return bool(image_names(type_, ""))

@@ -71,5 +71,5 @@ def assigned_parts(node: object, overloads: Callable[[str], Sequence[g.Function]
 
 
 def overlap(these: frozenset[NamePart], those: frozenset[NamePart]) -> bool:
-    """Whether two sets of parts have something in common."""
+    """Return True if two sets of parts overlap."""
     return any(a == b and (i is None or j is None or i == j) for a, i in these for b, j in those)

@@ -247,7 +247,7 @@ class Host(GLBackend):
 
     @property
     def zero_to_one(self) -> bool | None:
-        """Whether ``glClipControl`` makes clip space reach from 0 to 1 in depth now; None where it does not."""
+        """Return True if ``glClipControl`` now makes clip space reach from 0 to 1 in depth; else None."""
         return (
             self.context.gl.ClipControl is not None and self.context.gl.integer(g.CLIP_DEPTH_MODE) == g.ZERO_TO_ONE
         ) or None
@@ -314,7 +314,7 @@ class Host(GLBackend):
         return self.copies.itself(picture, format_)
 
     def _is_encoded(self, picture: HostPicture) -> bool:
-        """Whether the device encodes what passes write there, encoded or not."""
+        """Return True if the device encodes as sRGB what passes write there."""
         return picture.facts.stores_srgb and self.context.gl.has.always_encodes
 
     def upload_stored(self, storage: Texture, numbers: NDArray[Any] | HostPicture, format: Format) -> None:
@@ -406,7 +406,7 @@ def check_asked(name: object, region: object, size: object, origin: object, srgb
 
 
 def check_room(picture: HostPicture, format_: Format) -> None:
-    """Whether a target of a format can be written there."""
+    """Raise InputError unless a target of a format can be written there."""
     if picture.facts.is_depth:
         raise InputError(f"{picture} is depth, which no pass writes; give a colour picture in into=")
     if picture.format.srgb != format_.srgb:
@@ -423,7 +423,7 @@ def check_room(picture: HostPicture, format_: Format) -> None:
 
 
 def _encoded(format_: Format, srgb: bool) -> Format:
-    """The same numbers, read as encoded by the sRGB curve or not."""
+    """Return the format of the same numbers, with or without the sRGB curve."""
     result = curved(format_, srgb)
     if result is None:
         raise InputError(

@@ -423,7 +423,7 @@ class SiblingContext(HostContext):
         self._wait(fence)
 
     def _fence(self) -> Any:
-        """What this context was told to do, as something that the other waits for: on the device, not here."""
+        """Return a fence behind this context's commands, for the other context to wait for on the device."""
         return self.gl.FenceSync(_COMMANDS_COMPLETE, 0) if self._waits else None
 
     def _wait(self, fence: Any) -> None:

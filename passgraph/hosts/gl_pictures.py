@@ -69,7 +69,7 @@ class RegionError(InputError):
 
 @dataclass(frozen=True)
 class Facts:
-    """One surface of a host.
+    """What is known of a surface of a host.
 
     Attributes
     ----------
@@ -150,7 +150,7 @@ def _targets_of(gl: Functions, name: int) -> list[int]:
 
 
 def attached(gl: Functions, depth: bool) -> Surface | None:
-    """What the bound draw framebuffer has for its first draw buffer, or for depth; None for nothing.
+    """Return the attachment of the bound draw framebuffer's first draw buffer, or its depth; None if there is none.
 
     It only asks, so it may be called in the host's own context.
     """
@@ -375,7 +375,7 @@ class Copies:
         self._framebuffers = [self.objects.new("Framebuffer"), self.objects.new("Framebuffer")]
 
     def can_sample(self, picture: HostPicture) -> bool:
-        """Whether a pass can read it where it is."""
+        """Return True if a pass can sample a picture in place."""
         return self._is_plain(picture) and not self._is_decoded(picture)
 
     @staticmethod
@@ -386,7 +386,7 @@ class Copies:
         return plain and not facts.samples and surface.level == facts.base and not facts.is_changed
 
     def _is_decoded(self, picture: HostPicture) -> bool:
-        """Whether passes would read linear values of what is sRGB-encoded, whatever they ask for."""
+        """Return True if reads of an sRGB-encoded picture always give linear values."""
         return picture.facts.stores_srgb and not self.objects.gl.has.skips_decoding
 
     def sampled(self, picture: HostPicture, format_: Format, copied: bool = False) -> Texture:
@@ -609,7 +609,7 @@ class Copies:
 
     @contextmanager
     def plain(self, texture: Texture) -> Iterator[Texture]:
-        """The same picture in a texture of ours, for as long as this is entered."""
+        """Provide a copy of the picture in a texture of our own, until the context manager exits."""
         if texture.surface is None:
             yield texture
             return

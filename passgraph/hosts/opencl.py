@@ -206,7 +206,7 @@ class Host(OpenCLBackend):
 
     @property
     def _is_apart(self) -> bool:
-        """Whether passes run in a queue of ours beside one of the caller's."""
+        """Return True if passes run in a queue of our own, beside the caller's."""
         return self.given is not None and self.given is not self.queue
 
     def begin(self) -> None:
@@ -220,7 +220,7 @@ class Host(OpenCLBackend):
         self._depth += 1
 
     def end(self) -> None:
-        """It has ended, or an error has ended it."""
+        """End the run, after its last pass or after an error."""
         self._depth -= 1
         if self._depth == 0 and (self.borrowed.is_used or self._is_apart):
             with self.reported("giving pictures back"):
@@ -291,7 +291,7 @@ def _checked_size(size: object) -> tuple[int, int]:
 
 
 class _Run(transfers.Running):
-    """One run on a caller's queue."""
+    """A run on a caller's queue."""
 
     __slots__ = ()
     backend: Host

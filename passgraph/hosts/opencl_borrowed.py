@@ -131,7 +131,7 @@ class Borrowed:
 
     @property
     def is_used(self) -> bool:
-        """Whether something is owed when the run ends."""
+        """True if the run must do something at its end."""
         return bool(self._copies or self._written)
 
     def copy_images(self) -> None:
@@ -170,7 +170,7 @@ def _placed(picture: OpenCLPicture, format_: Format, buffer: Any, placement: Pla
 
 
 def check_source(picture: OpenCLPicture, format_: Format) -> None:
-    """Whether it can be read as a format; InputError else."""
+    """Raise InputError unless a picture can be read as a format."""
     if not picture.is_readable:
         raise InputError(f"{picture} may not be read (WRITE_ONLY); make its memory READ_WRITE")
     if not picture.is_stored and picture.format.srgb != format_.srgb:
@@ -178,7 +178,7 @@ def check_source(picture: OpenCLPicture, format_: Format) -> None:
 
 
 def check_room(picture: OpenCLPicture, format_: Format) -> None:
-    """Whether a target of a format can be written there; InputError else."""
+    """Raise InputError unless a target of a format can be written there."""
     if not picture.is_writable:
         raise InputError(f"into= gives a {picture}, which may not be written (READ_ONLY); make its memory READ_WRITE")
     if not picture.is_stored and picture.format.srgb != format_.srgb:

@@ -68,7 +68,7 @@ class HostPicture(DevicePicture):
 
 @dataclass(frozen=True, eq=False)
 class HostFramebuffer:
-    """What an engine has drawn: its color, and its depth or None."""
+    """A frame that an engine has drawn: its color, and its depth or None."""
 
     color: HostPicture
     depth: HostPicture | None

@@ -264,7 +264,7 @@ class Builder:
 
 
 class Frame:
-    """One function body being parsed."""
+    """A function body while it is parsed."""
 
     def __init__(self, function: FunctionSource, builder: Builder, result: Type) -> None:
         self.function, self.builder, self.result_type = function, builder, result

@@ -78,7 +78,7 @@ class Local:
 
 @dataclass(frozen=True, slots=True)
 class Apply:
-    """One row of the operations table, applied."""
+    """A call of an operation of the table."""
 
     type: Value
     operation: str
@@ -139,7 +139,7 @@ class Insert:
 
 @dataclass(frozen=True, slots=True)
 class Texel:
-    """One texel as vec4, at an offset from this pixel or at an absolute position; the border rule applies."""
+    """A texel as vec4, at an offset from this pixel or at an absolute position; the border rule applies."""
 
     type: Value
     image: str
@@ -290,7 +290,7 @@ Stage: TypeAlias = OneOf["pixel", "vertex", "fragment", "blend", "border", "func
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One parameter of the signature, before structs are split."""
+    """A parameter of the signature, before structs are split."""
 
     name: str
     type: Type
@@ -304,7 +304,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One output of a kernel: for pixel and fragment kernels a target, for vertex kernels a varying."""
+    """An output of a kernel: for pixel and fragment kernels a target, for vertex kernels a varying."""
 
     name: str
     type: Value

@@ -220,7 +220,7 @@ class UniformSlot:
 
 @dataclass(frozen=True, slots=True)
 class ImageUse:
-    """How a pass reads an image: its range of relative offsets (x and y, inclusive), and True if it reads elsewhere."""
+    """The reads of an image in a pass: range of relative offsets (x and y, inclusive), True if it reads elsewhere."""
 
     name: str
     channels: int
@@ -244,7 +244,7 @@ class ImageUse:
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """One result: a target's channels, or a varying's components.
+    """A result: a target's channels, or a varying's components.
 
     ``unrounded`` are the values before rounding to the target's format, the last operation: a backend may round while
     storing instead.

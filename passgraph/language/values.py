@@ -52,7 +52,7 @@ class ImageValue:
 
 @dataclass(frozen=True)
 class ImageChoice:
-    """One of several images: the one at an index, or at the nearest end."""
+    """A choice of an image by index; an index outside takes the nearest end."""
 
     images: tuple[ImageValue, ...]
     index: ir.Expr

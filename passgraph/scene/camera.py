@@ -201,7 +201,7 @@ class Camera:
 
     @property
     def orthographic(self) -> bool:
-        """Whether rays are parallel."""
+        """True if rays are parallel."""
         return self.orthographic_height is not None
 
     @property
@@ -407,7 +407,7 @@ class Camera:
         return replace(self, eye=eye, target=target, up=tuple((turn @ np.array(self.up)).tolist()))
 
     def zoomed(self, factor: float) -> Camera:
-        """The same view through a lens that shows things ``factor`` times as large.
+        """Return a copy of the camera that shows things ``factor`` times as large.
 
         >>> round(Camera((0, 0, 5), (0, 0, 0), vertical_fov_rad=pi / 2).zoomed(2.0).window(1.0).half[1], 9)
         0.5
@@ -422,7 +422,7 @@ class Camera:
 
 
 class NamedCamera(NamedTuple):
-    """One of the views that come with a scene.
+    """A camera that a scene file contains.
 
     ``lens`` is what the file calls the camera itself, where its place in the scene has another name.
     """

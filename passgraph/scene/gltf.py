@@ -256,7 +256,7 @@ class GltfData:
     _buffers: dict[int, bytes] = field(default_factory=dict)
 
     def entry(self, key: str, index: Any) -> dict[str, Any]:
-        """One object of a list of the header; raises `InputError` where it is not there."""
+        """Return an object of one of the header's lists; raise `InputError` if it is missing."""
         table = self.header.get(key, [])
         if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(table):
             raise InputError(f"{self.file}: names entry {index!r} of {key}, which is not there")

@@ -149,7 +149,7 @@ TRIANGLES, STRIP, FAN = 4, 5, 6
 
 
 def arrays_of(data: GltfData, primitive: dict[str, Any], weights: list[float], where: str) -> Arrays | None:
-    """One primitive with its morph targets mixed by ``weights``; None for points and lines."""
+    """Return a primitive's arrays with its morph targets mixed by ``weights``; None for points and lines."""
     attributes = primitive.get("attributes", {})
     mode = primitive.get("mode", TRIANGLES)
     if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
@@ -308,7 +308,7 @@ def _place(
     data: GltfData, placed: PlacedMeshes, materials: GltfMaterials, node: dict[str, Any], world: Float64,
     primitive: dict[str, Any], place: tuple[int, int],
 ) -> None:  # fmt: skip
-    """One primitive of one node: made if it is new, and put into the world."""
+    """Add a primitive of a node to the world, and make its mesh if it is new."""
     mesh = data.entry("meshes", node["mesh"])
     label = str(mesh.get("name", f"mesh {node['mesh']}")) + (f".{place[1]}" if len(mesh["primitives"]) > 1 else "")
     name = str(node.get("name", label))

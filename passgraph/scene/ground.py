@@ -145,7 +145,7 @@ def floors_of(scene: Scene) -> tuple[Node, ...]:
 
 
 def has_floor(scene: Scene) -> bool:
-    """Whether something under the scene shows its shadows: a node, or the lowest part of several or of one.
+    """Return True if something under the scene receives its shadows: a node, or the lowest part of one or several.
 
     >>> from passgraph.scene import Scene
     >>> has_floor(Scene.shipped())
@@ -221,7 +221,7 @@ def _covered(parts: Sequence[Float64], low: Float64, high: Float64) -> float:
 
 
 def lacks_ground(scene: Scene, ground: bool | None) -> bool:
-    """Whether a floor is to be laid: what is wanted, or where nothing is said (None), under what has none."""
+    """Return True if a floor must be added: as ``ground`` says, or for None if the scene has none."""
     return not has_floor(scene) if ground is None else ground
 
 

@@ -106,7 +106,7 @@ class Texture:
 
     @cached_property
     def has_alpha(self) -> bool:
-        """Whether any texel is not fully opaque."""
+        """True if any texel is not fully opaque."""
         return bool((self.pixels[:, :, 3] < 255).any())
 
     def decode(self) -> NDArray[np.float32]:
@@ -169,7 +169,7 @@ class Material:
 
     @property
     def needs_tangents(self) -> bool:
-        """Whether shading needs the tangents of the mesh: a normal map or a height map is present."""
+        """True if shading needs the tangents of the mesh: a normal map or a height map is present."""
         return self.normal_texture is not None or self.height_texture is not None
 
 
@@ -183,7 +183,7 @@ def check_texels(width: int, height: int, where: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """One drawn thing.
+    """A mesh with its material and its place in the world.
 
     Attributes
     ----------
@@ -225,5 +225,5 @@ class Node:
 
     @property
     def flips_winding(self) -> bool:
-        """Whether the transform mirrors, so that front faces become clockwise."""
+        """True if the transform mirrors, so that front faces become clockwise."""
         return bool(np.linalg.det(self.transform[:3, :3]) < 0.0)

@@ -29,7 +29,7 @@ def floats(value: object, what: str, expected: str) -> Float64:
 
 
 def vec3(value: ArrayLike, what: str) -> Vec3:
-    """Three finite numbers as a tuple; ``what`` names them in the error.
+    """Return three finite numbers as a tuple; ``what`` names them in the error.
 
     >>> vec3([1, 2, 3], "eye")
     (1.0, 2.0, 3.0)
@@ -41,7 +41,7 @@ def vec3(value: ArrayLike, what: str) -> Vec3:
 
 
 def number(value: object, what: str, low: float, high: float, *, open_low: bool = False) -> float:
-    """One finite number in [low, high] (or ]low, high] with ``open_low``); ``what`` names it in the error."""
+    """Return a finite number in [low, high] (or ]low, high] with ``open_low``); ``what`` names it in the error."""
     result = as_float(value)
     if result is None or result < low or result > high or (open_low and result == low):
         bracket = "]" if open_low else "["
@@ -64,7 +64,7 @@ def matrix4(value: ArrayLike, what: str) -> Float64:
 
 
 def is_singular(matrix: Float64) -> bool:
-    """Whether the upper 3x3 of a matrix flattens space, judged independently of its overall scale."""
+    """Return True if the upper 3x3 of a matrix is singular, judged independently of its overall scale."""
     linear = matrix[:3, :3]
     lengths = np.linalg.norm(linear, axis=0)
     if not np.all(lengths > 0.0):
@@ -134,7 +134,7 @@ def unit(vector: ArrayLike) -> Float64:
 
 
 def are_parallel(a: ArrayLike, b: ArrayLike) -> bool:
-    """Whether two directions do not span a plane."""
+    """Return True if two directions do not span a plane."""
     return bool(np.linalg.norm(np.cross(unit(a), unit(b))) < _PARALLEL_SINE)
 
 

@@ -305,7 +305,7 @@ class Mesh(Fixed):
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
     def with_tangents(self) -> Mesh:
-        """The same mesh with tangents computed from its texture coordinates (itself if it has them)."""
+        """Return the mesh with tangents from its texture coordinates (itself if it has tangents)."""
         if self.has_tangents:
             return self
         tangents = fixed(tangents_of(self.positions, self.triangles, self.normals, self.uvs))
@@ -313,7 +313,7 @@ class Mesh(Fixed):
 
 
 def merge(parts: Sequence[tuple[Mesh, Float64]], origin: ArrayLike = (0.0, 0.0, 0.0), name: str = "merged") -> Mesh:
-    """One mesh of positions and normals from many placed ones, for drawing shadow casters in one call.
+    """Merge placed meshes into one of positions and normals, to draw shadow casters in one call.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ class MtlReader:
     _done: dict[str, Material] = field(default_factory=dict)
 
     def read(self, source: Any) -> Material:
-        """One material; ``source`` is trimesh's SimpleMaterial, which has a name, or None."""
+        """Read a material; ``source`` is trimesh's SimpleMaterial, which has a name, or None."""
         if source is None:
             return Material(name="default")
         name = str(source.name or "")
@@ -184,7 +184,7 @@ class Arrays:
     colors: Float64 | None = None
 
     def apart(self) -> Arrays:
-        """The same with vertices of its own for each triangle."""
+        """Return a copy in which triangles share no vertices."""
         order = self.triangles.reshape(-1)
         rest = (None if table is None else table[order] for table in (self.normals, self.uvs, self.colors))
         return Arrays(self.positions[order], np.arange(len(order)).reshape(-1, 3), *rest)
@@ -292,7 +292,7 @@ def _check(positions: Float64, triangles: NDArray[Any], name: str) -> None:
 
 
 def _has_area(positions: Float64, triangles: NDArray[Any]) -> bool:
-    """Whether one of the triangles has, in units of the whole."""
+    """Return True if a triangle has an area, relative to the size of the mesh."""
     extent = max(float(np.ptp(positions, axis=0).max()), 1e-300)
     a, b, c = (positions[triangles[:, k]] / extent for k in range(3))
     return bool((np.abs(np.cross(b - a, c - a)) > 0.0).any())

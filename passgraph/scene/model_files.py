@@ -63,7 +63,7 @@ def _check_counts(file: Path, size: int) -> None:
 
 
 def read_model(file: Path) -> bytes:
-    """All bytes of a model file."""
+    """Return the bytes of a model file."""
     return read_bytes(file, "a model file", MAX_FILE_BYTES, "simplify the model")
 
 

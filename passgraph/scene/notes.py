@@ -25,7 +25,7 @@ class Notes:
             names.append(where)
 
     def lines(self) -> list[str]:
-        """One line for each thing, with at most three names."""
+        """Return a line for each kind of note, with at most three names."""
         return [f"{_listed(names)}: {what}" for what, names in self.found.items()]
 
 

@@ -84,7 +84,7 @@ class Scene:
         return floors_of(self)
 
     def points(self) -> Float64:
-        """All vertices in the world, (n, 3) float64, but those of floors where something stands on them."""
+        """The vertices in the world, (n, 3) float64, without those of floors that something stands on."""
         standing = [node for node in self.nodes if node not in self._floors] or self.nodes
         return np.concatenate([transform_points(node.transform, node.mesh.positions) for node in standing])
 
@@ -140,7 +140,7 @@ class Scene:
         return [_holding(first.turned(middle, 2.0 * pi * step / count), self._floors) for step in range(count)]
 
     def has_floor(self) -> bool:
-        """Whether something under the scene shows its shadows; see `passgraph.scene.ground.has_floor`."""
+        """Return True if something under the scene receives its shadows; see `passgraph.scene.ground.has_floor`."""
         return has_floor(self)
 
     def with_ground(self) -> Scene:

@@ -98,7 +98,7 @@ def _evaluate(net: Float64, segments: int) -> tuple[Float64, Float64]:
 def _solid(
     grids: list[tuple[str, Float64, Float64, bool]], segments: int
 ) -> tuple[Float64, NDArray[np.int64], NDArray[np.int64], Float64]:
-    """One solid: welded points (n, 3), triangles outward, smoothing group (m,), corner normals (m, 3, 3)."""
+    """Return a solid: welded points (n, 3), triangles outward, smoothing group (m,), corner normals (m, 3, 3)."""
     side = segments + 1
     corner = np.arange(side * side).reshape(side, side)[:-1, :-1].reshape(-1, 1)
     quad = np.concatenate([corner, corner + 1, corner + side + 1, corner, corner + side + 1, corner + side], axis=1)
@@ -147,7 +147,7 @@ def _caps(points: Float64, triangles: NDArray[np.int64]) -> tuple[Float64, NDArr
 
 
 def _with_creases(points: Float64, triangles: NDArray[np.int64], group: NDArray[np.int64], normals: Float64) -> Mesh:
-    """One vertex for each pair of point and smoothing group; normals are averaged within."""
+    """Make a vertex for each pair of point and smoothing group, with the mean normal of the group."""
     pair = triangles * (_CAP_GROUP + 1) + group[:, None]
     used, index = np.unique(pair, return_inverse=True)
     index = index.reshape(-1, 3)

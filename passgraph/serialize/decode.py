@@ -399,7 +399,7 @@ class _Graph:
 
 
 def _is_handed_in(stage: ir.Stage, type_: Type) -> bool:
-    """Whether a parameter is what the stage hands in: the mesh's vertex, or what the vertex kernel sends."""
+    """Return True if the stage itself provides a parameter: the mesh's vertex, or the vertex kernel's varyings."""
     return isinstance(type_, Struct) and (stage == "fragment" or (stage == "vertex" and type_.name == VERTEX.name))
 
 

@@ -55,7 +55,7 @@ def described(value: object) -> str:
 
 
 class Document:
-    """One document being read."""
+    """A document while it is read."""
 
     def __init__(self) -> None:
         self.read = 0

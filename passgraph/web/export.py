@@ -41,7 +41,7 @@ SIZE = (1280, 720)
 
 @dataclass(frozen=True)
 class Described:
-    """What a page says of an effect.
+    """The description of an effect on its page.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Described:
 
 @dataclass(frozen=True)
 class Written:
-    """What an export wrote.
+    """The result of an export.
 
     Attributes
     ----------

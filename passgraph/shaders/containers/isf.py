@@ -92,7 +92,7 @@ _TYPES: dict[str, Type | None] = {
 
 @dataclass(frozen=True)
 class IsfPass:
-    """One pass: its buffer (empty for the picture itself), that buffer's size (None for the picture's), and more."""
+    """A pass: its buffer (empty for the picture itself), that buffer's size (None for the picture's), and more."""
 
     target: str
     size: tuple[str, str]
@@ -100,7 +100,7 @@ class IsfPass:
     is_float: bool
 
     def formulas(self, values: Mapping[str, Any], where: str) -> tuple[Formula, Formula] | None:
-        """Its size as formulas, once parameters are known."""
+        """Return the pass's size as formulas, for known parameters."""
         if not any(self.size):
             return None
         width, height = (text or name for text, name in zip(self.size, ("$WIDTH", "$HEIGHT"), strict=True))
@@ -120,7 +120,7 @@ class IsfHeader:
 
 
 def is_isf(text: str) -> bool:
-    """Whether a text begins with a comment that holds an object."""
+    """Return True if a text begins with a comment that contains a JSON object."""
     match = _HEADER.match(text)
     return match is not None and match[1].lstrip().startswith("{")
 

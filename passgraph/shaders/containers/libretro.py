@@ -61,13 +61,13 @@ Read = TypeVar("Read")
 
 @dataclass(frozen=True)
 class Side:
-    """One side of a pass: ``by`` so many times the source's or the viewport's, or so many pixels."""
+    """A side of a pass: ``by`` so many times the source's or the viewport's, or so many pixels."""
 
     type: str
     by: float
 
     def formula(self, source: Formula, viewport: Formula) -> Formula:
-        """Its pixels."""
+        """Return the number of pixels, as a formula."""
         if self.type == "absolute":
             return self.by
         reference = source if self.type == "source" else viewport
@@ -76,7 +76,7 @@ class Side:
 
 @dataclass(frozen=True)
 class PresetPass:
-    """One pass, and how it and whoever else reads the picture that it starts from reads it.
+    """A pass of a preset, and how its source picture is read.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class Preset:
 
 
 def is_preset(text: str) -> bool:
-    """Whether a text counts shaders or refers to another preset."""
+    """Return True if a text gives a number of shaders or refers to another preset."""
     return re.search(r"""^\s*(?:shaders\s*=\s*["']?\d|#reference\s)""", text, re.MULTILINE) is not None
 
 
@@ -289,7 +289,7 @@ _FLOATS = ("float", "vec2", "vec3", "vec4")
 
 
 def is_libretro(text: str) -> bool:
-    """Whether a text has both halves."""
+    """Return True if a text has a vertex and a fragment half."""
     return {match[1] for match in _HALVES.finditer(text)} == {"VERTEX", "FRAGMENT"}
 
 
@@ -401,7 +401,7 @@ def _corner_value(variable: g.Variable) -> str:
 
 
 def _stays(tokens: list[Token]) -> bool:
-    """Whether the picture is plainly left where it is."""
+    """Return True if the vertex shader leaves the picture in place."""
     for i, token in enumerate(tokens):
         following = tokens[i + 1 : i + 60]
         if token.text == "gl_Position" and following and following[0].text not in (";", ",", ")"):
@@ -446,7 +446,7 @@ _COPIED = "uniform sampler2D t; void main() { gl_FragColor = texelFetch(t, ivec2
 
 @dataclass(frozen=True)
 class _Step:
-    """One pass with its kernel, and which sampler reads what: a number (0 is the frame, n what pass n made), or a
+    """A pass with its kernel, and what each sampler reads: a number (0 is the frame, n what pass n made), or a
     word for earlier frames and feedback."""
 
     told: PresetPass

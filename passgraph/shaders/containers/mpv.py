@@ -45,7 +45,7 @@ NOMINAL = (1920, 1080)
 
 @dataclass(frozen=True)
 class MpvBlock:
-    """One pass (or parameter): its directives, each with its line, and its GLSL, with line numbers of the file."""
+    """A pass (or parameter): its directives, each with its line, and its GLSL, with line numbers of the file."""
 
     line: int
     said: dict[str, list[tuple[str, int]]] = field(default_factory=dict)
@@ -59,7 +59,7 @@ class MpvBlock:
 
     @property
     def is_aligned(self) -> bool:
-        """Whether what passes before have moved is put back by this one."""
+        """True if the pass undoes the offset that earlier passes left."""
         return self.first("OFFSET") == "ALIGN"
 
     def offset(self, file: str) -> tuple[float, float]:
@@ -85,7 +85,7 @@ class MpvBlock:
 
 
 def is_mpv(text: str) -> bool:
-    """Whether a text has a hook of mpv's."""
+    """Return True if a text has an mpv hook."""
     return re.search(r"^//!\s*HOOK\b", text, re.MULTILINE) is not None
 
 
@@ -174,7 +174,7 @@ def _is_whole(formula: Formula) -> bool:
 
 
 def holds(text: str, sizes: Sizes, where: str, values: Mapping[str, float] = {}) -> bool:
-    """Whether a condition holds for a frame of :data:`NOMINAL` size; one that divides by zero does not."""
+    """Return True if a condition holds for a frame of :data:`NOMINAL` size; one that divides by zero does not."""
     condition = rpn_formula(text, sizes, where, values)
     try:
         return evaluated(condition, NOMINAL) != 0
@@ -338,7 +338,7 @@ void main() {{
 
 @dataclass(frozen=True)
 class _Pass:
-    """One block at one of its hooks, with its kernel."""
+    """A block at a hook, with its kernel."""
 
     block: MpvBlock
     hook: str
@@ -490,7 +490,7 @@ def _scaled(side: str, scale: float) -> Formula:
 def _add_pass(
     one: _Pass, chain: _Chain, frame: Target, uniforms: Mapping[str, Any], target_name: str, file: str
 ) -> None:
-    """One block: where its condition holds, its pass, and what it replaces or saves."""
+    """Add the pass of a block whose condition holds, and replace or save its target."""
     where = f"{file}:{one.block.line}"
     own = one.hook if one.hook in _PLANES else "MAIN"
     hooked, before = chain.shown[own]

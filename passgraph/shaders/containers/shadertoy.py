@@ -92,7 +92,7 @@ def _without_comments(text: str) -> str:
 
 
 def is_shadertoy_export(text: str) -> bool:
-    """Whether a text is JSON with passes."""
+    """Return True if a text is JSON with passes."""
     return text.lstrip().startswith(("{", "[")) and '"renderpass"' in text
 
 

@@ -31,7 +31,7 @@ _PICTURES = {"from": "pg_from", "to": "pg_to"}
 
 
 def is_transition(text: str) -> bool:
-    """Whether a text has the function that a gl-transition is."""
+    """Return True if a text defines the function of a gl-transition."""
     return re.search(r"\bvec4\s+transition\s*\(", text) is not None
 
 
