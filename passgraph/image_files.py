@@ -205,7 +205,7 @@ class ImageFile:
         self.input.close()
 
     def _find_layer(self, layer: str | None) -> tuple[int, oiio.ImageSpec, list[int], bool]:
-        """The part that holds a layer, its specification, the layer's channels, and whether the last one is alpha.
+        """Return the part with a layer, its specification, the layer's channels, and True if the last one is alpha.
 
         Without a name this is the first part with color.
         """
@@ -230,7 +230,7 @@ class ImageFile:
     def _find_channels(
         self, names: Sequence[str], layer: str | None, *, is_whole_part: bool
     ) -> tuple[list[int], bool] | None:
-        """Indices of a layer's channels in one part, and whether the last one is alpha; None if it is not there."""
+        """Return the indices of a layer's channels in a part, and True if the last is alpha; None without the layer."""
         layers = _layers(names)
         if not is_whole_part:
             if layer in layers:
@@ -274,7 +274,7 @@ class ImageFile:
 
 
 def _megabytes(name: str, max_bytes: int) -> int | None:
-    """Most megabytes of pixels of a file that is decoded when it is opened; None for other files."""
+    """Return the most megabytes of pixels for a file that is decoded when it is opened; None for other files."""
     with open(name, "rb") as stream:
         decoded = stream.read(4).startswith(_DECODED_WHEN_OPENED)
     return -(-max_bytes // (4 << 20)) if decoded else None
@@ -439,7 +439,7 @@ def _in_window(spec: oiio.ImageSpec, pixels: Pixels) -> Pixels:
 
 
 def _layers(names: Sequence[str]) -> dict[str, dict[str, int]]:
-    """The channels of each layer, "" for those in none, with their index; color by its first letter.
+    """Return the channels of each layer, "" for those in none, with their index; color by its first letter.
 
     >>> _layers(["R", "Z", "diffuse.red"])
     {'': {'R': 0, 'Z': 1}, 'diffuse': {'R': 2}}
@@ -457,7 +457,7 @@ _LETTERS = {"RED": "R", "GREEN": "G", "BLUE": "B", "ALPHA": "A"}
 
 
 def _color_of(channels: dict[str, int]) -> tuple[list[int], bool] | None:
-    """Indices of RGB, XYZ or gray and of alpha; and whether there is alpha.
+    """Return the indices of RGB, XYZ or gray and of alpha, and True if there is alpha.
 
     >>> _color_of({"Z": 0, "R": 1, "G": 2, "B": 3, "A": 4}), _color_of({"U": 0, "V": 1})
     (([1, 2, 3, 4], True), None)

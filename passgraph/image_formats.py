@@ -1,4 +1,4 @@
-"""Formats of image files: which are read, what those that are written hold, and metadata that goes along."""
+"""Formats of image files: those that can be read, the capabilities of those that can be written, and metadata."""
 
 from __future__ import annotations
 

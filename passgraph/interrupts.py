@@ -43,7 +43,7 @@ def install() -> None:
 
 
 def raise_them(raises: bool) -> None:
-    """Set if a signal raises KeyboardInterrupt, as it does while a command runs."""
+    """Set whether a signal raises KeyboardInterrupt, as it does while a command runs."""
     global _raises
     _raises = raises
 

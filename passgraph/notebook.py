@@ -1,6 +1,6 @@
-"""Notebook display of objects: pictures at their size, graphs as SVG, tables as HTML, always with a text.
+"""Notebook output of objects: pictures at their size, graphs as SVG, tables as HTML, always with a text.
 
-Each function returns what ``_repr_mimebundle_`` of a class gives: content by media type.
+Each function returns the result of a class's ``_repr_mimebundle_``: content by media type.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from passgraph.verify.report import Report
 
 Bundle = dict[str, str]
-#: Pictures with more pixels are shown with every second, third … texel: the notebook's file holds each of them.
+#: Most pixels of a shown picture, since they are stored in the notebook's file; larger pictures are subsampled.
 MOST_PIXELS = 1 << 23
-#: Boxes of a graph, and room beside them for lines that pass rows, pixels.
+#: Boxes of a graph, gaps between them, and the margin for lines that pass rows, in pixels.
 BOX_WIDTH, BOX_HEIGHT, GAP_X, GAP_Y, SIDE = 190, 40, 16, 30, 72
 
 
 def bundle(text: str, html: str = "", svg: str = "") -> Bundle:
-    """Return the content by media type, without what is empty.
+    """Return the content by media type, without empty entries.
 
     >>> bundle("a text", html="<b>a text</b>")
     {'text/plain': 'a text', 'text/html': '<b>a text</b>'}
@@ -40,7 +40,7 @@ def bundle(text: str, html: str = "", svg: str = "") -> Bundle:
 
 
 def of_result(result: Result) -> Bundle:
-    """Each picture at its size, with what is shown; alpha is left out, NaN is magenta."""
+    """Show each picture at its size, with a description of its mapping; alpha is left out, NaN is magenta."""
     lines, figures = [], []
     for name, picture in result.items():
         array = np.asarray(picture)
@@ -53,12 +53,12 @@ def of_result(result: Result) -> Bundle:
 
 
 def of_target(target: Target) -> Bundle:
-    """The graph behind a target."""
+    """Show the graph that a target depends on."""
     return bundle(repr(target), svg=graph_svg([target]))
 
 
 def of_kernel(kernel: Kernel) -> Bundle:
-    """Parameters with defaults and ranges, and the source."""
+    """Show a kernel's parameters with defaults and ranges, and its source."""
     rows = [
         (p.name, str(p.type), _default(p.default) if p.has_default else "", "" if p.range is None else str(p.range))
         for p in kernel.parameters
@@ -73,12 +73,12 @@ def of_kernel(kernel: Kernel) -> Bundle:
 
 
 def _default(value: object) -> str:
-    """A number as it was written: kernels hold float32."""
+    """Return a float32 default as the shortest decimal number."""
     return f"{value:.7g}" if isinstance(value, float) else str(value)
 
 
 def of_plan(plan: Plan) -> Bundle:
-    """The steps with what they read and write, notes, and the drawing of lifetimes."""
+    """Show the steps of a plan with their reads and writes, notes, and the diagram of lifetimes."""
     names = {resource.id: resource.name for resource in plan.resources}
     rows = [
         (
@@ -95,7 +95,7 @@ def of_plan(plan: Plan) -> Bundle:
 
 
 def of_program(program: Program) -> Bundle:
-    """The plan; before the first run of a program whose inputs are open, the graph."""
+    """Show a program's plan, or its graph before the first run if the sizes of inputs are open."""
     plan = program.known_plan
     about = f"program on {program.backend.name}"
     if plan is None:
@@ -106,7 +106,7 @@ def of_program(program: Program) -> Bundle:
 
 
 def of_suite(report: SuiteReport) -> Bundle:
-    """The table of groups, and what did not pass."""
+    """Show the table of groups of cases, and the cases that did not pass."""
     verdict = "passes" if report.passed else "does not pass"
     text = f"conformance of {report.backend}: {len(report.verdicts)} cases, {len(report.faults)} not passed: {verdict}"
     rows = [(g.group, g.cases, g.passed, f"{g.most_ambiguous:.2%}", f"{g.seconds:.1f}") for g in report.groups]
@@ -118,7 +118,7 @@ def of_suite(report: SuiteReport) -> Bundle:
 
 
 def of_report(report: Report) -> Bundle:
-    """Each target on each backend against its bounds."""
+    """Show each target on each backend against its bounds."""
     lines, rows = [], []
     for backend in report.backends:
         verdict = "; ".join(backend.faults) or "within bounds"
@@ -148,7 +148,7 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def _image(picture: Any) -> tuple[str, str]:
-    """A picture as an element that one CSS pixel a texel large, and in words what is shown."""
+    """Return a picture as an HTML element with one CSS pixel a texel, and a description of its mapping."""
     from PIL import Image
 
     from passgraph.pictures import scaled, viewable
@@ -168,7 +168,7 @@ def _image(picture: Any) -> tuple[str, str]:
 
 
 def graph_svg(outputs: Sequence[Target]) -> str:
-    """Return a drawing of passes with their targets, and of inputs, each below all that it reads."""
+    """Return an SVG of the passes with their targets, and of the inputs; each is below those that it reads."""
     boxes, reads = _boxes(outputs)
     rows = _rows(boxes, reads)
     most = max(len(row) for row in rows)
@@ -200,7 +200,7 @@ def graph_svg(outputs: Sequence[Target]) -> str:
 
 
 def _curve(above: tuple[float, float], below: tuple[float, float]) -> str:
-    """From the bottom of a box to the top of the one in the next row; past other rows it goes beside the boxes."""
+    """Return the path from the bottom of a box to the top of a lower one; it passes other rows beside the boxes."""
     (x1, y1), (x2, y2) = above, below
     rows = round((y2 - y1) / (BOX_HEIGHT + GAP_Y))
     if rows == 1:
@@ -215,12 +215,12 @@ def _cut(text: str, most: int = 27) -> str:
     return text if len(text) <= most else f"{text[: most - 1]}…"
 
 
-#: A pass, or an input or an earlier run's picture.
+#: A pass, an input, or a picture of the last run.
 Key = Any
 
 
 def _boxes(outputs: Sequence[Target]) -> tuple[dict[Key, tuple[str, str, bool]], dict[Key, list[Key]]]:
-    """Title, words and kind of each box, and what each reads."""
+    """Return the title, text and kind of each box, and the boxes that each reads."""
     boxes: dict[Key, tuple[str, str, bool]] = {}
     reads: dict[Key, list[Key]] = {}
     pending = [output.content for output in outputs]
@@ -249,7 +249,7 @@ def _boxes(outputs: Sequence[Target]) -> tuple[dict[Key, tuple[str, str, bool]],
 
 
 def _rows(boxes: Mapping[Key, object], reads: Mapping[Key, Sequence[Key]]) -> list[list[Key]]:
-    """Boxes by their longest way from an input, each near the middle of what it reads."""
+    """Arrange boxes in rows by their longest path from an input, each near the middle of those that it reads."""
     ranks: dict[Key, int] = {}
     waiting = list(boxes)
     while waiting:

@@ -116,7 +116,7 @@ def split_layer(path: Path) -> tuple[Path, str | None]:
 
 
 def in_layer(file: Path, layer: str | None) -> Path:
-    """The path of a file's layer, as `split_layer` takes it apart.
+    """Return the path of a file's layer, the inverse of `split_layer`.
 
     >>> in_layer(Path("shot.exr"), "diffuse").name
     'shot.exr:diffuse'

@@ -1,4 +1,4 @@
-"""``passgraph apply EFFECT``: an effect on pictures, sequences, videos; subcommands come from the effects' table."""
+"""``passgraph apply EFFECT``: apply an effect to pictures, sequences and videos; a subcommand for each effect."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ OUTPUT_OF_NOTHING = (
 )
 
 
-#: More than an hour of 25 a second.
+#: Most frames to generate: more than an hour at 25 frames a second.
 MOST_FRAMES = 100_000
 
 
@@ -146,7 +146,7 @@ def apply() -> None:
 
 
 def command_of(effect: Effect) -> click.Command:
-    """The subcommand of one effect."""
+    """Return the subcommand of an effect."""
     if effect.takes == "nothing":
         return generator_command(effect)
 
@@ -225,7 +225,7 @@ def apply_effect(
 
 
 def generator_command(effect: Effect) -> click.Command:
-    """The subcommand of an effect that makes its picture of parameters alone."""
+    """Return the subcommand of an effect that generates its picture from parameters alone."""
 
     @click.command(effect.name, help=f"{effect.summary}  Reads no picture.")
     @click.argument("inputs", metavar="", nargs=-1, type=click.Path())
@@ -250,7 +250,7 @@ def generate(
     effect: Effect, parameters: dict[str, Any], /, inputs: tuple[str, ...], output: Path, size: tuple[int, int],
     **options: Any,
 ) -> int:  # fmt: skip
-    """Make one picture or many with an effect that reads none."""
+    """Generate one picture or many with an effect that reads none."""
     capture = options["capture"]
     if inputs:
         raise InputError(
@@ -300,12 +300,12 @@ def apply_to_one(
 
 @dataclass(frozen=True)
 class FrameSources:
-    """The sources of a run's frames."""
+    """The sources of the frames of a run."""
 
     inputs: tuple[str, ...]
-    #: Frames to make of one picture, or of none.
+    #: Number of frames to generate from one picture, or from none.
     frames: int | None = None
-    #: (width, height) in pixels of pictures that are made of parameters alone.
+    #: (width, height) in pixels of pictures that are generated from parameters alone.
     size: tuple[int, int] | None = None
     depth: Path | None = None
     depth_buffer: HardwareDepth | None = None
@@ -314,7 +314,7 @@ class FrameSources:
 def apply_to_many(
     effect: Effect, read: FrameSources, output: str, arguments: dict[str, Any], writing: Writing, settings: Settings
 ) -> int:
-    """Apply an effect to anything but one picture file to one."""
+    """Apply an effect to many pictures, or to anything else than one picture file."""
     broken: list[str] = []
     sources = _repeated(effect, read) or list(sources_of(read.inputs, writing.raw, broken))
     if not sources:
@@ -347,7 +347,7 @@ def _warn(line: str) -> None:
 
 
 def _repeated(effect: Effect, read: FrameSources) -> list[Source]:
-    """Return one picture as so many frames, or as many without a picture; empty where frames are read."""
+    """Return a picture repeated for the number of frames, or frames without pictures; empty if frames are read."""
     inputs, frames = read.inputs, read.frames
     if frames is None:
         return []
@@ -360,7 +360,7 @@ def _repeated(effect: Effect, read: FrameSources) -> list[Source]:
 
 
 def _check_further_pictures(effect: Effect, inputs: tuple[str, ...], output: str) -> None:
-    """Tell who names two pictures for an effect of two where the second goes."""
+    """Raise InputError with the right option for a second picture given as an input."""
     further = [flag_of(parameter) for parameter in effect.parameters if parameter.type == "picture"]
     one_file = not (goes_into_folder(output) or Pattern.is_in(output) or is_film(Path(output)) or output == STREAM)
     if further and one_file and len(inputs) > 1:

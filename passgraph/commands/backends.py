@@ -1,4 +1,4 @@
-"""``passgraph backends``: what is here, and what is missing and how to install it."""
+"""``passgraph backends``: list the available backends, and how to install the others."""
 
 from __future__ import annotations
 

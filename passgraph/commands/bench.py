@@ -1,4 +1,4 @@
-"""``passgraph bench``: time and error side by side, of shadow methods or of versions of a user's graph."""
+"""``passgraph bench``: measure time and error of shadow methods, or of versions of a user's graph."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def bench_versions(
 ) -> list[Version]:
     """Measure the outputs of a user's file.
 
-    ``names`` leaves out all other versions; ``exact`` is among the outputs, by itself where it is the last of two.
+    ``names`` selects versions. ``exact`` is an output too; it is chosen by default if it is the last of two.
     """
     from passgraph.bench.versions import measure_versions
     from passgraph.commands.input_values import made_inputs, opened, read_inputs
@@ -65,7 +65,7 @@ def bench_versions(
         return measure_versions(chosen, exact, devices, picture_size, given, frames, say)
 
 
-#: Size of pictures where none is given, here or by an input.
+#: Default size of pictures, if neither an option nor an input sets it.
 DEFAULT_SIZE = (1280, 720)
 
 
@@ -76,7 +76,7 @@ def _check_names(file: Path, names: Sequence[str], targets: Graph) -> None:
 
 
 def show_versions(versions: Sequence[Version]) -> None:
-    """A table a backend, those in front marked."""
+    """Print a table for each backend, with the Pareto front marked."""
     from rich import box
     from rich.console import Console
     from rich.markup import escape
@@ -118,19 +118,19 @@ def _write(versions: Sequence[Version], file: Path, folder: Path) -> None:
 
 
 def _flat(row: Version) -> dict[str, Any]:
-    """Return a version's row with plain values in its columns."""
+    """Return a version as a row of plain values."""
     call = {"backend": row.backend, "version": row.name, "call_ms": row.call.wall, "call_cpu_ms": row.call.cpu}
     return call | asdict(row.difference)
 
 
 def check_unused(given: Mapping[str, object], why: str) -> None:
-    """Raise InputError for options that say nothing here."""
+    """Raise InputError for options that have no effect here."""
     for option, value in given.items():
         if value:
             raise InputError(f"{option} {why}; leave it out")
 
 
-#: What --quick stands for where nothing else is said.
+#: Defaults with --quick.
 QUICK_SIZE, QUICK_FRAMES, QUICK_SCENES = (320, 180), 5, ("shipped",)
 
 #: Calls of each version of a user's graph.

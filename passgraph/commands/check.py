@@ -1,4 +1,4 @@
-"""``passgraph check``: your own kernels and graphs on every backend, held against the oracle."""
+"""``passgraph check``: compare your kernels and graphs on every backend with the oracle's bounds."""
 
 from __future__ import annotations
 
@@ -51,9 +51,9 @@ if TYPE_CHECKING:
     from passgraph.verify.report import Report
 
 
-#: Runs with a value at an end, beside the one with defaults.
+#: Most runs with a value at an end of its range, besides the one with defaults.
 MOST_ENDS = 8
-#: Size of pictures that are made for these runs, where no size is given: a quarter of the pixels of the first.
+#: Default size of generated pictures in these runs: a quarter of the pixels of the first run.
 SMALL_SIZE = (48, 32)
 
 
@@ -63,9 +63,9 @@ class End:
 
     Attributes
     ----------
-    number : as text; each of the numbers of a vector or matrix is this
-    value : what the run is given
-    default : what it is elsewhere, as text
+    number : the end as text; for a vector or matrix, of each component
+    value : the run value
+    default : the default as text
     """
 
     name: str
@@ -78,9 +78,9 @@ class End:
 
 
 def range_ends(graph: Graph, settings: Mapping[str, str]) -> list[End]:
-    """The ends of the ranges of all values of a graph's runs that are not set, by value, the lower one first.
+    """Return the ends of the ranges of a graph's run values that are not set, by value, the lower end first.
 
-    An end that is the default is left out, and so is one of floats that the range itself leaves out (``above``).
+    An end that equals the default is left out, and so is an exclusive end of floats (``above``).
     """
     found = []
     for name, (handle, type_) in declared(graph).items():
@@ -96,7 +96,7 @@ def range_ends(graph: Graph, settings: Mapping[str, str]) -> list[End]:
 
 
 def _numbers(ranged: Sequence[Parameter]) -> list[float | int]:
-    """The ends of what all of a value's parameters allow, but those that one of them refuses."""
+    """Return the ends of the range that all parameters of a value allow, without those that one of them rejects."""
     if not ranged:
         return []
     limits = [_ends(parameter) for parameter in ranged]
@@ -111,12 +111,12 @@ def _numbers(ranged: Sequence[Parameter]) -> list[float | int]:
 
 
 def _ends(parameter: Parameter) -> tuple[float, float]:
-    """The least and the largest number as they are written, infinite where there is none."""
+    """Return the ends of a parameter's range as written; infinite for open ends."""
     limits, type_ = parameter.range, parameter.type
     assert limits is not None
     if element_of(type_) is not FLOAT:
         return bounds(limits, type_)
-    # 0.3 is looked at as the float32 that it becomes, and told as 0.3
+    # 0.3 is compared as float32, and printed as 0.3
     low = -math.inf if limits.low is None else float(limits.low)
     return low, math.inf if limits.high is None else float(limits.high)
 
@@ -126,7 +126,7 @@ def _is(default: object, number: float) -> bool:
 
 
 class Tries:
-    """Runs of graphs with values at the ends of their ranges, at most so many of each graph."""
+    """Runs of graphs with values at the ends of their ranges, up to a limit for each graph."""
 
     def __init__(
         self,
@@ -141,7 +141,7 @@ class Tries:
         self.devices, self.most_ambiguous = devices, most_ambiguous
 
     def passed(self, name: str, graph: Graph, limit: TimeLimit, say: Callable[[str], None]) -> bool:
-        """Return True if a graph passes with each value; print what was tried, and each fault with its value."""
+        """Run a graph with each value; print the values, and each fault with its value; return True if all pass."""
         ends = range_ends(graph, self.settings)
         if not ends or not self.most:
             return True
@@ -177,9 +177,9 @@ class Tries:
 
 
 def _lost(passes: Passes, default: Callable[[], Passes]) -> str:
-    """The first target in which the reference itself makes NaN, though none with the defaults; empty where none does.
+    """Describe the first target in which the reference has NaN, if it has none with the defaults; else return "".
 
-    Of backends nothing is to be said then: NaN is what they ought to make.
+    Backends are not judged then, since NaN is the right result.
     """
     from passgraph.verify.kinds import first_other_kind
 
@@ -218,7 +218,7 @@ def _left(ends: Sequence[End], more: str) -> str:
 
 @dataclass(frozen=True)
 class Golden:
-    """The folder of recorded pictures, whether to write there, and how many steps may be between then and now."""
+    """The folder of recorded pictures, True to write them, and the permitted difference in steps."""
 
     folder: Path
     record: bool
@@ -328,7 +328,7 @@ def check(
 
 
 class _Run:
-    """A graph with the inputs of its run: given, recorded or made."""
+    """A graph with its run inputs: given, recorded or generated."""
 
     def __init__(
         self, name: str, graph: Graph, pictures: Mapping[str, Picture], settings: Mapping[str, str],
@@ -352,11 +352,11 @@ class _Run:
     def checked(
         self, backends: Sequence[Any], say: Callable[[str], None], most_ambiguous: float, allow_nan: bool
     ) -> bool:
-        """Return True if every backend passed and everything is as recorded; print all findings."""
+        """Check and print the results; return True if every backend passes and equals its recording."""
         from passgraph.commands import golden as recorded
         from passgraph.verify.compare import compared
 
-        self.passes.allowed(True)  # what cannot run at all is an error, not a verdict
+        self.passes.allowed(True)  # a graph that cannot run is an error, not a verdict
         report = compared(self.passes, backends, _named(say, f"{self.name}:"), most_ambiguous)
         on = console()
         say_equality(on, report, self.name)
@@ -382,7 +382,7 @@ def _named(say: Callable[..., None], name: str) -> Callable[..., None]:
 
 
 def _show(name: str, report: Report) -> None:
-    """A row a target, a column a backend."""
+    """Print a table with a row for each target and a column for each backend."""
     from rich import box
     from rich.markup import escape
     from rich.table import Table

@@ -1,4 +1,4 @@
-"""Turn command-line inputs and outputs into sources and sinks of frames; errors come before the work."""
+"""Turn command-line inputs and outputs into sources and sinks of frames, and check them before anything is computed."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from passgraph.scene.projection import HardwareDepth
 
 
 class DepthBuffer(click.ParamType):  # type: ignore[type-arg]  # generic in newer clicks only
-    """NEAR:FAR, and ``,reversed`` or ``,orthographic`` behind it."""
+    """NEAR:FAR, optionally followed by ``,reversed`` or ``,orthographic``."""
 
     name = "depth buffer"
     words = ("reversed", "orthographic")
@@ -106,19 +106,19 @@ class Writing:
 
 @dataclass(frozen=True)
 class Clip:
-    """Frames that belong together (history does not reach beyond them), and where they go."""
+    """The source of one clip, in which history continues, and its sink."""
 
     source: Source
     sink: Sink
 
     @property
     def rate(self) -> Fraction | None:
-        """Frames a second; None of pictures."""
+        """Frames a second; None for pictures."""
         return self.sink.rate_for(self.source) if isinstance(self.sink, Film) else rate_given(self.source)
 
 
 def sources_of(inputs: Iterable[str], raw: Raw | None, broken: list[str]) -> Iterator[Source]:
-    """Sources in order; pictures named one behind the other are one.  Videos that cannot be read go to ``broken``."""
+    """Yield the sources in order; consecutive pictures form one. Errors of unreadable videos go to ``broken``."""
     loose = list[Path]()
     for text in inputs:
         path, layer = split_layer(Path(text))
@@ -141,12 +141,12 @@ def sources_of(inputs: Iterable[str], raw: Raw | None, broken: list[str]) -> Ite
         elif is_moving:
             yield from _mixed([path], text, broken)
         else:
-            check_regular(path, "a picture file")  # raises: nothing is there
+            check_regular(path, "a picture file")  # raises InputError, since the file is missing
     yield from _together(loose)
 
 
 def inputs_in_layer(inputs: tuple[str, ...], layer: str | None) -> tuple[str, ...]:
-    """INPUT… with the layer of ``--layer``, as in shot.exr:diffuse; of folders their OpenEXR files.
+    """Return INPUT… with the layer of ``--layer``, as in shot.exr:diffuse; folders become their OpenEXR files.
 
     >>> inputs_in_layer(("shot.%04d.exr",), "diffuse")
     ('shot.%04d.exr:diffuse',)
@@ -168,7 +168,7 @@ def _together(paths: list[Path]) -> Iterator[Source]:
 
 
 def _mixed(paths: list[Path], name: str, broken: list[str]) -> Iterator[Source]:
-    """The pictures among files, then its videos and animations one by one."""
+    """Yield the pictures among files as one source, then each video and animation."""
     moving = {path: Video if is_video(path) else Animation for path in paths if is_video(path) or is_animated(path)}
     pictures = [path for path in paths if path not in moving]
     if pictures:
@@ -217,7 +217,7 @@ def _sink(source: Source, output: str, writing: Writing) -> Sink:
 
 
 def _into_folder(source: Source, folder: Path, writing: Writing) -> Sink:
-    """Return a sink of the same names in a folder; formats that cannot be written become PNG."""
+    """Return a sink that writes the same names into a folder; formats that cannot be written become PNG."""
     if isinstance(source, (Animation, Repeated)):
         path = folder / _written_name(source.path if isinstance(source, Animation) else source.paths[1])
         return writing.pictures(Pattern(os.fspath(path.with_name(f"{path.stem}.%04d{path.suffix}"))))
@@ -245,7 +245,7 @@ def inputs_of(source: Source) -> list[Path]:
 
 
 def outputs_of(clip: Clip) -> list[tuple[Path, str]]:
-    """Each file that is known to be written, and what for."""
+    """Return the known output files of a clip, each with its purpose."""
     if isinstance(clip.sink, Film):
         return [(clip.sink.path, clip.source.name)]
     if isinstance(clip.sink, ToPictures) and isinstance(clip.source, Pictures):
@@ -260,7 +260,7 @@ def outputs_of(clip: Clip) -> list[tuple[Path, str]]:
 
 
 def check_writing(writing: Writing, clips: list[Clip]) -> None:
-    """Refuse options that nothing here is for."""
+    """Raise InputError for options that apply to none of the clips."""
     films = [clip for clip in clips if isinstance(clip.sink, Film)]
     if not films:
         check_no_video(writing.rate)
@@ -284,7 +284,7 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
 
 
 def check_clips(clips: list[Clip], output: str, more_inputs: Iterable[Path] = ()) -> None:
-    """Refuse what cannot be written, what would overwrite an input, and two outputs of one name.
+    """Raise InputError for an output that cannot be written, that is an input, or that has the name of another.
 
     ``more_inputs`` are further files that are read.
     """
@@ -302,13 +302,13 @@ def check_clips(clips: list[Clip], output: str, more_inputs: Iterable[Path] = ()
 
 
 def depth_of(path: Path, clips: list[Clip]) -> Source:
-    """Return a source of depth: one picture for all frames, or a sequence in step with them."""
+    """Return the source of depth: one picture for all frames, or a sequence in step with them."""
     file, _ = split_layer(path)
     return frames_beside(path, clips) if file.is_dir() or not os.path.lexists(file) or is_video(file) else Still(path)
 
 
 def frames_beside(path: Path, clips: list[Clip], raw: Raw | None = None) -> Source:
-    """Frames that go in step with those of the one clip."""
+    """Return the source of frames in step with those of the only clip."""
     text = os.fspath(path)
     if len(clips) != 1 and not is_video(path):
         raise InputError(f"{text}: goes with one sequence, and there are {len(clips)} inputs; run them apart")

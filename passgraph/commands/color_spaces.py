@@ -1,4 +1,4 @@
-"""``--from-space``, ``--to-space`` and ``--alpha``: what pictures hold, and what the effect between gets."""
+"""``--from-space``, ``--to-space`` and ``--alpha``: color spaces of files, and colors and alpha for the effect."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from passgraph.graph.targets import Target
 if TYPE_CHECKING:
     from passgraph.effects.parameters import Parameter
 
-#: Aliases in OpenColorIO's built-in configs: what float files and others hold where nothing is said.
+#: Default color spaces of float files and of others, by their aliases in OpenColorIO's built-in configs.
 LINEAR, ENCODED = "lin_rec709", "srgb_tx"
 
 
 def color_space_options(effect: Effect) -> Callable[[Decorated], Decorated]:
-    """The color spaces, the config that they are looked for in, and what alpha is to the effect."""
+    """Return the options for color spaces, their config, and alpha."""
     options = (
         click.option(
             "--alpha", type=click.Choice(get_args(Alpha)), default=effect.alpha, show_default=True,
@@ -53,10 +53,10 @@ def color_space_options(effect: Effect) -> Callable[[Decorated], Decorated]:
 
 
 def take_color_spaces(effect: Effect, inputs: tuple[str, ...], output: str, options: dict[str, Any]) -> Effect:
-    """Return the effect between its conversions, as ``options`` say; they lose the options of this module.
+    """Return the effect with the conversions in ``options``; removes this module's options from them.
 
-    With color spaces, pictures are read as they are stored: their color space says how they are decoded. Without, the
-    results of effects on linear light are encoded for files that hold integers.
+    With color spaces, pictures are read without sRGB decoding, since their color space defines it. Without, results of
+    effects on linear light are encoded for integer files.
     """
     alpha, source, result, config = (options.pop(key) for key in ("alpha", "from_space", "to_space", "color_config"))
     if source is None and result is None:
@@ -74,7 +74,7 @@ def take_color_spaces(effect: Effect, inputs: tuple[str, ...], output: str, opti
 
 
 def _holds_floats(output: str, inputs: tuple[str, ...]) -> bool:
-    """Return True if the files written hold floats; those in a folder have the kind of their inputs."""
+    """Return True if the output files hold floats; files in a folder have the formats of the inputs."""
     suffix = Path(output).suffix or Path(inputs[0]).suffix
     return suffix.lower() in FLOAT_SUFFIXES
 
@@ -88,9 +88,10 @@ def _converted(effect: Effect, alpha: Alpha, **conversions: Any) -> ConvertedEff
 
 @dataclass(frozen=True, kw_only=True)
 class ConvertedEffect(Effect):
-    """An effect whose picture comes in the color space ``source`` and leaves in ``result``, with straight alpha.
+    """An effect with conversions from color space ``source`` and to ``result``, with straight alpha outside.
 
-    It sees scene-linear light where these are given, and ``effect_alpha``. ``encoded``: the result is encoded as sRGB.
+    With color spaces the effect gets scene-linear light, and alpha as in ``effect_alpha``. ``encoded``: the result is
+    encoded as sRGB.
     """
 
     effect: Effect
@@ -110,7 +111,7 @@ class ConvertedEffect(Effect):
 
     def for_opaque(self) -> Effect:
         if self.effect_alpha != self.effect.alpha:
-            return self  # what it makes of opaque pictures may be transparent
+            return self  # its result may be transparent though its input is opaque
         return replace(self, effect_alpha="straight") if self.source is not None or self.encoded else self.effect
 
     def build(self, *pictures: Any, **parameters: Any) -> Any:

@@ -1,4 +1,4 @@
-"""``passgraph compare``: every backend against the reference, pass by pass."""
+"""``passgraph compare``: compare every backend with the reference, pass by pass."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from passgraph.errors import InputError
 from passgraph.verify.compare import compare as compare_backends
 from passgraph.verify.report import BackendReport, Report
 
-#: The reference interprets every operation over intervals, for every way that decisions may fall: large pictures
-#: take minutes.
+#: Default size. The reference evaluates each operation with intervals and for each outcome of decisions, so large
+#: pictures take minutes.
 COMPARE_SIZE = (160, 90)
 
 
@@ -85,7 +85,7 @@ def job_of(
     linear: bool,
     parameters: dict[str, Any],
 ) -> Job:
-    """A scene, a flat world or a picture, as the effect takes it."""
+    """Return the job of an effect on a scene, a flat world or a picture."""
     if effect.takes == "scene":
         return scene_job(effect, source, size, parameters)
     if effect.takes == "world2d":
@@ -98,7 +98,7 @@ def job_of(
 
 
 def show(report: Report) -> None:
-    """Print whether backends made the same bits: a table for each backend, then its verdict in words."""
+    """Print if backends give the same bits, and for each backend a table and its verdict."""
     on = console()
     say_equality(on, report)
     for backend in report.backends:

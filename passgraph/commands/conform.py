@@ -1,4 +1,4 @@
-"""``passgraph conform``: the conformance suite on one backend."""
+"""``passgraph conform``: run the conformance suite on a backend."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def conform(backend: str, groups: tuple[str, ...], quick: bool, report: Path | N
 
 @contextmanager
 def _bar(count: int) -> Iterator[Progress]:
-    """On stderr: a bar on a terminal, else a line per group of cases."""
+    """Show progress on stderr: a bar on a terminal, else a line for each group of cases."""
     if not sys.stderr.isatty():
         begun = set[str]()
 
@@ -83,7 +83,7 @@ def _bar(count: int) -> Iterator[Progress]:
 
 
 def _show(report: SuiteReport) -> None:
-    """A table of groups, then a line for each case that did not pass."""
+    """Print a table of groups, then a line for each case that did not pass."""
     from rich import box
     from rich.console import Console
     from rich.table import Table

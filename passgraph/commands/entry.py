@@ -1,4 +1,4 @@
-"""The command group, and how errors reach the terminal: on stderr, status 2, never a traceback."""
+"""The command group, and the handling of errors: a message on stderr, status 2, no traceback."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from passgraph.commands.running import on_one_line
 from passgraph.errors import InputError, PassgraphError
 from passgraph.writing import discard_unfinished
 
-#: Set, an unforeseen error shows its traceback.
+#: Environment variable that shows the traceback of unexpected errors.
 TRACEBACK_VARIABLE = "PASSGRAPH_TRACEBACK"
-#: Objects that are made before Python looks for garbage in rings: of those that a command loads none is any.
+#: Threshold of the cyclic garbage collector; raised since the objects that a command loads contain no garbage.
 GARBAGE_AFTER = 100_000
-#: What the process ends with, in every command.
+#: Exit statuses of all commands.
 STATUS = {
     0: "success; everything compared is within bounds and equal to its recording",
     1: "a comparison differs or is undecided, a case does not pass, or some frames failed",
@@ -32,7 +32,7 @@ STATUS = {
     141: "the reader closed the pipe (as in: passgraph backends | head -1); no message is printed",
     143: "terminated (SIGTERM)",
 }
-#: Commands by name, each with its one line for the list; a command is imported when it is used.
+#: Commands by name, each with its help line; a command is imported lazily.
 COMMANDS = {
     "render": "Render a scene with an effect to a picture.",
     "apply": "Apply an effect to pictures, sequences and videos.",
@@ -50,7 +50,7 @@ COMMANDS = {
 
 
 class _Commands(click.Group):
-    """Lists commands without importing them, so that help is quick."""
+    """A group that lists commands without importing them, so that help is fast."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -92,13 +92,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     gc.set_threshold(GARBAGE_AFTER, *gc.get_threshold()[1:])
     try:
         status = run(None if arguments is None else list(arguments))
-    except KeyboardInterrupt:  # in its first or last moments
+    except KeyboardInterrupt:  # before or after the command's own handling
         status = interrupts.status()
     sys.exit(status)
 
 
 def run(arguments: list[str] | None) -> int:
-    """The exit status: one of :data:`STATUS`, which the help of the group shows too."""
+    """Run a command; return its exit status, one of :data:`STATUS`, which the group's help lists too."""
     _open_streams()
     interrupts.raise_them(True)
     try:
@@ -111,12 +111,12 @@ def run(arguments: list[str] | None) -> int:
 def _run(arguments: list[str] | None) -> int:
     try:
         with warnings.catch_warnings():
-            # Drivers and compilers talk even when all is well; what matters here is raised.
+            # Warnings of drivers and compilers are not errors; errors are raised.
             warnings.simplefilter("ignore")
             status = group.main(arguments, prog_name="passgraph", standalone_mode=False)
             sys.stdout.flush()
     except (KeyboardInterrupt, click.Abort) as error:
-        where = error if str(error) else error.__cause__ or ""  # click makes its own of Python's
+        where = error if str(error) else error.__cause__ or ""  # click replaces Python's error by its own
         what = "interrupted" if interrupts.status() == 130 else "terminated"
         click.echo(f"passgraph: {what} {where}".rstrip(), err=True)
         return interrupts.status()
@@ -125,13 +125,13 @@ def _run(arguments: list[str] | None) -> int:
         return 141
     except SystemExit as error:
         if "PacifyFlushWrapper" in type(sys.stdout).__name__:
-            return 141  # click has met a broken pipe, and keeps Python from complaining of it
+            return 141  # a broken pipe; click has replaced stdout, so that Python reports nothing at exit
         return failed(InputError(f"something that was run ended the process by sys.exit({error.code!r})"))
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
         return 2
     except Exception as error:
-        if interrupts.received() is not None:  # imports of C code make errors of their own of an interrupt
+        if interrupts.received() is not None:  # an interrupt during the import of a C extension can raise another error
             return interrupts.status()
         if os.environ.get(TRACEBACK_VARIABLE):
             raise
@@ -142,9 +142,9 @@ def _run(arguments: list[str] | None) -> int:
 
 
 def _open_streams() -> None:
-    """A closed stdout or stderr becomes one that forgets: else the next file to be opened would take its number.
+    """Open the null device for a closed stdout or stderr, whose file number the next opened file would get.
 
-    What the output's encoding lacks (arrows in ASCII, names of files that are not UTF-8) is written as an escape.
+    Characters that the output's encoding lacks (arrows in ASCII, file names that are not UTF-8) are escaped.
     """
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
@@ -162,12 +162,12 @@ def _can_print() -> bool:
 
 
 def _drop_output() -> None:
-    """The reader (head, less) has had enough, or the disk is full: at exit Python would flush, and complain, again."""
+    """Discard buffered output after a closed pipe or a full disk, since Python's flush at exit would fail again."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def failed(error: Exception) -> int:
-    """Print an error as one line; where a caret points into a kernel, with its lines."""
+    """Print an error as one line, or with its lines if a caret points into a kernel."""
     if isinstance(error, click.ClickException):
         text = error.format_message()
         context = getattr(error, "ctx", None)

@@ -1,4 +1,4 @@
-"""Runs an effect on many frames: compiles it, shows progress, says what became of them."""
+"""Run an effect on many frames: compile it, show progress, print a summary."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Settings:
 
 @dataclass
 class FramesJob:
-    """An effect on frames of any size: its output, and what each run brings beside the frame."""
+    """An effect on frames of any size: its output, and its other inputs and run values."""
 
     effect: Effect
     parameters: dict[str, Any]
@@ -56,18 +56,18 @@ class FramesJob:
     given: dict[str, Any] = field(default_factory=dict)
     holds: HardwareDepth | None = None
     changing: Changing | None = None
-    size: tuple[int, int] | None = None  # of pictures that are made of parameters alone
+    size: tuple[int, int] | None = None  # of pictures that are generated from parameters alone
     pictures: dict[str, Source] = field(default_factory=dict)  # parameters that are frames too, in step
 
     @property
     def makes_all(self) -> bool:
-        """True if the pictures depend on parameters alone."""
+        """True if its pictures are generated from parameters alone."""
         return self.effect.takes == "nothing"
 
     def output(self, *, as_read: bool, as_bytes: bool, linear: bool) -> dict[str, Target]:
-        """The graph's first output; frames have four channels, ``as_read`` in their own type, else as float32.
+        """Return the graph's first output; frames have four channels, in their own dtype if ``as_read``, else float32.
 
-        ``linear``: what is read in 8 bits is decoded from sRGB, by the program as for one picture.
+        ``linear``: the program decodes 8-bit frames from sRGB, as for one picture.
         """
         open_format = OPEN_SRGB if linear else None
         targets = [] if self.makes_all else [Input("frame", open_format if as_read else "rgba32f")]
@@ -94,7 +94,7 @@ class FramesJob:
 
 
 class Converted:
-    """Frames that go with others, their pixels converted: `red_of` where red is depth, or `colors_of`."""
+    """A source of further frames with converted pixels: `red_of` for depth in red, or `colors_of`."""
 
     def __init__(self, source: Source, convert: Callable[[Stored], Stored]) -> None:
         self.source, self.name, self.count, self._convert = source, source.name, source.count, convert
@@ -106,7 +106,7 @@ class Converted:
 
 
 def red_of(picture: Stored) -> Stored:
-    """Red as float32, (h, w, 1)."""
+    """Return red as float32, (h, w, 1)."""
     return scaled(picture[:, :, :1])
 
 
@@ -116,7 +116,7 @@ def colors_of(picture: Stored) -> Stored:
 
 
 def run_clips(job: FramesJob, clips: list[Clip], settings: Settings, broken: list[str]) -> int:
-    """Run every clip; the exit status.  ``broken`` says what could not be opened."""
+    """Run every clip; return the exit status. ``broken`` has the errors of sources that could not be opened."""
     for message in broken:
         _complain(message)
     is_whole, program = not broken, None
@@ -125,7 +125,7 @@ def run_clips(job: FramesJob, clips: list[Clip], settings: Settings, broken: lis
     client = None if settings.scheduler is None else connected(settings.scheduler)
     try:
         for clip in clips:
-            if program is None or program.has_history:  # another clip's last frame is no history of this one
+            if program is None or program.has_history:  # history must not continue from another clip
                 if program is not None:
                     program.close()
                 program = _compiled(job, settings, clips)
@@ -139,7 +139,7 @@ def run_clips(job: FramesJob, clips: list[Clip], settings: Settings, broken: lis
 
 
 def _compiled(job: FramesJob, settings: Settings, clips: list[Clip]) -> Program:
-    # Values that are not finite are named where a file cannot hold them; they need floats.
+    # Values that are not finite are reported for formats that cannot store them, which needs float results.
     finite = settings.non_finite == "error" and not settings.check_finite
     as_bytes = finite and all(clip.sink.in_bytes(clip.source) for clip in clips)
     # Raw pixels may be gray or RGB, and effects read colors with alpha.
@@ -189,7 +189,7 @@ def _run_clip(
 
 @contextmanager
 def _interrupted(done: Any, clip: Clip) -> Iterator[None]:
-    """Ctrl-C says what is left of the work."""
+    """Print a summary of the finished work on Ctrl-C."""
     try:
         yield
     except KeyboardInterrupt:

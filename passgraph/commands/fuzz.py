@@ -1,4 +1,4 @@
-"""``passgraph fuzz``: random kernels, graphs and draws on every backend, until the time is up."""
+"""``passgraph fuzz``: test every backend with random kernels, graphs and draws for a given time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 INSTALL = "pip install 'passgraph[fuzz]'"
 BACKENDS = ("gl", "opencl", "webgpu", "numpy")
-#: What can be fuzzed; ``variants`` are rewritten kernels that must give the same.
+#: Kinds of cases; ``variants`` are rewritten kernels that must give the same results.
 KINDS = ("kernels", "graphs", "draws", "variants")
 
 
@@ -77,7 +77,7 @@ def fuzz(minutes: float, seed: int, backends: tuple[str, ...], what: str, failur
         if replay is not None:
             return _replay(replay, opened)
         is_new = not failures.exists()
-        check_folder(failures)  # before the long work
+        check_folder(failures)  # before the long run
         if is_new:
             stack.callback(_remove_empty, failures)
         kinds = KINDS if what == "all" else (what,)
@@ -90,7 +90,7 @@ def _remove_empty(folder: Path) -> None:
 
 
 def _opened(chosen: tuple[str, ...], stack: ExitStack) -> Iterator[Backend]:
-    """The backends that were named, or those that are here."""
+    """Yield the named backends, or all available ones."""
     found = False
     for name in chosen or BACKENDS:
         try:
@@ -107,7 +107,7 @@ def _opened(chosen: tuple[str, ...], stack: ExitStack) -> Iterator[Backend]:
 
 
 def _hunt(kinds: tuple[str, ...], backends: list[Backend], seed: int, seconds: float, folder: Path) -> int:
-    """Batches of each kind in turn; a failure that was found already, in other clothes, is not written again."""
+    """Run batches of each kind in turn; write each distinct failure once."""
     from passgraph.verify.fuzz import search
     from passgraph.verify.fuzz.cases import Tally
 
@@ -128,7 +128,7 @@ def _hunt(kinds: tuple[str, ...], backends: list[Backend], seed: int, seconds: f
 
 
 def _written(failure: Failure, folder: Path, backends: list[Backend]) -> str:
-    """Write a failure and say how it is run again."""
+    """Write a failure, and return a message with the command that repeats it."""
     from passgraph.verify.fuzz.cases import save
 
     path = save(failure.case, failure.why, folder)
@@ -152,7 +152,7 @@ def _replay(path: Path, backends: list[Backend]) -> int:
 
 
 def _say(line: str) -> None:
-    """Progress: one line that is written over on a terminal, a line each elsewhere."""
+    """Print progress: on a terminal a line that is overwritten, else a line each."""
     if sys.stderr.isatty():
         click.echo(f"\r\033[K{line[:200]}", err=True, nl=False)
     else:

@@ -1,8 +1,8 @@
-"""Recorded pictures: what a graph gave once, with what it was given, to be held against what it gives now.
+"""Golden pictures: recorded inputs and outputs of a graph, to compare with its current outputs.
 
-What is recorded and what it is held against are both the reference's, and the reference computes in float64: the same
-graph gives the same picture.  So nothing may change unless so many steps are allowed: bounds of what backends may
-compute would be the wrong measure, since they are wide where a kernel decides, and hide what was changed there.
+Both the recorded and the current outputs are the reference's, which computes in float64: the same graph gives the same
+picture. So no change is permitted, except for a given number of steps. The oracle's bounds for backends would hide
+changes, since they are wide where a kernel makes a decision.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from passgraph.writing import write_text
 
 MANIFEST = "manifest.json"
 MAX_MANIFEST_BYTES = 1 << 24
-#: Of the layout of the folder.  Version 1 had no formats of outputs and no values.
+#: Version of the folder's layout. Version 1 had no formats of outputs and no values.
 VERSION = 2
 READABLE = (1, 2)
 
@@ -40,13 +40,13 @@ class Change:
     Attributes
     ----------
     graph, output : names
-    unit : what a step is: of the format, or an ulp of its floats
-    share : of pixels that changed
-    steps : the most that a value changed by; infinite where one is NaN and the other is not
+    unit : the unit of a step: a step of the format, or an ulp of its floats
+    share : share of the pixels that changed
+    steps : the largest change of a value; infinite if only one of both is NaN
     pixel, channel : (column, row) and channel of that value
-    was, now : that value
-    columns, rows : first and last of those that changed
-    permitted : steps that are allowed
+    was, now : the recorded and the current value
+    columns, rows : first and last column and row with changes
+    permitted : permitted steps
     """
 
     graph: str
@@ -100,13 +100,13 @@ def record(folder: Path, graph: str, passes: Passes, inputs: Pictures, settings:
 
 
 def recorded_run(folder: Path, graph: str) -> tuple[tuple[int, int], dict[str, NDArray[np.float32]], dict[str, str]]:
-    """Size of the output, the inputs, and the values as texts, that a graph was recorded with."""
+    """Return the size of the output, the inputs, and the values as texts of a graph's recording."""
     entry = _entry(folder, graph)
     return (entry["size"][0], entry["size"][1]), _load(folder, entry["inputs"]), dict(entry.get("values", {}))
 
 
 def changed(folder: Path, graph: str, passes: Passes, permitted: int) -> list[Change]:
-    """Outputs that are not what was recorded, to the bit; whether by no more steps than are permitted, each says."""
+    """Return the outputs that differ from their recording in any bit, also those within the permitted steps."""
     differences = []
     entry = _entry(folder, graph)
     expected, _ = passes.allowed(True)
@@ -165,14 +165,14 @@ def steps_between(one: NDArray[Any], other: NDArray[Any], format_: Format) -> ND
 
 
 def _ordered(values: NDArray[Any], format_: Format) -> NDArray[np.int64]:
-    """Floats as whole numbers in the same order, neighbors one apart; both zeros are 0."""
+    """Map floats to integers in the same order, with neighbors one apart; both zeros become 0."""
     stored = np.ascontiguousarray(values, format_.number)
     bits = stored.view(f"i{stored.itemsize}").astype(np.int64)
     return np.where(bits < 0, -(bits & ((1 << (8 * stored.itemsize - 1)) - 1)), bits)
 
 
 def _last(passes: Passes, output: str) -> Key:
-    """The key of the last step that writes an output."""
+    """Return the key of the last step that writes an output."""
     resource = passes.plan.outputs[output]
     number = max(n for n, step in enumerate(passes.plan.steps) if resource in step.writes)
     return 0, number, resource
@@ -209,7 +209,7 @@ def _entry(folder: Path, graph: str) -> dict[str, Any]:
 def _load(folder: Path, files: Mapping[str, str]) -> dict[str, NDArray[np.float32]]:
     pictures = {}
     for name, file in files.items():
-        path = folder / Path(file).name  # a manifest names files of its own folder only
+        path = folder / Path(file).name  # a manifest may refer only to files in its folder
         try:
             check_regular(path, "a recorded picture")
             pictures[name] = np.load(path, allow_pickle=False)

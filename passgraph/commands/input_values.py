@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 _BOOLS = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
-#: Types that can be written on a command line, by name.
+#: Scalar types that can be written on a command line.
 _SCALARS = (BOOL, INT, UINT, FLOAT)
 _ALL: tuple[Scalar | Vector | Matrix, ...] = (
     *_SCALARS,
@@ -48,7 +48,7 @@ class SettingType(click.ParamType[tuple[str, str]]):
 
 
 def declared(graph: Graph) -> dict[str, tuple[Value, Type | None]]:
-    """The run values behind a graph with the types that kernels take them as; None where they are no plain numbers."""
+    """Return the run values of a graph, with their types in kernels; None if they are not numbers."""
     from passgraph.plan.dependencies import passes_behind
 
     values: dict[str, tuple[Value, Type | None]] = {}
@@ -56,7 +56,7 @@ def declared(graph: Graph) -> dict[str, tuple[Value, Type | None]]:
         for parameter, parameter_value in node.values.items():
             for source in sources_of({parameter: parameter_value}):
                 if FILLED_IN.get(source.name) is not source:
-                    # What is derived on the host is of the kernel's type; its source is of its own.
+                    # The kernel's type is that of the derived value; the source has its own.
                     type_ = (
                         _own_type(source) if isinstance(parameter_value, Derived) else _parameter_type(node, parameter)
                     )
@@ -86,7 +86,7 @@ def _parameters(node: Pass, name: str) -> list[Parameter]:
 
 
 def takers(graph: Graph, value: Value) -> list[Parameter]:
-    """The kernels' parameters that a run's value itself is given to, not one derived from it."""
+    """Return the kernels' parameters that a run value is passed to directly, without those of derived values."""
     from passgraph.plan.dependencies import passes_behind
 
     given = [
@@ -99,7 +99,7 @@ def takers(graph: Graph, value: Value) -> list[Parameter]:
 
 
 def known_values(graphs: Mapping[str, Graph], settings: Sequence[tuple[str, str]]) -> None:
-    """Raise InputError for a name that no graph takes, with the nearest."""
+    """Raise InputError for a name that no graph has, with the most similar one."""
     known = sorted({name for graph in graphs.values() for name in declared(graph)})
     for name, _ in settings:
         if name not in known:
@@ -109,12 +109,12 @@ def known_values(graphs: Mapping[str, Graph], settings: Sequence[tuple[str, str]
 
 
 def run_values(name: str, graph: Graph, settings: Mapping[str, str]) -> dict[str, object]:
-    """Values of a graph's run, by name.
+    """Return the run values of a graph from texts, by name.
 
     Raises
     ------
     InputError
-        For a text that does not fit the kernel's declaration, and for a value without a default that is not given.
+        For a text that does not fit the kernel's declaration, and for a missing value without a default.
     """
     given: dict[str, object] = {}
     for value, (handle, type_) in declared(graph).items():
@@ -126,7 +126,7 @@ def run_values(name: str, graph: Graph, settings: Mapping[str, str]) -> dict[str
 
 
 class TypedValue(click.ParamType[Any]):
-    """A value of a kernel's type: numbers, with commas between those of a vector."""
+    """A value of a kernel's type; components of a vector are separated by commas."""
 
     def __init__(self, type_: Type) -> None:
         self.type_, self.name = type_, str(type_)
@@ -142,7 +142,7 @@ class TypedValue(click.ParamType[Any]):
 
 
 def written_value(value: object) -> str:
-    """A value as the command line writes it.
+    """Return a value as written on the command line.
 
     >>> written_value((0.5, 1, 2)), written_value(((1.0, 0.0), (0.0, 1.0))), written_value(True)
     ('0.5,1,2', '1,0;0,1', 'true')
@@ -185,7 +185,7 @@ def _read(name: str, text: str, handle: Value, type_: Type | None) -> object:
 
 
 def read_value(text: str, type_: Type, name: str, where: str) -> object:
-    """A value of a kernel's type from text; ``where`` is the option that it stands behind."""
+    """Parse a value of a kernel's type; ``where`` is its option, for messages."""
     from passgraph.language.uniform_layout import components
 
     words = [word for word in re.split(r"[\s,;]+", text.strip()) if word]
@@ -196,7 +196,7 @@ def read_value(text: str, type_: Type, name: str, where: str) -> object:
             f"{where}: {name} is {type_}, expected {wanted} number{'s' if wanted > 1 else ''} such as "
             f"{_example(type_)}{' (row by row)' if isinstance(type_, Matrix) else ''}, got {len(words)}"
         )
-    components(parts, type_, where)  # refuses what float32 and ints do not hold
+    components(parts, type_, where)  # raises for numbers beyond float32 or ints
     return parts
 
 
@@ -209,7 +209,7 @@ def _count(type_: Type) -> int:
 
 
 def _taken(type_: Type, words: list[str], where: str) -> tuple[Any, list[str]]:
-    """A value of a type from the first words, and the words behind it; what is missing is left out."""
+    """Take a value of a type from the first words; return it, perhaps incomplete, and the remaining words."""
     if isinstance(type_, Scalar):
         return (_number(type_, words[0], where), words[1:]) if words else (None, [])
     if isinstance(type_, Vector):
@@ -236,7 +236,7 @@ def _number(type_: Scalar, word: str, where: str) -> bool | int | float:
         raise InputError(f"{where}: expected {expected} such as {_example(type_)}, got {shown(word)}") from None
 
 
-#: Size of pictures that are made for a check, where none is given.
+#: Default size of generated pictures for a check.
 MADE_SIZE = (96, 64)
 
 
@@ -255,7 +255,7 @@ class InputType(click.ParamType[tuple[str, Path]]):
 
 
 def opened(names: Sequence[str]) -> list[Any]:
-    """The backends named, or all that are here."""
+    """Open the named backends, or all available ones."""
     from passgraph.backends.registry import backend_names, open_backend
 
     if names:
@@ -284,14 +284,14 @@ def read_inputs(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, Path]])
 
 
 def plain_input(size: tuple[int, int], seed: int, number: str) -> Picture:
-    """A picture of usual values, for a channel's type."""
+    """Generate a picture of usual values, for a channel type."""
     from passgraph.verify.conformance.case_inputs import plausible
 
     return plausible(size, seed)
 
 
 def extreme_input(size: tuple[int, int], seed: int, number: str) -> Picture:
-    """A picture that also holds zeros, negative, huge and tiny values, where the format has them."""
+    """Generate a picture with zeros, negative, huge and tiny values too, as far as the format has them."""
     from passgraph.verify.conformance.case_inputs import picture, with_special
 
     return with_special(picture(size, seed), number)
@@ -304,9 +304,9 @@ def made_inputs(
     made_size: tuple[int, int] = MADE_SIZE,
     make_picture: Callable[[tuple[int, int], int, str], Picture] = plain_input,
 ) -> tuple[tuple[int, int], dict[str, Picture]]:
-    """The output's size and a picture for each input: given, its default, or made.
+    """Return the output's size, and a picture for each input: given, its default, or generated.
 
-    ``made`` makes a picture of a size, with a seed, for a channel's type: `plain_input` or `extreme_input`.
+    ``made`` generates a picture from a size, a seed and a channel type: `plain_input` or `extreme_input`.
     """
     from passgraph.plan.dependencies import inputs_behind
 

@@ -1,4 +1,4 @@
-"""``passgraph inspect``: every value of every line of a kernel at one pixel."""
+"""``passgraph inspect``: show the values of every line of a kernel at a pixel."""
 
 from __future__ import annotations
 

@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Reader:
-    """Reader of one kind of file.
+    """Reader of a kind of file.
 
     Attributes
     ----------
-    effects : from a file to what it has that pictures (or scenes) go through, by name
-    graphs : from a file to graphs by name; of one of them where a name is given
+    effects : returns a file's effects by name
+    graphs : returns a file's graphs by name, or only the named one
     """
 
     effects: Callable[[Path], Mapping[str, Effect]]
@@ -36,14 +36,14 @@ class Reader:
 
 
 def named_effect(text: str) -> Effect:
-    """The effect that ``EFFECT``, ``FILE`` or ``FILE:NAME`` means.
+    """Return the effect of ``EFFECT``, ``FILE`` or ``FILE:NAME``.
 
     Raises
     ------
     InputError
-        For a name that is no effect, with the nearest; for a file that has none, or several and no name behind it.
+        For an unknown effect, with the most similar name; for a file without effects, or with several and no name.
     KernelError
-        For a kernel in the file that the language refuses.
+        For a kernel in the file that is outside the language.
     """
     path, name = file_and_name(text)
     if path is None:
@@ -57,12 +57,12 @@ def named_effect(text: str) -> Effect:
 
 
 def _chosen(effects: Mapping[str, Effect], path: Path, name: str | None) -> Effect:
-    """The one of this name; without a name, the only one."""
+    """Return the effect of a name; without a name, the only one."""
     if name is not None:
         if name not in effects:
             raise InputError(f"{path}: has no {shown(name)}{near(name, list(effects))}; it has {_list(effects)}")
         return effects[name]
-    # What is marked as an effect is meant before the kernels that it is made of.
+    # Functions marked as effects take precedence over kernels, which are their parts.
     chosen = [effect for effect in effects.values() if not isinstance(effect, KernelEffect)] or list(effects.values())
     if len(chosen) != 1:
         which = f"say which, such as {path}:{chosen[0].name}; it has {_list(effects)}" if chosen else _MEND
@@ -71,13 +71,13 @@ def _chosen(effects: Mapping[str, Effect], path: Path, name: str | None) -> Effe
 
 
 def is_named(text: str) -> bool:
-    """Return True if a text names an effect or a file of kernels, rather than a picture or a scene."""
+    """Return True if a text names an effect or a file of kernels, not a picture or a scene."""
     path, _ = file_and_name(text)
     return text in EFFECTS if path is None else path.suffix.lower() in READERS and path.suffix.lower() != EXPORT_SUFFIX
 
 
 def file_and_name(text: str) -> tuple[Path | None, str | None]:
-    """``FILE:NAME`` taken apart; no file where it is an effect's name, which has neither a dot nor a slash.
+    """Split ``FILE:NAME``; the file is None for an effect's name, which has neither a dot nor a slash.
 
     >>> file_and_name("mine.py:soft"), file_and_name("mine.py"), file_and_name("bloom")
     ((...Path('mine.py'), 'soft'), (...Path('mine.py'), None), (None, None))
@@ -100,7 +100,7 @@ def _list(items: Mapping[str, object]) -> str:
 
 
 def effects_of_module(path: Path) -> dict[str, Effect]:
-    """Effects of a Python module of the user's, which is run, and each pixel kernel of its own."""
+    """Run a user's Python module; return its effects and its own pixel kernels."""
     from passgraph.commands.own_file import names_of
     from passgraph.effects.checked import Mark
     from passgraph.graph.calls import PixelKernel
@@ -119,7 +119,7 @@ def effects_of_module(path: Path) -> dict[str, Effect]:
 
 
 def effects_of_text(path: Path) -> dict[str, Effect]:
-    """The kernel of a text, which is parsed and never run."""
+    """Parse a kernel's text, without running it, and return it as an effect."""
     from passgraph.commands.own_file import kernel_of_text
 
     kernel = kernel_of_text(path)
@@ -140,7 +140,7 @@ def _graphs_of_shader(path: Path, name: str | None) -> Mapping[str, Graph]:
 
 
 _TEXT = Reader(effects_of_text, _graphs_of_module_or_text)
-#: What reads a file, by its suffix; any other one that is named is the text of a kernel too.
+#: Readers by suffix; a file with any other suffix is the text of a kernel.
 READERS = {
     ".py": Reader(effects_of_module, _graphs_of_module_or_text),
     ".txt": _TEXT,
@@ -159,7 +159,7 @@ def reader_of(path: Path) -> Reader:
 class KernelEffect(Effect):
     """A kernel as an effect: its first image is the picture, its other parameters are those of the effect.
 
-    Without an image it makes its picture of parameters alone.
+    Without an image it generates its picture from parameters alone.
     """
 
     @property
@@ -192,7 +192,7 @@ class KernelEffect(Effect):
 
     @property
     def _picture(self) -> tuple[str, ...]:
-        """The name of the image that is the picture, if there is one."""
+        """Return the name of the image that is the picture, if there is one."""
         return tuple(self.kernel.program.images[:1])
 
 
@@ -202,7 +202,7 @@ def _of_kernel(kernel: PixelKernel[Any], path: Path) -> KernelEffect:
 
 
 def _said(parameter: KernelParameter, text: str, effect: Effect) -> Parameter:
-    """A kernel's parameter as the command line says it."""
+    """Return a kernel's parameter for the command line."""
     from passgraph.effects.parameters import Parameter, ParameterType
     from passgraph.language.types import ImageType, Struct
     from passgraph.ranges import Range
@@ -217,7 +217,7 @@ def _said(parameter: KernelParameter, text: str, effect: Effect) -> Parameter:
     known: dict[str, ParameterType] = {"float": "float", "int": "int", "bool": "bool"}
     kind = known.get(str(parameter.type), "value")
     if kind == "bool" and not parameter.has_default:
-        kind = "value"  # a flag that is left out would say no
+        kind = "value"  # as a flag, leaving it out would mean False
     return Parameter(
         parameter.name, kind, parameter.default, parameter.range or Range(), text,
         of=parameter.type if kind == "value" else None, required=not parameter.has_default,
@@ -228,7 +228,7 @@ def _said(parameter: KernelParameter, text: str, effect: Effect) -> Parameter:
 
 
 def named_graphs(text: str) -> Mapping[str, Graph]:
-    """Graphs by name, of an effect on inputs with the names of what it takes, or of a file (see `own_file`)."""
+    """Return graphs by name: an effect on inputs named after its parameters, or those of a file (see `own_file`)."""
     from passgraph.commands.own_file import on_inputs
 
     path, name = file_and_name(text)

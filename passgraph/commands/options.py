@@ -1,4 +1,4 @@
-"""Options that commands share, and those made from the effects' table of parameters."""
+"""Options that commands share, and options for the parameters of effects."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ class SizeType(click.ParamType[tuple[int, int]]):
         width, _, height = str(value).lower().replace("×", "x").partition("x")
         if not (width.isascii() and width.isdigit() and height.isascii() and height.isdigit()):
             self.fail(f"{value!r} is not a size; write width x height in pixels, such as 1280x720", param, ctx)
-        # More digits than the limit has cannot fit, and int() refuses thousands of them.
+        # A number with more digits than the limit is too large, and int() raises for thousands of digits.
         if len(width) > 9 or len(height) > 9 or not (1 <= int(width) <= MAX_SIDE and 1 <= int(height) <= MAX_SIDE):
             self.fail(f"{value!r}: each side must be 1 to {MAX_SIDE} pixels", param, ctx)
         return int(width), int(height)
 
 
 class WholeRange(click.IntRange):
-    """Whole numbers in a range, which may be all of them: help then says nothing of it."""
+    """Integers in a range; help omits an unlimited one."""
 
     def _describe_range(self) -> str:
         return "" if self.min is None and self.max is None else super()._describe_range()
 
 
 class FiniteRange(click.FloatRange):
-    """Numbers in a range, none of them infinite or NaN; of all finite ones help says nothing."""
+    """Finite numbers in a range; help omits an unlimited one."""
 
     def _describe_range(self) -> str:
         return "" if self.min is None and self.max is None else super()._describe_range()
@@ -63,7 +63,7 @@ class FiniteRange(click.FloatRange):
 
 
 class BackendType(click.ParamType[str]):
-    """A backend by name, with a device behind a colon; known ones that compute pictures, before anything is loaded."""
+    """A backend's name, with an optional device after a colon; validated without importing the backend."""
 
     name = "NAME[:DEVICE]"
 
@@ -78,7 +78,7 @@ class BackendType(click.ParamType[str]):
 
 
 def check_computes(backend: type[Backend]) -> None:
-    """Refuse a backend that makes no pictures: commands would write, or judge, blank ones."""
+    """Raise an error for a backend that computes no pictures, since commands would write or judge blank ones."""
     if not backend.computes:
         raise BackendError(
             f"backend {backend.name} runs nothing and makes no pictures; use numpy, gl, opencl or reference, or to see "
@@ -158,7 +158,7 @@ def flag_of(parameter: Parameter) -> str:
     return "--" + parameter.name.replace("_", "-")
 
 
-#: Of options for parameters that have the name of a command's option.
+#: Prefix of options for parameters with the name of a command's own option.
 PREFIX = "kernel_"
 
 
@@ -171,7 +171,7 @@ class EffectOption(click.Option):
 
 
 def option_of(parameter: Parameter, kind: type[EffectOption] = EffectOption) -> EffectOption:
-    """A parameter as an option with range, unit and default."""
+    """Return the option of a parameter, with range, unit and default."""
     flag, settings, limits = flag_of(parameter), dict[str, Any](), parameter.range
     if parameter.type == "bool":
         flag = f"{flag}/--no-{flag[2:]}"
@@ -215,20 +215,20 @@ def _as(number: Callable[[float], Any], limit: float | None) -> Any:
     return None if limit is None else number(limit)
 
 
-#: In the context of a command: the text that named an effect, and the effect that is meant.
+#: Keys in a command's context: the text that names an effect, and the effect.
 _NAMED, _CHOSEN = "passgraph.named", "passgraph.effect"
 
 
 class EffectCommand(click.Command):
-    """A command whose ``--effect`` decides which further options there are.
+    """A command whose ``--effect`` adds the options of that effect's parameters.
 
-    Where no effect is said to be the default, the first argument that names one (or a file of one's own) is it too.
-    With an effect given (or one by default), help and parsing know that effect's parameters; help names the others.
+    If there is no default effect, the first argument that names one (or a user's file) selects it too. Help shows the
+    options of the selected effect, and the names of the others.
     """
 
-    #: Effect where none is given.
+    #: The default effect.
     default_effect: str | None = None
-    #: What its effects are applied to.
+    #: Kinds of inputs of the command's effects.
     takes: tuple[str, ...] = ("picture", "picture+depth", "nothing", "scene", "world2d")
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -236,7 +236,7 @@ class EffectCommand(click.Command):
         if named is None and self.default_effect is None:
             at = next((at for at, argument in enumerate(args) if is_named(argument)), None)
             if at is None and args[1:] and args[0].replace("-", "").isidentifier() and not Path(args[0]).exists():
-                at = 0  # nothing else stands in front of a picture: a name with a mistake in it
+                at = 0  # the first of several arguments must be an effect, so this is a misspelled name
             if at is not None:
                 named = args[at]
                 args = ["--effect", named, *args[:at], *args[at + 1 :]]
@@ -246,7 +246,7 @@ class EffectCommand(click.Command):
         return super().parse_args(ctx, args)
 
     def _named(self, args: Sequence[str]) -> str | None:
-        """The value of --effect, found before the options are known."""
+        """Return the value of --effect, before the options are parsed."""
         found = None
         for at, argument in enumerate(args):
             if argument == "--":
@@ -290,7 +290,7 @@ class EffectCommand(click.Command):
                 with formatter.section(f"Parameters of --effect {effect.name}"):
                     formatter.write_dl(rows)
         if not ctx.meta.get(_NAMED):
-            # Showing the parameters of all would load all, a second's work, and fill four screens.
+            # Help for the parameters of all effects would take a second to import, and four screens.
             formatter.write_paragraph()
             formatter.write_text(f"Effects; {ctx.command_path} --effect NAME --help shows the parameters of one:")
             for family, effects in by_family(self.effects()).items():
@@ -309,7 +309,7 @@ def effect_option(what: str) -> Callable[[Decorated], Decorated]:
 
 
 def named_or_refused(ctx: click.Context, source: Path | None) -> Effect:
-    """The effect of a command that has none by default."""
+    """Return the effect of a command without a default effect; raise a usage error if none is named."""
     effect = EffectCommand.effect_of(ctx)
     if effect is None:
         hint = "" if source is None else near(str(source), list(EFFECTS))
@@ -326,9 +326,9 @@ def options_of(effect: Effect, kind: type[EffectOption] = EffectOption) -> list[
 def options_beside(
     own: Sequence[click.Parameter], effect: Effect, kind: type[EffectOption] = EffectOption
 ) -> list[EffectOption]:
-    """Options of an effect's parameters beside a command's own.
+    """Return the options of an effect's parameters, for a command with options of its own.
 
-    A parameter with the name of one of the command's options gets an option with a prefix: ``--kernel-rate``.
+    A parameter with the name of a command's option gets a prefix: ``--kernel-rate``.
     """
     taken = {name for param in own for name in (*param.opts, *param.secondary_opts, param.name)}
     options: list[EffectOption] = []
@@ -342,7 +342,7 @@ def options_beside(
 
 
 def given_parameters(ctx: click.Context) -> dict[str, Any]:
-    """Parameters that were written on the command line; what is left out stays the effect's own choice."""
+    """Return the parameters given on the command line; the effect chooses its own defaults for the others."""
     options = {p.name: p.parameter.name for p in ctx.command.get_params(ctx) if isinstance(p, EffectOption) and p.name}
     return {
         name: ctx.params[option]

@@ -1,4 +1,4 @@
-"""Graphs in a user's file: a Python module is run, it is the user's own; the text of kernels is only parsed."""
+"""Graphs in a user's file: a Python module is run, since it is the user's own; kernel text is only parsed."""
 
 from __future__ import annotations
 
@@ -43,21 +43,21 @@ from passgraph.language.types import (
 from passgraph.reading import check_regular, read_text
 
 Graph = Mapping[str, pg.Target]
-#: Largest text of kernels, bytes.
+#: Largest kernel text, in bytes.
 MAX_TEXT_BYTES = 1 << 20
-#: Names of inputs, for effects that take pictures.
+#: Names of inputs by the kind of input that an effect takes.
 TAKEN: dict[str, tuple[str, ...]] = {"nothing": (), "picture": ("frame",), "picture+depth": ("frame", "depth")}
 
 
 def graphs_of(path: Path, name: str | None = None) -> dict[str, Graph]:
-    """Graphs by name: ``outputs`` of a module; without it its targets; without any, its effects; else its kernels.
+    """Return a file's graphs by name: a module's ``outputs``, else its targets, else its effects, else its kernels.
 
-    ``name``: one of them instead, whatever else there is.
+    ``name`` selects one of any of these instead.
 
     Raises
     ------
     InputError
-        For a file that cannot be read, fails, or has nothing to check.
+        For a file that cannot be read, raises an error, or has no graphs.
     """
     if path.suffix == ".py":
         names = names_of(path)
@@ -87,7 +87,7 @@ def names_of(path: Path) -> dict[str, Any]:
 
 
 def kernel_of_text(path: Path) -> PixelKernel[Any]:
-    """The kernel of a text, which is parsed and never run."""
+    """Parse a kernel's text, without running it."""
     text = read_text(path, "a text of kernels", MAX_TEXT_BYTES)
     return PixelKernel(kernel_from_text(text, file=str(path)))
 
@@ -105,7 +105,7 @@ def _one(name: str, names: Mapping[str, Any], path: Path) -> Graph:
 
 
 def _effects(names: Mapping[str, Any], module: str) -> dict[str, Graph]:
-    """Effects of the module's own that take pictures (see `passgraph.effects.effect`), on what inputs bring."""
+    """Return the module's own effects that take pictures (see `passgraph.effects.effect`), applied to inputs."""
     graphs: dict[str, Graph] = {}
     for function in names.values():
         mark = getattr(function, "effect", None)
@@ -116,7 +116,7 @@ def _effects(names: Mapping[str, Any], module: str) -> dict[str, Graph]:
 
 
 def _needed(parameters: Iterable[EffectParameter], name: str) -> dict[str, pg.Target]:
-    """Inputs for pictures without which an effect is none; other parameters need a default to be checked."""
+    """Return inputs for an effect's required pictures; other parameters need a default to be checked."""
     needed = [parameter for parameter in parameters if parameter.required]
     number = next((parameter for parameter in needed if parameter.type != "picture"), None)
     if number is not None:
@@ -125,7 +125,7 @@ def _needed(parameters: Iterable[EffectParameter], name: str) -> dict[str, pg.Ta
 
 
 def on_inputs(effect: Effect) -> Graph:
-    """An effect on inputs with the names of what it takes."""
+    """Apply an effect to inputs named after its parameters."""
     if isinstance(effect, ShaderFileEffect):
         return effect.on_inputs()
     if effect.takes not in TAKEN:
@@ -137,8 +137,10 @@ def on_inputs(effect: Effect) -> Graph:
 
 
 class _AsWritten(SourceFileLoader):
-    """Reads the file each time.  Python's kept code is told from a newer text by its length and the second in which it
-    was written, which a change of one digit just now has in common with the text before."""
+    """A loader without Python's bytecode cache.
+
+    The cache compares a file's size and its modification time in seconds, which miss a quick change of one digit.
+    """
 
     def get_code(self, fullname: str) -> CodeType:
         return self.source_to_code(self.get_data(self.path), self.path)
@@ -149,11 +151,11 @@ def _run(path: Path) -> dict[str, Any]:
     assert spec is not None
     assert spec.loader is not None
     module = module_from_spec(spec)
-    # Dataclasses and type hints look their module up by its name; one of another origin keeps its place.
+    # Dataclasses and type hints look up their module by name; a module of this name from another file stays.
     known = sys.modules.get(path.stem)
     if known is None or isinstance(getattr(known.__spec__, "loader", None), _AsWritten):
         sys.modules[path.stem] = module
-    # It may import files beside it, as when it is run by itself.
+    # It may import files in its folder, as when it is run as a script.
     sys.path.insert(0, str(path.resolve().parent))
     try:
         spec.loader.exec_module(module)
@@ -171,7 +173,7 @@ def _run(path: Path) -> dict[str, Any]:
 
 
 def _line(error: Exception, path: Path) -> str:
-    """The last line of the file that an error came through; a SyntaxError's text has it."""
+    """Return the last line of the file in an error's traceback; the text of a SyntaxError has it already."""
     numbers = [place.lineno for place in extract_tb(error.__traceback__) if place.filename == str(path)]
     return "" if not numbers or isinstance(error, SyntaxError) else f" (line {numbers[-1]})"
 
@@ -187,10 +189,10 @@ def _named(outputs: Any, path: Path) -> Graph:
 
 
 def _alone(kernel: PixelKernel[Any]) -> Graph:
-    """A kernel on inputs with the names of its images; numbers without a default are 0.5, ints 1, or what
-    lies in the middle of their ranges.
+    """Apply a kernel to inputs named after its images.
 
-    What is no Const is a value of the run, which ``--set`` may give.
+    Numbers without a default are the middle of their ranges, else 0.5, or 1 for ints. All but ``Const`` parameters are
+    run values, which ``--set`` may set.
     """
     given: dict[str, Any] = {}
     for parameter in kernel.parameters:
@@ -202,7 +204,7 @@ def _alone(kernel: PixelKernel[Any]) -> Graph:
 
 
 def _ranged(parameter: Parameter) -> Any:
-    """A value that a parameter without a default may have: where it says between what, the middle of it."""
+    """Return a value for a parameter without a default: the middle of its range, if it has one."""
     limits, type_ = parameter.range, parameter.type
     if limits is None:
         return _argument(parameter.name, type_)

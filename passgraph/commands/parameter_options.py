@@ -19,19 +19,19 @@ from passgraph.files.sequences import Pictures
 from passgraph.graph.run_values import Value
 from passgraph.language.types import BOOL, element_of
 
-#: Between the first and the last value of a ramp.
+#: Separator of the first and the last value of a ramp.
 TO = ".."
 
 
 @dataclass(frozen=True)
 class Ramp:
-    """A parameter that goes evenly from one value at a clip's first frame to another at its last."""
+    """A parameter that changes linearly from a value at a clip's first frame to another at its last."""
 
     first: Any
     last: Any
 
     def at(self, share: float) -> Any:
-        """The value after a share of the way; whole numbers are rounded.
+        """Return the value at a share of the ramp; integers are rounded.
 
         >>> Ramp(0.0, 2.0).at(0.25), Ramp(1, 4).at(0.5), Ramp([0.0, 1.0], [1.0, 1.0]).at(0.75)
         (0.5, 2, [0.75, 1.0])
@@ -50,7 +50,7 @@ def _between(first: Any, last: Any, share: float) -> Any:
 
 
 class FramesOption(EffectOption):
-    """An effect's parameter, which may change over frames where it is a number or several."""
+    """The option of an effect's parameter; numbers may be ramps."""
 
     def type_cast_value(self, ctx: click.Context, value: Any) -> Any:
         if not (isinstance(value, str) and TO in value and self.is_number):
@@ -65,7 +65,7 @@ class FramesOption(EffectOption):
 
 
 def check_no_ramps(effect: Effect, parameters: Mapping[str, Any]) -> None:
-    """Refuse what changes over frames where one picture is made."""
+    """Raise InputError for a ramp if only one picture is computed."""
     for name, value in parameters.items():
         if isinstance(value, Ramp):
             raise InputError(
@@ -76,7 +76,7 @@ def check_no_ramps(effect: Effect, parameters: Mapping[str, Any]) -> None:
 
 @dataclass(frozen=True)
 class Changing:
-    """The parameters of an effect that runs are given: ramps, and the one that says how many seconds a frame lasts."""
+    """The parameters of an effect that change over frames: ramps, and the duration of a frame in seconds."""
 
     effect: Effect
     ramps: Mapping[str, Ramp]
@@ -84,16 +84,16 @@ class Changing:
 
     @staticmethod
     def of(effect: Effect, parameters: dict[str, Any]) -> Changing:
-        """Take the changing parameters out of the given ones; a given frame time stays."""
+        """Remove the changing parameters from ``parameters`` and return them; a given frame time stays constant."""
         time = None if effect.frame_time in parameters else effect.frame_time
         return Changing(
             effect, {n: parameters.pop(n) for n, value in list(parameters.items()) if isinstance(value, Ramp)}, time
         )
 
     def handles(self) -> dict[str, Value]:
-        """Return the run values that stand for them in a graph.
+        """Return the run values of these parameters in a graph.
 
-        A frame lasts as long as the effect says where a clip has no rate.
+        If a clip has no rate, the frame time is the effect's default.
         """
         values = {name: Value(name) for name in self.ramps}
         if self.frame_time is not None:
@@ -113,7 +113,7 @@ class Changing:
             ) from error
 
     def values(self, source: Source, rate: Fraction | None, constants: Mapping[str, Any]) -> Values:
-        """Return the run values of a clip with so many frames a second."""
+        """Return the run values of a clip with a frame rate."""
         known = dict(constants)
         if self.frame_time is not None and rate is not None:
             known[self.frame_time] = float(1 / rate)
@@ -128,7 +128,7 @@ class Changing:
         return at
 
     def _ends(self, source: Source) -> tuple[int, int]:
-        """The numbers of a clip's first frame and its last."""
+        """Return the numbers of a clip's first and last frame."""
         if isinstance(source, Pictures):
             return min(source.paths), max(source.paths)
         if source.count is None:

@@ -1,4 +1,4 @@
-"""``passgraph plan``: what runs for an effect, in which order and memory, and why."""
+"""``passgraph plan``: explain the plan of an effect: steps, their order and memory, and the reasons."""
 
 from __future__ import annotations
 

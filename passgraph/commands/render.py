@@ -1,4 +1,4 @@
-"""``passgraph render``: a scene with an effect to a picture."""
+"""``passgraph render``: render a scene with an effect."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def chosen(antialias: Antialias | None, display: bool) -> Antialias:
 
 
 def sampled_size(antialias: Antialias, size: tuple[int, int]) -> tuple[int, int]:
-    """The size at which a scene is drawn."""
+    """Return the size at which a scene is drawn."""
     if antialias != "ssaa4":
         return size
     width, height = size[0] * 2, size[1] * 2
@@ -80,7 +80,7 @@ def sampled_size(antialias: Antialias, size: tuple[int, int]) -> tuple[int, int]
 
 
 def smoothed(job: Job, antialias: Antialias, display: bool, is_transparent: bool) -> Job:
-    """The job with its outputs smoothed; those of ssaa4 are half as large as what is drawn."""
+    """Return the job with antialiased outputs; with ssaa4, they have half the width and height of the drawing."""
     if antialias == "none":
         return job
     outputs = {name: _smooth(output, antialias, display, is_transparent) for name, output in job.outputs.items()}
@@ -105,7 +105,7 @@ def _smooth(output: Target, antialias: Antialias, display: bool, is_transparent:
 
 
 def holds_alpha(output: Path) -> bool:
-    """Return True if a picture or an animation of this name has alpha; videos keep a background."""
+    """Return True if a picture or an animation of this name can have alpha; videos keep a background."""
     from passgraph.files.names import is_film, is_video
 
     suffix = output.suffix.lower()
@@ -113,7 +113,7 @@ def holds_alpha(output: Path) -> bool:
 
 
 def check_turntable(output: Path, capture: Path | None, profile: bool, rate: Fraction | None) -> None:
-    """Refuse what cannot be written before the long work."""
+    """Raise InputError for a turntable that cannot be written, before anything is computed."""
     from passgraph.files.names import Pattern, is_film
 
     text = os.fspath(output)
@@ -134,12 +134,12 @@ def check_turntable(output: Path, capture: Path | None, profile: bool, rate: Fra
 def run_turntable(
     job: Job, cameras: Sequence[Camera], backend: str | None, output: Path, *, rate: Fraction | None, check_finite: bool
 ) -> int:
-    """Run a job once for each camera and write its first output; the exit status.  ``rate``: of a video.
+    """Run a job once for each camera and write its first output; return the exit status. ``rate`` is a video's.
 
     Raises
     ------
     InputError
-        The graph does not take its camera anew with each run, or frames cannot be written.
+        The graph's camera is not a run value, or frames cannot be written.
     """
     from passgraph.files.open import open_film
     from passgraph.files.run import frames
@@ -241,7 +241,7 @@ def _job_of(
     """Return the job of a renderer and the view of its scene; a flat world has one view."""
     if renderer.takes == "world2d":
         refuse_view(view, renderer.name)
-        # a world's targets say how large they are: the output is all that takes the size asked for
+        # the targets of a world have their own sizes; only the output has the requested size
         return replace(world_job(renderer, scene, drawn, parameters), size=size), None
     seen = seen_by(view, scene, size)
     return job_of_scene(renderer, seen.scene, drawn, parameters), seen

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def on_one_line(text: str) -> str:
-    """The text of an error on one line; where a caret points into the line above it, lines stay as they are.
+    """Return the text of an error on one line; a text with a caret under a source line keeps its lines.
 
     >>> on_one_line("in.png: is no picture\\n  (cut short)")
     'in.png: is no picture (cut short)'
@@ -44,8 +44,7 @@ def on_one_line(text: str) -> str:
 
 @contextmanager
 def progress(first: str) -> Iterator[Callable[..., None]]:
-    """A bar with a text; the function given changes the text, and shows how many of a count are done where it gets
-    both."""
+    """Show a progress bar with a text; yield a function that changes the text, and the count done and in all."""
     if not sys.stderr.isatty():
         yield lambda *_: None
         return
@@ -66,9 +65,9 @@ def progress(first: str) -> Iterator[Callable[..., None]]:
 def frame_progress(
     name: str, count: int | None, complaint: Callable[[Outcome], str]
 ) -> Iterator[Callable[[Outcome], None]]:
-    """A bar with frames a second and the time left; the function given is told of each frame.
+    """Show a progress bar with frames a second and the time left; yield a function to call after each frame.
 
-    ``complaint`` is what is printed of a frame that failed, on a terminal or not.
+    ``complaint`` returns the message for a failed frame, which is printed also without a terminal.
     """
     if not sys.stderr.isatty():
         yield lambda outcome: click.echo(complaint(outcome), err=True) if outcome.state == "failed" else None
@@ -127,7 +126,7 @@ def file_name(name: str) -> str:
 
 
 def check_one_picture(capture: Path | None, profile: bool, why: str) -> None:
-    """Refuse what shows one picture alone; ``why`` there are several."""
+    """Raise InputError for options that need a single picture; ``why`` says why there are several."""
     if capture is not None:
         raise InputError(f"--capture shows the passes of one picture, and {why}; leave out one")
     if profile:
@@ -135,7 +134,7 @@ def check_one_picture(capture: Path | None, profile: bool, why: str) -> None:
 
 
 def check_outputs(output: Path, capture: Path | None, bits: int = 8) -> None:
-    """Refuse what cannot be written before the long work."""
+    """Raise InputError for outputs that cannot be written, before anything is computed."""
     check_picture_path(output)
     if bits == 16:
         check_holds_bits(output, 16)
@@ -147,13 +146,13 @@ def check_outputs(output: Path, capture: Path | None, bits: int = 8) -> None:
 class RunOptions:
     """The options of a command that runs a graph once."""
 
-    #: A backend's name; None takes the environment's or the first that is here.
+    #: A backend's name; None takes that of the environment, or the first available.
     backend: str | None = None
-    #: A folder for the picture of every target.
+    #: A folder for pictures of all targets.
     capture: Path | None = None
     #: As for :func:`passgraph.compile`.
     check_finite: bool = False
-    #: Run some more times, and say how long each pass takes.
+    #: Run several more times, and print the time of each pass.
     profile: bool = False
     #: As for :func:`passgraph.compile`.
     non_finite: NonFinite = "error"
@@ -167,8 +166,8 @@ class RunOptions:
 def run_and_save(job: Job, output: Path, run: RunOptions, bits: int = 8, like: Path | None = None) -> None:
     """Run a job once and write its first output.
 
-    ``bits``: 8 or 16 a channel, of formats that have either.  ``like``: the picture file that the output is made of,
-    whose color profile it keeps.
+    ``bits``: 8 or 16 a channel, for formats that have both. ``like``: the source picture file, whose color profile is
+    kept.
     """
     from passgraph.pictures import save
     from passgraph.plan.data import Options
@@ -176,7 +175,7 @@ def run_and_save(job: Job, output: Path, run: RunOptions, bits: int = 8, like: P
 
     observer = None if run.capture is None else Capture(run.capture)
     options = Options() if observer is None else Options(fuse=False, alias=False)
-    # Values that are not finite are named where a file cannot hold them; finite pictures of bytes stay bytes.
+    # Values that are not finite are reported for formats that cannot store them, which needs float results.
     keeps_more = output.suffix.lower() in FLOAT_SUFFIXES or bits == 16
     in_whole = not (observer or run.check_finite or keeps_more) and job.holds_bytes
     outputs = in_bytes(job.outputs) if in_whole else job.outputs
@@ -187,7 +186,7 @@ def run_and_save(job: Job, output: Path, run: RunOptions, bits: int = 8, like: P
             results="stored" if in_whole else "float32",
         )  # fmt: skip
         with opened as program:
-            check_computes(type(program.backend))  # the environment may name another one than the command line
+            check_computes(type(program.backend))  # the backend may come from the environment
             compiled = perf_counter()
             array = _output_of(program, next(iter(outputs)), job, observer, say)
             ran = perf_counter()
@@ -214,7 +213,7 @@ def run_and_save(job: Job, output: Path, run: RunOptions, bits: int = 8, like: P
 def _output_of(
     program: Program, wanted: str, job: Job, observer: Capture | None, say: Callable[[str], None]
 ) -> NDArray[Any]:
-    """Run a program, and return one output when the device is done."""
+    """Run the program and return an output, after the device has finished."""
     from passgraph.run.caller_arrays import room_of
 
     say(f"running on {program.backend.name}")

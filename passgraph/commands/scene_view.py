@@ -23,10 +23,10 @@ from passgraph.scene.matrices import MOST_RADIUS
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 Ground = Literal["auto", "none", "plane"]
-#: Whether there is to be a floor; None where the scene says.
+#: Values of ``--ground``: with or without a floor; None if the scene decides.
 _GROUNDS: dict[Ground, bool | None] = {"auto": None, "none": False, "plane": True}
 Color = tuple[float, float, float]
-#: Angles of view, in degrees, that a picture can have and a model can fill.
+#: Limits of the angle of view, in degrees.
 FOV = (0.1, 170.0)
 
 
@@ -51,12 +51,12 @@ class View:
     turntable: int | None = None
 
     def given(self) -> list[str]:
-        """The options that were given, as they are written."""
+        """Return the given options, as written."""
         return [f"--{name.replace('_', '-')}" for name, value in vars(self).items() if value is not None]
 
     @property
     def placing(self) -> list[str]:
-        """Options that place a camera of one's own."""
+        """Return the given options that place a new camera."""
         return [f for f in self.given() if f in ("--azimuth", "--elevation", "--distance", "--turntable")]
 
 
@@ -65,13 +65,13 @@ VIEW_FIELDS = tuple(field.name for field in fields(View))
 
 
 def refuse_view(view: View, effect: str) -> None:
-    """Raise if view options are given for a flat world."""
+    """Raise InputError if view options are given for a flat world."""
     if view.given():
         raise InputError(f"effect {effect} draws a flat world, which takes no {', '.join(view.given())}; leave it out")
 
 
 def view_options(command: Decorated) -> Decorated:
-    """The options of a `View`; the command gets them by its fields' names."""
+    """Add the options of a `View`; the command gets them by its fields' names."""
     numbers: dict[str, Any] = {"type": FiniteRange(), "metavar": "DEG"}
     options = [
         click.option("--azimuth", **numbers, help="Direction of the camera: 0 in front (+z), 90 on the right (+x)."),
@@ -129,7 +129,7 @@ def view_options(command: Decorated) -> Decorated:
 
 @dataclass(frozen=True)
 class Seen:
-    """A scene as it is asked for, the cameras of its turntable, and what is said of it."""
+    """A scene with the view options applied, the cameras of its turntable, and notes to print."""
 
     scene: Scene
     cameras: tuple[Camera, ...] = ()
@@ -137,8 +137,8 @@ class Seen:
 
 
 def seen_by(view: View, path: Path | None, size: tuple[int, int]) -> Seen:
-    """Read a scene and look at it."""
-    # the floor comes last: what stands on it says where the camera is, and that how far the floor reaches
+    """Read a scene and apply the view options."""
+    # the floor is added last: its size depends on the camera, and the camera on the rest of the scene
     scene = load_scene(path, up=view.up, ground=False)
     if view.two_sided:
         scene = scene.two_sided()
@@ -155,7 +155,7 @@ def seen_by(view: View, path: Path | None, size: tuple[int, int]) -> Seen:
 
 
 def _cameras(scene: Scene, view: View, aspect: float) -> tuple[list[Camera], list[str]]:
-    """The camera, or those of a turntable, and what is said of the choice."""
+    """Return the camera, or those of a turntable, and notes to print."""
     own, lenses = [one.name for one in scene.cameras], [one.lens for one in scene.cameras]
     if view.camera is not None and view.placing:
         raise InputError(
@@ -186,7 +186,7 @@ def _own(camera: Camera, view: View) -> Camera:
 
 
 def _turn(degrees: float) -> float:
-    """Whole turns are taken off in degrees, where they are exact."""
+    """Reduce an angle to less than a full turn and convert it to radians; the reduction is exact in degrees."""
     return radians(fmod(degrees, 360.0))
 
 
@@ -194,10 +194,10 @@ def _turn(degrees: float) -> float:
 
 
 def _lights(scene: Scene, view: View) -> list[Light]:
-    """The scene's lights, or the one that is chosen or changed."""
+    """Return the scene's lights, or the chosen or changed one."""
     lights, names = list(scene.lights), [light.name for light in scene.lights]
     if view.light is not None:
-        # alone it is as bright as all together were: the picture has one exposure
+        # the exposure is adjusted, so that it is as bright alone as all lights together
         lights = exposed([lights[chosen("--light", view.light, names, "light")]], scene.bounds())
     changes = [flag for flag in view.given() if flag.startswith("--light-")]
     if not changes:

@@ -1,4 +1,4 @@
-"""Shader files on the command line: a file's parameters as options, its pictures as files."""
+"""Shader files on the command line: their parameters are options, their pictures files."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 
 def read_as_volumes(program: ir.TypedKernel) -> list[str]:
-    """The images whose slices a kernel asks for."""
+    """Return the images that a kernel reads as volumes."""
     read = ir.expressions(*program.body, *(result.value for result in program.results))
     return list(dict.fromkeys(one.image for one in read if isinstance(one, ir.Property) and one.name == "slices"))
 
 
 def flat_volumes(outputs: Iterable[Any]) -> list[str]:
-    """The names of pictures without slices that passes behind these targets read as volumes."""
+    """Return the names of pictures without slices that the targets' passes read as volumes."""
     from passgraph.graph.targets import PixelPass
     from passgraph.plan.dependencies import passes_behind
 
@@ -35,7 +35,7 @@ def flat_volumes(outputs: Iterable[Any]) -> list[str]:
     return [name for one in passes for name in read_as_volumes(one.kernel.program) if one.images[name].slice_count == 1]
 
 
-#: What commands call options, arguments and inputs of their own; a shader's parameter of such a name has `PREFIX`.
+#: Names of the commands' own options, arguments and inputs; a shader's parameter of such a name gets `PREFIX`.
 RESERVED = frozenset(
     {
         "alpha", "as_stored", "at", "backend", "backends", "bits", "capture", "check_finite", "codec", "codec_option",
@@ -58,7 +58,7 @@ class ShaderFileEffect(Effect):
 
     @cached_property
     def own_names(self) -> dict[str, str]:
-        """Names of options, with underscores → the shader's own."""
+        """Return the names of options, with underscores → the shader's own names."""
         names: dict[str, str] = {}
         for name in (*self.shader.images[1:], *self.shader.parameters):
             option = name
@@ -91,7 +91,7 @@ class ShaderFileEffect(Effect):
         )
 
     def on_inputs(self) -> Graph:
-        """On inputs by the shader's own names; parameters are values of the run, where sizes do not need them."""
+        """Apply the shader to inputs by its own names; parameters are run values, unless sizes depend on them."""
         import passgraph as pg
         from passgraph.graph.run_values import FILLED_IN
         from passgraph.graph.targets import named_outputs
@@ -103,7 +103,7 @@ class ShaderFileEffect(Effect):
         return named_outputs(self._of_pictures(self.shader(*map(pg.Input, self.shader.images), **values)))
 
     def _of_pictures(self, outputs: Any) -> Any:
-        """Return the outputs if no picture is read as a volume; else raise."""
+        """Return the outputs; raise InputError if a picture is read as a volume."""
         for volume in flat_volumes([outputs]):
             raise InputError(
                 f"{self.path}: {volume!r} is a sampler3D, and the command line has pictures only; in Python "
@@ -114,7 +114,7 @@ class ShaderFileEffect(Effect):
 
 
 def effects_of_shader(path: Path) -> Mapping[str, Effect]:
-    """The one effect of a shader file, which is parsed and never run."""
+    """Parse a shader file, without running it, and return its effect by name."""
     from passgraph.shaders.shader_file import load_shader
 
     shader = load_shader(path)
@@ -130,7 +130,7 @@ def _picture(name: str) -> Parameter:
 
 
 def _said(name: str, parameter: ShaderParameter) -> Parameter:
-    """A shader's parameter as the command line says it."""
+    """Return a shader's parameter for the command line."""
     from passgraph.effects.parameters import Parameter
     from passgraph.ranges import Range
 
@@ -143,7 +143,7 @@ def _said(name: str, parameter: ShaderParameter) -> Parameter:
     known: dict[str, ParameterType] = {"float": "float", "int": "int", "bool": "bool"}
     kind = known.get(str(parameter.type), "value")
     if kind == "float":
-        default = float(str(np.float32(default)))  # 0.1, and not the float32 nearest to it in all its digits
+        default = float(str(np.float32(default)))  # 0.1, not all digits of the nearest float32
     low, high = parameter.low, parameter.high
     is_range = kind in ("float", "int") and (low is None or high is None or low < high)
     if not is_range and (low is not None or high is not None):

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from passgraph.scene import Scene
     from passgraph.scene.projection import HardwareDepth
 
-#: Size of rendered pictures where none is asked for.
+#: Default size of rendered pictures.
 RENDER_SIZE = (1280, 720)
 
 
@@ -38,7 +38,7 @@ class Job:
 
     @property
     def holds_bytes(self) -> bool:
-        """True if every given picture has 8 bits."""
+        """True if all input pictures have 8 bits a channel."""
         pictures = [value for value in self.given.values() if isinstance(value, np.ndarray)]
         return bool(pictures) and all(picture.dtype == np.uint8 for picture in pictures)
 
@@ -47,7 +47,7 @@ def picture_job(
     effect: Effect, path: Path, depth: Path | None, linear: bool, parameters: dict[str, Any],
     holds: HardwareDepth | None = None,
 ) -> Job:  # fmt: skip
-    """An effect on a picture file; ``holds`` says what ``depth`` means where it is an engine's buffer."""
+    """Return the job of an effect on a picture file; ``holds`` is the encoding of ``depth`` from an engine's buffer."""
     pictures = {"frame": load_frame(path, linear)}
     if effect.takes == "picture+depth":
         if depth is None:
@@ -68,7 +68,7 @@ def job_of_pictures(
     parameters: dict[str, Any],
     holds: HardwareDepth | None = None,
 ) -> Job:
-    """An effect on a picture, "frame", and on its "depth" where it takes one; without alpha to mix where all have 1."""
+    """Return the job of an effect on a picture "frame" and its "depth"; opaque pictures need no alpha handling."""
     parameters, more_pictures = picture_parameters(effect, parameters)
     if all(map(is_opaque, [pictures["frame"], *more_pictures.values()])):
         effect = effect.for_opaque()
@@ -82,7 +82,7 @@ def job_of_pictures(
 
 
 def generator_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
-    """An effect that makes its picture of parameters alone."""
+    """Return the job of an effect that generates its picture from parameters alone."""
     if path is not None:
         raise InputError(f"effect {effect.name} takes no picture, got {path}; it makes one of --size")
     parameters, pictures = picture_parameters(effect, parameters)
@@ -99,13 +99,13 @@ def as_distance(depth: Target, holds: HardwareDepth | None) -> Target:
 
 
 def pictures_beside(effect: Effect, parameters: dict[str, Any]) -> dict[str, Path]:
-    """Picture parameters that name frames of their own, which go in step with those of the input."""
+    """Return the picture parameters that name sequences or videos, read in step with the input."""
     named = {p.name: parameters.get(p.name) for p in effect.parameters if p.type == "picture"}
     return {name: path for name, path in named.items() if isinstance(path, Path) and is_several(path)}
 
 
 def picture_parameters(effect: Effect, parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Parameters with an input in the place of each picture's file, and those pictures by name."""
+    """Replace picture files among the parameters by graph inputs; return the parameters, and the pictures by name."""
     replaced, given = dict(parameters), dict[str, Any]()
     for parameter in effect.parameters:
         if parameter.type == "picture" and parameters.get(parameter.name) is not None:
@@ -118,13 +118,13 @@ def effect_output(effect: Effect, targets: list[Target], parameters: dict[str, A
     """Call an effect; an input that is returned unchanged gets a copy pass."""
     result = effect.build(*targets, **parameters)
     if isinstance(result, Target) and result.made_by is None:
-        # A blur of radius 0 returns its input, which no pass computes.
+        # For example, a blur of radius 0 returns its input.
         return kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")(result)
     return result
 
 
 def scene_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
-    """An effect on a scene file, or on the scene that comes with passgraph."""
+    """Return the job of an effect on a scene file, or on the shipped scene."""
     return job_of_scene(effect, load_scene(path), size or RENDER_SIZE, parameters)
 
 
@@ -134,7 +134,7 @@ def job_of_scene(effect: Effect, scene: Scene, size: tuple[int, int], parameters
 
 
 def world_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
-    """An effect on a flat world of a JSON file, or on the one that comes with passgraph."""
+    """Return the job of an effect on the flat world of a JSON file, or on the shipped one."""
     from passgraph.effects.light2d import World2D
 
     world = World2D.shipped() if path is None else World2D.load(path)
@@ -143,7 +143,7 @@ def world_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, p
 
 
 def load_scene(path: Path | None, *, up: Literal["y", "z"] | None = None, ground: bool | None = None) -> Scene:
-    """A file, with what `passgraph.Scene.load` takes, or the scene that comes with passgraph, which stays as it is."""
+    """Load a scene file with the arguments of `passgraph.Scene.load`, or the shipped scene, which takes none."""
     from passgraph.scene import Scene
 
     if path is None and up is not None:
@@ -168,7 +168,7 @@ def values_of(scene: Scene, outputs: dict[str, Target]) -> dict[str, Any]:
 
 
 def run_values(outputs: dict[str, Target]) -> Iterator[Value]:
-    """The values that a graph takes with each run, some more than once."""
+    """Yield the run values of a graph, perhaps repeatedly."""
     from passgraph.graph.calls import graph
 
     for node, kind in graph(*outputs.values()).nodes(data="kind"):
@@ -177,7 +177,7 @@ def run_values(outputs: dict[str, Target]) -> Iterator[Value]:
 
 
 def in_bytes(outputs: dict[str, Target]) -> dict[str, Target]:
-    """Outputs as files of 8 bits hold them: one more pass, which becomes a part of the last one."""
+    """Convert outputs to 8 bits by a further pass, which is fused into the last one."""
     converted = {}
     for name, output in outputs.items():
         letters = "rgba"[: output.spec.format.channels] if output.spec.format else "rgba"
@@ -194,21 +194,21 @@ def _load(path: Path, linear: bool) -> NDArray[np.float32]:
 
 
 def load_frame(path: Path, linear: bool) -> NDArray[Any]:
-    """A picture in its file's own type; what is decoded to linear light, and has no format that says so, as float32."""
+    """Load a picture in its file's dtype; as float32 if it must be decoded and no sRGB format exists for it."""
     from passgraph.pictures import load_stored
 
     return as_frame(load_stored(path), linear)
 
 
 def as_frame(picture: NDArray[Any], linear: bool) -> NDArray[Any]:
-    """A picture as its file stores it, as the input "frame" takes it."""
+    """Convert a picture as stored in its file to the input "frame"."""
     from passgraph.files.stored import as_program_input
 
     return as_program_input(picture, InputSpec("frame", srgb=True), linear)
 
 
 def load_depth(path: Path) -> NDArray[np.float32]:
-    """Linear depth, (height, width, 1)."""
+    """Load linear depth, (height, width, 1)."""
     return _load(path, False)[:, :, :1]
 
 
@@ -224,7 +224,7 @@ def is_opaque(picture: NDArray[Any]) -> bool:
         return int(picture.shape[-1]) != 2
     if picture.dtype.kind == "f":
         return not bool((picture[..., 3] != 1.0).any())
-    # Alpha is a pixel's highest byte or word: one integer a pixel is compared in a third of the time.
+    # Alpha is a pixel's highest byte or word; comparing one integer a pixel takes a third of the time.
     pixels = picture.view(np.dtype(f"<u{4 * picture.itemsize}"))
     return bool(pixels.min() >= np.iinfo(picture.dtype).max << (24 * picture.itemsize))
 
@@ -239,5 +239,5 @@ def _size_text(picture: NDArray[Any]) -> str:
 
 
 def accepts(effect: Effect, parameter: str) -> bool:
-    """Return True if an effect's function has a keyword, also one that its table does not list."""
+    """Return True if an effect's function has a keyword, also one that its parameter table does not list."""
     return parameter in inspect.signature(effect.function).parameters

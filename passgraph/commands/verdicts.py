@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
-#: Columns where no terminal sets a width: tables keep theirs.
+#: Columns of the output without a terminal, so that tables are not wrapped.
 WIDTH = 200
 
 
@@ -53,9 +53,10 @@ def say_equality(on: Console, report: Report, name: str = "") -> None:
 
 
 def say_non_finite(on: Console, report: Report, name: str, allowed: bool) -> bool:
-    """Tell of the first NaN or infinity that the reference computes too; return False if it is not allowed.
+    """Print the first NaN or infinity that the reference computes too; return False if it is not allowed.
 
-    What only overflows where it is stored is told and passes: made pictures have highlights that few effects expect.
+    Values that overflow only when they are stored pass, since generated pictures have highlights that few effects
+    expect.
     """
     targets = [target for backend in report.ran for target in backend.targets if target.non_finite is not None]
     for target in targets[:1]:
@@ -69,10 +70,7 @@ def say_non_finite(on: Console, report: Report, name: str, allowed: bool) -> boo
 
 
 def say_faults(on: Console, report: Report, name: str = "", files: Sequence[str] = ()) -> None:
-    """Why backends did not pass, once where it is the same of several; errors keep their lines.
-
-    ``made``: inputs that nobody gave.
-    """
+    """Print why backends did not pass, once for the same reason of several backends; errors keep their lines."""
     who: dict[str, list[str]] = {}
     for backend in report.backends:
         if not backend.missing:

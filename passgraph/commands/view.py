@@ -1,4 +1,4 @@
-"""``passgraph view``: an effect on screen, in the browser, while its file and its parameters change."""
+"""``passgraph view``: show an effect live in the browser, and follow changes of its file and parameters."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class EffectSubject:
             raise InputError(f"effect {self.name} takes a picture; give one: passgraph view {self.text} photo.jpg")
         elif takes == "nothing" and self.inputs:
             raise InputError(f"effect {self.name} reads no picture; leave out {self.inputs[0]}")
-        # What is wrong in the effect's file is shown on the page, to be mended; inputs are refused before.
+        # Errors in the effect's file are shown on the page; errors of inputs are raised before.
         if takes == "picture+depth":
             self._depth = load_depth(Path(self.inputs[1]))
         self.frame(0)
@@ -74,7 +74,7 @@ class EffectSubject:
         return Loaded(tuple(c for c in controls if c is not None), lambda values: self._draw(effect, values), is_light)
 
     def _on_pictures(self, effect: Effect) -> Effect:
-        """The effect as `apply` runs it: with color times alpha where it mixes pixels that may be transparent."""
+        """Return the effect as `apply` runs it: with premultiplied alpha if it mixes pixels that may be transparent."""
         if self._frames is None:
             return effect
         options = {"alpha": effect.alpha, "from_space": None, "to_space": None, "color_config": None, "linear": False}
@@ -142,7 +142,7 @@ class EffectSubject:
 
 
 class Frames:
-    """Frames of a source by their number, counted from 0; the first and the next one cost least."""
+    """Frames of a source by number, counted from 0; the first and the next frame are read fastest."""
 
     def __init__(self, path: str) -> None:
         self.path = path
@@ -150,11 +150,11 @@ class Frames:
         self.count = self.source.count or 1
         self._next: Iterator[Frame] = iter(self.source)
         self._at = 0
-        #: The first frame and the last one that was read, by number.
+        #: The first frame and the latest one read, by number.
         self._kept: dict[int, NDArray[Any]] = {}
 
     def read(self, number: int) -> NDArray[Any]:
-        """The pixels as the file stores them."""
+        """Return the pixels in the file's dtype."""
         if number in self._kept:
             return self._kept[number]
         if number < self._at:

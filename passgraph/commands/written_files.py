@@ -1,4 +1,4 @@
-"""Files on the command line: what they mean, refused before the long work, written whole or not at all."""
+"""Files on the command line: classify them, and check that they can be written before anything is computed."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ if TYPE_CHECKING:
     from passgraph.files.sequences import ToPictures
 
 
-#: Suffixes of float formats: they hold light as it is, beyond 1 too.
+#: Suffixes of float formats, which hold linear light, also beyond 1.
 FLOAT_SUFFIXES = tuple(suffix for suffix, kind in WRITABLE.items() if kind.is_float)
 #: Standard input or output.
 STREAM = "-"
 
 
 def is_one_picture(inputs: tuple[str, ...], output: str) -> bool:
-    """Return True if one picture file is written from one."""
+    """Return True for one input picture file and one output picture file."""
     if len(inputs) != 1 or inputs[0] == STREAM or output == STREAM or is_folder(output):
         return False
     path = Path(inputs[0])
-    # One # may be meant as it stands, as in a#1.png.
+    # A single # may be part of the name, as in a#1.png.
     numbered = Pattern.is_in(output) and ("##" in output or "%" in output)
     if numbered or is_film(Path(output)) or is_video(path):
         return False
     if is_animated(path) and not Path(output).suffix:
-        return False  # a folder for its frames
+        return False  # its frames go into a folder
     if path.is_dir():
-        # Its pictures go into a folder or have numbers; else it is said that a picture is expected.
+        # Its pictures go into a folder or are numbered; for other outputs the error expects a picture.
         return bool(Path(output).suffix) and not Pattern.is_in(output)
     return os.path.lexists(path) or not (Pattern.is_in(inputs[0]) or has_wildcard(inputs[0]))
 
@@ -59,7 +59,7 @@ def is_folder(output: str) -> bool:
 
 
 def tell_of_several(paths: Iterable[Path]) -> None:
-    """Warn where files hold pictures behind the first, which alone is read."""
+    """Warn about files with several pictures, of which only the first is read."""
     if found := [path for path in paths if path.is_file() and (is_animated(path) or holds_several(path))]:
         more = len(found) - 1
         rest_text = f", and so {'does 1 other' if more == 1 else f'do {more} others'}" if more else ""
@@ -70,7 +70,7 @@ def tell_of_several(paths: Iterable[Path]) -> None:
 
 
 def tell_of_unread(folder: Path) -> None:
-    """Warn where a folder has pictures in formats that are not read: whoever counts on all of them would miss some."""
+    """Warn about pictures in a folder whose formats are not read, since they are skipped."""
     if found := unread_files(folder):
         more = len(found) - 1
         rest_text = f" and {more} other{'s' if more > 1 else ''} in that folder" if more else ""
@@ -82,19 +82,19 @@ def tell_of_unread(folder: Path) -> None:
 
 
 def tell_of_lost_bits(sink: ToPictures, source: Source) -> None:
-    """Warn where pictures of 16 bits a channel go into a format that holds 8."""
+    """Warn if 16-bit pictures are written in an 8-bit format."""
     if loss := sink.lost_bits(source):
         click.echo(f"passgraph: warning: {loss}", err=True)
 
 
 def check_picture_path(path: Path) -> None:
-    """Raise InputError where a picture cannot be written there."""
+    """Raise InputError if a picture cannot be written to a path."""
     format_of_suffix(path)
     check_path(path)
 
 
 def check_path(path: Path) -> None:
-    """Raise InputError where no file of this name can be made; a file is made and removed to find out."""
+    """Raise InputError if a file cannot be created; tries it with a temporary file."""
     try:
         with NewFile(path) as probe:
             probe.temporary.touch(exist_ok=False)
@@ -104,13 +104,13 @@ def check_path(path: Path) -> None:
 
 
 def check_no_video(*options: object) -> None:
-    """Refuse options of videos where none is written."""
+    """Raise InputError for options of videos if none is written."""
     if any(options):
         raise InputError("--rate, --codec and --codec-option are for videos, and none is written; name one: -o out.mp4")
 
 
 def check_folder(path: Path) -> None:
-    """Make a folder for files, or raise InputError."""
+    """Create a folder for files, or raise InputError."""
     try:
         path.mkdir(exist_ok=True)
     except OSError as error:
@@ -119,7 +119,7 @@ def check_folder(path: Path) -> None:
 
 
 def check_apart(inputs: Iterable[Path], outputs: Iterable[tuple[Path, str]]) -> None:
-    """Refuse outputs that are inputs, through links too, and two of one name."""
+    """Raise InputError for outputs that are inputs, also through links, and for two outputs of the same name."""
     read = {identity: path for path in inputs for identity in _identities(split_layer(path)[0])}
     written: dict[object, str] = {}
     for path, what in outputs:
@@ -142,7 +142,7 @@ def _identities(path: Path) -> list[object]:
 
 
 def rate_of(text: str) -> Fraction:
-    """Frames a second: 25, 23.976, 30000/1001."""
+    """Parse frames a second: 25, 23.976, 30000/1001."""
     try:
         rate = Fraction(text) if len(text) < 32 else Fraction(0)
     except (ValueError, ZeroDivisionError):

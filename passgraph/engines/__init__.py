@@ -1,4 +1,4 @@
-"""Effects inside engines: one module an engine, each with ``attach(<what the engine has>, effect, **values)``.
+"""Effects inside engines: a module for each engine, with ``attach(<the engine's window>, effect, **values)``.
 
-What all of them share is ``attachment``; an adapter is the engine's hook, its camera and what it draws into.
+``attachment`` is their common part; an adapter adds the engine's hook, its camera and its framebuffer.
 """

@@ -1,6 +1,6 @@
-"""Common part of the engines' adapters: an effect that runs on the engine's frame in place.
+"""Common part of the engines' adapters: run an effect on the engine's frame in place.
 
-An adapter calls :meth:`Attachment.draw` from the engine's hook, and says where the frame is and what camera saw it.
+An adapter calls :meth:`Attachment.draw` from the engine's hook, and supplies the framebuffer and the camera.
 """
 
 # mypy: disable-error-code="no-any-return"
@@ -35,20 +35,20 @@ from passgraph.shaders.containers.effect import ShaderEffect, checked
 LOG = logging.getLogger("passgraph.engines")
 #: A function from the target "frame" to a target; see :class:`Attachment`.
 Effect: TypeAlias = Callable[..., pg.Target]
-#: Parameters of effects that every frame brings.
+#: Parameters of effects that are set from each frame.
 _PER_FRAME = ("depth", "camera", "previous_camera")
 _HOLDS = "depth_holds"
-#: Programs kept for frame sizes and formats seen before: windows that are resized, several views of one scene.
+#: Programs kept for earlier frame sizes and formats, such as several views of a scene.
 KEPT_PROGRAMS = 4
 
 
 def imported(module: str, distribution: str) -> Any:
-    """An engine's module, which has no types.
+    """Import an engine's module, which has no types.
 
     Raises
     ------
     DeviceMissingError
-        Where it is not installed, with the command that installs it.
+        If it is not installed, with the command that installs it.
     """
     try:
         return import_module(module)
@@ -64,8 +64,8 @@ class View:
 
     Attributes
     ----------
-    camera : that effects take
-    holds : what the numbers in the depth buffer mean
+    camera : the camera for effects
+    holds : the encoding of the depth buffer
     """
 
     camera: pg.Camera
@@ -73,10 +73,10 @@ class View:
 
     @classmethod
     def of(cls, source: object, zero_to_one: bool | None = None) -> View:
-        """Return the view of what callers have: a view, a camera, or an engine's matrices.
+        """Convert a view, a camera, or an engine's matrices.
 
-        These are (view, projection) or (view, projection, zero_to_one), (4, 4) each with ``M @ v``; ``zero_to_one`` is
-        whether clip space reaches from 0 to 1 in depth.  The argument stands for one that is left out.
+        Matrices are (view, projection) or (view, projection, zero_to_one), (4, 4) each with ``M @ v``. ``zero_to_one``
+        is True if depth in clip space is from 0 to 1; the argument is its default.
 
         >>> camera = pg.Camera((0, 0, 5), (0, 0, 0), near=1.0, far=9.0)
         >>> View.of((camera.view_matrix(), camera.projection_matrix(1.5))).holds.near
@@ -104,7 +104,7 @@ class View:
 
 
 class Seen:
-    """Views of an engine's matrices, made anew where these have changed."""
+    """The view of an engine's matrices, rebuilt when they change."""
 
     def __init__(self, zero_to_one: bool | None = None) -> None:
         self._zero_to_one = zero_to_one
@@ -126,32 +126,32 @@ class _Facts:
     size: tuple[int, int]
     frame: Format
     depth: Format | None
-    #: Stands for the parameters that the effect's graph is made of.
+    #: Identifies the parameters that the effect's graph was built with.
     structure: object = None
 
 
 class Attachment:
     """An effect in an engine, until :meth:`close`; an adapter's ``attach`` returns it.
 
-    The effect is called with the target ``frame``; where its signature has them, also with ``depth`` (distances along
+    The effect is called with the target ``frame``. If its signature has them, it also gets ``depth`` (distances along
     the view axis in scene units, "r32f", 0 where nothing is drawn), ``camera`` (a run value, `passgraph.Camera`) and
-    ``previous_camera`` (that of the frame before).  What it returns is written over the frame.  Effects that say that
-    they take linear light (`passgraph.effects.checked.effect`) get frames of 8 bits decoded from sRGB.
+    ``previous_camera`` (that of the last frame). Its result overwrites the frame. Effects declared to take linear light
+    (`passgraph.effects.checked.effect`) get 8-bit frames decoded from sRGB.
 
-    ``set``, ``enabled`` and ``close`` may be used in any thread, also while a frame is drawn.  Frames without pixels,
-    of windows that are minimized, and frames smaller than the engine says, are left out, the latter with a warning.
+    ``set``, ``enabled`` and ``close`` are thread-safe, also while a frame is drawn. Frames without pixels, of minimized
+    windows, are skipped. Frames smaller than the engine reports are skipped with a warning.
 
-    Programs of the last frame sizes are kept, so that views of different sizes may alternate; each keeps the history of
-    its own size.
+    Programs of the latest frame sizes are kept, so that views of different sizes may alternate; each has its own
+    history.
 
-    An effect that fails is switched off, with one line in the log "passgraph.engines"; the engine's loop goes on,
-    with its frame as it was.
+    An effect that fails is disabled, with one line in the log "passgraph.engines". The engine's loop continues, and
+    its frame is unchanged.
 
     Attributes
     ----------
-    engine : its name
-    effect : what runs; `replace` sets another one
-    error : why the effect was switched off, or None
+    engine : the engine's name
+    effect : the current effect; `replace` sets another one
+    error : why the effect was disabled, or None
     """
 
     def __init__(
@@ -163,11 +163,11 @@ class Attachment:
         """
         Parameters
         ----------
-        effect, values : of the caller's; values are parameters of the effect or run values of its graph
-        frame : where the frame is, asked in each with the engine's context current; None to leave one out
-        camera : of the caller's, as `View.of` takes it, or a function that returns that; None takes the engine's
-        engine_camera : what the engine saw the frame by
-        isolation : how the engine's state is left alone, see `passgraph.backends.gl.Host.current`
+        effect, values : the caller's effect, and its parameters or run values of its graph
+        frame : returns the framebuffer of a frame, called with the engine's context current; None to skip the frame
+        camera : the caller's camera, as for `View.of`, or a function that returns it; None takes the engine's
+        engine_camera : returns the engine's camera of the frame
+        isolation : how the engine's state is protected, see `passgraph.backends.gl.Host.current`
         """
         self.engine = engine
         self.error: BaseException | None = None
@@ -178,9 +178,9 @@ class Attachment:
         self._isolation = isolation
         self._detach: list[Callable[[], object]] = []
         self._host: Any = None
-        #: By what they are planned for, the last used last.
+        #: Programs by the properties they are planned for, the most recently used last.
         self._programs: dict[_Facts, pg.Program] = {}
-        #: By the size of frames, what the last one was seen by.
+        #: The camera of the last frame, by the size of frames.
         self._cameras: dict[tuple[int, int], pg.Camera] = {}
         self._given: dict[str, object] = {}
         self._take(effect, values)
@@ -192,16 +192,16 @@ class Attachment:
         return self._effect
 
     def replace(self, effect: Effect, **values: object) -> None:
-        """Run another effect from the next frame on, with the parameters given here.
+        """Run another effect from the next frame on, with these parameters.
 
-        History goes on where a target of the effect before has the same name, size and format.
+        History continues for targets of the same name, size and format.
 
         Raises
         ------
         InputError, GraphError, KernelError
-            As `set` and ``attach`` do; the effect stays as it was.
+            As for `set` and ``attach``; the current effect is kept.
         """
-        # No frame is drawn meanwhile; what it keeps, such as the host, is not part of what is put back.
+        # No frame is drawn meanwhile; the host and other state of frames are not restored after an error.
         with self._running, self._setting:
             before = {name: getattr(self, name) for name in ("_effect", "_takes", "_handles", "_names", "_given")}
             try:
@@ -212,7 +212,7 @@ class Attachment:
             self._structure = object()
 
     def _take(self, effect: Effect, values: Mapping[str, object]) -> None:
-        """Make this the effect, with these parameters."""
+        """Set the effect and its parameters."""
         self._effect = arguments.function(effect, f"{self.engine}: the effect", pg.InputError)
         _check_takes_frames(self.engine, effect)
         parameters = inspect.signature(effect).parameters
@@ -229,7 +229,7 @@ class Attachment:
 
     @property
     def enabled(self) -> bool:
-        """True if the effect changes frames.  Set it after an error to try again."""
+        """True if the effect runs. Set it to True after an error to try again."""
         return self._enabled and not self._closed
 
     @enabled.setter
@@ -248,18 +248,18 @@ class Attachment:
         return None if self._host is None else str(self._host.isolation)
 
     def set(self, **values: object) -> None:
-        """Other values from the next frame on.
+        """Change values from the next frame on.
 
-        Run values are just given: numbers of effects that take a `passgraph.Value` there, and every uniform of a shader
-        that no pass has its size from. Other parameters plan the effect anew at the next frame, which the log
-        "passgraph.engines" says with the time it took (level INFO). History goes on as after `replace`.
+        Run values change without planning: numbers for which the effect takes a `passgraph.Value`, and uniforms of a
+        shader that no target's size depends on. Other parameters plan the effect again at the next frame; the log
+        "passgraph.engines" reports the time (level INFO). History continues as after `replace`.
 
         Raises
         ------
         InputError
             For a name that is neither a parameter of the effect nor a run value of its graph.
         GraphError, KernelError
-            What the effect raises; the values stay as they were.
+            Raised by the effect; the values are unchanged.
         """
         with self._setting:
             self._set(values)
@@ -279,21 +279,21 @@ class Attachment:
         is_other = any(name in planned and parameters[name] is not self._given.get(name) for name in values)
         self._given = parameters
         if is_other:
-            self._structure = object()  # behind the values: who sees it plans with them
+            self._structure = object()  # set after the values, so that a frame that sees it plans with them
 
     def on_close(self, detach: Callable[[], object]) -> None:
         """Register the function that removes the hook from the engine; for adapters."""
         self._detach.append(detach)
 
     def close(self) -> None:
-        """Take the effect out of the engine, and give back all that is ours; a second time does nothing."""
+        """Remove the effect from the engine, and release its resources; idempotent."""
         if self._closed:
             return
         self._closed = True
         for detach in reversed(self._detach):
             detach()
         with self._running:
-            if not self._is_drawing:  # else the frame that is drawn does it
+            if not self._is_drawing:  # else the end of the current frame does it
                 self._drop()
 
     def __enter__(self) -> Attachment:
@@ -305,7 +305,7 @@ class Attachment:
     # In the hook
 
     def draw(self, *_: object) -> None:
-        """Run the effect on the frame; called in the engine's hook, with its context current.  It never raises."""
+        """Run the effect on the frame; called in the engine's hook, with its context current. Never raises."""
         with self._running:
             if not self.enabled or self._is_drawing:
                 return
@@ -331,7 +331,7 @@ class Attachment:
                     self._drop()
 
     def _skip(self, reason: RegionError) -> None:
-        """Leave a frame out, and say so once in a row of frames with the same reason."""
+        """Skip a frame, with one warning for consecutive frames with the same reason."""
         if str(reason) != self._skipped:
             LOG.warning("%s: a frame stays without the effect: %s", self.engine, reason)
         self._skipped = str(reason)
@@ -353,7 +353,7 @@ class Attachment:
         return frame
 
     def _current_frame(self) -> tuple[HostPicture, HostPicture | None, _Facts] | None:
-        """The frame, its depth where the effect reads that, and what they are planned as; None for no frame."""
+        """Return the frame, its depth if the effect reads it, and the properties to plan for; None without a frame."""
         if self._host is None:
             self._host = self._open_host()
         current = self._frame(self._host)
@@ -366,16 +366,15 @@ class Attachment:
         return frame, depth, _Facts(frame.size, frame.format, None if depth is None else depth.format, self._structure)
 
     def warm_up(self) -> bool:
-        """Plan, compile and run once for the frame as it is now, before the first one is drawn.
+        """Plan, compile and run the effect once before the first frame; return False if there is no frame yet.
 
-        Call it with the engine's context current, as its hooks are called. Drivers finish compiling at a program's
-        first use, so the effect runs, into memory of its own; the frame stays as it is, and history begins anew.
-        False where there is no frame yet.
+        Call it with the engine's context current. Drivers finish compiling at a program's first use, so the effect runs
+        once, into its own memory; the frame is unchanged, and history is reset afterwards.
 
         Raises
         ------
         PassgraphError
-            What `draw` would put into ``error``.
+            The error that `draw` would store in ``error``.
         """
         with self._running:
             try:
@@ -422,13 +421,13 @@ class Attachment:
         return view
 
     def _as_decoded(self, frame: HostPicture) -> HostPicture:
-        """Colors as the effect takes them; engines keep encoded ones in formats that do not say so."""
+        """Return the frame decoded from sRGB if the effect takes linear light; engines store it in linear formats."""
         mark = getattr(self.effect, "effect", None)
         encoded = curved(frame.format, True) if mark is not None and mark.linear else None
         return frame if encoded is None else replace(frame, format=encoded)
 
     def _program_for(self, facts: _Facts) -> pg.Program:
-        """The program of what is planned for: a kept one, else a new one in place of the one unused for longest."""
+        """Return the program for a frame's properties; a new one replaces the least recently used."""
         program = self._programs.pop(facts, None)
         if program is None:
             outdated = [known for known in self._programs if known.structure is not facts.structure]
@@ -447,7 +446,7 @@ class Attachment:
         return program
 
     def _graph(self, facts: _Facts, parameters: Mapping[str, object], bound: bool) -> pg.Target:
-        """The effect for a frame; not ``bound``, for one of any size."""
+        """Build the effect's graph for a frame; if not ``bound``, for a frame of any size."""
         frame = pg.Input("frame", facts.frame, facts.size) if bound else pg.Input("frame")
         handles: dict[str, object] = {}
         if "depth" in self._takes:
@@ -475,14 +474,14 @@ class Attachment:
         self._programs.clear()
         self._cameras.clear()
         for program in programs:
-            with suppress(OtherContextError):  # it closes with the host, which can be closed anywhere
+            with suppress(OtherContextError):  # the program is closed with the host, which can be closed anywhere
                 program.close()
         if host is not None:
             host.close()
 
 
 def _check_takes_frames(engine: str, effect: Effect) -> None:
-    """Raise InputError for effects of the library's that draw scenes or worlds of their own."""
+    """Raise InputError for built-in effects that render a scene or a world."""
     mark = getattr(effect, "effect", None)
     if mark is not None and not mark.takes.startswith("picture"):
         raise pg.InputError(
@@ -496,19 +495,19 @@ def _is_encoded(target: pg.Target) -> bool:
 
 
 def _shader(effect: object) -> ShaderEffect | None:
-    """The effect where `passgraph.load_shader` made it."""
+    """Return the effect if it is from `passgraph.load_shader`, else None."""
     return effect if isinstance(effect, ShaderEffect) else None
 
 
 def _handles_of(effect: Effect) -> dict[str, pg.Value]:
-    """Parameters that may be a run value, as one: these change without planning anew."""
+    """Return run values for the parameters that accept one; these change without planning again."""
     shader = _shader(effect)
     if shader is not None:
         free = {name: one for name, one in shader.parameters.items() if name not in shader.constants}
         return {name: pg.Value(name, object, default=one.default) for name, one in free.items()}
     try:
         hints = get_type_hints(inspect.unwrap(effect))
-    except (NameError, TypeError):  # annotations of callers need not be ours to read
+    except (NameError, TypeError):  # annotations of the caller may not be evaluable
         return {}
     numbers = (name for name, hint in hints.items() if pg.Value in get_args(hint) and float in get_args(hint))
     return {name: pg.Value(name, float) for name in numbers}

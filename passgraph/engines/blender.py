@@ -1,4 +1,4 @@
-"""Effects in Blender, on views that scripts and add-ons draw off screen."""
+"""Run effects in Blender, on views that scripts and add-ons draw off screen."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from passgraph.hosts.gl import Host, HostFramebuffer, Isolation
 
 
 class ViewAttachment(Attachment):
-    """An effect on one ``GPUOffScreen``; Blender tells nobody when it has been drawn into, so that this draws it."""
+    """An effect on a ``GPUOffScreen``; Blender has no callback after it is drawn, so this class draws it."""
 
     def __init__(
         self, offscreen: Any, effect: Effect, camera: object, isolation: Isolation, values: dict[str, object]
@@ -29,14 +29,13 @@ class ViewAttachment(Attachment):
         self, scene: Any, view_layer: Any, view3d: Any, region: Any, view_matrix: Any, projection_matrix: Any,
         **options: Any,
     ) -> None:  # fmt: skip
-        """Draw instead of ``offscreen.draw_view3d``, with the same arguments; the effect gets the camera of both
-        matrices."""
+        """Replace ``offscreen.draw_view3d``, with the same arguments; the effect gets the camera of both matrices."""
         self.offscreen.draw_view3d(scene, view_layer, view3d, region, view_matrix, projection_matrix, **options)
         self._matrices = np.array(view_matrix, np.float64), np.array(projection_matrix, np.float64)
         self.draw()
 
     def draw(self, *_: object) -> None:
-        """The effect on what was drawn in another way: with ``gpu.shader`` and ``gpu_extras``, for instance."""
+        """Run the effect on a buffer drawn in another way, such as with ``gpu.shader`` and ``gpu_extras``."""
         with self.offscreen.bind():
             super().draw()
 
@@ -50,18 +49,18 @@ class ViewAttachment(Attachment):
 def attach(
     offscreen: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
 ) -> ViewAttachment:
-    """An effect on what is drawn into an off-screen buffer by the attachment's ``draw_view3d``.
+    """Run an effect on an off-screen buffer that the attachment's ``draw_view3d`` draws.
 
     Parameters
     ----------
-    offscreen : a ``gpu.types.GPUOffScreen``; Blender must draw with OpenGL, which is a setting of its own
-    effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; left out, the camera is that of
-        the matrices that ``draw_view3d`` was given last
+    offscreen : a ``gpu.types.GPUOffScreen``; Blender must be set to draw with OpenGL
+    effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; the default camera is that of
+        the latest matrices of ``draw_view3d``
 
     Raises
     ------
     InputError, GraphError, KernelError
-        What the effect raises when its graph is made.
+        Raised by the effect when its graph is built.
 
     >>> attached = attach(offscreen, black_and_white)                        # doctest: +SKIP
     >>> attached.draw_view3d(scene, view_layer, space, region, view, projection)    # doctest: +SKIP

@@ -1,4 +1,4 @@
-"""A method of an engine's that calls ours too: for engines whose loop has no place to hook in."""
+"""Wrap a method of an engine to call a function too, for engines without callbacks."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any, TypeAlias
 from passgraph.arguments import shown
 from passgraph.errors import InputError
 
-#: Whether a call of the method counts, and what is called then.
+#: A predicate of the method's arguments, and the function to call if it is true.
 _Call: TypeAlias = tuple[Callable[..., object], Callable[[], object]]
 
 
 class _Hooked:
-    """Stands in the place of a method: what is ours is called, in the order in which it was hooked in."""
+    """A replacement of a method that also calls the hooked functions, in the order of their registration."""
 
     def __init__(self, owner: Any, name: str) -> None:
         self.owner, self.name = owner, name
@@ -46,9 +46,9 @@ def hook(
     owner: Any, name: str, *, before: Callable[[], object] | None = None, after: Callable[[], object] | None = None,
     when: Callable[..., object] = lambda *_, **__: True,
 ) -> Callable[[], None]:  # fmt: skip
-    """Have a function called before or after a method of one object, or a function of a module; returns what ends it.
+    """Call a function before or after a method of one object, or a function of a module; return the unhook function.
 
-    ``when`` is asked with the method's arguments.
+    ``when`` is called with the method's arguments; if it returns False, the function is not called.
 
     >>> from types import SimpleNamespace
     >>> window = SimpleNamespace(flip=lambda: print("shown"))

@@ -1,4 +1,4 @@
-"""Kivy: the effect runs on what the window shows, before its buffers are swapped."""
+"""Run effects in Kivy, on the window's frame before its buffers are swapped."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from passgraph.hosts.gl import Isolation
 def attach(
     window: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
 ) -> Attachment:
-    """Run an effect on all that a window of Kivy's draws.
+    """Run an effect on all that a Kivy window draws.
 
     Kivy draws when something changes, so an effect whose values change needs ``window.canvas.ask_update()``.
 
@@ -35,7 +35,7 @@ def attach(
     attachment = Attachment(
         "kivy", effect, values, frame=lambda host: host.framebuffer(0, srgb=False), camera=camera, isolation=isolation
     )
-    # Handlers go before the event's own, which swaps; bind would forget a method whose object nobody else keeps.
+    # Handlers run before the event's default one, which swaps. bind would keep only a weak reference to the method.
     window.fbind("on_flip", attachment.draw)
     attachment.on_close(lambda: window.funbind("on_flip", attachment.draw))
     return attachment

@@ -1,4 +1,4 @@
-"""moderngl-window, over any of its windowing libraries, and headless: the effect runs before buffers are swapped."""
+"""Run effects in moderngl-window, with any of its windowing libraries or headless, before buffers are swapped."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from passgraph.hosts.gl import Isolation
 def attach(
     window: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
 ) -> Attachment:
-    """Run an effect on all that a window of moderngl-window draws.
+    """Run an effect on all that a moderngl-window window draws.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def attach(
     >>> attached = attach(self.wnd, gaussian_blur, radius_px=4)    # doctest: +SKIP
     """
     check_has(window, "moderngl-window", "a window of moderngl_window's", "swap_buffers", "fbo", "destroy")
-    # Headless, the framebuffer is another one after each change of size.
+    # A headless window creates a new framebuffer at each change of size.
     attachment = Attachment(
         "moderngl-window", effect, values, frame=lambda host: host.framebuffer(window.fbo.glo, srgb=False),
         camera=camera, isolation=isolation,

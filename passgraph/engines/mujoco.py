@@ -1,4 +1,4 @@
-"""Effects in MuJoCo: they run when ``mjr_render`` has drawn a scene, before its pixels are read."""
+"""Run effects in MuJoCo, after ``mjr_render`` has drawn a scene and before its pixels are read."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from passgraph.scene.matrices import look_rotation, translation
 def attach(
     scene: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
 ) -> Attachment:
-    """An effect on every picture of a scene.
+    """Run an effect on every picture of a scene.
 
     Parameters
     ----------
-    scene : a ``mujoco.Renderer``, or the ``MjvScene`` that a loop of your own gives to ``mujoco.mjr_render``, which is
-        called by this name
-    effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; left out, the camera is the
+    scene : a ``mujoco.Renderer``, or the ``MjvScene`` that your own loop passes to ``mujoco.mjr_render``, called by
+        this name
+    effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; the default camera is the
         scene's
 
-    Pictures of segments, and those that ``Renderer`` measures depth by, stay as they are.
+    Segmentation and depth pictures of ``Renderer`` are unchanged.
 
     Raises
     ------
     InputError
         For the passive viewer (``mujoco.viewer.launch_passive``), which draws in a thread of its own.
     InputError, GraphError, KernelError
-        What the effect raises when its graph is made.
+        Raised by the effect when its graph is built.
 
     >>> renderer = mujoco.Renderer(model)                                    # doctest: +SKIP
     >>> attached = passgraph.engines.mujoco.attach(renderer, black_and_white)    # doctest: +SKIP
@@ -83,7 +83,7 @@ def _check_is_drawn_here(scene: Any) -> None:
 
 
 def matrices(camera: Any, aspect: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """View and projection of an ``MjvGLCamera``; the latter's depth is 1 near and 0 far, as MuJoCo draws."""
+    """Return view and projection of an ``MjvGLCamera``, with reversed depth (1 near, 0 far), as MuJoCo draws."""
     forward, up = np.float64(camera.forward), np.float64(camera.up)
     view = look_rotation(forward / np.linalg.norm(forward), up) @ translation(-np.float64(camera.pos))
     bottom, top = float(camera.frustum_bottom), float(camera.frustum_top)

@@ -1,4 +1,4 @@
-"""Effects in Panda3D, and in what is built on it, such as Ursina: a display region behind all others runs them."""
+"""Run effects in Panda3D, and in engines built on it, such as Ursina, by a display region drawn after all others."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from passgraph.engines.attachment import Attachment, Effect, Seen, View, importe
 from passgraph.errors import InputError
 from passgraph.hosts.gl import Host, HostFramebuffer, Isolation
 
-#: Display regions are drawn in this order; those of scenes and of the 2D overlay are below 1000.
+#: Sort of the effect's display region; those of scenes and of the 2D overlay are below 1000.
 SORT = 1_000_000
 
 
@@ -21,27 +21,28 @@ def attach(
     output: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", sort: int | None = None,
     **values: object,
 ) -> Attachment:  # fmt: skip
-    """An effect on every frame of a window, a buffer or a display region.
+    """Run an effect on every frame of a window, a buffer or a display region.
 
     Parameters
     ----------
     output : ``base.win``, another ``GraphicsOutput``, or a ``DisplayRegion``, such as one view of a split screen
-    effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; left out, the camera is that of
-        the display region, or of the output's first active one that has a camera, in perspective or orthographic
-    sort : the effect changes what display regions of lower sort have drawn; 5 leaves ShowBase's 2D overlay above it.
-        Left out, all; of an effect that takes depth, those before the first that clears it, as that overlay does
+    effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; the default camera is that of
+        the display region, or of the output's first active one with a camera, perspective or orthographic
+    sort : the effect runs on the drawing of display regions with a lower sort; 5 keeps ShowBase's 2D overlay above it.
+        By default all of them; for an effect that takes depth, those before the first that clears it, as the overlay
+        does
 
-    An effect that takes depth runs on the buffer that the scene is drawn into, where filters (``FilterManager``,
-    ``CommonFilters``, simplepbr) show that on a card: before the filters, whose card has no depth.  Attach it behind
-    them, and again where they make new buffers.
+    Filters (``FilterManager``, ``CommonFilters``, simplepbr) draw the scene into a buffer, and show it on a card
+    without depth. An effect that takes depth then runs on that buffer, before the filters. Attach it after the filters
+    are set up, and again if they create new buffers.
 
-    ``close`` in another thread than the one that draws leaves the display region, which does nothing any more, to the
-    next step of Panda3D's tasks.
+    ``close`` in another thread than the drawing one leaves removing the display region, by then inactive, to the next
+    step of Panda3D's tasks.
 
     Raises
     ------
     InputError, GraphError, KernelError
-        What the effect raises when its graph is made.
+        Raised by the effect when its graph is built.
 
     >>> from direct.showbase.ShowBase import ShowBase                        # doctest: +SKIP
     >>> base = ShowBase()                                                    # doctest: +SKIP
@@ -72,7 +73,7 @@ def attach(
                 "panda3d: the effect takes depth, and filters draw the scene into another buffer since it was "
                 "attached; close this attachment and attach the effect again, behind the filters"
             )
-        # Drivers call windows encoded by sRGB that Panda3D does not encode for.
+        # Drivers report windows as sRGB-encoded for which Panda3D does not encode colors.
         return host.framebuffer(region=_pixels(output, part), srgb=output.get_fb_properties().get_srgb_color())
 
     attachment = Attachment(
@@ -89,7 +90,7 @@ def attach(
 
     def draw(data: Any) -> None:
         nonlocal drawing_thread
-        drawing_thread = None  # closing it here would take the region out while it is drawn
+        drawing_thread = None  # closing it here would remove the region while it is drawn
         attachment.draw(data)
         drawing_thread = get_ident()
 
@@ -100,7 +101,7 @@ def attach(
     def detach() -> None:
         if drawing_thread == get_ident():
             take_out()
-        else:  # Panda3D goes along its display regions while it draws: its tasks run between frames
+        else:  # Panda3D iterates over its display regions while drawing; its tasks run between frames
             core.AsyncTaskManager.get_global_ptr().add(core.PythonTask(take_out, "passgraph: detach an effect"))
 
     region.set_draw_callback(core.PythonCallbackObject(draw))
@@ -109,7 +110,7 @@ def attach(
 
 
 def _views(regions: Iterable[Any]) -> Iterator[tuple[Any, Any, Any]]:
-    """The display regions that have an active camera, with that and the lens that the region sees by."""
+    """Yield the display regions with an active camera, with the camera and its lens."""
     for region in regions:
         camera = region.camera
         if not camera.is_empty() and camera.node().is_active():
@@ -119,7 +120,7 @@ def _views(regions: Iterable[Any]) -> Iterator[tuple[Any, Any, Any]]:
 
 
 def _filtered(output: Any, regions: list[Any]) -> Any:
-    """The buffer that the scene is drawn into, where the first view is of a card that shows it; else None."""
+    """Return the buffer of the scene if the first view shows it on a card, as filters do; else None."""
     camera = next((camera for _, camera, _ in _views(regions)), None)
     if camera is None or not camera.has_parent():
         return None
@@ -145,7 +146,7 @@ def _pixels(output: Any, part: Any) -> tuple[int, int, int, int]:
 
 
 def _last(output: Any, takes_depth: bool, part: Any = None) -> int:
-    """Behind all display regions, or before the first that clears the depth of others."""
+    """Return the sort after all display regions, or before the first that clears the depth of others."""
     sorts = [(region.sort, region.get_clear_depth_active()) for region in output.get_active_display_regions()]
     first = min((sort for sort, _ in sorts), default=0) if part is None else part.sort
     clearing = [sort for sort, clears in sorts if clears and sort > first]
@@ -153,11 +154,10 @@ def _last(output: Any, takes_depth: bool, part: Any = None) -> int:
 
 
 def matrices(core: Any, camera: Any, lens: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """View and projection of a camera's node path and one of its lenses as OpenGL has them.
+    """Return OpenGL's view and projection of a camera's node path and one of its lenses.
 
-    World coordinates stay Panda3D's, but for z of left-handed worlds, such as Ursina's, which is negated.
-
-    Panda3D multiplies row vectors, and its cameras look along +y in a world with z up.
+    World coordinates are Panda3D's, with z negated for left-handed worlds, such as Ursina's. Panda3D multiplies row
+    vectors, and its cameras look along +y in a world with z up.
     """
     turn = core.LMatrix4.convert_mat(lens.coordinate_system, core.CS_yup_right)
     world = camera.get_top().get_mat(camera)

@@ -1,4 +1,4 @@
-"""pygame with OpenGL: the effect runs on what a window shows, before its buffers are swapped."""
+"""Run effects in pygame with OpenGL, on the window's frame before its buffers are swapped."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from passgraph.engines.hooks import check_has, hook
 from passgraph.errors import InputError
 from passgraph.hosts.gl import Host, HostFramebuffer, Isolation
 
-#: ``pygame.OPENGL``, ``pygame.SCALED``, and ``pygame.PREALLOC``: that SDL sends a surface of its own to the window.
+#: ``pygame.OPENGL``, ``pygame.SCALED``, and ``pygame.PREALLOC``: SDL draws its own surface to the window.
 _OPENGL, _SCALED, _PREALLOC = 0x2, 0x200, 0x01000000
 
 
@@ -21,9 +21,9 @@ def attach(
     Parameters
     ----------
     window
-        The module ``pygame.display``; its ``flip`` is hooked. Call it by this name: what ``from pygame.display import
-        flip`` took before stays without the effect. Or a window of pygame-ce with ``opengl=True``, of a class of your
-        own, ``class Window(pygame.Window): pass``: a plain one's ``flip`` cannot be hooked.
+        The module ``pygame.display``; its ``flip`` is hooked. Call it as ``pygame.display.flip``: a ``flip`` imported
+        before does not run the effect. Or a window of pygame-ce with ``opengl=True``, of a subclass, ``class
+        Window(pygame.Window): pass``, since the ``flip`` of ``pygame.Window`` itself cannot be hooked.
     effect, isolation, values : see `passgraph.engines.attachment.Attachment`
     camera
         What the frame was seen by: a `passgraph.Camera`, (view, projection), or a function that returns either; pygame
@@ -72,7 +72,7 @@ def _check_takes_hooks(window: Any) -> None:
 
 
 class _Display:
-    """Whether pygame's one display is drawn by OpenGL, which SDL does not say: it sends surfaces through OpenGL too."""
+    """Tracks if pygame's display is an OpenGL one; SDL does not report it, since it also shows surfaces with OpenGL."""
 
     def __init__(self, module: Any) -> None:
         self.module = module
@@ -85,7 +85,7 @@ class _Display:
         return False
 
     def check_has_opengl(self) -> None:
-        """Refuse frames that pygame makes of surfaces: they go to the window behind ``flip``, unseen by effects."""
+        """Raise InputError for a display of surfaces: they reach the window inside ``flip``, after the effect."""
         surface = self.module.get_surface()
         if surface is None:
             return
@@ -99,6 +99,6 @@ class _Display:
 
 
 def _is_enlarged(size: tuple[int, int], window: tuple[int, int]) -> bool:
-    """Return True if a window is some times as large as its surface both ways, as ``pygame.SCALED`` makes it."""
+    """Return True if a window is an integer multiple of its surface, as with ``pygame.SCALED``."""
     times = window[0] // size[0]
     return times > 1 and tuple(window) == (times * size[0], times * size[1])

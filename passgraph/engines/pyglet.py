@@ -1,4 +1,4 @@
-"""pyglet and arcade: the effect runs on what a window shows, before its buffers are swapped."""
+"""Run effects in pyglet and arcade, on the window's frame before its buffers are swapped."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def attach(
 
     Parameters
     ----------
-    window : of pyglet's or arcade's; its ``flip`` is hooked, which the event loop calls, or a loop of your own
+    window : a window of pyglet or arcade; its ``flip`` is hooked, which the event loop or your own loop calls
     effect, isolation, values : see `passgraph.engines.attachment.Attachment`
     camera
         What the frame was seen by: a `passgraph.Camera`, (view, projection), or a function that returns either.
-        Left out, the window's ``view`` and ``projection`` as they are at the end of the frame.
+        By default the window's ``view`` and ``projection`` at the end of the frame.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def attach(
     )  # fmt: skip
 
     def draw() -> None:
-        window.switch_to()  # as its event loop does: flip needs no context to be current, and passes do
+        window.switch_to()  # as its event loop does; passes need a current context, and flip does not
         attachment.draw()
 
     attachment.on_close(hook(window, "flip", before=draw))
@@ -54,5 +54,5 @@ def attach(
 
 
 def _rows(matrix: Any) -> NDArray[np.float64]:
-    """A matrix of pyglet's, whose numbers go column by column."""
+    """Convert a matrix of pyglet, which is stored by columns."""
     return np.array(tuple(matrix), np.float64).reshape(4, 4).T

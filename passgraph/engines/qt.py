@@ -1,4 +1,4 @@
-"""Qt through PySide6 or PyQt: the effect runs on what a widget or window has painted with OpenGL."""
+"""Run effects in Qt through PySide6 or PyQt, after a widget or window has painted with OpenGL."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def attach(
 
     Parameters
     ----------
-    widget : `QOpenGLWidget` or `QOpenGLWindow`; its ``paintGL`` is hooked.  Widgets above it stay without the effect.
+    widget : `QOpenGLWidget` or `QOpenGLWindow`; its ``paintGL`` is hooked.  Widgets above it are not affected.
     effect, isolation, values : see `passgraph.engines.attachment.Attachment`
     camera
         What the frame was seen by: a `passgraph.Camera`, (view, projection), or a function that returns either; Qt

@@ -1,4 +1,4 @@
-"""vispy: the effect runs on a canvas's scene when that is drawn, on a screen or by ``render``."""
+"""Run effects in vispy, on a canvas's scene when it is drawn on screen or by ``render``."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ def attach(
     canvas: Any, effect: Effect, *, view: Any = None, camera: object = None, isolation: Isolation = "auto",
     **values: object,
 ) -> Attachment:  # fmt: skip
-    """Run an effect on all that a canvas shows, and on what its ``render`` returns; picking goes without it.
+    """Run an effect on all that a canvas shows, and on the picture of its ``render``, but not on picking.
 
     Parameters
     ----------
     canvas : `vispy.scene.SceneCanvas`
-    view : the `vispy.scene.ViewBox` whose camera effects get; needed where the effect takes ``camera`` or ``depth``
+    view : the `vispy.scene.ViewBox` whose camera the effect gets; needed if the effect takes ``camera`` or ``depth``
     effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`
 
-    vispy's own depth buffers have 16 bits, and its cameras see from near to a million times as far: a smaller
-    ``depth_value`` of the camera (such as 100) is needed for effects that take depth.
+    vispy's own depth buffers have 16 bits, and its cameras have a far plane at a million times the near distance. For
+    effects that take depth, set a smaller ``depth_value`` of the camera, such as 100.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def attach(
 
     >>> attached = attach(canvas, ambient_occlusion, view=view)    # doctest: +SKIP
     """
-    # What draws the scene, for the screen and for render() alike, is not public; the draw event is the screen's alone.
+    # The method that draws the scene for both screen and render() is private; the draw event is for the screen only.
     check_has(canvas, "vispy", "a vispy.scene.SceneCanvas", "_draw_scene", "scene")
     if view is not None:
         check_has(view, "vispy", "a vispy.scene.ViewBox as view=", "camera", "scene")
@@ -52,7 +52,7 @@ def attach(
 
     def draw() -> None:
         if not canvas.scene.picking:
-            canvas.context.flush_commands()  # the scene is a queue of commands until here
+            canvas.context.flush_commands()  # vispy queues its commands
             attachment.draw()
 
     attachment.on_close(hook(canvas, "_draw_scene", after=draw))
@@ -61,11 +61,11 @@ def attach(
 
 
 def camera_matrices(view: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """View and projection of a view box's camera, (4, 4) with ``M @ v``."""
+    """Return view and projection of a view box's camera, (4, 4) with ``M @ v``."""
     to_camera = _matrix(view.scene.node_transform(view.camera))
     width, height = view.size
     to_box = np.array([[width / 2, 0, 0, width / 2], [0, -height / 2, 0, height / 2], [0, 0, 1, 0], [0, 0, 0, 1]])
-    # Of the scene, vispy has one transform: to pixels of the box, with y down.
+    # vispy has one transform of the scene, to pixels of the box with y down.
     projection = np.linalg.inv(to_box) @ _matrix(view.scene.transform) @ np.linalg.inv(to_camera)
     projection[np.abs(projection) < 1e-6 * np.abs(projection).max()] = 0.0
     return to_camera, projection

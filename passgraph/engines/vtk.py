@@ -1,4 +1,4 @@
-"""Effects in VTK and in what is built on it, such as PyVista: they run when a renderer has drawn its actors."""
+"""Run effects in VTK and in libraries built on it, such as PyVista, after a renderer has drawn its actors."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from numpy.typing import NDArray
 from passgraph.engines.attachment import Attachment, Effect, Seen, View
 from passgraph.hosts.gl import Host, HostFramebuffer, Isolation
 
-#: VTK takes the mean of samples of colors to this power (``vtkOpenGLRenderWindow``, the shader that resolves them).
+#: VTK averages samples as colors to this power (``vtkOpenGLRenderWindow``, its resolve shader).
 SAMPLE_GAMMA = 2.2
 
 
 def attach(
     renderer: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
 ) -> Attachment:
-    """An effect on every frame of a renderer, in its part of the window.
+    """Run an effect on every frame of a renderer, in its part of the window.
 
     Parameters
     ----------
-    renderer : a ``vtkRenderer``, or what has one as ``.renderer``, such as a PyVista plotter
-    effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; left out, the camera is the
+    renderer : a ``vtkRenderer``, or an object with one as ``.renderer``, such as a PyVista plotter
+    effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; the default camera is the
         renderer's active one
 
-    Renders that pick things, whose colors are numbers of actors, stay as they are.  Screenshots larger than the window
-    (``screenshot(scale=2)``) are drawn in tiles: each gets the effect, which sees nothing beyond the tile's borders.
+    Renders for picking, whose colors are numbers of actors, are unchanged. Screenshots larger than the window
+    (``screenshot(scale=2)``) are drawn in tiles; the effect runs on each tile, and reads nothing beyond its borders.
 
     Raises
     ------
     InputError, GraphError, KernelError
-        What the effect raises when its graph is made.
+        Raised by the effect when its graph is built.
 
     >>> plotter = pyvista.Plotter(off_screen=True)                           # doctest: +SKIP
     >>> attached = passgraph.engines.vtk.attach(plotter, black_and_white)    # doctest: +SKIP
@@ -63,7 +63,7 @@ def _region(renderer: Any) -> tuple[int, int, int, int]:
 
 
 def matrices(renderer: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """View and projection of a renderer's active camera, as OpenGL has them."""
+    """Return OpenGL's view and projection of a renderer's active camera."""
     camera = renderer.GetActiveCamera()
     projection = camera.GetProjectionTransformMatrix(renderer.GetTiledAspectRatio(), -1.0, 1.0)
     return _rows(camera.GetViewTransformMatrix()), _rows(projection)

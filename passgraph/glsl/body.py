@@ -1,4 +1,4 @@
-"""The state of a function body while it is translated: names in scope, and its exit."""
+"""A function body being lowered: its names, variables, calls and exit."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from passgraph.language.statements import Exit
 from passgraph.language.types import INT, Struct, Type
 from passgraph.language.values import ImageValue, Part, constant, folded
 
-#: What ``gl_FragData`` has room for.
+#: Length of ``gl_FragData``.
 _MAX_OUTPUTS = 8
 
 
 class Body:
-    """A function body while it is translated, or the declarations outside of functions."""
+    """A function being lowered, or the declarations outside of functions."""
 
     def __init__(self, unit: Unit, name: str = "shader", result: Type | None = None) -> None:
         self.unit, self.builder, self.name, self.result_type = unit, unit.builder, name, result
         self.scopes: list[dict[str, Binding]] = []
-        #: How many scopes there are in the head of a function or loop whose block is one scope with it.
+        #: Depths of scopes in the head of a function or loop, which its block shares.
         self.heads: set[int] = set()
         self.expressions, self.statements = Expressions(self), Statements(self)
         self.result = None if result is None else new_variable(result, self.builder.fresh(f"{name}.result"))
@@ -77,7 +77,7 @@ class Body:
         return read_variable(binding.variable, span)
 
     def output_element(self, node: g.Subscript) -> Slot | None:
-        """The variable behind ``gl_FragData[0]``."""
+        """Return the variable of ``gl_FragData[0]``."""
         if not isinstance(node.base, g.Name) or node.base.name != "gl_FragData" or self.find("gl_FragData"):
             return None
         at = self.known_int(node.index, "the index of gl_FragData")
@@ -89,7 +89,7 @@ class Body:
         return slot
 
     def _check_new(self, name: str, span: Span) -> None:
-        """Refuse a name that its scope has: that of a block, with the parameters or the counter in the head of it."""
+        """Raise KernelError for a name that its scope has already; a block's scope includes parameters and counters."""
         head = self.scopes[-2] if len(self.scopes) - 1 in self.heads else {}
         if self.scopes and (name in self.scopes[-1] or name in head):
             fail(span, f"{name} is declared already in this scope; give it another name, or assign to it")
@@ -97,7 +97,7 @@ class Body:
     # Types
 
     def type_of(self, written: g.TypeName, span: Span, value: g.Expr | None = None) -> Type:
-        """A type as written; a length that is left open comes from the value behind."""
+        """Return a declared type; an open length is taken from the initial value."""
         type_ = self.unit.plain_type(written.name, span)
         for length in reversed(written.lengths):
             if length is not None:
@@ -116,15 +116,17 @@ class Body:
         return int(numbers[0])
 
     def declare_struct(self, node: g.Struct) -> None:
-        """A struct; its name holds from here on."""
+        """Declare a struct; its name is visible from here on."""
         fields = tuple((v.name, self.type_of(v.type, v.type.span)) for v in node.fields)
         self.unit.structs[node.name] = checked_struct(Struct(node.name, fields), node.span)
 
     # Variables
 
     def declare(self, node: g.Declaration, written: Collection[str] | None = None) -> None:
-        """Variables of a function, or constants and variables outside; where all names that are ever ``written`` are
-        told, others are constants if their values are known."""
+        """Declare variables of a function, or constants and variables outside.
+
+        If the set of all ``written`` names is given, others with known values become constants.
+        """
         for variable in node.variables:
             type_ = self.type_of(variable.type, variable.type.span, variable.value)
             if holds_pictures(type_):
@@ -156,7 +158,7 @@ class Body:
     # Calls
 
     def inline(self, function: g.Function, arguments: list[Part | Place], span: Span) -> Part | None:
-        """The body of a function in place of its call; None for a void one."""
+        """Inline a call of a function and return its value; None for a void one."""
         if function.body is None:
             fail(span, f"{function.name} is declared but has no body")
         calls = self.builder.calls
@@ -184,7 +186,7 @@ class Body:
         return part
 
     def take(self, parameter: g.Parameter, argument: Part | Place, span: Span, *, fixed: bool) -> None:
-        """A parameter: copied in, copied out at the end."""
+        """Bind a parameter: copied in, and copied out at the end."""
         type_ = self.type_of(parameter.type, parameter.type.span)
         what = f"{self.name}({parameter.name})"
         if holds_pictures(type_):
@@ -208,7 +210,7 @@ class Body:
         self.bind(parameter.name, slot)
 
     def _value_at_end(self, block: g.Block) -> Part:
-        """The value of a function whose only return is its last statement."""
+        """Return the value of a function whose only return is its last statement."""
         last = block.statements[-1]
         assert isinstance(last, g.Return)
         assert last.value is not None
@@ -216,11 +218,11 @@ class Body:
         self.scopes.append({})
         self.statements.run(block.statements[:-1])
         part = fitted(self.expressions.part(last.value), self.result_type, last.span, f"the result of {self.name}")
-        # Named where it is computed: what it is made of may change before it is used.
+        # Named where it is computed, since its operands may change before it is used.
         return self.builder.name_part(part, last.span, keep_locals=False)
 
     def run(self, block: g.Block, span: Span) -> Part | None:
-        """The statements of a function, and its value."""
+        """Lower the statements of a function, and return its value."""
         if self.result is not None and self._ends_once(block):
             return self._value_at_end(block)
         self.exit.open(span)
@@ -236,7 +238,7 @@ class Body:
         return read_variable(self.result, span)
 
     def _ends_once(self, block: g.Block) -> bool:
-        """Return True if a function's only exit is a value at its end."""
+        """Return True if a function's only return is its last statement."""
         if not block.statements:
             return False
         *before, last = block.statements

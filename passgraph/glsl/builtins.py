@@ -1,4 +1,4 @@
-"""GLSL's own functions: rows of the table of operations, reads of pictures, and the rest in GLSL."""
+"""GLSL's built-in functions: rows of the table of operations, reads of pictures, and others written in GLSL."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from passgraph.language.values import Part, TupleValue, construct, convert, fold
 
 _WORD = re.compile(r"\w+")
 
-#: Functions that are called here as there.
+#: Functions with the same name in GLSL and in the table.
 _SAME = (
     "radians", "degrees", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh",
     "atanh", "pow", "exp", "log", "exp2", "log2", "sqrt", "inversesqrt", "abs", "sign", "floor", "ceil", "trunc",
@@ -30,7 +30,7 @@ _SAME = (
     "distance", "dot", "cross", "normalize", "faceforward", "reflect", "refract", "transpose", "determinant",
     "inverse", "any", "all",
 )  # fmt: skip
-#: GLSL's name → the row's.
+#: GLSL's name → the name in the table.
 _OTHERWISE = {
     "roundEven": "round", "lessThan": "less", "lessThanEqual": "less_equal", "greaterThan": "greater",
     "greaterThanEqual": "greater_equal", "not": "logical_not", "outerProduct": "outer", "bitCount": "bit_count",
@@ -38,7 +38,7 @@ _OTHERWISE = {
     "bitfieldExtract": "bitfield_extract", "bitfieldInsert": "bitfield_insert",
 }  # fmt: skip
 
-#: What is written in GLSL itself; ``genType`` stands for float and its vectors.
+#: Functions written in GLSL; ``genType`` stands for float and its vectors.
 _GENERIC = """
 genType modf(genType x, out genType whole) { whole = trunc(x); return pg_rest(x); }
 genType frexp(genType x, out genIType exponent) { exponent = pg_exponent(x); return pg_mantissa(x); }
@@ -86,18 +86,18 @@ def _integer_type(size: str, letter: str, scalar: str) -> str:
 
 
 def prelude_functions(name: str) -> tuple[g.Function, ...]:
-    """Overloads of a function that is written in GLSL."""
+    """Return the overloads of a built-in function that is written in GLSL."""
     return _prelude().get(name, ())
 
 
 def overloads(unit: Unit, name: str) -> tuple[g.Function, ...]:
-    """Functions of a name that are written in GLSL: the shader's own, and those that stand for built-in ones."""
+    """Return the functions of a name with a body in GLSL: the shader's own, and built-in ones written in GLSL."""
     own = tuple(unit.functions.get(name, ()))
     return own if name in BUILTINS else (*prelude_functions(name), *own)
 
 
 def _row(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
-    """A row of the table by the name that it has there."""
+    """Apply a row of the table, by its name there."""
     arguments = [plain(part, span, f"an argument of {name}()") for part in parts]
     if set(OPERATIONS[name].operands if name in OPERATIONS else ()) == {"N"}:
         arguments = _alike(arguments, span)
@@ -110,7 +110,7 @@ def _row(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
 
 
 def _alike(arguments: list[ir.Expr], span: Span) -> list[ir.Expr]:
-    """Ints as uints where one argument is a uint, as of ``max(i, 2u)``."""
+    """Convert ints to uints if one argument is a uint, as in ``max(i, 2u)``."""
     kinds = [element_of(a.type) if isinstance(a.type, (Scalar, Vector)) else None for a in arguments]
     if set(kinds) != {INT, UINT}:
         return arguments
@@ -118,7 +118,7 @@ def _alike(arguments: list[ir.Expr], span: Span) -> list[ir.Expr]:
 
 
 def _written(name: str, member: int, unit: Unit, parts: list[Part], span: Span) -> Part:
-    """Return one result of a library function with several."""
+    """Return one of the results of a library function."""
     arguments = [plain(part, span, "an argument") for part in parts]
     function = written_function(name, [a.type for a in arguments])
     assert function is not None
@@ -131,7 +131,7 @@ def _called(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
 
 
 def _limited(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
-    """``min`` and ``max``: by a number that is known, NaN comes to that number, as devices have it."""
+    """Apply ``min`` or ``max``; with a constant, NaN becomes the constant, as on devices."""
     if len(parts) == 2 and _is_known(parts[1]) and not _is_known(parts[0]):
         parts = [parts[1], parts[0]]
     return _called(name, unit, parts, span)
@@ -148,7 +148,7 @@ def _is_known(part: Part) -> bool:
 
 
 def _mix(unit: Unit, parts: list[Part], span: Span) -> Part:
-    """Between two values, or one of the two by bools."""
+    """Interpolate between two values, or select by bools."""
     if len(parts) == 3:
         x, y, a = (plain(part, span, "an argument of mix()") for part in parts)
         if not isinstance(a.type, (Array, Matrix)) and element_of(a.type) is BOOL:
@@ -157,7 +157,7 @@ def _mix(unit: Unit, parts: list[Part], span: Span) -> Part:
 
 
 def _compared(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
-    """``equal`` and ``notEqual``, of bools too."""
+    """Apply ``equal`` or ``notEqual``, also to bools."""
     values = [plain(part, span, f"an argument of {name}()") for part in parts]
     if all(isinstance(v.type, Vector) and v.type.element is BOOL for v in values):
         values = [apply("to_int", [v], span) for v in values]
@@ -165,7 +165,7 @@ def _compared(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
 
 
 def _multiplied(unit: Unit, parts: list[Part], span: Span) -> Part:
-    """``matrixCompMult``: component by component."""
+    """Apply ``matrixCompMult``, component by component."""
     values = [unit.builder.name_it(plain(part, span, "a matrix"), span) for part in parts]
     if len(values) != 2 or not isinstance(values[0].type, Matrix) or values[0].type != values[1].type:
         fail(span, "matrixCompMult() takes two matrices of one type")
@@ -176,7 +176,7 @@ def _multiplied(unit: Unit, parts: list[Part], span: Span) -> Part:
 
 
 def _bits(name: str, kind: Scalar, unit: Unit, parts: list[Part], span: Span) -> Part:
-    """Bits of floats as whole numbers of a kind, and floats of bits, component by component."""
+    """Reinterpret floats as integers, or integers as floats, component by component."""
     argument = plain(parts[0], span, "an argument") if len(parts) == 1 else None
     if argument is None or not isinstance(argument.type, (Scalar, Vector)):
         fail(span, "one number or vector is taken here")

@@ -1,4 +1,4 @@
-"""Words that have no meaning in a fragment shader: of other stages, of HLSL and Cg, and those with a slip in them."""
+"""Messages for words that are not defined in fragment shaders: of other stages, of HLSL and Cg, and misspelled ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _STAGES = {
 
 
 def elsewhere(word: str) -> str | None:
-    """Why a word that nobody declared has no meaning here, where it has one in another stage.
+    """Return the reason why an undeclared word is not available, if it belongs to another stage; else None.
 
     >>> elsewhere("imageStore")
     'imageStore belongs to compute shaders, which are not read here: a fragment shader gives its own pixel a colour'
@@ -32,7 +32,7 @@ def elsewhere(word: str) -> str | None:
     return None
 
 
-#: Functions of HLSL and Cg, each as GLSL has it.
+#: Functions of HLSL and Cg → their equivalents in GLSL.
 _FUNCTIONS = {
     "lerp": "mix(a, b, t)", "frac": "fract(x)", "saturate": "clamp(x, 0.0, 1.0)", "atan2": "atan(y, x)",
     "rsqrt": "inversesqrt(x)", "ddx": "dFdx(v)", "ddy": "dFdy(v)", "mul": "a * b", "mad": "a * b + c",
@@ -40,10 +40,10 @@ _FUNCTIONS = {
     "fmod": "a - b * trunc(a / b)", "clip": "if (x < 0.0) discard;", "asfloat": "intBitsToFloat(i)",
     "asint": "floatBitsToInt(x)", "asuint": "floatBitsToUint(x)",
 }  # fmt: skip
-#: Its types.
+#: Types of HLSL and Cg.
 _VECTOR = re.compile(r"(float|half|fixed|double|int|uint|bool)([234])(?:x([234]))?")
 _KINDS = {"int": "i", "uint": "u", "bool": "b"}
-#: A longer word is no slip: to look for near ones would take long.
+#: Longest word for which similar ones are searched, since the search is slow for long words.
 _LONGEST = 64
 
 
@@ -62,7 +62,7 @@ def mending(word: str, names: Iterable[str]) -> str:
 
 
 def type_of(word: str) -> str | None:
-    """The type of GLSL that one of HLSL and Cg is.
+    """Return GLSL's name of a type of HLSL and Cg.
 
     >>> type_of("half4"), type_of("uint2"), type_of("float2x3"), type_of("vec4")
     ('vec4', 'uvec2', 'mat3x2', None)

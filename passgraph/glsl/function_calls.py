@@ -1,4 +1,4 @@
-"""Calls: constructors, functions of the shader, functions of a container, built-in ones."""
+"""Calls of constructors, functions of the shader or its container, and built-in functions."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from passgraph.glsl.body import Body
 
 
-#: From such factors on, what ``fract`` leaves of a sine is noise.
+#: From this factor on, ``fract`` of a sine is noise.
 _NOISE = 1000
 
 
 def _is_hash(arguments: tuple[g.Expr, ...]) -> bool:
-    """Return True if the arguments are a hash of the form ``sin(x) * 43758.5453``."""
+    """Return True for arguments such as ``sin(x) * 43758.5453``."""
     if len(arguments) != 1 or not isinstance(arguments[0], g.Binary) or arguments[0].sign != "*":
         return False
     sides = (arguments[0].left, arguments[0].right)
@@ -36,7 +36,7 @@ def _is_hash(arguments: tuple[g.Expr, ...]) -> bool:
 
 
 class Calls:
-    """Reads the calls of one function."""
+    """Lower the calls in a function."""
 
     def __init__(self, body: Body) -> None:
         self.body = body
@@ -79,7 +79,7 @@ class Calls:
         return mending(name, (*unit.functions, *unit.structs, *BUILTINS, *TYPES))
 
     def _arguments(self, node: g.Call, candidates: list[g.Function]) -> list[Part | Place]:
-        """Values, and places where a function may write to."""
+        """Evaluate the arguments: values, and places for parameters that the function may write to."""
         places: dict[int, Place] = {}
         computations: list[Callable[[], Part]] = []
         for i, argument in enumerate(node.arguments):
@@ -103,7 +103,7 @@ class Calls:
         return read_place(self.body, argument) if isinstance(argument, Place) else argument
 
     def _chosen(self, candidates: list[g.Function], arguments: list[Part | Place]) -> g.Function | None:
-        """The overload that needs the fewest conversions; of two that are alike the later definition."""
+        """Return the overload with the fewest conversions; of equal ones the later definition."""
         best: tuple[int, g.Function] | None = None
         for function in candidates:
             total = 0
@@ -133,8 +133,11 @@ class Calls:
         return settled(construct(type_, self._trimmed(type_, values, span), span, self.body.builder.name_it))
 
     def _trimmed(self, type_: Scalar | Vector | Matrix, values: list[ir.Expr], span: Span) -> list[ir.Expr]:
-        """The arguments of a constructor without what is too much: components of the last one, all but the first of the
-        only one.  Matrices that vectors are made of fall into columns."""
+        """Return a constructor's arguments without superfluous components.
+
+        These are components of the last argument, or all but the needed ones of a single argument. Matrices in a
+        vector's constructor are split into columns.
+        """
         if len(values) == 1 and isinstance(type_, Matrix):
             return values
         flat = [part for value in values for part in self._columns(value, span)]
@@ -154,7 +157,7 @@ class Calls:
         return [ir.Index(matrix.column, named, ir.Literal(INT, i, span), span) for i in range(matrix.columns)]
 
     def composed(self, type_: Type, parts: list[Part], span: Span) -> Part:
-        """A struct from its fields, an array or vector from its elements."""
+        """Compose a struct from its fields, or an array or vector from its elements."""
         if isinstance(type_, Struct):
             if len(parts) != len(type_.fields):
                 fail(span, f"{type_.name} has {len(type_.fields)} fields, got {len(parts)} values")

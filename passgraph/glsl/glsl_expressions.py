@@ -1,4 +1,4 @@
-"""Expressions: from the syntax tree to typed expressions; what they do on the way becomes statements, in order."""
+"""Lower expressions of the syntax tree to typed expressions; side effects become statements, in order."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class Expressions:
-    """Reads the expressions of one function."""
+    """Lower the expressions of a function."""
 
     def __init__(self, body: Body) -> None:
         self.body, self.calls = body, Calls(body)
@@ -47,21 +47,21 @@ class Expressions:
         }  # fmt: skip
 
     def part(self, node: g.Expr) -> Part:
-        """The value of an expression, which is not void."""
+        """Return the value of an expression; raise KernelError for a void one."""
         value = self.evaluate(node)
         if value is None:
             fail(node.span, "a void function gives no value")
         return value
 
     def evaluate(self, node: g.Expr) -> Part | None:
-        """The value of an expression; None of a void call."""
+        """Return the value of an expression; None for a void call."""
         self.body.builder.count_expression(node.span)
         if isinstance(node, g.Braces):
             fail(node.span, "a list in braces stands behind a declaration only")
         return self._by_kind[type(node)](node)
 
     def effect(self, node: g.Expr) -> None:
-        """An expression for what it does."""
+        """Evaluate an expression for its side effects."""
         if isinstance(node, g.Sequence):
             for part in node.parts:
                 self.effect(part)
@@ -83,7 +83,7 @@ class Expressions:
         return widen(as_int(self.value(node), node.span), INT, node.span, "an index")
 
     def initial(self, node: g.Expr, type_: Type) -> Part:
-        """The value behind a declaration: an expression, or a list in braces."""
+        """Return the initial value of a declaration: an expression, or a list in braces."""
         if not isinstance(node, g.Braces):
             return self.part(node)
         if isinstance(type_, Struct):
@@ -139,7 +139,7 @@ class Expressions:
         return arithmetic(node.sign, left, right, node.span, self.body.builder.name_it)
 
     def _link(self, node: g.Binary) -> Part:
-        """The right side is computed where the left one does not decide; without statements it may be anyway."""
+        """Evaluate ``&&`` or ``||``; a right side with statements runs only if the left one does not decide."""
         span, unit, builder = node.span, self.body.unit, self.body.builder
         left = self.condition(node.left)
         block, right = unit.captured(lambda: self.condition(node.right), span)
@@ -177,13 +177,15 @@ class Expressions:
         return read_variable(result, span)
 
     def _chosen(self, node: g.Expr, other: g.Expr) -> Part:
-        """The side of ``? :`` that a constant chooses.  The other is not read, but for the type that both have: shaders
-        switch between large variants so."""
+        """Return the side of ``? :`` that a constant selects.
+
+        The other side is lowered only for its type, since shaders select between large variants.
+        """
         switched = self.part(node)
         if isinstance(switched, COMPOSITE) or not isinstance(switched.type, (Scalar, Vector)):
             return switched
         if element_of(switched.type) not in (INT, UINT):
-            return switched  # nothing that the other may be would change it
+            return switched  # the other side cannot change its type
         _, unused = self.body.unit.captured(lambda: self.value(other), node.span)
         return unify(*whole_numbers_alike(switched, unused, node.span), node.span, "both sides of ? :")[0]
 

@@ -16,7 +16,7 @@ from passgraph.language.source import MAX_NESTING, Span, fail
 
 E = TypeVar("E", bound=g.Node)
 
-#: Types that every shader knows.  Samplers are pictures; those that are refused are named where they are used.
+#: Built-in types. Samplers are pictures; unsupported ones raise an error where they are used.
 TYPES = frozenset(
     ["void", "bool", "int", "uint", "float", "double", "sampler2D", "sampler2DRect", "sampler1D", "sampler3D",
      "samplerCube", "sampler2DShadow", "sampler2DArray", "isampler2D", "usampler2D", "samplerExternalOES"]
@@ -33,14 +33,14 @@ _TIGHTNESS = {sign: level for level, signs in enumerate(_LEVELS) for sign in sig
 
 
 class ExpressionParser:
-    """Reads expressions; :class:`~.parse.Parser` adds declarations and statements."""
+    """Parse expressions; :class:`Parser` adds declarations and statements."""
 
     def __init__(self, tokens: Sequence[Token], file: str) -> None:
         last = tokens[-1].span if tokens else Span(file, 1, 0, 1)
         end = Span(last.file, last.line, last.end_column, last.end_column + 1, last.text)
         self.tokens = [*tokens, Token("end", "the end of the text", end)]
         self.position, self.nested = 0, 0
-        self.types = set(TYPES)  # structs come to them
+        self.types = set(TYPES)  # structs are added
 
     # Tokens
 
@@ -93,7 +93,7 @@ class ExpressionParser:
         return self.take()
 
     def node(self, kind: type[E], span: Span, *parts: Any) -> E:
-        """A node, one deeper than the deepest expression in it."""
+        """Create a node, one level deeper than the deepest expression in it."""
         depth = 0
         for part in parts:
             for node in part if isinstance(part, tuple) else (part,):
@@ -144,7 +144,7 @@ class ExpressionParser:
         return self.node(g.Choice, _around(condition, orelse), condition, then, orelse)
 
     def _binary(self, level: int) -> g.Expr:
-        """Operators from a level on, by precedence climbing."""
+        """Parse operators from a level on, by precedence climbing."""
         left = self._unary()
         while (tightness := _TIGHTNESS.get(self.here.text, -1)) >= level:
             sign = self.take().text
@@ -221,7 +221,7 @@ class ExpressionParser:
         return tuple(expressions), _between(name.span, self.expect(")").span)
 
     def lengths(self) -> tuple[g.Expr | None, ...]:
-        """``[3][]`` behind a type or a name."""
+        """Parse ``[3][]`` after a type or a name."""
         sizes: list[g.Expr | None] = []
         while self.skip("["):
             sizes.append(None if self.at("]") else self.expression())
@@ -263,7 +263,7 @@ def _around(left: g.Expr, right: g.Expr) -> Span:
 _QUALIFIERS = frozenset(
     ["const", "in", "out", "inout", "uniform", "varying", "attribute", "invariant", "highp", "mediump", "lowp"]
 )
-#: Words that came later and are names in older shaders; as qualifiers they stand before a name.
+#: Keywords of later versions that are names in older shaders; as qualifiers they precede a name.
 _NEWER = frozenset(
     ["centroid", "flat", "smooth", "noperspective", "precise", "buffer", "shared", "coherent", "volatile", "restrict",
      "readonly", "writeonly", "patch", "sample"]
@@ -271,10 +271,10 @@ _NEWER = frozenset(
 
 
 class Parser(ExpressionParser):
-    """Reads a whole shader."""
+    """Parse a whole shader."""
 
     def shader(self) -> list[g.Outer]:
-        """Everything outside of functions, in order."""
+        """Parse the declarations and functions of a shader, in order."""
         declarations: list[g.Outer] = []
         while self.here.kind != "end":
             if self.skip(";"):
@@ -286,7 +286,7 @@ class Parser(ExpressionParser):
         return declarations
 
     def _precision(self) -> None:
-        """``precision mediump float;`` says nothing here: floats have 32 bits."""
+        """Skip ``precision mediump float;``, since floats have 32 bits."""
         while not self.at(";") and self.here.kind == "name":
             self.take()
         self.expect(";")
@@ -345,13 +345,13 @@ class Parser(ExpressionParser):
         return numbers
 
     def _check_stage(self) -> None:
-        """Refuse a word of another stage."""
+        """Raise KernelError for a word of another stage."""
         reason = elsewhere(self.here.text)
         if reason is not None:
             fail(self.here.span, reason)
 
     def _type(self, structs: list[g.Outer]) -> g.TypeName:
-        """A type; a struct that is declared on the way goes to ``structs``."""
+        """Parse a type; a struct that it declares is added to ``structs``."""
         if self.at("struct"):
             struct = self._struct()
             structs.append(struct)
@@ -439,7 +439,7 @@ class Parser(ExpressionParser):
         return g.Block(span, tuple(statements))
 
     def _statements(self) -> list[g.Statement]:
-        """Parse a statement: none for an empty one, two where it also declares a struct."""
+        """Parse a statement: none for an empty one, two if it also declares a struct."""
         if self.skip(";"):
             return []
         if self.at("precision"):
@@ -457,7 +457,7 @@ class Parser(ExpressionParser):
         return [self._statement()]
 
     def _declares(self) -> bool:
-        """Return True if a declaration begins here, rather than a constructor call."""
+        """Return True if a declaration begins here, not a constructor call."""
         if self._at_qualifier() or self.at("struct"):
             return True
         return self.here.text in self.types and (self.ahead().kind == "name" or self.ahead().text == "[")
@@ -490,7 +490,7 @@ class Parser(ExpressionParser):
         return self.node(g.Braces, span, tuple(parts))
 
     def _inner(self) -> g.Statement:
-        """The statement behind an if or a loop."""
+        """Parse the statement of an if or a loop."""
         self.enter()
         span = self.here.span
         statements = self._statements()

@@ -1,7 +1,7 @@
-"""Statements of one function: branches, exits, switches.
+"""Lower the statements of a function: branches, exits, switches.
 
-``return`` and ``discard`` set a flag; what follows a branch that may leave is put under the flag, or into the other
-branch where it belongs there alone.  Loops are :mod:`.loops`.
+``return`` and ``discard`` set a flag. Statements after a branch that may leave are guarded by the flag, or become a
+part of the other branch if only that continues. Loops are in :mod:`.loops`.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ if TYPE_CHECKING:
 
 
 class Statements:
-    """Reads the statements of one function into the builder's current block."""
+    """Lower the statements of a function into the builder's current block."""
 
     def __init__(self, body: Body) -> None:
         self.body = body
-        self.around: list[g.Loop | g.Switch] = []  # what a break may leave, innermost last
+        self.around: list[g.Loop | g.Switch] = []  # loops and switches that a break may leave, innermost last
 
     def block(self, nodes: Sequence[g.Statement]) -> bool:
-        """Statements with names of their own; true when every path through them leaves the function."""
+        """Lower statements in a new scope; return True if every path through them leaves the function."""
         self.body.scopes.append({})
         returned = self.run(nodes)
         self.body.scopes.pop()
         return returned
 
     def run(self, nodes: Sequence[g.Statement]) -> bool:
-        """Statements among the names that are there; true when every path through them leaves the function."""
+        """Lower statements in the current scope; return True if every path through them leaves the function."""
         for position, node in enumerate(nodes, 1):
             if isinstance(node, g.If):
                 returned, went_on = self._if(node, nodes[position:])
@@ -60,7 +60,7 @@ class Statements:
         return False
 
     def _other(self, node: g.Statement) -> bool:
-        """A statement that is neither a branch nor a jump; true when every path through it leaves the function."""
+        """Lower a statement that is neither a branch nor a jump; return True if every path leaves the function."""
         if isinstance(node, g.Block):
             return self.block(node.statements)
         if isinstance(node, g.Declaration):
@@ -78,11 +78,11 @@ class Statements:
     # Branches
 
     def _if(self, node: g.If, rest: Sequence[g.Statement]) -> tuple[bool, bool]:
-        """A branch: whether every path leaves the function, and whether ``rest`` has become part of it."""
+        """Lower a branch; return True if every path leaves the function, and True if it includes ``rest``."""
         unit, span = self.body.unit, node.condition.span
         condition = self.body.expressions.condition(node.condition)
         if isinstance(condition, ir.Literal):
-            # What never runs is not read: shaders switch between large variants by constants.
+            # Dead code is not lowered, since shaders select between large variants by constants.
             branch = node.then if condition.value else node.orelse
             returned = branch is not None and self.block([branch])
             return returned, returned
@@ -91,7 +91,7 @@ class Statements:
         otherwise = [] if node.orelse is None else [node.orelse]
 
         def other() -> bool:
-            # The rest goes on with the names of this block.
+            # The rest shares this block's scope.
             return self.run(rest) if takes_rest else self.block(otherwise)
 
         orelse, else_done = unit.captured(other, span)
@@ -136,7 +136,7 @@ class Statements:
     # Loops and switches
 
     def inside(self, node: g.Loop | g.Switch, statements: Sequence[g.Statement]) -> tuple[ir.Stmt, ...]:
-        """Statements of a loop or switch, which they may leave."""
+        """Lower the statements inside a loop or switch."""
         self.around.append(node)
         block, _ = self.body.unit.captured(lambda: self.run(statements), node.span)
         self.around.pop()

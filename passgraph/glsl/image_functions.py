@@ -1,4 +1,4 @@
-"""Functions of GLSL that read pictures, and derivatives, whose sign follows the direction of rows."""
+"""GLSL functions that read pictures, and derivatives, whose sign depends on the direction of rows."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def _inlined(unit: Unit, name: str, arguments: Sequence[Part], span: Span) -> Pa
     return inlined(unit.builder, library_function(name), (list(arguments), {}), span)
 
 
-#: How a filtered read chooses a level → how many arguments say so, and what they are.
+#: How a filtered read selects a level → the number of its arguments for that, and their description.
 _CHOSEN = {"itself": (0, ""), "level": (1, ", a level"), "derivatives": (2, ", two derivatives")}
 
 
 def _sampled(
     unit: Unit, parts: list[Part], span: Span, *, by: str = "itself", projected: bool = False, has_offset: bool = False
 ) -> Part:
-    """A filtered read; ``by`` says what chooses the level, ``has_offset`` that an offset in texels follows."""
+    """Lower a filtered read; ``by`` is how the level is selected, ``has_offset`` if an offset in texels follows."""
     image = _image(parts, span)
     count, count_of_level = _CHOSEN[by]
     behind, most = list(parts[2:]), count + has_offset + (by == "itself")
@@ -52,7 +52,7 @@ def _sampled(
         )
         fail(span, f"this read takes {takes}; got {len(parts)} arguments")
     if not projected and len(parts) > 1 and getattr(parts[1], "type", None) == VEC3:
-        # Rows of a volume are counted as they are stored, as those of a color table are.
+        # Rows of a volume are counted as stored, since volumes are mostly color tables.
         return _inlined(unit, "sample3", [image, _position(parts, VEC3, span)], span)
     position = _divided(unit, parts, span) if projected else _position(parts, VEC2, span)
     position = unit.builder.name_it(position, span)
@@ -69,7 +69,7 @@ def _sampled(
 def _lod(
     unit: Unit, image: ImageValue, position: ir.Expr, by: str, level_arguments: list[Part], span: Span
 ) -> ir.Expr | None:
-    """The level that a read asks for; None for the first."""
+    """Return the level of a read; None for the first."""
     level_type = VEC2 if by == "derivatives" else FLOAT
     what = {"itself": "a bias", "level": "a level", "derivatives": "a derivative"}[by]
     levels = [widen(plain(part, span, what), level_type, span, what) for part in level_arguments]
@@ -86,12 +86,12 @@ def _lod(
     return apply("add", [level, *levels], span) if levels else level
 
 
-#: What a user has to do for a shader that wants smaller levels.
+#: The note for a shader that needs mipmaps.
 _LEVELS = "this may read a smaller level: a picture has some where its handle is one with mipmaps()"
 
 
 def _divided(unit: Unit, parts: list[Part], span: Span) -> ir.Expr:
-    """The position of a projected read, ``p.xy / p.z`` or ``p.xy / p.w``."""
+    """Return the position of a projected read, ``p.xy / p.z`` or ``p.xy / p.w``."""
     at = plain(parts[1], span, "where to read") if len(parts) > 1 else None
     if at is None or at.type not in (VEC3, VEC4):
         fail(span, "a projected read takes a vec3 or a vec4")
@@ -101,7 +101,7 @@ def _divided(unit: Unit, parts: list[Part], span: Span) -> ir.Expr:
 
 
 def _of_texels(unit: Unit, parts: list[Part], span: Span) -> Part:
-    """A filtered read at texels, as of rectangle textures."""
+    """Lower a filtered read at a position in texels, as of rectangle textures."""
     image = _image(parts, span)
     size = apply("to_float", [ir.Size(IVEC2, image.name, span)], span)
     position = apply("div", [_position(parts, VEC2, span), size], span)
@@ -109,7 +109,7 @@ def _of_texels(unit: Unit, parts: list[Part], span: Span) -> Part:
 
 
 def _level_of(unit: Unit, part: Part, span: Span) -> ir.Expr | None:
-    """A whole number that says which level; None for the first."""
+    """Return the integer level of a read; None for the first."""
     level = widen(as_int(plain(part, span, "a level"), span), INT, span, "a level")
     if is_first(level):
         return None
@@ -145,7 +145,7 @@ def _levels(unit: Unit, parts: list[Part], span: Span) -> Part:
 
 
 def _query_lod(unit: Unit, parts: list[Part], span: Span) -> Part:
-    """``textureQueryLod``: the level that a read there chooses, and the one that it asks for."""
+    """Lower ``textureQueryLod``: the level that a read would use, and the computed one before clamping."""
     image = _image(parts, span)
     lod = unit.builder.name_it(
         plain(_inlined(unit, "lod", [image, _position(parts, VEC2, span)], span), span, "a level"), span
@@ -156,7 +156,7 @@ def _query_lod(unit: Unit, parts: list[Part], span: Span) -> Part:
 
 
 def _reads() -> Iterator[tuple[str, Native]]:
-    """Filtered reads by all the names that GLSL has for them."""
+    """Yield filtered reads by all their names in GLSL."""
     older = {"level": ("LodEXT",), "derivatives": ("GradEXT", "GradARB")}
     for projection in ("", "Proj"):
         for by, word in {"itself": "", "level": "Lod", "derivatives": "Grad"}.items():
@@ -169,7 +169,7 @@ def _reads() -> Iterator[tuple[str, Native]]:
 
 
 def _here(unit: Unit, parts: list[Part], span: Span) -> Part:
-    """``pg_here`` of containers: the texel at this pixel, read so that the pass fuses with the one before it."""
+    """Lower ``pg_here`` of containers: the texel at this pixel, which allows fusion with the pass before."""
     zero = ir.Literal(INT, 0, span)
     return ir.Texel(VEC4, _image(parts, span).name, zero, zero, True, span)
 
@@ -189,14 +189,14 @@ READS: dict[str, Native] = {
 
 
 def _fragment(unit: Unit, span: Span) -> Part:
-    """``gl_FragCoord``: the center of this pixel, rows counted from the bottom."""
+    """Return ``gl_FragCoord``: the center of this pixel, with rows from the bottom."""
     half, one = ir.Literal(FLOAT, 0.5, span), ir.Literal(FLOAT, 1.0, span)
     parts = [apply("add", [apply("to_float", [place], span), half], span) for place in pixel_place(unit, span)]
     return ir.Construct(VEC4, (*parts, half, one), span)
 
 
 def pixel_place(unit: Unit, span: Span) -> tuple[ir.Expr, ir.Expr]:
-    """Column and row of this pixel as the shader counts them."""
+    """Return column and row of this pixel, as the shader counts them."""
     pixel, size = ir.Builtin(IVEC2, "pixel", span), ir.Builtin(IVEC2, "output_size", span)
     x, y = (ir.Swizzle(INT, pixel, (i,), span) for i in (0, 1))
     if not unit.rows_up:
@@ -206,7 +206,7 @@ def pixel_place(unit: Unit, span: Span) -> tuple[ir.Expr, ir.Expr]:
 
 
 def output_size(unit: Unit, span: Span) -> Part:
-    """Width and height of the target, in pixels, as vec2."""
+    """Return width and height of the target, in pixels, as vec2."""
     return apply("to_float", [ir.Builtin(IVEC2, "output_size", span)], span)
 
 
@@ -218,7 +218,7 @@ def position(unit: Unit, span: Span) -> Part:
     return apply("div", [centre, output_size(unit, span)], span)  # type: ignore[list-item]
 
 
-#: Values that every fragment shader knows, and two for preludes of containers.
+#: Built-in values of fragment shaders, and two for preludes of containers.
 STAGE: dict[str, NativeValue] = {
     "gl_FragCoord": _fragment,
     "gl_FrontFacing": lambda unit, span: ir.Literal(BOOL, True, span),
@@ -236,7 +236,7 @@ def _grown(name: str, axes: str, unit: Unit, parts: list[Part], span: Span) -> P
     return apply("neg", [change], span) if axes == "y" and unit.rows_up else change
 
 
-#: Drivers may give coarse ones for those without an ending; here all are fine.
+#: Derivatives. Drivers may compute coarse ones for names without a suffix; here all are fine.
 DERIVATIVES: dict[str, Native] = {
     name + ending: partial(_grown, name + ending, axes)
     for name, axes in {"dFdx": "x", "dFdy": "y", "fwidth": "xy"}.items()

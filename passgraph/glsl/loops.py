@@ -1,4 +1,4 @@
-"""Loops: how many trips a counter makes, and bounded loops for all others."""
+"""Lower loops: count the trips of loops with a counter, and bound all others."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ if TYPE_CHECKING:
     from passgraph.glsl.unit import Unit
 
 
-#: Steps of one loop that may be its counter's: each is looked at beside the whole block.
+#: Most candidate steps of a loop's counter, since each is checked against the whole block.
 MOST_STEPS = 4
 
 
 def with_step(node: g.Loop) -> Iterator[g.Loop]:
-    """``for (; c; i++) { … }`` for each step ``i++`` of ``while (c) { … i++; … }``, or of ``do``: loops that make as
-    many trips, if the rest of the block leaves the counter alone.
+    """Yield ``for (; c; i++) { … }`` for each step ``i++`` in ``while (c) { … i++; … }``, or in ``do``.
 
-    A step is none where a trip may be over before it, where it hangs on variables of the block, or where the condition
-    does not ask for what it changes.  Of more than `MOST_STEPS` the first are looked at.
+    Such a loop makes as many trips if the rest of the block does not change the counter. Steps are excluded if the trip
+    may end before them, if they depend on variables of the block, or if the condition does not read the counter. At
+    most the first `MOST_STEPS` are tried.
     """
     if node.update is not None or not isinstance(node.body, g.Block):
         return
@@ -59,7 +59,7 @@ def _names(node: object) -> frozenset[str]:
 
 
 def _continues(statement: g.Statement) -> bool:
-    """Return True if a statement may continue its enclosing loop."""
+    """Return True if a statement may ``continue`` the loop around it."""
     if isinstance(statement, g.Jump):
         return statement.kind == "continue"
     if isinstance(statement, g.Block):
@@ -70,17 +70,17 @@ def _continues(statement: g.Statement) -> bool:
     return any(_continues(one) for case in cases for one in case.statements)
 
 
-#: A component of a variable, by the name that it has in the representation.
+#: A component of a variable, by its name in the typed representation.
 Component: TypeAlias = tuple[str, int]
-#: What a sum of float32 may lose, of its larger part: a step that is smaller than that may be no step.
+#: Relative rounding of a float32 sum; a step smaller than that may not change the counter.
 _LOST = 2.0**-23
-#: Statements before a loop that are looked at for what its variables hold.
+#: Most statements before a loop that are searched for the values of its variables.
 _LOOKED_BACK = 64
 
 
 @dataclass(frozen=True)
 class Count:
-    """Trips of a loop, where they are not ``exact`` the most; ``within``: what its counter is between in its body."""
+    """The trip count of a loop, an upper bound unless ``exact``; ``within`` is the counter's range in the body."""
 
     trips: int
     exact: bool
@@ -105,7 +105,7 @@ def counted(body: Body, node: g.Loop) -> Count | None:
     exact = None if tests else _exactly(before, condition, updates)
     bounded = _bounded(body.unit.counters, before, (*tests, ir.Assign("", condition)), updates, _fixed(body, node))
     if node.late:
-        # The first trip is not tested; if it were made all the same, the others are those of a tested loop.
+        # The first trip of ``do`` has no test; if the test holds before it, the count is that of a ``while``.
         if exact is not None:
             return Count(exact, True, {}) if exact > 0 else None
         return None if bounded is None else Count(bounded.trips + 1, False, {})
@@ -115,7 +115,7 @@ def counted(body: Body, node: g.Loop) -> Count | None:
 
 
 def _fixed(body: Body, node: g.Loop) -> frozenset[str]:
-    """Variables in a loop's condition that the loop leaves alone, by their names in the representation."""
+    """Return the variables in a loop's condition that it does not change, by their names in the representation."""
     changed = assigned_names(node, partial(overloads, body.unit)) | set(body.unit.names)
     names = {one.name for one in walked(node.condition) if isinstance(one, g.Name)} - changed
     slots = [body.find(name) for name in names]
@@ -123,7 +123,7 @@ def _fixed(body: Body, node: g.Loop) -> frozenset[str]:
 
 
 def _exactly(before: Sequence[ir.Stmt], condition: ir.Expr, updates: Sequence[ir.Stmt]) -> int | None:
-    """Trips by a counter that is a variable alone, if everything is constant."""
+    """Return the exact trip count for a counter that is a plain variable, if everything is constant."""
     first, following = before[-1] if before else None, updates[0] if len(updates) == 1 else None
     if not isinstance(first, ir.Assign) or not isinstance(following, ir.Assign) or first.name != following.name:
         return None
@@ -131,7 +131,7 @@ def _exactly(before: Sequence[ir.Stmt], condition: ir.Expr, updates: Sequence[ir
 
 
 def _settled(value: ir.Expr) -> ir.Expr:
-    """An operation whose operands are written out where they are known."""
+    """Return an operation with known operands replaced by their values."""
     if not isinstance(value, ir.Apply):
         return value
     return replace(value, arguments=tuple(map(constant, value.arguments)))
@@ -142,7 +142,7 @@ def _settled(value: ir.Expr) -> ir.Expr:
 
 @dataclass(frozen=True)
 class _Amount:
-    """The range of a number; if it ``follows``, relative to the counter."""
+    """The range of a number; relative to the counter if it ``follows``."""
 
     range: Range
     follows: bool = False
@@ -152,14 +152,14 @@ _UNKNOWN = _Amount(ANY_FLOAT)
 
 
 class _Amounts:
-    """Components of expressions, from what those of some variables lie between; ``counter`` is what others follow."""
+    """Ranges of components of expressions, from those of some variables; ``counter`` is the loop's counter."""
 
     def __init__(self, ranges: Mapping[Component, Range], counter: Component | None = None) -> None:
         self.known, self.counter = ranges, counter
         self.held: dict[str, list[_Amount]] = {}
 
     def run(self, statements: Sequence[ir.Stmt]) -> bool:
-        """Obey assignments; false where something else is among them."""
+        """Apply assignments; return False if there are other statements."""
         for statement in statements:
             if not isinstance(statement, ir.Assign):
                 return False
@@ -167,7 +167,7 @@ class _Amounts:
         return True
 
     def come_to(self, statements: Sequence[ir.Stmt]) -> None:
-        """Obey assignments; of what branches and loops assign nothing is known behind them."""
+        """Apply assignments; variables assigned in branches and loops become unknown."""
         for statement in statements:
             if isinstance(statement, ir.Assign):
                 self.held[statement.name] = self.of(statement.value)
@@ -215,7 +215,7 @@ def _combined(operation: str, of_floats: bool, parts: Sequence[_Amount]) -> _Amo
     if not any(part.follows for part in parts):
         range_ = of_operation(operation, of_floats, ranges)
         return _UNKNOWN if range_ is None else _Amount(range_)
-    # What follows the counter still does where a number is added.
+    # A sum of the counter and a number still follows the counter.
     a, b = ranges if len(ranges) == 2 else (ANY_FLOAT, ANY_FLOAT)
     if operation == "add" and not (parts[0].follows and parts[1].follows):
         return _following(a.low + b.low, a.high + b.high, a.nan or b.nan, of_floats)
@@ -225,8 +225,10 @@ def _combined(operation: str, of_floats: bool, parts: Sequence[_Amount]) -> _Amo
 
 
 def _following(low: float, high: float, nan: bool, of_floats: bool) -> _Amount:
-    """Return a range relative to the counter, widened by the rounding of a float sum. The loop's count accounts for the
-    counter itself."""
+    """Return a range relative to the counter, widened by the rounding of a float sum.
+
+    The trip count accounts for the counter itself.
+    """
     lost = _LOST * max(abs(low), abs(high)) if of_floats else 0.0
     return _Amount(Range(low - lost, high + lost, nan), follows=True)
 
@@ -238,7 +240,7 @@ def _bounded(
     updates: Sequence[ir.Stmt],
     fixed: frozenset[str],
 ) -> Count | None:
-    """The most trips by a counter that steps grow, or shrink, and that the condition holds below, or above, a bound."""
+    """Return the most trips for a counter that grows, or shrinks, while the condition bounds it above, or below."""
     start = _Amounts(ranges)
     start.come_to(before[-_LOOKED_BACK:])
     for update in updates:
@@ -266,8 +268,8 @@ def _bounded(
 
 
 def _ends(condition: ir.Expr, amounts: _Amounts) -> Iterator[tuple[bool, float, float]]:
-    """Numbers beyond which a condition does not hold: whether it holds below, the farthest, and how far from the
-    counter at most lies what is compared."""
+    """Yield the bounds of a condition: True for an upper bound, its farthest value, and the most distance of the
+    compared expression from the counter."""
     if not isinstance(condition, ir.Apply):
         return
     if condition.operation == "logical_and":
@@ -289,14 +291,14 @@ def _ends(condition: ir.Expr, amounts: _Amounts) -> Iterator[tuple[bool, float, 
 
 
 def _trips_between(first: Range, end: float, aside: float, step: _Amount, grows: bool, is_int: bool) -> int | None:
-    """The most steps from where a counter may begin to an end, where what lies ``aside`` of it is compared."""
+    """Return the most steps from a counter's start to an end; the compared expression is at most ``aside`` from it."""
     if not step.follows or first.nan or step.range.nan:
         return None
     by = step.range if grows else Range(-step.range.high, -step.range.low)
     way = end - first.low if grows else first.high - end
     least, farthest = by.low, max(abs(end), abs(first.low), abs(first.high))
     if is_int:
-        if farthest + by.high + aside > INT_MAX:  # begun anew at the other end of all ints
+        if farthest + by.high + aside > INT_MAX:  # the counter would wrap around
             return None
     else:
         least -= _LOST * farthest
@@ -307,20 +309,20 @@ def _trips_between(first: Range, end: float, aside: float, step: _Amount, grows:
     return trips if trips <= MAX_COUNTED else None
 
 
-#: Trips of a loop whose end is not known, if what it does in a trip is short.
+#: Most trips of a loop with an unknown trip count, if its body is short.
 MAX_OPEN = 1024
-#: Fewer trips than these are refused: what so nested a loop draws would be wrong.
+#: Least trips of such a loop; fewer, in nested loops, are an error, since the picture would be wrong.
 MIN_OPEN = 16
-#: Trips of nested loops together, as :mod:`passgraph.language.lower` allows.
+#: Most trips of nested loops together, as in :mod:`passgraph.language.lower`.
 _MAX_TOGETHER = 1 << 16
-#: Instructions that all open loops of a shader may take together, half of what a pixel may; each gets a quarter of what
-#: those before it left, since how many follow is not known.
+#: Most instructions of all loops of a shader with unknown trip counts, half of a pixel's limit. Each gets a quarter of
+#: the rest, since the number of later ones is unknown.
 _MAX_WORK = 1 << 23
 _SHARE = 4
 
 
 def emit_loop(body: Body, node: g.Loop) -> None:
-    """``for``, ``while`` and ``do``."""
+    """Lower ``for``, ``while`` and ``do``."""
     unit, builder, span = body.unit, body.builder, node.span
     body.scopes.append({})
     if node.start is not None:
@@ -328,7 +330,7 @@ def emit_loop(body: Body, node: g.Loop) -> None:
     count, around, outer = _counted(body, node), unit.trips, unit.counters
     if count is not None and not count.exact and count.trips > min(MAX_OPEN, _MAX_TOGETHER // around):
         count = None
-    # How many trips an open loop makes is decided behind its body; loops within may need as many as itself.
+    # An open loop's limit is set after its body is lowered; loops inside may need as many trips as the loop itself.
     unit.trips = around * max(1, math.isqrt(_MAX_TOGETHER // around) if count is None else count.trips)
     outer_trips, undecided = unit.told, unit.undecided
     unit.told, unit.undecided = (
@@ -355,7 +357,7 @@ def emit_loop(body: Body, node: g.Loop) -> None:
             fail(span, f"{left}; give it and the loops around it ends that constants tell")
         unit.note(span, f"the end of this loop is not known here: it makes {most} trips at most")
     else:
-        # To the end, where the counter is read by what follows.
+        # One more, up to the end value, if the counter is visible after the loop.
         most = count.trips + (node.update is not None and not isinstance(node.start, g.Declaration))
     tested = node.condition is not None and (count is None or not count.exact or most > count.trips)
     bounded_loop(
@@ -376,7 +378,7 @@ def _counted(body: Body, node: g.Loop) -> Count | None:
         return counted(body, node)
     counts = (counted(body, stepped) for stepped in with_step(node))
     count = next((count for count in counts if count is not None), None)
-    # Behind the step the counter is elsewhere.
+    # After the step the counter is outside of its range.
     return None if count is None else replace(count, within={})
 
 
@@ -386,13 +388,13 @@ def _open_trips(unit: Unit, block: tuple[ir.Stmt, ...]) -> int:
     work_left = (_MAX_WORK - unit.work) // _SHARE
     together = min(_MAX_TOGETHER // (unit.told * _trips(block)), work_left // (unit.told * work))
     trips = max(1, min(MAX_OPEN, math.floor(math.pow(together, 1 / (1 + unit.undecided)))))
-    if unit.trips == 1:  # loops within others are part of what these do
+    if unit.trips == 1:  # nested loops are counted in the outer one
         unit.work += trips * work
     return trips
 
 
 def _trips(block: Iterable[ir.Stmt]) -> int:
-    """Most trips that loops in a block make, nested ones together."""
+    """Return the most trips of loops in a block, with nested ones multiplied."""
     most = 1
     for statement in block:
         if isinstance(statement, ir.If):
@@ -403,14 +405,14 @@ def _trips(block: Iterable[ir.Stmt]) -> int:
 
 
 def _count(loop: ir.For) -> int:
-    """Trips of a loop; of those of the language's own functions, whose bounds are constants, too."""
+    """Return the trip count of a loop, also of the library's, whose bounds are constants."""
     bounds = [folded(bound) for bound in (loop.start, loop.stop, loop.step)]
     start, stop, step = (1 if bound is None else int(bound[0]) for bound in bounds)
     return max(1, len(range(start, stop, step or 1)))
 
 
 def _work(block: Iterable[ir.Stmt]) -> int:
-    """About how many instructions a block takes, every trip of its loops."""
+    """Estimate the instructions of a block, with all trips of its loops."""
     total = 1
     for statement in block:
         if isinstance(statement, ir.Assign):
@@ -423,7 +425,7 @@ def _work(block: Iterable[ir.Stmt]) -> int:
 
 
 def _cost(value: ir.Expr) -> int:
-    """Scalars that are computed for a value; functions such as ``sin`` take about ten instructions."""
+    """Estimate the instructions of a value: one a scalar, about ten for functions such as ``sin``."""
     total = 0
     for part in ir.expressions(value):
         if isinstance(part, ir.Apply):

@@ -34,7 +34,7 @@ from passgraph.language.values import (
     type_of,
 )
 
-#: What becomes what, and at which cost where one of several functions is chosen.
+#: Implicit conversions, with their costs in overload resolution.
 _COSTS = {(INT, UINT): 1, (INT, FLOAT): 2, (UINT, FLOAT): 2}
 
 
@@ -43,7 +43,7 @@ def type_of_part(part: Part) -> Type | None:
 
 
 def cost_of(part: Part, type_: Type, passed: str) -> int | None:
-    """0 for the type itself, more where numbers are converted, None where a parameter does not take a value."""
+    """Return the cost of passing a value to a parameter: 0 for the same type; None if it cannot be converted."""
     type_of_argument = type_of_part(part)
     if type_of_argument == type_:
         return 0
@@ -58,7 +58,7 @@ def cost_of(part: Part, type_: Type, passed: str) -> int | None:
 
 
 def fitted(part: Part, type_: Type, span: Span, what: str) -> Part:
-    """A value where a declared type is wanted."""
+    """Convert a value implicitly to a declared type."""
     if isinstance(type_, (Scalar, Vector)) and element_of(type_) is UINT:
         part_type = type_of_part(part)
         if (
@@ -71,7 +71,7 @@ def fitted(part: Part, type_: Type, span: Span, what: str) -> Part:
 
 
 def whole_numbers_alike(left: ir.Expr, right: ir.Expr, span: Span) -> tuple[ir.Expr, ir.Expr]:
-    """Return both operands; if one is uint, the other is converted from int to uint."""
+    """Return both operands; an int is converted to uint if the other is a uint."""
     elements = [_element(side) for side in (left, right)]
     if set(elements) != {INT, UINT}:
         return left, right
@@ -83,7 +83,7 @@ def _element(value: ir.Expr) -> Scalar | None:
 
 
 def as_int(value: ir.Expr, span: Span) -> ir.Expr:
-    """A uint as the int with the same bits: indices, and distances of shifts."""
+    """Convert a uint to the int with the same bits, for indices and shift distances."""
     return convert(value, INT, span) if _element(value) is UINT else value
 
 
@@ -91,7 +91,7 @@ _ORDERED = {"<": "less", ">": "greater", "<=": "less_equal", ">=": "greater_equa
 
 
 def arithmetic(sign: str, left: Part, right: Part, span: Span, named: Namer) -> ir.Expr:
-    """Any operator but those that compute one side only where they need it."""
+    """Apply any binary operator except ``&&`` and ``||``, which evaluate one side conditionally."""
     if sign in ("==", "!="):
         is_equal = equal(left, right, span, named)
         return is_equal if sign == "==" else apply("logical_not", [is_equal], span)
@@ -113,7 +113,7 @@ def arithmetic(sign: str, left: Part, right: Part, span: Span, named: Namer) -> 
             sign, one, convert(as_int(other, span), _integer_type(one), span) if _is_whole(other) else other, span
         )
     if isinstance(one.type, Matrix) or isinstance(other.type, Matrix):
-        # Sums of matrices and products with scalars go by column and use both sides once for each.
+        # Sums of matrices and products with scalars are computed by column, which uses both operands repeatedly.
         one, other = named(one, span), named(other, span)
     elif sign in ("/", "%") and _is_whole(one) and _is_whole(other):
         return apply("quotient" if sign == "/" else "remainder", [one, other], span)
@@ -123,7 +123,7 @@ def arithmetic(sign: str, left: Part, right: Part, span: Span, named: Namer) -> 
 
 
 def plain(part: Part, span: Span, what: str) -> ir.Expr:
-    """A part that is one value."""
+    """Return a part that is a single value; raise KernelError for others."""
     part = plain_value(part, span)
     if isinstance(part, COMPOSITE):
         fail(span, f"{what} cannot be {part_type(part)}")
@@ -135,12 +135,12 @@ def _is_whole(value: ir.Expr) -> bool:
 
 
 def _integer_type(value: ir.Expr) -> Scalar:
-    """The kind of whole number that a shifted value is."""
+    """Return the integer type of a shifted value."""
     return UINT if _is_whole(value) and element_of(value.type) is UINT else INT
 
 
 def negated(sign: str, value: ir.Expr, span: Span, named: Namer) -> ir.Expr:
-    """``-a +a !a ~a``."""
+    """Apply a unary operator: ``-a +a !a ~a``."""
     if sign == "+":
         return value
     if sign == "!":
@@ -158,7 +158,7 @@ def negated(sign: str, value: ir.Expr, span: Span, named: Namer) -> ir.Expr:
 
 
 def equal(left: Part, right: Part, span: Span, named: Namer) -> ir.Expr:
-    """Return an expression that is true if all parts of two values are equal."""
+    """Compare all parts of two values for equality."""
     check_local(type_of(left), "a side of ==", span)
     if isinstance(left, StructValue) and isinstance(right, StructValue) and left.struct == right.struct:
         links = [equal(left.fields[name], right.fields[name], span, named) for name in left.fields]

@@ -32,7 +32,7 @@ from passgraph.language.values import (
 if TYPE_CHECKING:
     from passgraph.glsl.body import Body
 
-#: A field or swizzle by its name, an element by its index.
+#: A path: fields and swizzles by name, elements by index.
 Way: TypeAlias = tuple[str | ir.Expr, ...]
 
 
@@ -64,7 +64,7 @@ def place_of(body: Body, node: g.Expr) -> Place:
 
 
 def _type_at(place: Place) -> Type | None:
-    """The type of what lies there; None where the way leads nowhere."""
+    """Return the type of a place; None for an invalid path."""
     type_: Type | None = place.slot.variable.type
     for step in place.way:
         if isinstance(step, str):
@@ -87,10 +87,10 @@ def _elements(type_: Type | None) -> tuple[int, Type | None]:
 
 
 def perhaps(body: Body, index: ir.Expr, node: g.Expr, type_: Type | None) -> ir.Expr:
-    """An index of a value of this type that is outside of it, as one that is known when it runs: not refused.
+    """Return a constant index out of range as one of unknown value, so that it is no error.
 
-    Only where names stand for it, as parameters do for a call's constants, and a condition may rule it out: such code
-    is right, and no driver refuses it.
+    Only for an index through names, such as an inlined call's parameters: a condition may rule it out at run time, and
+    drivers accept such code.
     """
     builder, (count, _) = body.builder, _elements(type_)
     if not isinstance(index, ir.Literal) or 0 <= index.value < count or len(builder.blocks) == 1:
@@ -111,7 +111,7 @@ def read_place(body: Body, place: Place) -> Part:
 
 
 def part_at(part: Part, step: str | ir.Expr, span: Span, named: Namer) -> Part:
-    """A field, swizzle or element of a value."""
+    """Return a field, swizzle or element of a value."""
     if isinstance(step, str):
         if isinstance(part, StructValue):
             if step not in part.fields:
@@ -130,14 +130,14 @@ def part_at(part: Part, step: str | ir.Expr, span: Span, named: Namer) -> Part:
 
 
 def write_place(body: Body, place: Place, value: Part, what: str) -> None:
-    """Assign to a place; a part of a value is replaced in the whole."""
+    """Assign to a place; for a part of a value, the whole value is replaced."""
     here, way, span = assignments.Place(place.slot.variable, place.slot.variable.type), place.way, place.span
     value_before = read_variable(here.variable, span)
     while way and (following := _entered(here, way[0], span)) is not None:
         value_before = part_at(value_before, way[0], span, body.builder.name_it)
         here, way = following, way[1:]
     if way and isinstance(value_before, COMPOSITE):
-        part_at(value_before, way[0], span, body.builder.name_it)  # which says what is wrong
+        part_at(value_before, way[0], span, body.builder.name_it)  # raises the error
     if way:
         value = _replaced(
             body, plain(value_before, span, "what is assigned to"), way, plain(value, span, "what is assigned"), span
@@ -146,7 +146,7 @@ def write_place(body: Body, place: Place, value: Part, what: str) -> None:
 
 
 def _entered(place: assignments.Place, step: str | ir.Expr, span: Span) -> assignments.Place | None:
-    """A field or entry that is a variable of its own, or lies in one; None for parts of plain values."""
+    """Return a field or entry that is a separate variable, or inside one; None for parts of plain values."""
     if isinstance(step, str):
         return place.field(step)
     if not isinstance(place.type, Array) or (place.indices == () and is_plain(place.type)):
@@ -156,7 +156,7 @@ def _entered(place: assignments.Place, step: str | ir.Expr, span: Span) -> assig
 
 
 def _replaced(body: Body, container: ir.Expr, way: Way, value: ir.Expr, span: Span) -> ir.Expr:
-    """``container`` with the part at the end of ``way`` replaced."""
+    """Return ``container`` with the part at the end of ``way`` replaced."""
     step, named = way[0], body.builder.name_it
     container = named(container, span)
     if len(way) > 1:

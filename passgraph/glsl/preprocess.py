@@ -13,7 +13,7 @@ from passgraph.errors import KernelError
 from passgraph.glsl.tokens import MAX_CHARACTERS, Token, token_lines
 from passgraph.language.source import Span, fail
 
-#: Parentheses and signs in one another.
+#: Most nested parentheses and signs.
 MAX_DEPTH = 40
 
 _BINARY: tuple[dict[str, Callable[[int, int], int]], ...] = (
@@ -38,14 +38,14 @@ _UNARY: dict[str, Callable[[int], int]] = {
 
 
 def _quotient(a: int, b: int) -> int:
-    """Toward zero; by zero 0, since ``defined(A) && 1 / A`` computes both sides here."""
+    """Divide, rounding toward zero; x / 0 is 0, since both sides of ``defined(A) && 1 / A`` are evaluated."""
     if not b:
         return 0
     return abs(a) // abs(b) * (1 if (a < 0) == (b < 0) else -1)
 
 
 def holds(tokens: Sequence[Token], span: Span) -> bool:
-    """The value of a condition whose macros are expanded; names that are left stand for 0."""
+    """Return the value of a condition with macros expanded; remaining names are 0."""
     reader = _Reader(tokens, span)
     value = reader.binary(0)
     if reader.position < len(tokens):
@@ -104,15 +104,15 @@ def _wrapped(value: int) -> int:
     return (value + 2**63) % 2**64 - 2**63
 
 
-#: Tokens that all macros of a shader may bring.
+#: Most tokens from all macros of a shader.
 MAX_EXPANDED = 200_000
-#: Macros within macros.
+#: Most nested macros.
 MAX_MACRO_DEPTH = 100
 
 
 @dataclass(frozen=True)
 class Macro:
-    """``parameters`` is None where the macro takes no parentheses."""
+    """A macro; ``parameters`` is None for one without parentheses."""
 
     name: str
     parameters: tuple[str, ...] | None
@@ -120,20 +120,20 @@ class Macro:
 
     @cached_property
     def joins(self) -> bool:
-        """Return True if the macro joins tokens with ``##``."""
+        """True if its body has ``##``."""
         return any(token.text == "##" for token in self.body)
 
 
 class Expander:
-    """Expands macros in a stream of tokens."""
+    """Expand macros in a stream of tokens."""
 
     def __init__(self) -> None:
         self.macros: dict[str, Macro] = {}
         self.expanded = 0
-        self._depth = 0  # of arguments within arguments
+        self._depth = 0  # of nested arguments
 
     def expand(self, tokens: Iterable[Token]) -> Iterator[Token]:
-        """The tokens with every macro replaced; ``tokens`` are asked for one by one."""
+        """Yield the tokens with macros replaced; ``tokens`` are read lazily."""
         source, pending = iter(tokens), []  # type: Iterator[Token], list[Token]
         while (token := pending.pop() if pending else next(source, None)) is not None:
             macro = self.macros.get(token.text) if token.kind == "name" else None
@@ -178,7 +178,7 @@ class Expander:
     def _body(
         self, macro: Macro, arguments: Mapping[str, list[Token]], use: Token, hidden: frozenset[str]
     ) -> list[Token]:
-        """A macro's body in place of its use."""
+        """Return a macro's body with its parameters replaced."""
         if len(hidden) >= MAX_MACRO_DEPTH:
             fail(use.span, f"macros nest deeper than {MAX_MACRO_DEPTH}")
         hidden = hidden | {macro.name}
@@ -208,14 +208,14 @@ class Expander:
             tokens += part
             self._count(len(part) + 1, use.span)
             i += 1
-        both = {frozenset[str](): hidden}  # most tokens came out of nothing, or out of the same macros
+        both = {frozenset[str](): hidden}  # a cache, since most tokens come from no macro, or from the same ones
         for token in tokens:
             if token.hidden not in both:
                 both[token.hidden] = token.hidden | hidden
         return [Token(t.kind, t.text, t.span, t.spaced, both[t.hidden]) for t in tokens]
 
     def _expanded(self, argument: list[Token], span: Span) -> list[Token]:
-        """An argument whose own macros are expanded."""
+        """Return an argument with its own macros expanded."""
         if self._depth >= MAX_MACRO_DEPTH:
             fail(span, f"macros nest deeper than {MAX_MACRO_DEPTH}")
         self._depth += 1
@@ -230,24 +230,24 @@ class Expander:
 
 
 def _glued(left: Token, right: Token, span: Span) -> Token:
-    """``left ## right``: one token."""
+    """Join ``left ## right`` to one token."""
     lines = list(token_lines(left.text + right.text, span.file))
     if len(lines) != 1 or len(lines[0]) != 1:
         fail(span, f"{left.text} ## {right.text} is not one word")
     return replace(lines[0][0], span=span, spaced=left.spaced, hidden=left.hidden & right.hidden)
 
 
-#: Tokens of a shader once macros are expanded.
+#: Most tokens of a shader after macro expansion.
 MAX_TOKENS = 300_000
-#: Files that include files.
+#: Most nested includes.
 MAX_INCLUDE_DEPTH = 32
-#: Files that are included, one counted as often as it is; their characters together are as many as a text may have.
+#: Most includes, counted each time; their characters together are limited as those of a text.
 MAX_INCLUDES = 1000
-#: ``#if`` within ``#if``.
+#: Most nested ``#if``.
 MAX_CONDITIONS = 100
 
 _INCLUDE = re.compile(r"""\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)""")
-#: Names without an ending are three.js's, which has pieces of shaders by name.
+#: The hint for includes without a suffix, which are three.js's named shader chunks.
 _CHUNK = "; pieces of three.js are not read: write what the shader uses of it in its place"
 
 
@@ -256,21 +256,21 @@ class _Condition:
     """An open ``#if``."""
 
     span: Span
-    outer: bool  # whether the text around it is read
+    outer: bool  # True if the text around it is active
     active: bool
-    taken: bool  # whether a branch was
-    last: bool = False  # whether its #else was
+    taken: bool  # True after an active branch
+    last: bool = False  # True after #else
 
 
 @dataclass
 class Preprocessor:
-    """Reads shader text, one piece after another; macros last from piece to piece.
+    """Preprocess shader text, piece by piece; macros stay defined for later pieces.
 
     Attributes
     ----------
-    folder : where ``#include`` may read; None: only from ``included``
+    folder : folder for ``#include``; None allows only files in ``included``
     included : the text of each included file, by its path in ``folder``; files that are read are added
-    version : what ``#version`` said, or 0
+    version : the number of ``#version``, or 0
     """
 
     folder: Path | None = None
@@ -286,22 +286,22 @@ class Preprocessor:
         self._files: list[str] = []
         self._once: set[str] = set()
         self._count = self._includes = 0
-        self._room = MAX_CHARACTERS  # of files that may still be included
+        self._room = MAX_CHARACTERS  # characters of files that may still be included
         self.define("GL_FRAGMENT_PRECISION_HIGH")
-        self.define("__VERSION__", "110")  # what a shader without #version is
+        self.define("__VERSION__", "110")  # the version of a shader without #version
 
     def define(self, name: str, value: str = "1") -> None:
-        """A macro from outside, as text."""
+        """Define a macro from text."""
         tokens = [token for line in token_lines(f"{name} {value}", f"<macro {name}>") for token in line]
         self._define(tokens, tokens[0].span if tokens else Span("<macro>", 1, 0, 1))
 
     def tokens(self, text: str, file: str) -> list[Token]:
-        """The tokens of one piece of text.
+        """Return the tokens of a piece of text.
 
         Raises
         ------
         KernelError
-            For directives that cannot be read, ``#error``, and text that grows beyond the limits.
+            For invalid directives, ``#error``, and text beyond the limits.
         """
         expanded = []
         for token in self._expander.expand(self._read(text, file)):
@@ -312,7 +312,7 @@ class Preprocessor:
         return expanded
 
     def _read(self, text: str, file: str) -> Iterator[Token]:
-        """Tokens of the lines that conditions leave in; directives are obeyed on the way."""
+        """Yield the tokens of active lines, and execute directives."""
         within = len(self._conditions)
         for line in token_lines(text, file):
             if line[0].text == "#":
@@ -346,7 +346,7 @@ class Preprocessor:
             if rest and rest[0].text == "once" and self._files:
                 self._once.add(self._files[-1])
             self.pragmas.append((span.text[span.end_column :].strip(), span))
-        elif name != "line":  # what #line says is not where the text stands
+        elif name != "line":  # #line is ignored: errors show the position in the file
             fail(span, f"there is no directive #{name}")
 
     def _name(self, tokens: list[Token], span: Span) -> str:
@@ -478,7 +478,7 @@ def preprocessed(
     folder: Path | None,
     included: Mapping[str, str] | None = None,
 ) -> tuple[list[Token], Preprocessor]:
-    """Return the tokens of several pieces of text, each with the name of its file."""
+    """Return all tokens of several pieces of text, each with the name of its file."""
     reader = Preprocessor(folder, dict(included or {}))
     for name, value in defines.items():
         reader.define(name, value)

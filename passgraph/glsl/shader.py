@@ -1,4 +1,4 @@
-"""A whole shader: from its text to a kernel."""
+"""Parse a whole shader's text to a kernel."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ if TYPE_CHECKING:
     from passgraph.glsl.body import Body
 
 
-#: The types of a function's parameters as they are compared: by name, with the lengths of arrays.
+#: The types of a function's parameters for comparison: by name, with the lengths of arrays.
 _Signature: TypeAlias = tuple[tuple[str, tuple[object, ...]], ...]
 
 
 def check_declared_once(tree: Iterable[g.Outer], around: Collection[str]) -> None:
-    """Refuse a name that stands for two things, and a function that is defined twice for the same parameters.
+    """Raise KernelError for a name with two meanings, and for a function defined twice with the same parameters.
 
-    ``around``: what is called the container's text, whose names the shader may declare anew.
+    ``around`` are the file names of the container's text, whose names the shader may redeclare.
     """
     own = [node for node in tree if node.span.file not in around]
     names: dict[str, tuple[str, Span]] = {}
@@ -59,7 +59,7 @@ def check_declared_once(tree: Iterable[g.Outer], around: Collection[str]) -> Non
         elif not isinstance(node, g.Declaration):
             _check_apart(node.fields)
         for name, span, what in _named(node):
-            declaration = what, span  # what a macro brings may have one place
+            declaration = what, span  # tokens of a macro may have the same position
             first = names.setdefault(name, declaration)
             first_kind, before = first
             if first is not declaration and not (first_kind == what == "a function"):
@@ -67,7 +67,7 @@ def check_declared_once(tree: Iterable[g.Outer], around: Collection[str]) -> Non
 
 
 def _named(node: g.Outer) -> Iterator[tuple[str, Span, str]]:
-    """The names that something outside of functions declares there, and what they are; not those of GLSL's own."""
+    """Yield the names that a declaration outside of functions introduces, with their kinds, without built-in names."""
     if isinstance(node, g.Function):
         yield node.name, node.span, "a function"
     elif isinstance(node, g.Struct):
@@ -83,7 +83,7 @@ def _named(node: g.Outer) -> Iterator[tuple[str, Span, str]]:
 
 
 def _check_function(function: g.Function, functions: dict[tuple[str, _Signature], g.Function]) -> None:
-    """Refuse a second body, another type of result, and a parameter of a name that another one has."""
+    """Raise KernelError for a second body, another return type, and a duplicate parameter name."""
     if function.body is not None:
         _check_apart(one for one in function.parameters if one.name)
     key = function.name, tuple(_compared(one.type) for one in function.parameters)
@@ -100,7 +100,7 @@ def _check_function(function: g.Function, functions: dict[tuple[str, _Signature]
 
 
 def _compared(type_: g.TypeName) -> tuple[str, tuple[object, ...]]:
-    """A type by its one name; of lengths, those that are numbers or names are alike where they are written alike."""
+    """Return a type's canonical name and its array lengths; numbers and names compare as written."""
     lengths = tuple(
         n.value if isinstance(n, g.Number) else n.name if isinstance(n, g.Name) else n for n in type_.lengths
     )
@@ -108,7 +108,7 @@ def _compared(type_: g.TypeName) -> tuple[str, tuple[object, ...]]:
 
 
 def _check_apart(names: Iterable[g.Variable | g.Parameter]) -> None:
-    """Refuse a name that parameters or fields have twice."""
+    """Raise KernelError for duplicate names of parameters or fields."""
     known: dict[str, Span] = {}
     for one in names:
         if one.name in known:
@@ -125,7 +125,7 @@ def _place(before: Span, span: Span) -> str:
 
 
 def declare_uniforms(body: Body, node: g.Declaration) -> None:
-    """Uniforms of one statement."""
+    """Declare the uniforms of a statement."""
     for variable in node.variables:
         type_ = body.type_of(variable.type, variable.type.span, variable.value)
         uniform = Uniform(variable.name, type_, variable.span)
@@ -137,7 +137,7 @@ def declare_uniforms(body: Body, node: g.Declaration) -> None:
 
 
 def declare_interface(body: Body, node: g.Interface) -> None:
-    """A block of uniforms: each member is a parameter, by its own name."""
+    """Declare a uniform block: each member becomes a parameter of its own name."""
     if not node.qualifiers & {"uniform", "buffer"}:
         fail(node.span, "blocks hold uniforms here")
     uniforms = [Uniform(v.name, body.type_of(v.type, v.type.span), v.span) for v in node.fields]
@@ -158,13 +158,13 @@ def _declare(body: Body, uniform: Uniform) -> None:
     if declared is not uniform:
         if declared.type != uniform.type:
             fail(uniform.span, f"uniform {uniform.name} is {declared.type} already")
-        return  # declared again, as by a container
+        return  # already declared, such as by a container
     part = parameter_value(uniform.type, uniform.name, False, uniform.span)
     body.bind(uniform.name, Known(part, "a uniform"))
 
 
 def _host(part: Part, span: Span) -> object:
-    """A known value as the host writes it."""
+    """Return a known value in the host's representation."""
     value = part if isinstance(part, COMPOSITE) else constant(part)
     if isinstance(value, ir.Literal):
         return value.value
@@ -174,12 +174,12 @@ def _host(part: Part, span: Span) -> object:
 
 
 def declare_inputs(body: Body, node: g.Declaration) -> None:
-    """Inputs from the vertex stage: a container's by name, else a vec2 is where the pixel lies in the picture."""
+    """Declare inputs from the vertex stage: a container's by name; else a vec2 is the position in the picture."""
     for variable in node.variables:
         name, span, unit = variable.name, variable.span, body.unit
         type_ = body.type_of(variable.type, variable.type.span)
         if isinstance(unit.names.get(name), Slot):
-            continue  # a variable of a container's prelude, which writes it
+            continue  # a variable that a container's prelude writes
         if name in STAGE:
             part = fitted(STAGE[name](unit, span), type_, span, name)
             body.bind(name, Known(part, "an input"))
@@ -194,26 +194,26 @@ def declare_inputs(body: Body, node: g.Declaration) -> None:
             )
 
 
-#: Files that errors in the texts of a container name.
+#: File names in errors in the texts of a container.
 PRELUDE, POSTLUDE = "<prelude>", "<postlude>"
 
 
 @dataclass(frozen=True)
 class ShaderText:
-    """Everything that a fragment shader is parsed from.
+    """The texts and settings that a fragment shader is parsed from.
 
     Attributes
     ----------
     text : GLSL ES 1.00 or 3.00, or desktop GLSL from 1.20 on, at most 500,000 characters
-    name : of the kernel
-    file : what errors call the text
-    entry : the function to run; it is void and writes outputs, or gives the one output
-    prelude, postlude : GLSL before and after the text, such as what a container declares; uniforms there become
-        parameters where they are used
-    prelude_file : what errors call the prelude
-    defines : macros, by name
-    rows_up : whether the shader counts rows of pictures from the bottom, as OpenGL does; else from the top
-    included : the text of each file that it includes, by its path
+    name : the kernel's name
+    file : the file name in errors
+    entry : the function to run; it is void and writes outputs, or returns the only output
+    prelude, postlude : GLSL before and after the text, such as a container's declarations; uniforms there become
+        parameters if they are used
+    prelude_file : the file name in errors in the prelude
+    defines : macros by name
+    rows_up : True if the shader counts rows of pictures from the bottom, as in OpenGL; False for the top
+    included : the text of each included file, by its path
     """
 
     text: str
@@ -230,18 +230,18 @@ class ShaderText:
 
 @dataclass(frozen=True)
 class Shader:
-    """A shader that was read.
+    """A parsed shader.
 
     Attributes
     ----------
-    program : its typed representation, which any kernel is
-    uniforms : its parameters with what the text says of them
-    notes : reliances on what drivers do differently, each with its line
-    source : what it was parsed from, with the files that it includes
-    version : what ``#version`` said; 0 without one
+    program : its typed representation, as of any kernel
+    uniforms : its parameters with their declarations
+    notes : parts that depend on the driver, each with its line
+    source : the texts that it was parsed from, with included files
+    version : the number of ``#version``; 0 without one
     extensions : names of ``#extension``
-    token_count : tokens that were parsed, macros expanded
-    leveled : its representation where these of its pictures have smaller levels, which derivatives then choose from
+    token_count : number of parsed tokens, after macro expansion
+    leveled : returns its representation for pictures with mipmaps, whose levels derivatives select
     """
 
     program: ir.TypedKernel
@@ -255,19 +255,19 @@ class Shader:
 
 
 def parse(text: str, *, folder: str | Path | None = None, levels: Collection[str] = (), **settings: Any) -> Shader:
-    """The kernel that a fragment shader is.
+    """Parse a fragment shader to a kernel.
 
     Parameters
     ----------
-    text : of the shader
-    folder : where ``#include`` may read
-    levels : pictures whose smaller levels ``texture`` chooses from by derivatives; those of handles with ``mipmaps()``
+    text : the shader's text
+    folder : folder for ``#include``
+    levels : pictures with mipmaps (handles with ``mipmaps()``), whose level ``texture`` selects by derivatives
     settings : the other attributes of :class:`ShaderText`
 
     Raises
     ------
     KernelError
-        For what is not GLSL or not read here, with file, line, the line and a caret.
+        For invalid or unsupported GLSL, with file, line, the source line and a caret.
 
     Examples
     --------
@@ -304,11 +304,11 @@ def parse_shader(source: ShaderText, folder: Path | None = None, levels: frozens
 
 
 def _program(tree: list[g.Outer], unit: Unit, source: ShaderText) -> tuple[ir.TypedKernel, tuple[Uniform, ...]]:
-    """The typed kernel, and what is known of its parameters."""
+    """Return the typed kernel, and its parameters with their declarations."""
     check_declared_once(tree, unit.around)
     name, entry = source.name, source.entry
     body = Body(unit, name)
-    unit.builder.calls.append(tree)  # what stands outside of functions is the outermost of them
+    unit.builder.calls.append(tree)  # the declarations outside of functions are the outermost call
     unit.builder.emit(ir.Assign(KEPT, ir.Literal(BOOL, True)))
     for node in tree:
         if isinstance(node, g.Function):
@@ -331,7 +331,7 @@ def _program(tree: list[g.Outer], unit: Unit, source: ShaderText) -> tuple[ir.Ty
 
 
 def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
-    """Obey everything outside of functions; the outputs that are declared, in the order of their locations."""
+    """Execute the declarations outside of functions; return the declared outputs, in the order of their locations."""
     outputs: list[tuple[int, str, Slot]] = []
     for name in ("gl_FragColor", *(f"gl_FragData[{i}]" for i in range(8))):
         slot = body.new_slot(name, VEC4, written=True)
@@ -339,7 +339,7 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
         body.bind(name, slot)
     depth = body.new_slot("gl_FragDepth", FLOAT, written=True)
     body.builder.clear(depth.variable)
-    body.bind("gl_FragDepth", depth)  # written to nobody: a pass over a picture has no depth
+    body.bind("gl_FragDepth", depth)  # ignored, since a pass over a picture has no depth
     written = assigned_names(tuple(tree), partial(overloads, body.unit))
     for node in tree:
         if isinstance(node, g.Struct):
@@ -395,6 +395,6 @@ def _results(outputs: list[tuple[str, Variable]], span: Span) -> tuple[ir.Result
 
 
 def _parameters(unit: Unit) -> tuple[Uniform, ...]:
-    """Samplers first, then the others as they stand in the text; those of a prelude where they are used."""
+    """Return samplers first, then other uniforms in the order of the text; those of a prelude only if they are used."""
     used_uniforms = [u for u in unit.uniforms.values() if u.span.file not in unit.around or u.name in unit.used]
     return tuple(sorted(used_uniforms, key=lambda u: not holds_pictures(u.type)))

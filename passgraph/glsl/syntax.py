@@ -11,12 +11,12 @@ from passgraph.language.source import Span
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
     span: Span
-    depth: int  # expressions in one another below, this one counted
+    depth: int  # levels of nested expressions, including this one
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Number(Node):
-    """A written number or ``true``."""
+    """A literal: a number or ``true``."""
 
     type: Literal["int", "uint", "float", "bool"]
     value: bool | int | float
@@ -62,7 +62,7 @@ class Choice(Node):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assignment(Node):
-    """``a = b``, or ``a += b`` with the sign ``+``."""
+    """An assignment: ``a = b``, or ``a += b`` with the sign ``+``."""
 
     sign: str
     target: Expr
@@ -71,11 +71,11 @@ class Assignment(Node):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Call(Node):
-    """A function, or the constructor of a type."""
+    """A call of a function, or of the constructor of a type."""
 
     name: str
     arguments: tuple[Expr, ...]
-    type: TypeName | None = None  # of a constructor
+    type: TypeName | None = None  # the type of a constructor
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,14 +94,14 @@ class Subscript(Node):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sequence(Node):
-    """``a, b``: the last one's value."""
+    """``a, b``; its value is the last one's."""
 
     parts: tuple[Expr, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Braces(Node):
-    """``{a, b}`` behind a declaration."""
+    """``{a, b}`` as the initial value of a declaration."""
 
     parts: tuple[Expr, ...]
 
@@ -113,7 +113,7 @@ Expr: TypeAlias = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TypeName:
-    """A type as written; None among the lengths stands for ``[]``."""
+    """A type as written; a length None is ``[]``."""
 
     span: Span
     name: str
@@ -122,7 +122,7 @@ class TypeName:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Variable:
-    """A name that a declaration introduces."""
+    """A variable of a declaration."""
 
     span: Span
     name: str
@@ -132,7 +132,7 @@ class Variable:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Declaration:
-    """Variables of one statement; ``layout`` has the names of ``layout(…)`` with their numbers."""
+    """A declaration of variables; ``layout`` has the names of ``layout(…)`` with their numbers."""
 
     span: Span
     qualifiers: frozenset[str]
@@ -168,7 +168,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Function:
-    """``body`` is None for a prototype."""
+    """A function; ``body`` is None for a prototype."""
 
     span: Span
     name: str
@@ -185,7 +185,7 @@ class Block:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluate:
-    """An expression for what it does."""
+    """An expression statement."""
 
     span: Span
     value: Expr
@@ -201,7 +201,7 @@ class If:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loop:
-    """``for``, ``while`` and, where it is ``late``, ``do … while``."""
+    """``for``, ``while`` or, if ``late``, ``do … while``."""
 
     span: Span
     start: Statement | None
@@ -213,7 +213,7 @@ class Loop:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Case:
-    """The statements from a label on to the next; None stands for ``default``."""
+    """The statements from a label to the next; the label None is ``default``."""
 
     span: Span
     value: Expr | None

@@ -10,9 +10,9 @@ from typing import Literal, TypeAlias
 from passgraph.errors import InputError, KernelError
 from passgraph.language.source import Span, fail
 
-#: Longest text of a shader, in characters; long ones that people publish have about 100,000.
+#: Longest text of a shader, in characters; long published ones have about 100,000.
 MAX_CHARACTERS = 500_000
-#: Longest word; GLSL ES promises that names may have as many characters.
+#: Longest word, as GLSL ES requires for names.
 MAX_WORD = 1024
 
 Kind: TypeAlias = Literal["name", "number", "sign", "stray", "end"]
@@ -33,7 +33,7 @@ _TOKEN = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Token:
-    """A word of the text; ``spaced`` tells white space before it, ``hidden`` the macros that it came out of."""
+    """A token; ``spaced`` is True after white space, ``hidden`` are the macros that it was expanded from."""
 
     kind: Kind
     text: str
@@ -43,12 +43,12 @@ class Token:
 
 
 def token_lines(text: str, file: str) -> Iterator[list[Token]]:
-    """The tokens of each line that has any; comments and ends of lines behind a backslash join lines.
+    """Yield the tokens of each line that is not empty; comments and trailing backslashes join lines.
 
     Raises
     ------
     KernelError
-        For text that is too long, and for a comment without an end.
+        For text that is too long, and for an unterminated comment.
     """
     if not isinstance(text, str):
         raise InputError(f"the text of a shader must be str, got {type(text).__name__}")
@@ -56,7 +56,7 @@ def token_lines(text: str, file: str) -> Iterator[list[Token]]:
         raise KernelError(f"{file}: the shader has {len(text)} characters; at most {MAX_CHARACTERS} are read")
     text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
     lines = text.split("\n")
-    row, begin, spaced = 0, 0, False  # the physical line, where it begins, white space seen
+    row, begin, spaced = 0, 0, False  # the physical line, its start, and True after white space
     tokens: list[Token] = []
     for match in _TOKEN.finditer(text):
         kind, word, start = match.lastgroup, match[0], match.start()

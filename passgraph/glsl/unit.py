@@ -1,4 +1,4 @@
-"""State that the functions of a shader share while it is translated."""
+"""State of a shader being lowered to the typed representation, shared by its functions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from passgraph.language.values import Part
 
 @dataclass(frozen=True)
 class Uniform:
-    """A uniform of the text; ``default`` is what it is set to there."""
+    """A uniform of the text; ``default`` is its initial value there."""
 
     name: str
     type: Type
@@ -29,7 +29,7 @@ class Uniform:
     has_default: bool = False
 
 
-#: Samplers that are pictures; what they hold arrives as floats.  A volume is a picture of its slices.
+#: Samplers of pictures, which are read as floats. A volume is a picture of its slices.
 _PICTURES = frozenset(["sampler2D", "sampler2DRect", "samplerExternalOES", "sampler3D"])
 SQUARE = {f"mat{n}x{n}": f"mat{n}" for n in (2, 3, 4)}
 _NEVER = 1 << 62
@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 @dataclass(eq=False)
 class Slot:
-    """A variable of the shader; ``born`` is the count of names when it was made."""
+    """A variable of the shader; ``born`` is the count of names at its declaration."""
 
     variable: Variable
     born: int
@@ -47,7 +47,7 @@ class Slot:
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """A name that only stands for a value: a constant, a uniform, an input."""
+    """A name of a value that cannot be assigned: a constant, a uniform, an input."""
 
     part: Part
     what: str
@@ -58,7 +58,7 @@ Binding: TypeAlias = Slot | Known
 
 @dataclass(frozen=True)
 class Note:
-    """Something that the shader relies on and that drivers do differently."""
+    """A part of the shader that depends on the driver."""
 
     span: Span
     text: str
@@ -67,43 +67,45 @@ class Note:
         return self.span.point_at(self.text)
 
 
-#: A function of GLSL, on typed values.
+#: A built-in GLSL function on typed values.
 Native: TypeAlias = Callable[["Unit", list[Part], Span], Part]
-#: A value that every shader knows.
+#: A built-in value.
 NativeValue: TypeAlias = Callable[["Unit", Span], Part]
 
 
 @dataclass(eq=False)
 class Unit:
-    """State shared by all functions of one shader."""
+    """State shared by all functions of a shader."""
 
-    rows_up: bool = True  # whether the shader counts rows from the bottom
-    leveled: frozenset[str] = frozenset()  # pictures with smaller levels, which derivatives choose from
-    around: frozenset[str] = frozenset()  # what is called the container's text: its uniforms count where they are used
+    rows_up: bool = True  # True if the shader counts rows from the bottom
+    leveled: frozenset[str] = frozenset()  # pictures with mipmaps, whose levels derivatives select
+    around: frozenset[str] = (
+        frozenset()
+    )  # file names of the container's text, whose uniforms become parameters only if they are used
     builder: Builder = field(default_factory=lambda: Builder("pixel"))
     functions: dict[str, list[g.Function]] = field(default_factory=dict)
     structs: dict[str, Struct] = field(default_factory=dict)
     names: dict[str, Binding] = field(default_factory=dict)
     uniforms: dict[str, Uniform] = field(default_factory=dict)
-    missing: dict[str, str] = field(default_factory=dict)  # names that have no value here, and why
-    used: set[str] = field(default_factory=set)  # global names that functions ask for
+    missing: dict[str, str] = field(default_factory=dict)  # names that are not available, with the reasons
+    used: set[str] = field(default_factory=set)  # global names that functions read
     notes: dict[tuple[str, int, str], Note] = field(default_factory=dict)
     leaving: dict[g.Statement, bool] = field(default_factory=dict)  # statements that may leave their function
-    work: int = 0  # instructions that open loops may take
-    trips: int = 1  # of the loops around together, as many as open ones may make at most
-    told: int = 1  # of those around whose trips are told
-    undecided: int = 0  # how many around are open
-    #: Between what the counters of the loops around lie, by their names in the representation and their components.
+    work: int = 0  # estimated instructions of open loops
+    trips: int = 1  # of the enclosing loops together, with the most for open ones
+    told: int = 1  # of the enclosing loops with known trip counts
+    undecided: int = 0  # number of enclosing open loops
+    #: Ranges of the enclosing loops' counters, by their names in the representation and their components.
     counters: dict[tuple[str, int], Range] = field(default_factory=dict)
-    #: The oldest variable written since the last look, by the count of names when it was made.
+    #: The oldest variable written since the last reset, by the count of names at its declaration.
     oldest_write: int = _NEVER
 
     def turned(self, read: str) -> str:
-        """The function of the library that reads with the shader's rows."""
+        """Return the library function that reads with the shader's direction of rows."""
         return f"{read}_upward" if self.rows_up else read
 
     def note(self, span: Span, text: str) -> None:
-        """Remember a reliance, once for each line and kind."""
+        """Add a note, once for each line and kind."""
         self.notes.setdefault((span.file, span.line, text), Note(span, text))
 
     def captured(self, compute: Callable[[], T], span: Span) -> tuple[tuple[ir.Stmt, ...], T]:
@@ -112,8 +114,7 @@ class Unit:
         return self.builder.captured(lambda: results.append(compute()), span), results[0]
 
     def ordered(self, computations: Sequence[Callable[[], Part]], span: Span) -> list[Part]:
-        """Values computed one after another; where a later one changes variables, the earlier ones keep what they
-        had read."""
+        """Evaluate computations in order; earlier values are kept if a later computation changes variables."""
         parts: list[Part] = []
         for compute in computations:
             before, born, start = self.oldest_write, self.builder.count, len(self.builder.blocks[-1])
@@ -141,7 +142,7 @@ class Unit:
     # Types
 
     def plain_type(self, name: str, span: Span) -> Type:
-        """The type of a name alone."""
+        """Return the type of a name."""
         if name in self.structs:
             return self.structs[name]
         if name in _PICTURES:
@@ -152,7 +153,7 @@ class Unit:
         return type_
 
     def array_type(self, element: Type, length: ir.Number | None, span: Span) -> Type:
-        """An array of so many elements."""
+        """Return an array type of a length."""
         assert not isinstance(element, TupleType)
         if not isinstance(length, int) or isinstance(length, bool) or not 1 <= length <= MAX_BUFFER_LENGTH:
             fail(span, f"the length of an array is a known whole number from 1 to {MAX_BUFFER_LENGTH}")
@@ -160,5 +161,5 @@ class Unit:
 
 
 def holds_pictures(type_: Type) -> bool:
-    """Return True if a type is a picture or contains one."""
+    """Return True if a type is, or contains, a picture."""
     return bool(image_names(type_, ""))

@@ -9,7 +9,7 @@ from passgraph.glsl import syntax as g
 
 
 def walked(node: object) -> Iterator[object]:
-    """A part of the tree and everything below it."""
+    """Yield a part of the tree and everything below it."""
     pending: list[object] = [node]
     while pending:
         one = pending.pop()
@@ -21,7 +21,7 @@ def walked(node: object) -> Iterator[object]:
 
 
 def leaves_function(node: g.Statement, answers: dict[g.Statement, bool]) -> bool:
-    """Whether a return or discard is inside; ``known`` keeps answers, as statements ask again for those around them."""
+    """Return True if a statement contains a return or discard; ``answers`` caches results of nested statements."""
     if node not in answers:
         leaves = isinstance(node, g.Return) or (isinstance(node, g.Jump) and node.kind == "discard")
         answers[node] = leaves or any(leaves_function(inner, answers) for inner in _inner(node))
@@ -38,18 +38,18 @@ def _inner(node: g.Statement) -> tuple[g.Statement, ...]:
     return sum((case.statements for case in node.cases), ()) if isinstance(node, g.Switch) else ()
 
 
-#: A name, and the component of it that is meant: None for all.
+#: A name and a component of it; None for all.
 NamePart: TypeAlias = tuple[str, int | None]
 _LETTERS = {letter: i for letters in ("xyzw", "rgba", "stpq") for i, letter in enumerate(letters)}
 
 
 def assigned_names(node: object, overloads: Callable[[str], Sequence[g.Function]]) -> frozenset[str]:
-    """Names that a part of the tree may assign to, whatever they stand for; calls may where parameters are out."""
+    """Return the names that a part of the tree may assign to, also by out parameters of calls."""
     return frozenset(name for name, _ in assigned_parts(node, overloads))
 
 
 def assigned_parts(node: object, overloads: Callable[[str], Sequence[g.Function]]) -> frozenset[NamePart]:
-    """Names that a part of the tree may assign to, with the component where one of a vector is written."""
+    """Return the names that a part of the tree may assign to, with the component if only one is written."""
     parts: set[NamePart] = set()
     for one in walked(node):
         targets: list[g.Expr] = []
@@ -62,7 +62,7 @@ def assigned_parts(node: object, overloads: Callable[[str], Sequence[g.Function]
         for target in targets:
             components: set[int | None] = {None}
             while isinstance(target, (g.Member, g.Subscript)):
-                # A field that is called as components are counts as those of its struct.
+                # A field with a name like components counts as components of its struct.
                 components = {_LETTERS.get(c) for c in target.name} if isinstance(target, g.Member) else {None}
                 target = target.base
             if isinstance(target, g.Name):

@@ -1,1 +1,1 @@
-"""Passes in a context that belongs to a host program: an engine's OpenGL context, a caller's OpenCL queue."""
+"""Backends in a host program's context: an engine's OpenGL context, or a caller's OpenCL queue."""

@@ -1,7 +1,7 @@
-"""OpenGL in a host program's context: an engine's pictures are read and written where they are.
+"""OpenGL in a host program's context: an engine's pictures are read and written in place.
 
-The engine never notices: a context of ours beside its own has a state of its own, or, where none can be made, the
-engine's state is read before and set again behind.
+The engine's state is unchanged. Passes run in a context of ours that shares its objects; where none can be created, the
+engine's state is saved before and restored afterwards.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ from passgraph.hosts.gl_pictures import Copies, Facts, RegionError, attached, fa
 
 Isolation = Literal["auto", "sibling", "guard"]
 Origin = Literal["bottom", "top"]
-#: (x, y, width, height) in pixels; x and y of the lowest left one, as OpenGL counts.
+#: (x, y, width, height) in pixels; (x, y) is the bottom left pixel, as in OpenGL.
 Region = tuple[int, int, int, int]
 
 
 @dataclass(frozen=True, eq=False)
 class HostPicture(DevicePicture):
-    """A picture of a host's, to be given for an input or in ``into=``.
+    """A picture of the host, for an input or for ``into=``.
 
     Attributes
     ----------
-    region : (x, y, width, height) of it in what it is a part of, from the lowest left pixel
-    origin : whether its first row in memory is the lowest ("bottom", as OpenGL has it) or the highest ("top")
-    facts : what OpenGL says of the whole
-    sample_gamma : of several samples a pixel, the mean is taken of colors to this power, as the engine does it
+    region : its (x, y, width, height) in the surface, from the bottom left pixel
+    origin : "bottom" if its first row in memory is the bottom row, as in OpenGL; "top" if it is the top row
+    facts : the properties of the surface
+    sample_gamma : samples of a pixel are averaged as colors to this power, as the engine resolves them
     """
 
     region: Region
@@ -52,7 +52,7 @@ class HostPicture(DevicePicture):
 
     @property
     def samples(self) -> int:
-        """So many a pixel; 0 where there is no multisampling."""
+        """Samples a pixel; 0 without multisampling."""
         return self.facts.samples
 
     @property
@@ -86,12 +86,12 @@ class HostPicture(DevicePicture):
 
 @dataclass(frozen=True, eq=False)
 class HostFramebuffer:
-    """A framebuffer of a host's.  Given for an input or in ``into=`` it stands for its ``color``.
+    """A framebuffer of the host.  For an input or ``into=`` it means its ``color``.
 
     Attributes
     ----------
-    color : what its first draw buffer draws into; None where it draws no color
-    depth : its depth, from 0 to 1 as the engine keeps it (`passgraph.HardwareDepth`), one channel; or None
+    color : the attachment of its first draw buffer; None if it draws no color
+    depth : its depth, from 0 to 1 as the engine stores it (`passgraph.HardwareDepth`), one channel; or None
     """
 
     color: HostPicture | None
@@ -115,9 +115,10 @@ class HostFramebuffer:
 class Host(GLBackend):
     """A backend in a host program's context of OpenGL (3.3 or newer) or OpenGL ES (3.0 or newer).
 
-    It is used in the thread and with the context that it was made in; each run says so where that does not hold.
-    Between runs nothing of ours is current, bound or set.  `close` deletes what is ours, wherever it is called in
-    contexts of EGL and GLX; a guarded host is closed where its context is current, else its objects go with that.
+    Use it in the thread and with the context in which it was created; a run elsewhere raises BackendError. Between runs
+    no object or state of ours is current, bound or set. `close` deletes our objects; with contexts of EGL and GLX it
+    may be called anywhere. A guarded host deletes them only if its context is current; else they are deleted with that
+    context.
 
     >>> host = pg.gl.Host.current()                                          # doctest: +SKIP
     >>> program = pg.compile(black_and_white(pg.Input("frame")), backend=host)    # doctest: +SKIP
@@ -126,18 +127,19 @@ class Host(GLBackend):
 
     @classmethod
     def current(cls, isolation: Isolation = "auto") -> Host:
-        """The one whose context is current in this thread.
+        """Return the host whose context is current in this thread.
 
         Parameters
         ----------
         isolation
-            ``"sibling"``: in a context of ours that shares its objects; ``"guard"``: in its own, whose state is put
-            back; ``"auto"``: the first where the system makes one.
+            ``"sibling"``: passes run in a context of ours that shares its objects. ``"guard"``: they run in the host's
+            context, whose state is restored. ``"auto"``: a sibling if the system can create one, else a guard.
 
         Raises
         ------
         BackendError
-            Where no context is current, none can be made beside it, or it is older than OpenGL 3.3 and OpenGL ES 3.0.
+            If no context is current, no sibling can be created, or the context is older than OpenGL 3.3 and OpenGL ES
+            3.0.
         """
         return cls(isolation)
 
@@ -150,7 +152,7 @@ class Host(GLBackend):
                 context = SiblingContext(self.turn)
                 self.isolation = "sibling"
             except BackendError:
-                current_state(Current())  # nothing current: neither can be made
+                current_state(Current())  # raises if no context is current
                 if isolation == "sibling":
                     raise
         self._open(context or GuardedContext(self.turn))
@@ -176,29 +178,29 @@ class Host(GLBackend):
         srgb: bool | None = None,
         sample_gamma: float = 1.0,
     ) -> HostFramebuffer:
-        """A framebuffer of the host's, as it is now.
+        """Return a framebuffer of the host, as it is now.
 
         Parameters
         ----------
         name
-            OpenGL's; None takes the one that is bound for drawing.
+            OpenGL's name; None takes the framebuffer bound for drawing.
         region
-            (x, y, width, height) from the lowest left pixel, such as the viewport of one of several views.
+            (x, y, width, height) from the bottom left pixel, such as the viewport of one of several views.
         size
-            (width, height) of it, where the system does not tell: framebuffer 0, and textures in OpenGL ES 3.0.
+            (width, height), where OpenGL cannot report it: framebuffer 0, and textures in OpenGL ES 3.0.
         origin
-            ``"bottom"`` where the picture's lowest row is the first in memory, as nearly everywhere.
+            ``"bottom"`` if the first row in memory is the picture's bottom row, as nearly everywhere.
         srgb
-            Whether colors are encoded by the sRGB curve; None takes OpenGL's word.  Many engines keep encoded
-            colors in formats that do not say so.
+            True if colors are sRGB-encoded; None takes what OpenGL reports. Many engines store encoded colors in linear
+            formats.
         sample_gamma
-            Of several samples a pixel, the mean of colors to this power is taken; give the engine's own, so that the
-            effect sees edges as the engine shows them.
+            Samples of a pixel are averaged as colors to this power. Use the engine's own value, so that the effect sees
+            edges as the engine shows them.
 
         Raises
         ------
         BackendError
-            For what is not there, has nothing attached, or has no pixels.
+            If the framebuffer does not exist, has no attachment, or has no pixels.
         """
         check_asked(name, region, size, origin, srgb)
         sample_gamma = arguments.real(sample_gamma, "sample_gamma", 0.1, 10.0, InputError)
@@ -236,9 +238,9 @@ class Host(GLBackend):
         origin: Origin = "bottom",
         srgb: bool | None = None,
     ) -> HostPicture:
-        """A texture of the host's by OpenGL's name, as it is now; parameters as in :meth:`framebuffer`.
+        """Return a texture of the host by OpenGL's name, as it is now; parameters as in :meth:`framebuffer`.
 
-        ``region`` is for textures larger than their picture, such as those padded to powers of two.
+        ``region`` is for textures that are larger than their picture, such as those padded to powers of two.
         """
         check_asked(name, region, size, origin, srgb)
         if name is None:
@@ -247,7 +249,7 @@ class Host(GLBackend):
 
     @property
     def zero_to_one(self) -> bool | None:
-        """Return True if ``glClipControl`` now makes clip space reach from 0 to 1 in depth; else None."""
+        """Return True if ``glClipControl`` sets a clip space with depth from 0 to 1 now; else None."""
         return (
             self.context.gl.ClipControl is not None and self.context.gl.integer(g.CLIP_DEPTH_MODE) == g.ZERO_TO_ONE
         ) or None
@@ -314,7 +316,7 @@ class Host(GLBackend):
         return self.copies.itself(picture, format_)
 
     def _is_encoded(self, picture: HostPicture) -> bool:
-        """Return True if the device encodes as sRGB what passes write there."""
+        """Return True if the device encodes to sRGB what passes write to the picture."""
         return picture.facts.stores_srgb and self.context.gl.has.always_encodes
 
     def upload_stored(self, storage: Texture, numbers: NDArray[Any] | HostPicture, format: Format) -> None:
@@ -331,7 +333,7 @@ class Host(GLBackend):
             if into.samples and not self._is_encoded(into):
                 self.copies.write_changes(storage, into)
                 return
-            if self._is_encoded(into):  # the device gets values that it makes the same numbers of
+            if self._is_encoded(into):  # the device gets linear values, which it encodes to the same numbers
                 storage = replace(storage, format=_encoded(storage.format, True))
                 written = float_format(into.format.channels)
             self.copies.move(storage, self.copies.itself(into, written))
@@ -406,7 +408,7 @@ def check_asked(name: object, region: object, size: object, origin: object, srgb
 
 
 def check_room(picture: HostPicture, format_: Format) -> None:
-    """Raise InputError unless a target of a format can be written there."""
+    """Raise InputError if a target of a format cannot be written to the picture."""
     if picture.facts.is_depth:
         raise InputError(f"{picture} is depth, which no pass writes; give a colour picture in into=")
     if picture.format.srgb != format_.srgb:
@@ -423,7 +425,7 @@ def check_room(picture: HostPicture, format_: Format) -> None:
 
 
 def _encoded(format_: Format, srgb: bool) -> Format:
-    """Return the format of the same numbers, with or without the sRGB curve."""
+    """Return the sRGB-encoded, or linear, format of the same numbers."""
     result = curved(format_, srgb)
     if result is None:
         raise InputError(
@@ -433,8 +435,8 @@ def _encoded(format_: Format, srgb: bool) -> Format:
 
 
 def _as_wide(format_: Format, picture: Format) -> Format:
-    """A target's format, with the channels of the picture that it goes to."""
+    """Return a target's format with as many channels as its destination picture."""
     wide = colour_format(format_.number, picture.channels)
     result = None if wide is None else curved(wide, format_.srgb)
-    assert result is not None  # every number is held in three channels and in four
+    assert result is not None  # every channel type has formats of three and of four channels
     return result

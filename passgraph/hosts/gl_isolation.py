@@ -46,7 +46,7 @@ def current_state(current: Current) -> State:
     Raises
     ------
     BackendError
-        Where nothing is, or where there is no EGL to ask.
+        If no context is current, or if EGL is missing.
     """
     if current.egl is None:
         raise BackendError(f"gl: {NO_SYSTEM}")
@@ -57,13 +57,13 @@ def current_state(current: Current) -> State:
 
 
 class HostContext(Context):
-    """Entered where the host's context is current.
+    """Base of contexts that are entered while the host's context is current.
 
     Attributes
     ----------
-    current : reads and changes what is current
-    host : the host's context as it was when this was made
-    canary : tells that context from another at its address
+    current : reads and changes the current context
+    host : the host's context when this was created
+    canary : detects another context at the same address
     """
 
     canary: Canary
@@ -80,12 +80,12 @@ class HostContext(Context):
         self.found()
 
     def found(self) -> State:
-        """The host's context as it is current now, with the surfaces that it draws to.
+        """Return the host's context, which must be current, with the surfaces that it draws to.
 
         Raises
         ------
         BackendError
-            Where none is, or another.
+            If no context is current, or another one.
         """
         now = current_state(self.current)
         if (now.context, now.display) != (self.host.context, self.host.display):
@@ -94,12 +94,12 @@ class HostContext(Context):
         return now
 
     def at_release(self, delete: Callable[[], None]) -> None:
-        """Have this done, in the context, when it is released: what is ours in what both share."""
+        """Register a function that deletes our shared objects, called in the context at its release."""
         raise NotImplementedError
 
 
 _PASS_SWITCHES = (fixed.CULL_FACE, fixed.DEPTH_TEST, fixed.STENCIL_TEST, fixed.POLYGON_OFFSET_FILL)
-#: Kinds of textures that finding out about one may bind, and what asks for their binding.
+#: Texture targets that queries may bind, with the parameters that report their bindings.
 _TEXTURE_TARGETS = {g.TEXTURE_2D: 0x8069, **g.OTHER_TEXTURES}
 _PIXEL_STORE = (0xCF2, 0xCF3, 0xCF4, 0xCF5, 0xD02, 0xD03, 0xD04, 0xD05)
 _VIEWPORT, _VIEWPORTS, _COLOUR_MASK, _DEPTH_RANGE = 0xBA2, 16, 0xC23, 0xB70
@@ -118,7 +118,7 @@ Restore = Callable[[], object]
 
 
 class Guard:
-    """Reads and sets again the state of one context."""
+    """Save and restore the state of a context."""
 
     def __init__(self, gl: Functions, units: int) -> None:
         self.gl, self.units = gl, units
@@ -178,7 +178,7 @@ class Guard:
             yield _later(gl.PixelStorei, what, ask(what))
 
     def _buffers(self) -> Iterable[Restore]:
-        """The buffer that shaders write; binding it with a number binds it without one too."""
+        """Save the bindings of shader storage buffers; an indexed binding also changes the generic one."""
         gl, number, wide = self.gl, ctypes.c_int(0), ctypes.c_int64(0)
         if not gl.has.has_buffers:
             return
@@ -199,7 +199,7 @@ class Guard:
         for unit in range(self.units):
             gl.ActiveTexture(g.TEXTURE0 + unit)
             yield _later(gl.BindSampler, unit, gl.integer(0x8919))
-            # One by one they are found on unit 0 alone.
+            # Queries bind textures of other targets on unit 0 only.
             for target, binding in self.bindings.items() if unit == 0 else [(g.TEXTURE_2D, 0x8069)]:
                 yield _later(gl.BindTexture, target, gl.integer(binding))
             yield _later(gl.ActiveTexture, g.TEXTURE0 + unit)
@@ -265,7 +265,7 @@ class Guard:
         if gl.PolygonMode is None:
             return
         gl.GetIntegerv(0xB40, modes)
-        # Compatibility contexts have one for each side.
+        # Compatibility contexts have a polygon mode for each face.
         faces = (g.FRONT, g.BACK) if gl.has.is_compatible else (g.FRONT_AND_BACK,)
         for face, mode in zip(faces, modes, strict=False):
             yield _later(gl.PolygonMode, face, mode)
@@ -275,7 +275,7 @@ class Guard:
         for face, parameters in _STENCIL.items():
             numbers = []
             for what in parameters:
-                # Of 64 bits: the other way of asking cuts masks to 31.
+                # GetInteger64v, since GetIntegerv limits masks to 31 bits.
                 gl.GetInteger64v(what, ctypes.byref(wide))
                 numbers.append(wide.value & _ALL_STENCIL)
             function, reference, mask, fail, depth_fail, success, write = numbers
@@ -284,13 +284,13 @@ class Guard:
             yield _later(gl.StencilMaskSeparate, face, write)
 
     def _neutralise(self) -> None:
-        """Besides what passes set themselves."""
+        """Reset the state that passes do not set themselves."""
         gl = self.gl
         for switch in gl.has.never_ours:
             gl.Disable(switch)
         for what in self.clamps:
             gl.ClampColor(what, _FALSE)
-        # Also textures without content would be read from it.
+        # Uploads, also of textures without content, would read from a bound buffer.
         gl.BindBuffer(g.PIXEL_PACK_BUFFER, 0)
         gl.BindBuffer(g.PIXEL_UNPACK_BUFFER, 0)
         gl.depth_range(0.0, 1.0)
@@ -303,7 +303,7 @@ def _later(call: Any, *arguments: Any) -> Restore:
 
 
 class GuardedContext(HostContext):
-    """Entered where the host's context is current; its state is put aside for as long."""
+    """The host's own context; its state is saved when this is entered, and restored at the end."""
 
     about = "the host's context, whose state is read before and set again behind"
 
@@ -311,7 +311,7 @@ class GuardedContext(HostContext):
         super().__init__(turn)
         self.gl = Functions(self.current.system(self.host).address)
         self._saved: list[Restore] = []
-        #: Of the host, which it has not asked for yet.
+        #: Errors of the host that it has not queried yet.
         self._errors: list[int] = []
         self._guard = Guard(self.gl, 8)
         self.canary = Canary(self.gl)
@@ -336,7 +336,7 @@ class GuardedContext(HostContext):
         self._delete = delete
 
     def release(self) -> None:
-        """Nothing where the host's context is not current: what is ours goes with it."""
+        """Delete our objects if the host's context is current; else they are deleted with that context."""
         self.closed = True
         with suppress(BackendError):
             self.found()
@@ -348,7 +348,7 @@ _COMMANDS_COMPLETE, _NO_TIMEOUT = 0x9117, 0xFFFFFFFFFFFFFFFF
 
 
 class _Shared:
-    """A native context made from another, and what is ours in what both share."""
+    """A native context that shares objects with another one, and our objects among them."""
 
     def __init__(self, current: Current, host: State) -> None:
         self.current, self.host = current, host
@@ -357,12 +357,15 @@ class _Shared:
         self.delete: Callable[[], None] = lambda: None
 
     def state(self, host: State) -> State:
-        """With the surfaces that the host draws to now, so that they are framebuffer 0 here too."""
+        """Return this context with the host's current surfaces, so that framebuffer 0 is the host's."""
         return State(host.system, host.display, host.draw, host.read, self.handle)
 
     def release(self) -> None:
-        """What is shared would outlive this context, so it is deleted first, in it: the host's may be gone, or be
-        current in another thread.  With the host's display, all of it has gone."""
+        """Delete our shared objects, which would outlive this context, and then the context.
+
+        They are deleted in this context, since the host's may be destroyed, or current in another thread. If the host's
+        display is closed, all of them are gone already.
+        """
         if not self._display_lives():
             return
         before = self.current.state()
@@ -376,12 +379,12 @@ class _Shared:
 
 
 class SiblingContext(HostContext):
-    """Entered where the host's context is current, which is current again behind it."""
+    """A context of ours that shares the host's objects; the host's context is current again at the end."""
 
     def __init__(self, turn: Turn | None = None) -> None:
         super().__init__(turn)
         self._before: State | None = None
-        #: Whether what one context has drawn is awaited by the other.
+        #: True if each context waits for the commands of the other.
         self._waits = True
         self._shared = _Shared(self.current, self.host)
         self._finalizer = weakref.finalize(self, destroy_later, self._shared)
@@ -423,7 +426,7 @@ class SiblingContext(HostContext):
         self._wait(fence)
 
     def _fence(self) -> Any:
-        """Return a fence behind this context's commands, for the other context to wait for on the device."""
+        """Create a fence behind this context's commands; the other context waits for it on the device."""
         return self.gl.FenceSync(_COMMANDS_COMPLETE, 0) if self._waits else None
 
     def _wait(self, fence: Any) -> None:
@@ -432,7 +435,7 @@ class SiblingContext(HostContext):
             self.gl.DeleteSync(fence)
 
     def at_release(self, delete: Callable[[], None]) -> None:
-        canary = self.canary  # nothing here may know this object: it is collected before
+        canary = self.canary  # the finalizer must not refer to this object, which would never be collected
 
         def both() -> None:
             delete()

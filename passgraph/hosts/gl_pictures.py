@@ -42,14 +42,14 @@ _UNORM, _FLOAT, _INTEGERS = 0x8C17, 0x1406, (0x1404, 0x1405)
 _DRAW_BUFFER, _DRAW_BINDING, _HAS_ALL_LAYERS = 0x8825, 0x8CA6, 0x8DA7
 _WITH_LAYERS = {0x8C1A: "an array", 0x806F: "a volume", 0x8513: "a cube map"}
 _TEXTURE_TARGET, _RECTANGLE, _STENCIL_MODE = 0x1006, 0x84F5, 0x90EA
-#: What a sampler makes of a texel: parameter → where it gets the numbers that are held.
+#: Texture parameters that change what a sampler returns → their values for unchanged texels.
 _UNCHANGED = {0x8E42: 0x1903, 0x8E43: 0x1904, 0x8E44: 0x1905, 0x8E45: 0x1906, _STENCIL_MODE: 0x1902}
 _RENDERBUFFER_FACTS = {"width": 0x8D42, "height": 0x8D43, "internal": 0x8D44, "samples": 0x8CAB}
 _TEXTURE_FACTS = {"width": 0x1000, "height": 0x1001, "internal": 0x1003, "samples": 0x9106}
-#: What does not say how many bits a channel has: a window's buffers, and what applications ask for by kind alone.
+#: Internal formats without the number of bits: those of a window's buffers, and base formats.
 _UNSIZED = {0, 1, 2, 3, 4, *range(0x1901, 0x190B), 0x8C40, 0x8C42, 0x84F9, 0x80E1, 0x93A1}
 _RGBA8, _SRGB_ALPHA8 = 0x8058, 0x8C43
-#: What a copy of such is stored as, by bits a channel.
+#: Sized internal formats for copies of these, by bits a channel.
 _SIZED: dict[tuple[int, ...], int] = {
     (5, 6, 5, 0): 0x8D62,
     (10, 10, 10, 2): 0x8059,
@@ -60,26 +60,27 @@ _SIZED_DEPTHS = {(16, 0): 0x81A5, (24, 0): 0x81A6, (24, 8): 0x88F0, (32, 0): 0x8
 
 
 class EmptyPictureError(BackendError):
-    """A picture of a host's has no pixels at the moment."""
+    """A picture of the host has no pixels at the moment."""
 
 
 class RegionError(InputError):
-    """A region lies outside of the host's picture as it is at the moment."""
+    """A region exceeds the host's picture at the moment."""
 
 
 @dataclass(frozen=True)
 class Facts:
-    """What is known of a surface of a host.
+    """The properties of a surface of the host.
 
     Attributes
     ----------
-    told : its width, height, internal format and samples, as OpenGL says them
-    format : what a kernel reads it as
-    internal : what a texture of the same numbers is made as
-    stored : in words
-    stores_srgb : whether OpenGL itself knows the numbers to be encoded by the sRGB curve
-    bound_as, level_target, base : of a texture: as what it is bound, what its levels are asked by, and its base level
-    is_changed : whether what samples it gets other numbers than it holds: other channels, or stencil for depth
+    told : its width, height, internal format and samples, as OpenGL reports them
+    format : the format as which kernels read it
+    internal : the internal format of a texture with the same numbers
+    stored : the description of its storage
+    stores_srgb : True if its internal format is sRGB-encoded
+    bound_as, level_target, base : of a texture: its binding target, the target for queries of its levels, its base
+        level
+    is_changed : True if sampling returns other numbers than it holds: swizzled channels, or stencil for depth
     """
 
     surface: Surface
@@ -96,22 +97,22 @@ class Facts:
 
     @property
     def size(self) -> tuple[int, int]:
-        """(width, height) of all of it, pixels."""
+        """(width, height) of the surface in pixels."""
         return self.told[:2]
 
     @property
     def samples(self) -> int:
-        """A pixel; 0 where there is no multisampling."""
+        """Samples a pixel; 0 without multisampling."""
         return self.told[3]
 
 
 def texture_surface(gl: Functions, name: int) -> Surface:
-    """A texture by its name; unit 0 is used.
+    """Return the surface of a texture by its name; changes the binding of unit 0.
 
     Raises
     ------
     BackendError
-        Where there is none of this name, or none that passes could use.
+        If the texture does not exist, or is of a kind that passes cannot use.
     """
     if not gl.IsTexture(name):
         raise BackendError(
@@ -134,15 +135,15 @@ def texture_surface(gl: Functions, name: int) -> Surface:
 
 
 def texture_targets(has: Capabilities) -> list[int]:
-    """The kinds of textures that a context has and passes can read, the commonest first."""
+    """Return the texture targets that passes can read in a context, the commonest first."""
     kinds = {_RECTANGLE: not has.is_es, g.TEXTURE_2D_MULTISAMPLE: has.has_sampled_textures}
     return [g.TEXTURE_2D, *(target for target in g.OTHER_TEXTURES if kinds.get(target, True))]
 
 
 def _targets_of(gl: Functions, name: int) -> list[int]:
-    """The kinds that a texture may be of: one, where OpenGL says it (4.5) or where an error would not be reported."""
+    """Return the possible targets of a texture: only one if OpenGL reports it (4.5) or would not report an error."""
     known = texture_targets(gl.has)
-    if gl.GetTextureParameteriv is None or gl.has.is_compatible:  # Mesa says it in core contexts only
+    if gl.GetTextureParameteriv is None or gl.has.is_compatible:  # Mesa reports it in core contexts only
         return known if gl.has.has_errors else known[:1]
     target = ctypes.c_int(0)
     gl.GetTextureParameteriv(name, _TEXTURE_TARGET, ctypes.byref(target))
@@ -150,9 +151,9 @@ def _targets_of(gl: Functions, name: int) -> list[int]:
 
 
 def attached(gl: Functions, depth: bool) -> Surface | None:
-    """Return the attachment of the bound draw framebuffer's first draw buffer, or its depth; None if there is none.
+    """Return the attachment of the draw framebuffer's first draw buffer, or of its depth; None if there is none.
 
-    It only asks, so it may be called in the host's own context.
+    It only queries state, so it may be called in the host's own context.
     """
     buffer = gl.integer(_DRAW_BUFFER)
     if gl.integer(_DRAW_BINDING) == 0:
@@ -185,15 +186,15 @@ def facts_of(gl: Functions, surface: Surface, scratch: int, size: tuple[int, int
     Raises
     ------
     EmptyPictureError
-        For what has no pixels.
+        If it has no pixels.
     BackendError
-        For what is gone, for what no kernel can read (integers, stencil), and where neither OpenGL nor the caller tells
+        If it was deleted, if kernels cannot read it (integers, stencil), and if neither OpenGL nor the caller reports
         its size.
     """
     texture, level_target, is_changed = surface, g.TEXTURE_2D, False
     if surface.kind == "texture":
         texture = texture_surface(gl, surface.name)
-        if not surface.target:  # asked for by name alone
+        if not surface.target:  # known by name alone
             if texture.target in _WITH_LAYERS:
                 raise BackendError(
                     f"gl: texture {surface.name} is {_WITH_LAYERS[texture.target]}; give a framebuffer that one of its "
@@ -221,7 +222,7 @@ def facts_of(gl: Functions, surface: Surface, scratch: int, size: tuple[int, int
 
 
 def told_now(gl: Functions, facts: Facts) -> tuple[int, int, int, int] | None:
-    """See `Facts.told`: of a texture or renderbuffer as it is now, where OpenGL tells it; None where it is gone."""
+    """Return `Facts.told` of a texture or renderbuffer now, as far as OpenGL reports it; None if it was deleted."""
     surface = facts.surface
     is_texture = surface.kind == "texture"
     if not (gl.IsTexture if is_texture else gl.IsRenderbuffer)(surface.name):
@@ -272,7 +273,7 @@ def _facts_by_host(surface: Surface, size: tuple[int, int] | None) -> dict[str, 
 def _with_components(gl: Functions, surface: Surface, scratch: int, level_facts: dict[str, int]) -> Facts:
     depth_point, colour_point = points = attachment_points(gl, surface)
     bind_surface(gl, g.FRAMEBUFFER, scratch, surface, points)
-    gl.drain()  # at one of both it does not fit
+    gl.drain()  # one of the two attachment points is an error
     components: tuple[int, ...] = tuple([gl.attachment(colour_point, what) for what in _COMPONENTS])
     depth = 0 if any(components) else gl.attachment(depth_point, _DEPTH_SIZE)
     if surface.kind == "window":
@@ -319,7 +320,7 @@ def _all_told(level_facts: dict[str, int]) -> tuple[int, int, int, int]:
 
 
 def _format(components: tuple[int, ...], kind: int, srgb: bool) -> Format:
-    """The format that holds the same numbers, else float32: 5 bits, 10 bits and the like are read as values."""
+    """Return the format with the same numbers; float32 for others, such as 5 or 10 bits a channel."""
     channels = sum(1 for bits in components if bits) if components[0] else 4
     alike = len({bits for bits in components if bits}) == 1
     number = {(_UNORM, 8): "u1", (_UNORM, 16): "u2", (_FLOAT, 16): "f2"}.get((kind, components[0])) if alike else None
@@ -329,7 +330,7 @@ def _format(components: tuple[int, ...], kind: int, srgb: bool) -> Format:
 
 #: Sampler parameters: nearest, clamped to the edge, no comparison of depth.
 _NEAREST = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
-#: Internal format → format and type that an empty texture of it is made with, where those of color do not do.
+#: Depth's internal formats → format and type for creating an empty texture.
 _DEPTHS = {
     **dict.fromkeys((0x81A5, 0x81A6, 0x81A7, 0x8CAC, 0x1902), (0x1902, 0x1406)),
     0x88F0: (0x84F9, 0x84FA),
@@ -340,13 +341,13 @@ _STENCILS = (0x88F0, 0x84F9, 0x8CAD)
 _READ_BUFFER = 0xC02
 
 
-#: A texture for copies goes when so many others were taken since it was.
+#: A texture for copies is deleted after this many uses of others.
 KEPT_FOR = 64
 
 
 @dataclass
 class _Room:
-    """A texture of ours for copies."""
+    """A texture for copies."""
 
     name: int
     kind: object
@@ -356,13 +357,13 @@ class _Room:
 
 
 class Copies:
-    """Copies of one host's pictures; their textures are kept from run to run."""
+    """Copies of a host's pictures; their textures are reused in later runs."""
 
     def __init__(self, host: Host) -> None:
         self.host = host
         self.objects = host.objects
         gl = self.objects.gl
-        #: In the place of the parameters of the host's textures, which are theirs.
+        #: Replaces the sampling parameters of the host's textures, which must not change.
         self.sampler = self.objects.new("Sampler")
         for parameter, value in _NEAREST.items():
             gl.SamplerParameteri(self.sampler, parameter, value)
@@ -375,7 +376,7 @@ class Copies:
         self._framebuffers = [self.objects.new("Framebuffer"), self.objects.new("Framebuffer")]
 
     def can_sample(self, picture: HostPicture) -> bool:
-        """Return True if a pass can sample a picture in place."""
+        """Return True if a pass can sample the host's picture itself."""
         return self._is_plain(picture) and not self._is_decoded(picture)
 
     @staticmethod
@@ -386,16 +387,16 @@ class Copies:
         return plain and not facts.samples and surface.level == facts.base and not facts.is_changed
 
     def _is_decoded(self, picture: HostPicture) -> bool:
-        """Return True if reads of an sRGB-encoded picture always give linear values."""
+        """Return True if sampling always decodes the picture from sRGB."""
         return picture.facts.stores_srgb and not self.objects.gl.has.skips_decoding
 
     def sampled(self, picture: HostPicture, format_: Format, copied: bool = False) -> Texture:
-        """A texture that holds the picture now; ``copied``: and that is not the host's.
+        """Return a texture with the picture's current content; with ``copied``, never the host's texture.
 
         Raises
         ------
         BackendError, InputError
-            Where it is gone, or has another size or format than when it was asked for.
+            If the picture was deleted, or its size or format has changed.
         """
         with self.host.context:
             self.check_same(picture)
@@ -405,7 +406,7 @@ class Copies:
             return self._encoded(picture, texture) if decoded else texture
 
     def itself(self, picture: HostPicture, format_: Format) -> Texture:
-        """The host's picture, to be read where it can be sampled, or written, with numbers of a format."""
+        """Return the host's own picture, for sampling or writing with numbers of a format."""
         surface = picture.facts.surface
         return Texture(
             surface.name if surface.kind == "texture" else 0, format_, picture.size,
@@ -413,17 +414,17 @@ class Copies:
         )  # fmt: skip
 
     def _encoded(self, picture: HostPicture, decoded: Texture) -> Texture:
-        """The numbers of an sRGB picture, from its values: 8 bits come back from their float32 values."""
+        """Return the encoded numbers of an sRGB picture from its decoded values; exact for 8 bits."""
         size, format_ = picture.size, picture.format
         encoded = curved(format_, True)
-        assert encoded is not None  # as OpenGL has such
+        assert encoded is not None  # OpenGL has such a format
         name = self._taken(format_, size, lambda: self.host.new_texture(format_, size).name)
         own = Texture(name, encoded, size, gl_format_of(format_, padded=False))
         self.move(replace(decoded, format=float_format(format_.channels)), own)
         return replace(own, format=decoded.format)
 
     def check_same(self, picture: HostPicture) -> None:
-        """Raise InputError where it is gone, or has another size or format than when it was asked for."""
+        """Raise an error if the picture was deleted, or its size or format has changed."""
         facts = picture.facts
         surface = facts.surface
         if surface.kind == "window":
@@ -445,7 +446,7 @@ class Copies:
         )
 
     def write_changes(self, result: Texture, picture: HostPicture) -> None:
-        """Write a result of ours to a picture of several samples a pixel, where it is not what the picture holds."""
+        """Write a result to the pixels of a multisampled picture that it changes."""
         with self.host.context as gl:
             gl.drain()
             self.check_same(picture)
@@ -454,13 +455,13 @@ class Copies:
             self._of_run.clear()
 
     def _copied(self, picture: HostPicture, format_: Format) -> Texture:
-        """A copy on the device, with its rows as they are; several samples a pixel become one."""
+        """Copy the picture on the device, with rows in the same order; samples are resolved."""
         facts = picture.facts
         key = (facts.surface, picture.region, picture.sample_gamma)
-        if facts.samples and key in self._of_run:  # read before, and written at the end of a run only
+        if facts.samples and key in self._of_run:  # unchanged since, as it is written only at the end of a run
             return replace(self._of_run[key], format=format_)
         by_us = facts.samples >= FEWEST_FITTED if facts.is_depth else picture.sample_gamma != 1.0
-        # OpenGL ES copies no samples, and what is sRGB to OpenGL has the mean of its light already.
+        # OpenGL ES cannot copy samples, and OpenGL resolves sRGB formats in linear light already.
         if facts.samples and by_us and not facts.stores_srgb and self.objects.gl.TexImage2DMultisample is not None:
             copy = self._resolved(picture, format_)
         else:
@@ -486,7 +487,7 @@ class Copies:
         return copy_texture
 
     def _samples_of(self, picture: HostPicture) -> int:
-        """A texture with the samples of all that the picture is a part of: the host's, or a copy."""
+        """Return a texture with the samples of the whole surface: the host's, or a copy."""
         facts, gl = picture.facts, self.host.context.gl
         plain = facts.surface.kind == "texture" and facts.surface.target == g.TEXTURE_2D_MULTISAMPLE
         if plain and facts.surface.layer <= 0 and not facts.is_changed:
@@ -510,7 +511,7 @@ class Copies:
     def _blitted(self, picture: HostPicture, format_: Format) -> Texture:
         """Copy by one OpenGL blit."""
         gl, facts = self.host.context.gl, picture.facts
-        # Of several samples OpenGL ES copies to the same place only.
+        # OpenGL ES resolves only to the same position.
         in_place = gl.has.is_es and facts.samples > 0
         texture = self._room_for(picture, format_, in_place)
         self._blit(facts, Surface("texture", texture.name), picture.region, texture.origin)
@@ -518,7 +519,7 @@ class Copies:
         return texture
 
     def _blit(self, facts: Facts, into: Surface, region: Region, place: tuple[int, int]) -> None:
-        """Copy a part of the host's to a place in a texture of ours."""
+        """Blit a part of the host's surface to a position in a texture of ours."""
         host, gl = self.host, self.host.context.gl
         x, y, width, height = region
         fixed.set_common(gl, host.context.bound, 0)
@@ -542,7 +543,7 @@ class Copies:
     @staticmethod
     @contextmanager
     def _numbers_kept(gl: Functions, facts: Facts) -> Iterator[None]:
-        """Around a blit: OpenGL ES decodes what it reads of sRGB pictures, and encodes what it writes if it is told."""
+        """Keep the numbers of a blit unchanged: OpenGL ES decodes sRGB sources, and encodes only if that is enabled."""
         switches = gl.has.is_es and facts.stores_srgb and not gl.has.always_encodes
         if switches:
             gl.Enable(FRAMEBUFFER_SRGB)
@@ -553,8 +554,11 @@ class Copies:
                 gl.Disable(FRAMEBUFFER_SRGB)
 
     def _room_for(self, picture: HostPicture, format_: Format, in_place: bool, alike: bool = True) -> Texture:
-        """A texture of ours for the picture's numbers, until the run ends.  ``in_place``: in a part of it, at the place
-        where the picture is in the whole.  ``alike``: stored as the picture is, else as its format is."""
+        """Return a texture for a copy of the picture, until the run ends.
+
+        ``in_place``: the texture is as large as the surface, with the copy at the picture's position. ``alike``: it has
+        the picture's internal format, else that of ``format_``.
+        """
         facts = picture.facts
         size, origin = (facts.size, picture.region[:2]) if in_place else (picture.size, (0, 0))
         placement = Placement(picture.origin == "bottom", size != picture.size)
@@ -579,7 +583,7 @@ class Copies:
         return name
 
     def _taken(self, kind: object, size: tuple[int, int], make: Callable[[], int]) -> int:
-        """A texture of a kind that nobody needs in this run; those that were not needed for long go."""
+        """Return a free texture of a kind, created if there is none; delete those that were unused for long."""
         self._takes += 1
         texture = next((r for r in self._rooms if r.free and (r.kind, r.size) == (kind, size)), None)
         if texture is None:
@@ -598,7 +602,7 @@ class Copies:
         self._of_run.clear()
 
     def move(self, source: Texture, destination: Texture) -> None:
-        """The values of one as those of the other, by a pass of ours."""
+        """Copy values from one texture to another, by a pass."""
         host = self.host
         if source.size != destination.size:
             raise BackendError(f"gl: cannot move {source.size} pixels into {destination.size}")
@@ -609,7 +613,7 @@ class Copies:
 
     @contextmanager
     def plain(self, texture: Texture) -> Iterator[Texture]:
-        """Provide a copy of the picture in a texture of our own, until the context manager exits."""
+        """Yield a texture of ours with the same picture, valid until the context manager ends."""
         if texture.surface is None:
             yield texture
             return

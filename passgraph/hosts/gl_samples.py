@@ -1,7 +1,7 @@
-"""Pictures of a host with several samples a pixel: read at the middle of pixels, written where an effect changes them.
+"""Multisampled pictures of a host: resolved at pixel centers, and written only where an effect changes them.
 
-OpenGL's own blit takes the mean of colors as they are stored, and of depth some sample's, off the middle of its pixel.
-Engines that resolve colors in another space are told by ``sample_gamma`` (`passgraph.hosts.gl.HostPicture`).
+OpenGL's own blit averages colors as they are stored, and takes the depth of some sample, off the pixel's center. For
+engines that resolve colors in another space, see ``sample_gamma`` (`passgraph.hosts.gl.HostPicture`).
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 
 _SAMPLE_POSITION = 0x8E50
-#: Below it three unknowns, the depth and its slopes, fit any samples.
+#: Fewest samples for fitting a plane, since fewer fit its three unknowns (depth and slopes) exactly; and most samples.
 FEWEST_FITTED, _MOST_SAMPLES = 4, 32
-#: Of samples on one plane: what 24 bits round off, and a share of their range, as where surfaces bend within a pixel.
+#: Tolerances for samples on one plane: the rounding of 24 bits, and a share of their range for curved surfaces.
 _ROUNDED, _BENT = 2.0**-22, 1.0 / 16.0
-#: Half a step between the numbers of a format, a little less.
+#: A little less than half a step between the numbers of a format.
 _HALF_STEP = 0.49
 
 _COLOR = """
@@ -87,16 +87,16 @@ void main()
 
 
 class Samples:
-    """Multisample handling of one host."""
+    """Multisample handling of a host."""
 
     def __init__(self, host: Host) -> None:
         self.host = host
         self._programs: dict[str, LinkedProgram] = {}
 
     def resolve(self, picture: HostPicture, name: int, framebuffer: int, places: NDArray[np.float32] | None) -> None:
-        """Draw a multisample texture's part that is the picture into the framebuffer that is given, from its corner on.
+        """Resolve the picture's part of a multisample texture into a framebuffer, at its corner.
 
-        ``places`` are those of depth samples in their pixel, from its middle, (n, 2); None for color.
+        ``places`` are the positions of depth samples relative to the pixel's center, (n, 2); None for color.
         """
         gl, program = self.host.context.gl, self._use("color" if places is None else "depth", framebuffer, picture)
         gl.ActiveTexture(g.TEXTURE0)
@@ -116,7 +116,7 @@ class Samples:
         self._end(f"resolving {picture}")
 
     def write_changes(self, result: Texture, before: Texture, picture: HostPicture, destination: Texture) -> None:
-        """Write a result of ours to all samples of the pixels that it changes; the others keep theirs."""
+        """Write a result to all samples of the pixels that it changes; other pixels keep their samples."""
         host, gl = self.host, self.host.context.gl
         framebuffer = host.objects.framebuffer((destination,), None)
         program = self._use("keep", framebuffer, picture, picture.region[:2])

@@ -1,4 +1,4 @@
-"""OpenCL in a caller's context and queue: their buffers and images are read and written where they are."""
+"""OpenCL in a caller's context and queue: the caller's buffers and images are read and written in place."""
 
 from __future__ import annotations
 
@@ -30,29 +30,29 @@ if TYPE_CHECKING:
     from passgraph.backends.opencl.pictures import OpenCLPicture as Picture
 
 
-#: The longest side of a picture, as the language counts pixels.
+#: Longest side of a picture in the kernel language.
 MOST_SIDE = 1 << 23
 
 
 class Host(OpenCLBackend):
     """A backend on a caller's command queue, in its context, on its device.
 
-    A run is put into the queue, behind what the caller has put there, and returns: nothing waits for the device, unless
-    arrays of NumPy go in or come out, or triangles are drawn.  What the caller enqueues afterwards comes after it.  On
-    an out-of-order queue passes run in an in-order queue of ours, and markers on both say the same.
+    A run is asynchronous: it is enqueued behind the caller's commands, and before those that follow. It waits for the
+    device only to transfer NumPy arrays, or to draw triangles. For an out-of-order queue, passes run in an in-order
+    queue of ours, and markers on both queues give the same order.
 
-    :meth:`close` gives back all that is ours in the context; buffers, images, queue and context stay the caller's.
+    :meth:`close` releases our objects in the context; buffers, images, queue and context belong to the caller.
 
     Parameters
     ----------
     queue
-        A ``pyopencl.CommandQueue``; or a ``pyopencl.Context``, on whose first device a queue of ours is then made, and
-        for which :meth:`wait_for` and :meth:`event` order runs among the caller's commands.
+        A ``pyopencl.CommandQueue``; or a ``pyopencl.Context``, on whose first device a queue of ours is created. Then
+        :meth:`wait_for` and :meth:`event` order runs relative to the caller's commands.
 
     Raises
     ------
     BackendError
-        For anything else, and a device that compiles no kernels.
+        For other objects, and for a device without a compiler.
 
     Examples
     --------
@@ -107,30 +107,30 @@ class Host(OpenCLBackend):
         order: str | None = None,
         origin: Literal["top", "bottom"] = "top",
     ) -> BufferPicture:
-        """A picture in a ``pyopencl.Buffer``, to be given for an input or in ``into=``.
+        """Describe a picture in a ``pyopencl.Buffer``, for an input or for ``into=``.
 
-        It holds the memory until it is dropped, and may be used for as many runs as you like.
+        It keeps the buffer alive, and may be used for any number of runs.
 
         Parameters
         ----------
         size
-            (width, height), pixels.
+            (width, height) in pixels.
         format
-            What a pixel holds, such as ``"rgba8"`` or ``"rgb8_srgb"``.
+            The pixel format, such as ``"rgba8"`` or ``"rgb8_srgb"``.
         offset
-            Bytes before the first pixel in memory.
+            Offset of the first pixel in bytes.
         row_pitch, pixel_pitch
-            Bytes from one row, and from one pixel, to the next; left out, they lie side by side.
+            Stride of rows, and of pixels, in bytes; by default they are contiguous.
         order
-            Channels as they lie in memory, such as ``"bgra"``; of three channels in four, ``"rgba"`` or ``"bgra"``
-            leaves the fourth alone.
+            Order of the channels in memory, such as ``"bgra"``; for formats of three channels, ``"rgba"`` or ``"bgra"``
+            skips the fourth.
         origin
-            Whether the first row in memory is the picture's highest or lowest.
+            The row that is first in memory: the picture's top or bottom row.
 
         Raises
         ------
         InputError
-            For a buffer of another context, what does not lie inside of it, and places that are no whole channels.
+            For a buffer of another context, a picture beyond its end, and offsets that are not aligned to channels.
         """
         self.check_open()
         return buffer_picture(
@@ -139,9 +139,9 @@ class Host(OpenCLBackend):
         )  # fmt: skip
 
     def picture(self, source: Any, format: str | Format | None = None) -> OpenCLPicture:
-        """A picture of a ``pyopencl.array.Array`` or a two-dimensional ``pyopencl.Image``.
+        """Describe a picture in a ``pyopencl.array.Array`` or a two-dimensional ``pyopencl.Image``.
 
-        Runs take these as they are too.  With a format, such as ``"rgba8_srgb"``, their numbers mean what that says.
+        Runs accept these objects directly too; this gives their numbers another format, such as ``"rgba8_srgb"``.
         """
         with self.turn:
             described = self._described(source, None if format is None else format_named(format))
@@ -150,7 +150,7 @@ class Host(OpenCLBackend):
         return described
 
     def wait_for(self, events: Iterable[Any]) -> None:
-        """Let the next run begin when these events of other queues have happened."""
+        """Let the next run wait for events of other queues."""
         self.check_open()
         checked_events = list(arguments.iterable(events, "wait_for: events", "a list of pyopencl.Event", InputError))
         for event in checked_events:
@@ -159,7 +159,7 @@ class Host(OpenCLBackend):
             self.borrowed.wait_for(checked_events)
 
     def event(self) -> Any:
-        """A ``pyopencl.Event`` that happens when all runs so far are done: for other queues, or to wait for."""
+        """Return a ``pyopencl.Event`` that completes when all runs so far are done."""
         self.check_open()
         with self.turn, self.reported("marking the end of the runs so far"):
             event = self.cl.enqueue_marker(self.queue)
@@ -201,16 +201,16 @@ class Host(OpenCLBackend):
         return self.borrowed.adopted(external, format, use)
 
     def running(self) -> AbstractContextManager[None]:
-        """Behind what the caller has enqueued, and before what they enqueue next."""
+        """Order a run after the caller's earlier commands and before later ones."""
         return _Run(self)
 
     @property
     def _is_apart(self) -> bool:
-        """Return True if passes run in a queue of our own, beside the caller's."""
+        """True if passes run in a queue of ours, not in the caller's."""
         return self.given is not None and self.given is not self.queue
 
     def begin(self) -> None:
-        """A run begins."""
+        """Begin a run."""
         self.check_open()
         if self._depth == 0 and self._is_apart:
             with self.reported("waiting for the caller's queue"):
@@ -220,7 +220,7 @@ class Host(OpenCLBackend):
         self._depth += 1
 
     def end(self) -> None:
-        """End the run, after its last pass or after an error."""
+        """End a run, also after an error."""
         self._depth -= 1
         if self._depth == 0 and (self.borrowed.is_used or self._is_apart):
             with self.reported("giving pictures back"):
@@ -241,7 +241,7 @@ class Host(OpenCLBackend):
         self.borrowed.clear()
         self.given = None
 
-    # Moved
+    # Transfers
 
     def upload_stored(self, storage: Storage, numbers: NDArray[Any] | Picture, format: Format) -> None:
         if not isinstance(numbers, OpenCLPicture):
@@ -264,7 +264,7 @@ class Host(OpenCLBackend):
 
     @contextmanager
     def _plain(self, storage: Storage) -> Iterator[Storage]:
-        """A storage without gaps, to be read by the host."""
+        """Yield a contiguous copy of a storage for reading by the host, or the storage if it is contiguous."""
         if storage.placement is None:
             yield storage
             return

@@ -1,4 +1,4 @@
-"""Pictures that a host has borrowed from its caller, and the copies to write back when a run ends."""
+"""The caller's pictures that a host uses in place, and the copies to write back when a run ends."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from passgraph.hosts.opencl import Host
 
 
-#: What a result is moved into.
+#: The use of a destination that a result is copied to.
 WRITTEN = Use(is_read=False, is_written=True)
 
 
 @dataclass(frozen=True, slots=True)
 class _Known:
-    """The earlier adoption of a picture, and its allowed uses."""
+    """A picture that was adopted before, with its allowed uses."""
 
     format: Format
     uses: list[Use]
@@ -31,26 +31,26 @@ class _Known:
 
 
 class Borrowed:
-    """Borrowed pictures of one host. A picture in a buffer is kept as long as the caller keeps it, one of an image for
-    one run."""
+    """The caller's pictures in a host. A buffer's picture is known as long as the caller keeps it, an image's for one
+    run."""
 
     def __init__(self, host: Host) -> None:
         self.host = host
         self._known: WeakKeyDictionary[OpenCLPicture, _Known] = WeakKeyDictionary()
-        #: Arrays of pyopencl by their id, where they lie and what they are; they go with the array.
+        #: The layouts of pyopencl arrays by their id, removed with the array.
         self._arrays: dict[int, tuple[Any, BufferPicture]] = {}
-        #: Copies of images that this run has made, and whether they go back.
+        #: Copies of images in this run, and True for those to write back.
         self._copies: list[tuple[ImagePicture, Storage, bool]] = []
-        #: Arrays of other queues that this run writes.
+        #: Arrays of other queues that this run writes to.
         self._written: list[Any] = []
 
     @property
     def counts(self) -> tuple[int, int, int, int]:
-        """Count known pictures, arrays, copies of images and results for other queues."""
+        """Return the counts of known pictures, arrays, copies of images and results for other queues."""
         return len(self._known), len(self._arrays), len(self._copies), len(self._written)
 
     def array(self, array: Any) -> BufferPicture:
-        """An array as a picture, described once."""
+        """Return an array as a picture, described once."""
         place = array.base_data, array.offset, array.shape, array.strides, array.dtype
         known = self._arrays.get(id(array))
         if known is not None and known[0] == place:
@@ -62,7 +62,7 @@ class Borrowed:
         return picture
 
     def adopted(self, picture: OpenCLPicture, format_: Format, use: Use) -> Storage | None:
-        """A picture for passes to use; None where it must be moved."""
+        """Return a picture for passes to use in place; None if it must be copied."""
         known = self._known.get(picture)
         if known is not None and known.format is format_ and use in known.uses:
             if picture.has_array:
@@ -85,7 +85,7 @@ class Borrowed:
         return storage
 
     def storage(self, picture: OpenCLPicture, format_: Format, use: Use) -> Storage:
-        """A picture as passes take it: what it is in, or a copy of an image until the run ends."""
+        """Return a picture's storage for passes: its buffer, or a copy of an image until the run ends."""
         if isinstance(picture, BufferPicture):
             self._order(picture, use)
             return _placed(picture, format_, *self._region(picture))
@@ -100,7 +100,7 @@ class Borrowed:
         return copy
 
     def _order(self, picture: OpenCLPicture, use: Use) -> None:
-        """A pyopencl array knows what must have happened before it is used, and is told what must afterwards."""
+        """Wait for the events of a pyopencl array, and note it if the run's event must be added to them."""
         array = picture.array
         if array is None:
             return
@@ -110,14 +110,14 @@ class Borrowed:
             self._written.append(array)
 
     def wait_for(self, events: Iterable[Any]) -> None:
-        """Commands of other queues, such as those that a pyopencl array is still waiting for."""
+        """Wait for commands of other queues, such as a pyopencl array's pending events."""
         foreign = [event for event in events if event.command_queue != self.host.queue]
         if foreign:
             self.host.cl.enqueue_barrier(self.host.queue, wait_for=foreign)
 
     def _region(self, picture: BufferPicture) -> tuple[Any, Placement]:
-        """The part of a buffer from a picture on, as aligned as OpenCL wants it, so that kernels are the same wherever
-        it begins; of a part, which has none, that of its whole, where the driver still knows that."""
+        """Return a sub-buffer from a picture's start, aligned as OpenCL requires, so that kernels do not depend on the
+        offset. OpenCL has no sub-buffers of sub-buffers, so one is created from the parent, if the driver knows it."""
         buffer, start, begin = picture.memory, picture.offset, 0
         is_part, parent = parent_of(buffer)
         if parent is not None:
@@ -131,11 +131,11 @@ class Borrowed:
 
     @property
     def is_used(self) -> bool:
-        """True if the run must do something at its end."""
+        """True if the end of the run has copies or events to handle."""
         return bool(self._copies or self._written)
 
     def copy_images(self) -> None:
-        """Results for images go there."""
+        """Write results back to images."""
         copies, self._copies = self._copies, []
         for picture, storage, is_written in copies:
             storage.released = True
@@ -146,14 +146,14 @@ class Borrowed:
             self.host.free(storage.buffer)
 
     def tell_arrays(self, after: Any) -> None:
-        """Arrays of other queues learn of an event behind the run, which is made where there is none."""
+        """Add an event after the run to arrays of other queues; it is created if there is none."""
         written, self._written = self._written, []
         for array in written:
             after = after or self.host.cl.enqueue_marker(self.host.queue)
             array.add_event(after)
 
     def clear(self) -> None:
-        """Let go of everything."""
+        """Drop all references."""
         self._known.clear()
         self._arrays.clear()
 
@@ -170,7 +170,7 @@ def _placed(picture: OpenCLPicture, format_: Format, buffer: Any, placement: Pla
 
 
 def check_source(picture: OpenCLPicture, format_: Format) -> None:
-    """Raise InputError unless a picture can be read as a format."""
+    """Raise InputError if a picture cannot be read as a format."""
     if not picture.is_readable:
         raise InputError(f"{picture} may not be read (WRITE_ONLY); make its memory READ_WRITE")
     if not picture.is_stored and picture.format.srgb != format_.srgb:
@@ -178,7 +178,7 @@ def check_source(picture: OpenCLPicture, format_: Format) -> None:
 
 
 def check_room(picture: OpenCLPicture, format_: Format) -> None:
-    """Raise InputError unless a target of a format can be written there."""
+    """Raise InputError if a target of a format cannot be written to a picture."""
     if not picture.is_writable:
         raise InputError(f"into= gives a {picture}, which may not be written (READ_ONLY); make its memory READ_WRITE")
     if not picture.is_stored and picture.format.srgb != format_.srgb:

@@ -1,4 +1,4 @@
-"""The camera: where it stands, what it sees, and matrices that do not shake far from the origin."""
+"""The camera: position, view, and matrices that stay precise far from the origin."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from passgraph.scene.matrices import (
 )
 from passgraph.scene.projection import HardwareDepth, Projection, far_plane
 
-#: Free room round framed points, as a fraction of the picture that they fill.
+#: Margin around framed points, as a fraction of their extent in the picture.
 FRAME_MARGIN = 0.08
-#: The eye stays at least so far from the points, in radii of the sphere round their box.
+#: Least distance of the eye from the points, in radii of the sphere around their box.
 CLOSEST = 0.05
-#: Of the near plane: before the nearest point, and for an eye amid the points as a share of the far plane.
+#: The near plane, as a share of the distance of the nearest point; for an eye among the points, of the far plane.
 NEAR_SLACK, NEAR_OF_FAR = 0.95, 1e-3
-#: Rounds of the search for the middle of a projection; each finds which points bound it, and a few suffice.
+#: Most rounds of the search for the middle of a projection; each finds the bounding points, and a few suffice.
 MOST_ROUNDS = 24
-#: Directions in which a profile is cut off, and places of each of its points on the way round.
+#: Directions for finding the outermost points of a profile, and positions of each point on its circle.
 PROFILE_WAYS, AROUND = 256, 64
 
 
@@ -51,7 +51,7 @@ class Aim(NamedTuple):
 
 
 def aim_of(azimuth_rad: float, elevation_rad: float) -> Aim:
-    """Azimuth 0 looks from +z; it grows toward +x, to the right of who stands there.  Elevation counts from level.
+    """Return the aim for an azimuth, 0 at +z and growing toward +x, and an elevation above the horizon.
 
     >>> [round(x, 6) for x in aim_of(pi / 2, 0.0).back]
     [1.0, 0.0, 0.0]
@@ -61,9 +61,9 @@ def aim_of(azimuth_rad: float, elevation_rad: float) -> Aim:
 
 
 def eye_for(points: Float64, aim: Aim, half: tuple[float, float]) -> Float64:
-    """The nearest eye, (3,), from which (n, 3) points are within ``half`` the width and height at distance 1.
+    """Return the nearest eye, (3,), from which (n, 3) points are within ``half`` the width and height at distance 1.
 
-    In the direction in which they do not fill the picture they lie in its middle.
+    Along the side that they do not fill they are centered.
     """
     bounds = np.stack([points.min(axis=0), points.max(axis=0)])
     centre, radius = sphere_of(bounds)
@@ -81,7 +81,7 @@ def eye_for(points: Float64, aim: Aim, half: tuple[float, float]) -> Float64:
 
 
 def _middle(across: Float64, depth: Float64, tangent: float) -> float:
-    """The eye's place on one axis from which the outermost points lie equally far off the middle."""
+    """Return the eye's position on an axis that centers the outermost points."""
     low, high = float((across - tangent * depth).max()), float((across + tangent * depth).min())
     at = 0.5 * (low + high)
     for _ in range(MOST_ROUNDS):
@@ -92,19 +92,19 @@ def _middle(across: Float64, depth: Float64, tangent: float) -> float:
         if middle == at:
             break
         at = middle
-    # rounding may put the ends of what is allowed in the wrong order
+    # rounding may reverse the ends of the allowed interval
     return min(max(at, low), max(low, high))
 
 
 def ways_round(points: Float64, centre: Float64) -> Float64:
-    """Points that hold what (n, 3) points sweep in a turn about the vertical through ``center``."""
+    """Return points whose hull holds the volume that (n, 3) points sweep in a turn about the vertical at ``centre``."""
     radius = np.hypot(points[:, 0] - centre[0], points[:, 2] - centre[2])
     height = points[:, 1] - centre[1]
     angle = np.arange(PROFILE_WAYS) * (pi / PROFILE_WAYS) - 0.5 * pi
     outermost = {int((radius * cos(a) + height * sin(a)).argmax()) for a in angle} | {int(height.argmin())}
     outermost_points = sorted(outermost)
     around = np.arange(AROUND) * (2.0 * pi / AROUND)
-    # circles are drawn as polygons round them
+    # circles become circumscribed polygons
     wide = radius[outermost_points, None] / cos(pi / AROUND)
     x, z = wide * np.sin(around), wide * np.cos(around)
     y = np.broadcast_to(height[outermost_points, None], x.shape)
@@ -112,7 +112,7 @@ def ways_round(points: Float64, centre: Float64) -> Float64:
 
 
 def depths(eye: Float64, forward: Float64, points: Float64, lateral: Float64) -> tuple[float, float]:
-    """Near and far planes that hold the points, and of ``wanted`` what does not cost precision."""
+    """Return near and far planes that hold the points; far holds those of ``lateral`` too."""
     distances = (points - eye) @ forward
     _, radius = sphere_of(np.stack([points.min(axis=0), points.max(axis=0)]))
     far = max(float(distances.max()), float(((lateral - eye) @ forward).max()), radius) + 0.05 * radius
@@ -124,14 +124,14 @@ def depths(eye: Float64, forward: Float64, points: Float64, lateral: Float64) ->
 DEFAULT_DIRECTION: Vec3 = (0.55, 0.5, 0.85)
 DEFAULT_AZIMUTH_RAD = atan2(DEFAULT_DIRECTION[0], DEFAULT_DIRECTION[2])
 DEFAULT_ELEVATION_RAD = atan2(DEFAULT_DIRECTION[1], hypot(DEFAULT_DIRECTION[0], DEFAULT_DIRECTION[2]))
-# Beyond it the middle of a picture is a point.
+# Widest angle of view; beyond it the middle of a picture degenerates to a point.
 WIDEST_FOV_RAD = 0.999 * pi
 # 40 degrees: close to a 50 mm lens on 35 mm film in height, little distortion of single objects.
 DEFAULT_FOV_RAD = 40.0 * pi / 180.0
 
 
 class Window(NamedTuple):
-    """The extent of a camera's view: half its width and height, and its middle, at distance 1, or anywhere if
+    """The extent of a camera's view: half its width and height, and its middle, at distance 1; at any distance if
     orthographic."""
 
     half: tuple[float, float]
@@ -146,14 +146,13 @@ class Camera:
     ----------
     eye, target : world points, scene units; float64, so an offset of 1e6 keeps ten digits
     up : world direction that is up in the picture
-    vertical_fov_rad : full vertical angle, in ]0, pi[; of an off-center picture that of a centerd one as high
+    vertical_fov_rad : full vertical angle, in ]0, pi[; for an off-center picture, that of a centered one as high
     near, far : distances along the view axis, scene units, 0 < near < far; in perspective far may be infinite
-    orthographic_height : how high the picture is in the scene, scene units, for rays that are all parallel; left
-        out, the camera sees in perspective
-    shift : where the middle of the picture lies off the view axis, in half its width (right) and height (up)
-    aspect : width / height of what it sees; left out, that of the picture, whose pixels are squares then
-    back : how far the eye lies behind that of an engine, whose parallel view begins behind it (`from_matrices`);
-        effects count distances from the engine's eye, such as the start of fog
+    orthographic_height : height of the picture in scene units, for an orthographic camera; None for perspective
+    shift : offset of the picture's middle from the view axis, in half its width (right) and height (up)
+    aspect : width / height of the view; None takes the picture's, for square pixels
+    back : distance of the eye behind an engine's eye, if its orthographic view begins behind that (`from_matrices`);
+        effects measure distances from the engine's eye, such as the start of fog
 
     >>> Camera(eye=(0, 0, 5), target=(0, 0, 0)).view_matrix()[2, 3].item()
     -5.0
@@ -201,7 +200,7 @@ class Camera:
 
     @property
     def orthographic(self) -> bool:
-        """True if rays are parallel."""
+        """True for an orthographic camera."""
         return self.orthographic_height is not None
 
     @property
@@ -214,7 +213,7 @@ class Camera:
         return look_rotation(self.forward, self.up)
 
     def view_matrix(self) -> Float64:
-        """World to camera frame, (4, 4) float64; far from the origin round `relative` instead."""
+        """World to camera frame, (4, 4) float64; far from the origin, round `relative` instead."""
         return self.view_rotation() @ translation(-np.array(self.eye))
 
     def projection_matrix(self, aspect: float) -> Float64:
@@ -240,25 +239,24 @@ class Camera:
 
     @classmethod
     def from_matrices(cls, view: ArrayLike, projection: ArrayLike, zero_to_one: bool | None = None) -> Camera:
-        """The camera behind an engine's two matrices.
+        """Return the camera of an engine's two matrices.
 
         Parameters
         ----------
-        view : (4, 4), world to the camera's frame, which looks along -z: a rotation and a shift; ``M @ v``
-        projection : (4, 4), to clip space: perspective or orthographic, off-center too, with an infinite far plane,
-            with reversed depth, with y down (Vulkan)
-        zero_to_one : whether clip space reaches from 0 to 1 in depth, as with Direct3D, Vulkan, Metal, WebGPU and
-            ``glClipControl``, or from -1 to 1, as else with OpenGL; left out, -1 to 1 unless the matrix cannot mean it:
-            only with reversed depth does a matrix show that it is from 0 to 1
+        view : (4, 4), world to the camera's frame, which looks along -z: a rotation and a translation; ``M @ v``
+        projection : (4, 4), to clip space: perspective or orthographic, also off-center, with an infinite far plane,
+            with reversed depth, or with y down (Vulkan)
+        zero_to_one : True if depth in clip space is from 0 to 1, as in Direct3D, Vulkan, Metal, WebGPU and with
+            ``glClipControl``; False for -1 to 1, OpenGL's default. None takes -1 to 1, unless the matrix rules it out,
+            which only reversed depth can
 
-        Where a parallel projection begins behind the eye, the eye is put back, which shows the same; ``back`` says how
-        far.
-        What the depth buffer holds, `passgraph.HardwareDepth.of_projection` reads from the same matrix.
+        If an orthographic projection begins behind the eye, the eye is moved back by ``back``, with the same picture.
+        `passgraph.HardwareDepth.of_projection` reads the encoding of the depth buffer from the same matrix.
 
         Raises
         ------
         InputError
-            What is no such matrix; it says why.
+            For other matrices, with the reason.
 
         >>> seen = Camera((3, 2, 5), (0, 1, 0), vertical_fov_rad=0.7, near=0.5, far=50.0)
         >>> found = Camera.from_matrices(seen.view_matrix(), seen.projection_matrix(1.5))
@@ -268,7 +266,7 @@ class Camera:
         turn, eye = rigid(view, "view")
         read = Projection.of(projection, zero_to_one)
         eye = eye + read.back * turn[2]
-        # farther off where the eye is, so that the direction keeps its digits
+        # farther away for an eye far from the origin, so that the direction keeps its digits
         target = eye - turn[2] * max(1.0, float(np.abs(eye).max()))
         (width, height), (right, up) = read.half, read.middle
         return cls(
@@ -302,11 +300,11 @@ class Camera:
         vertical_fov_rad: float = DEFAULT_FOV_RAD,
         depth_bounds: ArrayLike | None = None,
     ) -> Camera:
-        """A camera that sees a whole box.
+        """Return a camera that sees a whole box.
 
         Parameters
         ----------
-        bounds : (2, 3) world minimum and maximum of what must be in the picture
+        bounds : (2, 3) world minimum and maximum of the box
         direction : from the target to the camera; the default is a three-quarter view from slightly above
         aspect : width / height of the picture
         vertical_fov_rad : full vertical angle
@@ -337,14 +335,14 @@ class Camera:
         vertical_fov_rad: float = DEFAULT_FOV_RAD,
         depth_bounds: ArrayLike | None = None,
     ) -> Camera:
-        """A camera that looks at points from a direction, and is filled by them.
+        """Return a camera that looks at points from a direction, so that they fill the picture.
 
         Parameters
         ----------
-        points : (n, 3) world points, such as `passgraph.Scene.points` gives
+        points : (n, 3) world points, such as `passgraph.Scene.points` returns
         azimuth_rad : 0 looks from +z, the front of a glTF model; grows toward +x, counter-clockwise seen from above
         elevation_rad : in [-pi/2, pi/2], over (or under) the horizon
-        distance : from the eye to the middle of the points' box, scene units; left out, the nearest from which all
+        distance : from the eye to the middle of the points' box, scene units; by default the nearest at which all
             points are in the picture, with a margin of `passgraph.scene.camera.FRAME_MARGIN` to the nearest edges
         aspect : width / height of the picture
         vertical_fov_rad : full vertical angle
@@ -396,7 +394,7 @@ class Camera:
         return cls(tuple(eye.tolist()), tuple(target.tolist()), aim.up, fov, *depths(eye, -away, points, in_reach))
 
     def turned(self, centre: ArrayLike, angle_rad: float) -> Camera:
-        """The camera carried about the vertical through ``center``, counter-clockwise seen from above.
+        """Return the camera rotated about the vertical through ``centre``, counter-clockwise seen from above.
 
         >>> Camera((0, 1, 5), (0, 0, 0)).turned((0, 0, 0), pi / 2).eye[:2]
         (5.0, 1.0)
@@ -407,7 +405,7 @@ class Camera:
         return replace(self, eye=eye, target=target, up=tuple((turn @ np.array(self.up)).tolist()))
 
     def zoomed(self, factor: float) -> Camera:
-        """Return a copy of the camera that shows things ``factor`` times as large.
+        """Return the camera with a lens that magnifies by ``factor``.
 
         >>> round(Camera((0, 0, 5), (0, 0, 0), vertical_fov_rad=pi / 2).zoomed(2.0).window(1.0).half[1], 9)
         0.5
@@ -422,9 +420,9 @@ class Camera:
 
 
 class NamedCamera(NamedTuple):
-    """A camera that a scene file contains.
+    """A view that comes with a scene.
 
-    ``lens`` is what the file calls the camera itself, where its place in the scene has another name.
+    ``lens`` is the camera's own name in the file, if its node has another name.
     """
 
     name: str

@@ -23,10 +23,11 @@ from passgraph.scene.model_files import FolderReader
 from passgraph.scene.notes import Notes
 from passgraph.scene.projection import STEP_BACK
 
-# Values in accessors without a buffer are zeros made up by the reader: nothing in the file pays for them.
+# Most values in accessors without a buffer: these are zeros that take no bytes in the file, so its size does not limit
+# them.
 MAX_UNBACKED_VALUES = 1 << 24
 UNREADABLE = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
-# What is read of them suffices to show what the file means.
+# Extensions that a file may require; they are read at least as far as the picture needs.
 READABLE = (
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
@@ -38,7 +39,7 @@ READABLE = (
 
 
 def read_header(file: Path, raw: bytes) -> tuple[dict[str, Any], bytes]:
-    """The JSON of the bytes of a .gltf or .glb file, and its binary chunk.
+    """Return the JSON of a .gltf or .glb file's bytes, and its binary chunk.
 
     Raises
     ------
@@ -69,14 +70,14 @@ def read_header(file: Path, raw: bytes) -> tuple[dict[str, Any], bytes]:
 
 
 def _binary(rest: bytes) -> bytes:
-    """The BIN chunk, the first after the JSON, without padding that its buffer does not count."""
+    """Return the BIN chunk, the first after the JSON, without the padding beyond its buffer."""
     if len(rest) < 8 or rest[4:8] != b"BIN\0":
         return b""
     return rest[8 : 8 + struct.unpack("<I", rest[:4])[0]]
 
 
 def check_header(header: dict[str, Any], file: Path) -> None:
-    """Refuse compressed geometry, absurd counts and node cycles."""
+    """Raise InputError for compressed geometry, excessive counts and node cycles."""
     for extension in UNREADABLE:
         if extension in header.get("extensionsRequired", []):
             raise InputError(f"{file}: compressed with {extension}, which is not read; save it uncompressed")
@@ -96,7 +97,7 @@ def check_header(header: dict[str, Any], file: Path) -> None:
 
 
 def local_matrix(node: dict[str, Any]) -> Float64:
-    """The matrix of one node: given, or translation * rotation * scale."""
+    """Return the matrix of a node: its own, or translation * rotation * scale."""
     if "matrix" in node:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
     x, y, z, w = np.array(node.get("rotation", (0, 0, 0, 1)), dtype=np.float64)
@@ -112,7 +113,7 @@ def local_matrix(node: dict[str, Any]) -> Float64:
 
 
 def world_of(header: dict[str, Any], index: int, file: Path) -> Float64:
-    """The world matrix of any node, also of one outside the default scene, which is where joints may be."""
+    """Return the world matrix of a node, also outside the default scene, where joints may be."""
     nodes = header.get("nodes", [])
     parents = {child: number for number, node in enumerate(nodes) for child in node.get("children", [])}
     world = np.eye(4)
@@ -130,11 +131,9 @@ def _orphans(nodes: list[dict[str, Any]]) -> list[int]:
 
 
 def walk_nodes(header: dict[str, Any], file: Path) -> list[tuple[dict[str, Any], Float64]]:
-    """Nodes of the default scene with world matrices, in the file's order, each before what is below it.
+    """Return the nodes of the default scene with world matrices, in the file's order, parents before children.
 
-    A node has one parent, so a repeat is an error.
-
-    A file without scenes shows all its nodes.
+    A node has one parent, so a repeat is an error. In a file without scenes, all nodes are returned.
     """
     nodes = header.get("nodes", [])
     scenes = header.get("scenes", [])
@@ -157,9 +156,9 @@ def walk_nodes(header: dict[str, Any], file: Path) -> list[tuple[dict[str, Any],
 
 
 def cameras_of(header: dict[str, Any], file: Path, bounds: Float64, turn: Float64) -> list[NamedCamera]:
-    """The cameras of the file, in the order of its nodes; ``turn`` is (4, 4), the file's axes to the scene's.
+    """Return the cameras of the file, in the order of its nodes; ``turn`` is (4, 4), the file's axes to the scene's.
 
-    The target is put at the depth of the middle of ``bounds``, (2, 3); a missing far plane comes from them.
+    Targets are at the depth of the middle of ``bounds``, (2, 3), which also give a missing far plane.
     """
     result = list[NamedCamera]()
     for node, world in walk_nodes(header, file):
@@ -192,11 +191,11 @@ def cameras_of(header: dict[str, Any], file: Path, bounds: Float64, turn: Float6
 
 
 def lights_of(header: dict[str, Any], file: Path, bounds: Float64, turn: Float64) -> list[Light]:
-    """The lights of KHR_lights_punctual.
+    """Return the lights of KHR_lights_punctual.
 
-    The format has no size of a light: a directional one gets the default tangent 0.02, the others 1/50 of the
-    scene's diagonal. Its photometric units need an exposure that the format has not either: intensities are
-    scaled by one factor, so that all lights together show a white surface in the middle of the scene as 1.
+    The format has no size of lights: a directional light gets the tangent 0.02, others 1/50 of the scene's diagonal.
+    It has no exposure for its photometric units either: intensities are scaled by one factor, so that all lights
+    together show a white surface in the middle of the scene as 1.
     """
     table = header.get("extensions", {}).get("KHR_lights_punctual", {})
     radius = float(np.linalg.norm(bounds[1] - bounds[0])) / 50.0
@@ -237,15 +236,15 @@ WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "M
 
 @dataclass(frozen=True)
 class GltfData:
-    """A glTF file and what lies beside it.
+    """A glTF file and the files that it names.
 
     Attributes
     ----------
-    file : for messages
+    file : the path, for messages
     header : its JSON
     binary : the BIN chunk of a .glb file, else empty
-    folder : reads files that it names
-    notes : what could not be had
+    folder : reader of the files that it names
+    notes : missing and unsupported parts
     """
 
     file: Path
@@ -256,7 +255,7 @@ class GltfData:
     _buffers: dict[int, bytes] = field(default_factory=dict)
 
     def entry(self, key: str, index: Any) -> dict[str, Any]:
-        """Return an object of one of the header's lists; raise `InputError` if it is missing."""
+        """Return an object of a list in the header; raises `InputError` if it is missing."""
         table = self.header.get(key, [])
         if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(table):
             raise InputError(f"{self.file}: names entry {index!r} of {key}, which is not there")
@@ -266,7 +265,7 @@ class GltfData:
         return entry
 
     def array(self, index: Any) -> NDArray[Any]:
-        """(count, components) of an accessor; normalized integers as float64 in [-1, 1] or [0, 1]."""
+        """Return an accessor as (count, components); normalized integers as float64 in [-1, 1] or [0, 1]."""
         accessor = self.entry("accessors", index)
         dtype, width, count = _layout(accessor, f"{self.file}: accessor {index}")
         if "bufferView" in accessor:  # its length is checked before anything is allocated
@@ -280,7 +279,7 @@ class GltfData:
         return values
 
     def _sparse(self, values: NDArray[Any], sparse: dict[str, Any], index: Any) -> NDArray[Any]:
-        """Section 3.6.2.3: some rows of an accessor replaced."""
+        """Replace some rows of an accessor (section 3.6.2.3)."""
         count, where, stored_values = sparse["count"], sparse["indices"], sparse["values"]
         places = self._rows(
             where["bufferView"], where.get("byteOffset", 0), np.dtype(TYPES[where["componentType"]]), count, 1, index
@@ -342,7 +341,7 @@ class GltfData:
         return data
 
     def picture(self, index: Any, what: str) -> bytes | None:
-        """The bytes of an image, or None with a note: a surface can be drawn without one."""
+        """Return the bytes of an image; None with a note if it is missing, since surfaces can be drawn without it."""
         image = self.entry("images", index)
         uri = image.get("uri")
         if uri is None:

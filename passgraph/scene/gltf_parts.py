@@ -19,10 +19,10 @@ from passgraph.scene.model_data import Arrays, PlacedMeshes, rgba, texture_of
 GLOSSY = "KHR_materials_pbrSpecularGlossiness"
 TRANSFORM = "KHR_texture_transform"
 WEBP = "EXT_texture_webp"
-# glTF 2.0, section 5.26: filters of a sampler that take one texel. Others are linear, with mip maps where it is small.
+# glTF 2.0, section 5.26: filters of a sampler that read one texel. Others are linear, with mipmaps for minification.
 MAGNIFY: dict[Any, Magnify] = {9728: "nearest"}
 MINIFY: dict[Any, Minify] = {9728: "nearest", 9984: "nearest mipmap nearest", 9986: "nearest mipmap linear"}
-# of a sampler (OpenGL's numbers); what is none of them repeats
+# wrap modes of a sampler (OpenGL's numbers); other numbers repeat
 WRAPS: dict[Any, Wrap] = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 
 
@@ -40,14 +40,14 @@ class Coordinates:
 
 @dataclass
 class GltfMaterials:
-    """Reads each material, and each picture, once."""
+    """Read materials and pictures, each once."""
 
     data: GltfData
     _made: dict[int | None, tuple[Material, Coordinates]] = field(default_factory=dict)
     _textures: dict[tuple[Any, ColorSpace], Texture | None] = field(default_factory=dict)
 
     def read(self, index: int | None) -> tuple[Material, Coordinates]:
-        """A material, and the coordinates of its pictures; without an index the white one of the specification."""
+        """Return a material, and the coordinates of its pictures; without an index the specification's white one."""
         if index not in self._made:
             self._made[index] = self._read({} if index is None else self.data.entry("materials", index), index)
         return self._made[index]
@@ -78,7 +78,7 @@ class GltfMaterials:
         return material, own
 
     def _base(self, source: dict[str, Any]) -> tuple[Any, dict[str, Any] | None]:
-        """Color and picture of the light that a surface throws back in all directions."""
+        """Return the color and the picture of diffuse reflection."""
         glossy = source.get("extensions", {}).get(GLOSSY)
         if glossy is not None:
             return glossy.get("diffuseFactor", (1, 1, 1, 1)), glossy.get("diffuseTexture")
@@ -90,7 +90,7 @@ class GltfMaterials:
         if any(source.get("emissiveFactor", ())):
             add("its emissive light is not shown", where)
         matt = source.get("pbrMetallicRoughness", {})
-        # Left out, the factor is 1, which most files do not mean.
+        # The factor's default is 1, which most files without it do not mean.
         if matt.get("metallicFactor", 0.0) or "metallicRoughnessTexture" in matt:
             add("its metal is not shown; it looks diffuse", where)
         if "occlusionTexture" in source:
@@ -149,7 +149,7 @@ TRIANGLES, STRIP, FAN = 4, 5, 6
 
 
 def arrays_of(data: GltfData, primitive: dict[str, Any], weights: list[float], where: str) -> Arrays | None:
-    """Return a primitive's arrays with its morph targets mixed by ``weights``; None for points and lines."""
+    """Return a primitive with its morph targets blended by ``weights``; None for points and lines."""
     attributes = primitive.get("attributes", {})
     mode = primitive.get("mode", TRIANGLES)
     if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
@@ -174,7 +174,7 @@ def arrays_of(data: GltfData, primitive: dict[str, Any], weights: list[float], w
 
 
 def triangles_of(indices: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
-    """(m, 3) of a list, a strip or a fan; every second triangle of a strip is turned round.
+    """Return the triangles, (m, 3), of a list, a strip or a fan; every second triangle of a strip is reversed.
 
     >>> triangles_of(np.arange(5), STRIP).tolist(), triangles_of(np.arange(5), FAN).tolist()
     ([[0, 1, 2], [1, 3, 2], [2, 3, 4]], [[1, 2, 0], [2, 3, 0], [3, 4, 0]])
@@ -189,7 +189,7 @@ def triangles_of(indices: NDArray[np.int64], mode: int) -> NDArray[np.int64]:
 
 
 def uvs_of(data: GltfData, primitive: dict[str, Any], number: int, where: str) -> Float64 | None:
-    """A set of texture coordinates, v = 0 at the top row."""
+    """Return a set of texture coordinates, v = 0 at the top row."""
     attributes = primitive.get("attributes", {})
     count = data.entry("accessors", attributes.get("POSITION")).get("count", 0)
     uvs = _optional(data, attributes, f"TEXCOORD_{number}", count, where, (2,))
@@ -197,9 +197,9 @@ def uvs_of(data: GltfData, primitive: dict[str, Any], number: int, where: str) -
 
 
 def skinned(data: GltfData, arrays: Arrays, primitive: dict[str, Any], skin: Any, where: str) -> Arrays:
-    """The vertices where the joints of the default pose carry them, in the world.
+    """Return the vertices transformed by the joints of the default pose, in the world.
 
-    The place of the node that draws them does not count.
+    The transform of the node that draws them is ignored, as in the specification.
     """
     attributes = primitive.get("attributes", {})
     count = len(arrays.positions)
@@ -222,7 +222,7 @@ def skinned(data: GltfData, arrays: Arrays, primitive: dict[str, Any], skin: Any
     positions = np.einsum("nij,nj->ni", blended[:, :3, :3], arrays.positions) + blended[:, :3, 3]
     normals = arrays.normals
     if normals is not None:
-        # cofactors turn normals, as an inverse transpose does, and need no division
+        # the cofactor matrix transforms normals as the inverse transpose does, without division
         a, b, c = blended[:, 0, :3], blended[:, 1, :3], blended[:, 2, :3]
         cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
         normals = np.einsum("nij,nj->ni", cofactors, normals)
@@ -251,7 +251,7 @@ def _floats(data: GltfData, index: Any, width: int, where: str) -> Float64:
 def _optional(
     data: GltfData, attributes: dict[str, Any], name: str, count: int, where: str, widths: tuple[int, ...] = (3,)
 ) -> Float64 | None:
-    """An attribute of the right shape, or None: what is there and does not fit is noted."""
+    """Return an attribute of the right shape, or None, with a note if it has another shape."""
     if name not in attributes:
         return None
     values = data.array(attributes[name])
@@ -261,14 +261,14 @@ def _optional(
     return values.astype(np.float64)
 
 
-# Copies of a node's mesh, and what places them; attributes that begin with "_" are an application's own.
+# The extension for instances of a node's mesh, and their transform attributes; names with "_" are the application's.
 _COPIES, _PLACES = "EXT_mesh_gpu_instancing", ("TRANSLATION", "ROTATION", "SCALE")
-# Of nodes and primitives; everything else that a file names there is noted.
+# Extensions of nodes and primitives that are read; others are noted.
 _READ = ("KHR_lights_punctual", _COPIES)
 
 
 def nodes_of(data: GltfData, turn: Float64) -> tuple[list[Node], list[str]]:
-    """Each primitive of each node of the default scene, and warnings about meshes; the rest is in ``data.notes``."""
+    """Return the primitives of all nodes of the default scene, and warnings about meshes; see also ``data.notes``."""
     placed, materials = PlacedMeshes(data.file, turn, flat=True), GltfMaterials(data)
     walked = [
         (node, world @ copy)
@@ -308,13 +308,13 @@ def _place(
     data: GltfData, placed: PlacedMeshes, materials: GltfMaterials, node: dict[str, Any], world: Float64,
     primitive: dict[str, Any], place: tuple[int, int],
 ) -> None:  # fmt: skip
-    """Add a primitive of a node to the world, and make its mesh if it is new."""
+    """Place a primitive of a node in the world, and read it at its first use."""
     mesh = data.entry("meshes", node["mesh"])
     label = str(mesh.get("name", f"mesh {node['mesh']}")) + (f".{place[1]}" if len(mesh["primitives"]) > 1 else "")
     name = str(node.get("name", label))
     weights = node.get("weights", mesh.get("weights", []))
     skin = node.get("skin")
-    # a skin and weights of a node make another mesh of it
+    # the mesh depends on the node's skin and weights
     key = (node["mesh"], place[1], tuple(weights), skin)
     material, coordinates = materials.read(primitive.get("material"))
     if key not in placed.meshes:
@@ -334,7 +334,7 @@ def _place(
 def _with_uvs(
     data: GltfData, arrays: Arrays, primitive: dict[str, Any], material: Material, coordinates: Coordinates, where: str
 ) -> Arrays:
-    """The coordinates that its material's pictures are laid by."""
+    """Return the arrays with the texture coordinates for the material's pictures."""
     uvs = uvs_of(data, primitive, coordinates.number, where)
     if uvs is None:
         if material.base_color_texture is not None or material.normal_texture is not None:

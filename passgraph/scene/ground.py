@@ -1,4 +1,4 @@
-"""Floors: whether a scene has one, and a plain one for scenes that have none."""
+"""Floors: detect if a scene has one, and add a plain one to scenes without."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ HEIGHT_SCALE = 0.008
 
 @lru_cache(maxsize=4)
 def floor_material(size: int = 512, seed: int = 7) -> Material:
-    """Stone tiles with bevelled edges.
+    """Return the material of stone tiles with beveled edges.
 
     Parameters
     ----------
     size : width and height of the three textures in texels
-    seed : of the tint of the stone
+    seed : seed of the stone's tint
 
     >>> floor_material(64).normal_texture.decode().shape
     (64, 64, 4)
@@ -71,12 +71,12 @@ def floor_material(size: int = 512, seed: int = 7) -> Material:
 
 
 def floor_node(bounds: ArrayLike, tile: float | None = None, name: str = "floor") -> Node:
-    """A square floor under a box, three of its diagonals wide.
+    """Return a square floor under a box, three of its diagonals wide.
 
     Parameters
     ----------
-    bounds : (2, 3) world box of what stands on the floor
-    tile : width of a tile in scene units; None makes six across the box's diagonal
+    bounds : (2, 3) world box of the objects on the floor
+    tile : width of a tile in scene units; None for a sixth of the box's diagonal
 
     >>> floor_node([[0, 1, 0], [1, 2, 1]]).bounds[:, 1].tolist()
     [1.0, 1.0]
@@ -84,7 +84,7 @@ def floor_node(bounds: ArrayLike, tile: float | None = None, name: str = "floor"
     box = bounds_of(bounds, "floor: bounds")
     centre, radius = sphere_of(box)
     width = radius / 3.0 if tile is None else float(tile)
-    # whole pairs of tiles to each side, so that a joint passes below the middle
+    # whole pairs of tiles to each side, so that a joint is below the middle
     pairs = max(1, round(3.0 * radius / (TILES * width)))
     half = pairs * TILES * width
     place = np.array([centre[0], box[0, 1], centre[2]])
@@ -99,7 +99,7 @@ def _bytes(values: NDArray[np.floating]) -> NDArray[np.uint8]:
 
 
 def _noise(size: int, seed: int) -> Float64:
-    """Periodic smooth noise in [0, 1], (size, size): random phases with a 1/f amplitude."""
+    """Return periodic smooth noise in [0, 1], (size, size): random phases with a 1/f amplitude."""
     generator = np.random.default_rng(seed)
     frequency = np.fft.fftfreq(size) * size
     radius = np.hypot(*np.meshgrid(frequency, frequency))
@@ -110,7 +110,7 @@ def _noise(size: int, seed: int) -> Float64:
 
 
 def _normals(height: Float64, slope: float) -> Float64:
-    """Unit normals of a periodic height field, (h, w, 3), y up; ``slope``: texels that 1 is high."""
+    """Return unit normals of a periodic height field, (h, w, 3), y up; ``slope`` is the height of 1 in texels."""
     right = (np.roll(height, -1, axis=1) - np.roll(height, 1, axis=1)) * slope / 2.0
     above = (np.roll(height, 1, axis=0) - np.roll(height, -1, axis=0)) * slope / 2.0
     normal = np.stack([-right, -above, np.ones_like(height)], axis=2)
@@ -123,18 +123,18 @@ COVERED, CELLS = 0.7, 32
 LOWEST, SHEET = 0.2, 0.25
 #: A sheet no higher than this share of its width is flat: a floor, whichever of its sides is outside.
 FLAT = 1e-6
-#: The ground reaches so many radii of the scene, or distances of the eye, from the middle: its edge is the horizon.
+#: Extent of the ground from the middle, in radii of the scene or distances of the eye; its edge is the horizon.
 REACH = 100.0
-#: It lies under the lowest vertex by this share of the scene's radius, so that a face there hides it.
+#: Distance of the ground below the lowest vertex, in radii of the scene, so that faces there hide it.
 BELOW = 1e-4
 #: Gray stone, linear: bright enough for a shadow to read, darker than most skies.
 GROUND = (0.42, 0.40, 0.38, 1.0)
-#: Of the near plane, before the nearest ground that is seen; and the least share of the far plane that it may be.
+#: The near plane, as a share of the distance of the nearest visible ground; and at least, of the far plane.
 NEAR_SLACK, NEAR_OF_FAR = 0.9, 1e-4
 
 
 def floors_of(scene: Scene) -> tuple[Node, ...]:
-    """The nodes that are floors: wide, seen from above, with all else on them.
+    """Return the nodes that are floors: they cover the scene from above, and everything else stands on them.
 
     >>> from passgraph.scene import Scene
     >>> [node.name for node in floors_of(Scene.shipped())]
@@ -145,7 +145,7 @@ def floors_of(scene: Scene) -> tuple[Node, ...]:
 
 
 def has_floor(scene: Scene) -> bool:
-    """Return True if something under the scene receives its shadows: a node, or the lowest part of one or several.
+    """Return True if the scene has a surface below that receives shadows: a node, or the lowest part of nodes.
 
     >>> from passgraph.scene import Scene
     >>> has_floor(Scene.shipped())
@@ -168,7 +168,7 @@ def _is_floor(node: Node, low: Float64, high: Float64) -> bool:
         return bool(node_low[1] - low[1] <= max(LOWEST * (high[1] - low[1]), FLAT * wide))
     if node_high[1] - low[1] <= LOWEST * (high[1] - low[1]):
         return _covered([_low_and_up(node, low, high)], low, high) >= COVERED
-    # closed bodies have as much that looks up as down, a sheet has only the one
+    # closed bodies have equal areas facing up and down, a sheet only one of them
     corners, areas = _seen_from_above(node)
     if tall > SHEET * wide or float(areas.sum()) < COVERED * _footprint(low, high):
         return False
@@ -180,14 +180,14 @@ def _footprint(low: Float64, high: Float64) -> float:
 
 
 def _low_and_up(node: Node, low: Float64, high: Float64) -> Float64:
-    """The triangles of a node that look up in the lowest part of the scene, (m, 3, 3)."""
+    """Return the triangles of a node that face up in the lowest part of the scene, (m, 3, 3)."""
     corners, areas = _seen_from_above(node)
     is_low = corners[:, :, 1].max(axis=1) - low[1] <= LOWEST * (high[1] - low[1])
     return np.asarray(corners[(areas > 0.0) & is_low], dtype=np.float64)
 
 
 def _seen_from_above(node: Node) -> tuple[Float64, Float64]:
-    """The triangles of a node in the world, (m, 3, 3), and their areas seen from above, negative from below."""
+    """Return the triangles of a node in the world, (m, 3, 3), and their areas seen from above, negative from below."""
     corners = transform_points(node.transform, node.mesh.positions)[node.mesh.triangles]
     areas = _area(corners)
     return corners, -areas if node.flips_winding else areas
@@ -199,14 +199,14 @@ def _area(corners: Float64) -> Float64:
 
 
 def _covered(parts: Sequence[Float64], low: Float64, high: Float64) -> float:
-    """The share of a scene's rectangle, seen from above, that triangles (m, 3, 3) cover: in cells, each but once."""
+    """Return the share of a scene's rectangle, seen from above, that triangles (m, 3, 3) cover, counted in cells."""
     size = high - low
     if _footprint(low, high) == 0.0:
         return 0.0
     corners = np.concatenate(parts)
     places = (corners[:, :, ::2] - low[::2]) / size[::2] * CELLS
     areas = np.abs(_area(corners)) / _footprint(low, high) * CELLS * CELLS
-    # what is smaller than a cell counts where its middle is, what is larger where it holds a cell's middle
+    # a triangle smaller than a cell covers the cell of its middle, a larger one the cells whose middles it contains
     at = np.clip(places.mean(axis=1).astype(np.int64), 0, CELLS - 1)
     is_small = areas < 1.0
     share = np.zeros((CELLS, CELLS))
@@ -221,14 +221,14 @@ def _covered(parts: Sequence[Float64], low: Float64, high: Float64) -> float:
 
 
 def lacks_ground(scene: Scene, ground: bool | None) -> bool:
-    """Return True if a floor must be added: as ``ground`` says, or for None if the scene has none."""
+    """Return ``ground``, or if it is None, True for a scene without a floor."""
     return not has_floor(scene) if ground is None else ground
 
 
 def with_ground(scene: Scene) -> Scene:
-    """The scene with a plain floor under its lowest vertex, as far as its camera sees to the horizon.
+    """Return the scene with a plain floor under its lowest vertex, up to the horizon of its camera.
 
-    The near and far planes of the camera are moved to hold what it sees of the floor.
+    The camera's near and far planes are moved to hold the visible part of the floor.
 
     >>> from passgraph.scene import Scene
     >>> node = Node(Mesh.make([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
@@ -247,12 +247,12 @@ def with_ground(scene: Scene) -> Scene:
 
 
 def seeing_ground(camera: Camera, ground: Float64) -> Camera:
-    """The camera with near and far planes that hold what it sees of a level floor with these bounds."""
+    """Return the camera with near and far planes that hold the visible part of a level floor with these bounds."""
     eye, height = np.array(camera.eye), camera.eye[1] - float(ground[1, 1])
     right, up, back = camera.view_rotation()[:3, :3]
     far = max(camera.far, float(np.linalg.norm(np.abs(ground - eye).max(axis=0))))
     near = camera.near
-    # no picture is wider than four times its height where its corners could matter: cameras stand upright
+    # an aspect ratio of 4 is assumed; the corners of wider pictures matter little for upright cameras
     (x, y), middle = camera.window(4.0).half, camera.window(4.0).middle
     for across, upward in ((-x, -y), (x, -y), (-x, y), (x, y)):
         offset = (middle[0] + across) * right + (middle[1] + upward) * up

@@ -1,4 +1,4 @@
-"""Lights with an extent: directional, point and spot, and the frames their shadow maps are drawn in."""
+"""Lights with an extent: directional, point and spot, and the frustums of their shadow maps."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ from passgraph.scene.matrices import (
 WIDEST_HALF_RAD = radians(80.0)
 # A point light gets one fitted map up to a full angle of 150 degrees.
 FITTED_HALF_RAD = radians(75.0)
-# Room on each side, as a fraction of the extent.
+# Margin on each side, as a fraction of the extent.
 MARGIN = 0.02
 # A perspective depth buffer of 24 bits still resolves 1e-4 of the far distance at this ratio.
 NEAREST_OF_FAR = 1e-3
 
 
 def directional(direction: Vec3, bounds: Float64) -> tuple[Float64, Float64]:
-    """Orthographic frustum along ``direction`` that holds the box."""
+    """Return the orthographic frustum along ``direction`` that holds the box."""
     centre, radius = sphere_of(bounds)
-    # two radii back, so that near stays positive: depth counts from the eye as for the other lights
+    # two radii back, so that near is positive: depth is measured from the eye, as for the other lights
     view = look_from(centre - 2.0 * radius * np.array(direction), direction)
     points = transform_points(view, corners_of(bounds))
     half = max(float(np.abs(points[:, :2]).max()), 0.01 * radius) * (1.0 + MARGIN)
@@ -51,7 +51,7 @@ def directional(direction: Vec3, bounds: Float64) -> tuple[Float64, Float64]:
 
 
 def _depth_range(depth: Float64, radius: float) -> tuple[float, float]:
-    """Near and far for distances along the axis; a box behind or round the light gets a usable range."""
+    """Return near and far for distances along the axis; a box behind or around the light gets a usable range."""
     far = float(depth.max())
     if far <= 0.0:
         far = radius
@@ -61,7 +61,7 @@ def _depth_range(depth: Float64, radius: float) -> tuple[float, float]:
 
 
 def spot(position: Vec3, direction: Vec3, cone_outer_rad: float, bounds: Float64) -> tuple[Float64, Float64]:
-    """Perspective frustum of the cone; near and far hold the box."""
+    """Return the perspective frustum of the cone; near and far hold the box."""
     view = look_from(position, direction)
     depth = -transform_points(view, corners_of(bounds))[:, 2]
     near, far = _depth_range(depth, sphere_of(bounds)[1])
@@ -70,7 +70,7 @@ def spot(position: Vec3, direction: Vec3, cone_outer_rad: float, bounds: Float64
 
 
 def fitted(position: Vec3, bounds: Float64) -> tuple[Float64, Float64] | None:
-    """Perspective frustum from ``position`` that holds the box, or None where it is too wide."""
+    """Return the perspective frustum from ``position`` that holds the box, or None if it would be too wide."""
     centre, radius = sphere_of(bounds)
     towards = centre - np.array(position)
     if float(np.linalg.norm(towards)) <= 1e-3 * radius:
@@ -87,7 +87,7 @@ def fitted(position: Vec3, bounds: Float64) -> tuple[Float64, Float64] | None:
 
 
 def cube_views(position: Vec3) -> tuple[Float64, ...]:
-    """Six views in the order and orientation of OpenGL cube map faces (OpenGL 4.6, table 8.19)."""
+    """Return six views in the order and orientation of OpenGL cube map faces (OpenGL 4.6, table 8.19)."""
     faces = (
         ((1, 0, 0), (0, -1, 0)),
         ((-1, 0, 0), (0, -1, 0)),
@@ -100,11 +100,11 @@ def cube_views(position: Vec3) -> tuple[Float64, ...]:
 
 
 def cube_projection(position: Vec3, bounds: Float64) -> Float64:
-    """The 90 degree projection of a cube face; near is the distance to the box where the light is outside."""
+    """Return the 90 degree projection of a cube face; near is the distance to the box if the light is outside."""
     offsets = corners_of(bounds) - np.array(position)
-    # depth is measured along an axis, and no axis sees the box further than its largest coordinate
+    # depth is measured along an axis, so it is at most the box's largest coordinate
     far = max(float(np.abs(offsets).max()), sphere_of(bounds)[1]) * (1.0 + MARGIN)
-    # the nearest surface may appear in any face with a depth of at least its largest coordinate
+    # a surface appears in the face of its largest coordinate, with that coordinate as depth
     gap = np.maximum(np.maximum(bounds[0] - position, position - bounds[1]), 0.0)
     near = max(float(gap.max()) * (1.0 - MARGIN), far * NEAREST_OF_FAR)
     return perspective(1.0, 1.0, min(near, 0.5 * far), far)
@@ -115,7 +115,7 @@ LightKind = Literal["directional", "point", "spot"]
 
 @dataclass(frozen=True)
 class Light:
-    """One light; `Light.directional`, `Light.point` and `Light.spot` are the usual way to make one.
+    """A light; use `Light.directional`, `Light.point` or `Light.spot` to create one.
 
     Attributes
     ----------
@@ -177,7 +177,7 @@ class Light:
         radius: float = 0.02,
         name: str = "light",
     ) -> Light:
-        """A light so far away that it comes from one direction; ``radius`` is a tangent, see the class."""
+        """Return a light at infinity, from one direction; ``radius`` is a tangent, see the class."""
         along = vec3(direction, f"light {name!r}: direction")
         tint = vec3(color, f"light {name!r}: color")
         return cls("directional", direction=along, color=tint, intensity=intensity, radius=radius, name=name)
@@ -191,7 +191,7 @@ class Light:
         radius: float = 0.0,
         name: str = "light",
     ) -> Light:
-        """A sphere of ``radius`` scene units that shines in all directions.
+        """Return a light that is a sphere of ``radius`` scene units and shines in all directions.
 
         >>> Light.point((0, 3, 0), radius=0.25).radius
         0.25
@@ -212,7 +212,7 @@ class Light:
         cone_outer_rad: float = pi / 4,
         name: str = "light",
     ) -> Light:
-        """A disc of ``radius`` that shines into a cone; the inner cone defaults to 2/3 of the outer."""
+        """Return a light that is a disc of ``radius`` and shines into a cone; the inner cone defaults to 2/3 of it."""
         place = vec3(position, f"light {name!r}: position")
         along = vec3(direction, f"light {name!r}: direction")
         tint = vec3(color, f"light {name!r}: color")
@@ -234,9 +234,9 @@ class Light:
         return self.intensity / max(away, nearest) ** 2
 
     def around(self, centre: ArrayLike, azimuth_rad: float | None = None, elevation_rad: float | None = None) -> Light:
-        """The light from another direction, seen from ``center``; angles that are left out stay.
+        """Return the light from another direction, seen from ``centre``; omitted angles are unchanged.
 
-        Point and spot lights keep their distance from the center, and spots look at it.  Angles are those of
+        Point and spot lights keep their distance from the center, and spots point at it. Angles are those of
         `Camera.orbit`: azimuth 0 is light from the front, elevation pi/2 light from above.
 
         >>> light = Light.directional((0, -1, 0)).around((0, 0, 0), 0.0, 0.0)
@@ -260,7 +260,7 @@ class Light:
         return replace(aimed, position=_three(middle + distance * toward))
 
     def frustum(self, bounds: ArrayLike) -> tuple[Float64, Float64]:
-        """View and projection matrix of one shadow map that holds a world box.
+        """Return the view and projection matrices of one shadow map that holds a world box.
 
         Parameters
         ----------
@@ -276,7 +276,7 @@ class Light:
         Raises
         ------
         InputError
-            A point light too near to the box for one map; `cube_views` serves it.
+            For a point light too near to the box for one map; use `cube_views`.
 
         >>> view, projection = Light.directional((0, -1, 0)).frustum([[-1, 0, -1], [1, 2, 1]])
         >>> bool(abs((projection @ view @ [1, 2, 1, 1])[:3]).max() < 1)
@@ -304,22 +304,22 @@ class Light:
         return self.frustum(bounds)[1]
 
     def fitted_frustum(self, bounds: ArrayLike) -> tuple[Float64, Float64] | None:
-        """View and projection that hold the box as seen from a point or spot light.
+        """Return view and projection that hold the box as seen from a point or spot light.
 
-        Returns None where the box reaches further than 75 degrees from its middle, or holds the light.
+        None if the box extends more than 75 degrees from its middle, or contains the light.
         """
         if self.kind == "directional":
             raise InputError(f"light {self.name!r}: fitted_frustum is for point and spot lights")
         return fitted(self.position, bounds_of(bounds, f"light {self.name!r}: bounds"))
 
     def cube_views(self) -> tuple[Float64, ...]:
-        """Six view matrices in the order and orientation of OpenGL cube map faces: +x, -x, +y, -y, +z, -z."""
+        """Return six view matrices in the order and orientation of OpenGL cube map faces: +x, -x, +y, -y, +z, -z."""
         if self.kind == "directional":
             raise InputError(f"light {self.name!r}: cube_views is for point and spot lights")
         return cube_views(self.position)
 
     def cube_projection(self, bounds: ArrayLike) -> Float64:
-        """The 90 degree projection of every face of `cube_views`, near and far from the box."""
+        """Return the 90 degree projection of every face of `cube_views`, with near and far from the box."""
         return cube_projection(self.position, bounds_of(bounds, f"light {self.name!r}: bounds"))
 
 
@@ -329,9 +329,9 @@ def _three(vector: Float64) -> Vec3:
 
 
 def exposed(lights: Sequence[Light], bounds: Float64) -> list[Light]:
-    """Lights scaled by one factor, so that together they show a white surface amid ``bounds``, (2, 3), as 1.
+    """Scale lights by one factor, so that together they show a white surface in the middle of ``bounds``, (2, 3), as 1.
 
-    A lamp within a fiftieth of the diagonal counts as that far away.
+    A light nearer than a fiftieth of the diagonal counts as that far away.
     """
     middle = bounds.mean(axis=0)
     nearest = max(float(np.linalg.norm(bounds[1] - bounds[0])) / 50.0, 1e-9)

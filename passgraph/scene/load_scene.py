@@ -1,4 +1,4 @@
-"""Load a model file as a `Scene`: glTF by ourselves, which trimesh reads in part, and the others through trimesh."""
+"""Load a model file as a `Scene`: glTF directly, since trimesh reads only a part of it; others through trimesh."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from passgraph.scene.scene import Scene
 
 
-# A file whose y axis is up stays; one with z up is turned so that z becomes y.
+# Rotates a file with z up, so that z becomes y.
 _Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 
 
@@ -45,33 +45,32 @@ def load_scene(
 
     Parameters
     ----------
-    make : the class of scenes, which comes before this file
-    path : the file; textures and material files are looked for in its folder and below, nowhere else
-    ground : True adds a floor below the model, False does not, None adds one to a model that has nothing under it
-        to receive its shadow (`passgraph.scene.ground.has_floor`)
-    up : the axis of the file that points up; None is what its kind usually has: z in STL, which CAD and printers
-        write, y in the others
-    max_bytes : a larger file is refused
+    make : the class `Scene`, passed to avoid a circular import
+    path : the file; textures and material files are read only from its folder and below
+    ground : True adds a floor below the model, False does not, None adds one to a model without a surface below that
+        receives its shadow (`passgraph.scene.ground.has_floor`)
+    up : the axis of the file that points up; None takes the usual one of the format: z in STL, y in the others
+    max_bytes : largest file size
 
     Returns
     -------
     A scene with the file's camera and lights (glTF), or else a camera that sees the whole model and one key
-    light with an extent. Transforms, copies (EXT_mesh_gpu_instancing), base colors, textures, vertex colors,
-    normal maps and alpha modes are kept. Positions far from the origin are recenterd in float64. What could not be
-    had is in ``warnings``.
+    light with an extent. Transforms, instances (EXT_mesh_gpu_instancing), base colors, textures, vertex colors,
+    normal maps and alpha modes are kept. Positions far from the origin are recentered in float64. Missing and
+    unsupported parts are in ``warnings``.
 
     Raises
     ------
     InputError
-        No such file, an unknown kind, corrupt or truncated data, NaN or infinite positions, indices out of
+        For a missing file, an unknown format, corrupt or truncated data, NaN or infinite positions, indices out of
         range, no triangles, or a picture beyond the limit.
 
     Notes
     -----
-    Colors of vertices are taken as linear in glTF, as its specification says, and as sRGB elsewhere. Surfaces are
-    matt: of metal, roughness and gloss nothing is read, nor are animations, of which the pose at rest is shown. Both
-    sides of a surface are seen where glTF says so; the others do not say it, and there they are of what is not closed.
-    There, too, triangles have their outer side where the file's normals point, and what is inside out is turned.
+    Vertex colors are linear in glTF, as in its specification, and sRGB-encoded elsewhere. Surfaces are diffuse: metal,
+    roughness and gloss are ignored. Animations are ignored; the rest pose is shown. glTF declares double-sided
+    surfaces. In other formats, surfaces that are not closed are double-sided, the file's normals decide the outer side
+    of triangles, and closed surfaces that are inside out are reversed.
     """
     if up is not None and not among(up, ("y", "z")):
         raise InputError(f"{shown(path)}: up: expected 'y' or 'z', got {shown(up)}")
@@ -79,10 +78,10 @@ def load_scene(
         flag(ground, f"{shown(path)}: ground", InputError)
     file = checked_path(path, max_bytes)
     try:
-        with np.errstate(all="ignore"):  # values too large become infinite and are refused as such
+        with np.errstate(all="ignore"):  # overflow becomes infinity, which is checked later
             return _load(make, file, ground, up or usual_up(file))
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        # a stranger's JSON may hold any type anywhere; what no check below names ends here
+        # untrusted JSON may have any type anywhere; errors without a check of their own are converted here
         raise InputError(f"{file}: a value in it has the wrong type or range ({error})") from error
 
 
@@ -107,7 +106,7 @@ def _load(make: type[Scene], file: Path, ground: bool | None, up: Literal["y", "
 
 
 def usual_up(file: Path) -> Literal["y", "z"]:
-    """The axis that points up in files of this kind.
+    """Return the axis that usually points up in files of this format.
 
     >>> usual_up(Path("part.STL"))
     'z'
@@ -116,10 +115,9 @@ def usual_up(file: Path) -> Literal["y", "z"]:
 
 
 def default_light() -> Light:
-    """A key light from the upper left of the default camera, with a penumbra that can be seen.
+    """Return a key light from the upper left of the default camera, with a visible penumbra.
 
-    A point light would need its distance chosen; a directional one of 0.04 (2.3 degrees, nine suns wide)
-    serves every size and offset.
+    It is directional with radius 0.04 (2.3 degrees, nine times the sun's), which fits scenes of any size and offset.
     """
     return Light.directional((0.6, -1.0, -0.5), (1.0, 0.96, 0.9), 0.9, 0.04, "key light")
 
@@ -129,10 +127,10 @@ def _read(file: Path, folder: FolderReader) -> Any:
 
     kind = file.suffix.lower()[1:]
     data = read_model(file)
-    # FolderReader has the methods that trimesh calls, without its base class, which can write too
+    # FolderReader has the methods that trimesh calls, but not trimesh's base class, which can also write
     resolver: Any = folder
     try:
-        with np.errstate(all="ignore"):  # NaN in a file comes back as an error or warning of ours
+        with np.errstate(all="ignore"):  # NaN in a file is reported by our own checks
             return trimesh.load_scene(
                 BytesIO(as_utf8(data) if kind == "obj" else data),
                 file_type=kind,
@@ -143,13 +141,13 @@ def _read(file: Path, folder: FolderReader) -> Any:
         raise
     except MemoryError:
         raise InputError(f"{file}: too large for the memory of this machine; simplify the model") from None
-    except Exception as error:  # trimesh raises nearly anything on broken data: assertions, lookups, numpy's
+    except Exception as error:  # trimesh raises errors of any type for damaged data
         detail = (str(error).strip().splitlines() or [type(error).__name__])[0][:120]
         raise InputError(f"{file}: cannot be read as {kind.upper()}, it is corrupt or truncated ({detail})") from None
 
 
 def _nodes(loaded: Any, file: Path, reader: MtlReader, turn: Float64) -> tuple[list[Node], list[str]]:
-    """The nodes of a trimesh scene, and warnings about meshes."""
+    """Return the nodes of a trimesh scene, and warnings about meshes."""
     import trimesh
 
     placed = PlacedMeshes(file, turn, flat=file.suffix.lower() == ".stl")

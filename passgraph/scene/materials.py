@@ -1,4 +1,4 @@
-"""Materials, the textures that they take, and nodes: meshes placed in the world with a material."""
+"""Materials, textures, and nodes: meshes placed in the world with a material."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Wrap = Literal["repeat", "clamp", "mirror"]
 Magnify = Literal["linear", "nearest"]
 Minify = Literal["linear mipmap linear", "nearest", "nearest mipmap nearest", "nearest mipmap linear"]
 
-# Larger pictures are refused before they are decoded: 64 Mi texels are 256 MiB as RGBA bytes.
+# Most texels of a picture, checked before it is decoded: 64 Mi texels are 256 MiB as RGBA bytes.
 MAX_TEXELS = 1 << 26
 
 
@@ -34,9 +34,9 @@ class Texture:
     pixels : (h, w, 4) uint8
     color_space : "srgb" for colors (alpha is always linear), "linear" for normals and heights
     name : used in messages
-    wrap : what lies beyond it, in both directions: it repeats, every second time mirrored, or its edge goes on (clamp)
-    magnify : where a texel is larger than a pixel: a weighted mean of four texels, or the nearest one
-    minify : where texels are smaller than a pixel; the modes of OpenGL's GL_TEXTURE_MIN_FILTER; "nearest" aliases
+    wrap : the wrap mode in both directions: repeat, mirrored repeat, or clamp to the edge
+    magnify : the magnification filter: linear (four texels) or nearest
+    minify : the minification filter, as OpenGL's GL_TEXTURE_MIN_FILTER; "nearest" aliases
     """
 
     pixels: NDArray[np.uint8]
@@ -66,7 +66,7 @@ class Texture:
         cls, pixels: ArrayLike, color_space: ColorSpace = "srgb", name: str = "texture", wrap: Wrap = "repeat",
         magnify: Magnify = "linear", minify: Minify = "linear mipmap linear",
     ) -> Texture:  # fmt: skip
-        """Check an array of bytes and bring it to four channels.
+        """Create a texture from an array of bytes, converted to four channels.
 
         Parameters
         ----------
@@ -110,10 +110,7 @@ class Texture:
         return bool((self.pixels[:, :, 3] < 255).any())
 
     def decode(self) -> NDArray[np.float32]:
-        """The picture as (h, w, 4) float32 linear RGBA in [0, 1].
-
-        Source of the curve: IEC 61966-2-1 (sRGB).
-        """
+        """Return the picture as (h, w, 4) float32 linear RGBA in [0, 1] (sRGB: IEC 61966-2-1)."""
         result = self.pixels.astype(np.float32) / np.float32(255.0)
         if self.color_space == "srgb":
             result[:, :, :3] = srgb_to_linear(np.arange(256) / 255.0)[self.pixels[:, :, :3]]
@@ -134,7 +131,7 @@ class Material:
     height_scale : depth of the height map in texture units: 1 is as deep as the texture is wide
     alpha_mode : "opaque" ignores alpha, "mask" drops texels below ``alpha_cutoff``, "blend" mixes
     alpha_cutoff : in [0, 1], used by "mask"
-    double_sided : back faces are drawn, with the normal turned round
+    double_sided : back faces are drawn, with the normal flipped
 
     >>> Material(base_color=(1, 0.5, 0, 1)).alpha_mode
     'opaque'
@@ -169,12 +166,12 @@ class Material:
 
     @property
     def needs_tangents(self) -> bool:
-        """True if shading needs the tangents of the mesh: a normal map or a height map is present."""
+        """True if shading needs the mesh's tangents, for a normal map or a height map."""
         return self.normal_texture is not None or self.height_texture is not None
 
 
 def check_texels(width: int, height: int, where: str) -> None:
-    """Refuse a picture of more than `MAX_TEXELS`; ``where`` names it in the error."""
+    """Raise InputError for a picture of more than `MAX_TEXELS`; ``where`` names it in the error."""
     if width * height > MAX_TEXELS:
         raise InputError(
             f"{where}: {width} x {height} texels are more than the limit of {MAX_TEXELS}; scale the picture down"
@@ -183,15 +180,15 @@ def check_texels(width: int, height: int, where: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Node:
-    """A mesh with its material and its place in the world.
+    """A mesh placed in the world, with a material.
 
     Attributes
     ----------
-    mesh : shared freely between nodes; tangents are added here when the material needs them
-    material : how its surface looks
+    mesh : may be shared between nodes; tangents are added here if the material needs them
+    material : the material of its surface
     transform : (4, 4) float64, mesh frame to world
     name : used in messages
-    casts, receives : whether it throws and whether it shows shadows
+    casts, receives : True if it casts, and if it receives, shadows
 
     >>> triangle = Mesh.make([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     >>> Node(triangle).bounds.tolist()
@@ -219,7 +216,7 @@ class Node:
 
     @cached_property
     def bounds(self) -> Float64:
-        """The box round all vertices in the world, (2, 3) float64."""
+        """The box around all vertices in the world, (2, 3) float64."""
         points = transform_points(self.transform, self.mesh.positions)
         return np.stack([points.min(axis=0), points.max(axis=0)])
 

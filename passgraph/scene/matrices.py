@@ -14,14 +14,14 @@ from passgraph.errors import InputError
 Float64 = NDArray[np.float64]
 Vec3 = tuple[float, float, float]
 
-# Two unit vectors nearer to parallel than this (sine of the angle) do not span a plane safely.
+# Directions with a smaller sine of their angle count as parallel.
 _PARALLEL_SINE = 1e-6
-#: Of a scene, and the largest: float32 holds the squares of both, and of what is a thousandth of them.
+#: Least and largest radius of a scene: float32 holds their squares, and those of a thousandth of them.
 LEAST_RADIUS, MOST_RADIUS = 1e-15, 1e15
 
 
 def floats(value: object, what: str, expected: str) -> Float64:
-    """An array of numbers as a new float64 one; ``expected`` says in the error which shape is wanted."""
+    """Return an array of numbers as a new float64 one; ``expected`` describes the shape in the error."""
     try:
         return np.array(numbers(value, what), np.float64)
     except InputError:
@@ -50,7 +50,7 @@ def number(value: object, what: str, low: float, high: float, *, open_low: bool 
 
 
 def matrix4(value: ArrayLike, what: str) -> Float64:
-    """A finite, invertible affine matrix, (4, 4) float64; ``what`` names it in the error."""
+    """Return a finite, invertible affine matrix, (4, 4) float64; ``what`` names it in the error."""
     array = floats(value, what, "a (4, 4) matrix of numbers")
     if array.shape != (4, 4):
         raise InputError(f"{what}: expected a (4, 4) matrix, got shape {array.shape}")
@@ -64,7 +64,7 @@ def matrix4(value: ArrayLike, what: str) -> Float64:
 
 
 def is_singular(matrix: Float64) -> bool:
-    """Return True if the upper 3x3 of a matrix is singular, judged independently of its overall scale."""
+    """Return True if the upper 3x3 of a matrix is singular, relative to its overall scale."""
     linear = matrix[:3, :3]
     lengths = np.linalg.norm(linear, axis=0)
     if not np.all(lengths > 0.0):
@@ -73,7 +73,7 @@ def is_singular(matrix: Float64) -> bool:
 
 
 def bounds_of(value: ArrayLike, what: str = "bounds") -> Float64:
-    """A box as (2, 3) float64: row 0 the minimum, row 1 the maximum."""
+    """Return a box as (2, 3) float64: row 0 the minimum, row 1 the maximum."""
     array = floats(value, what, "(2, 3) numbers (minimum, maximum)")
     if array.shape != (2, 3):
         raise InputError(f"{what}: expected shape (2, 3) (minimum, maximum), got {array.shape}")
@@ -83,7 +83,7 @@ def bounds_of(value: ArrayLike, what: str = "bounds") -> Float64:
 
 
 def corners_of(bounds: Float64) -> Float64:
-    """The eight corners of a box, (8, 3) float64.
+    """Return the eight corners of a box, (8, 3) float64.
 
     >>> corners_of(np.array([[0.0, 0, 0], [1, 1, 1]])).sum(axis=0).tolist()
     [4.0, 4.0, 4.0]
@@ -93,10 +93,10 @@ def corners_of(bounds: Float64) -> Float64:
 
 
 def sphere_of(bounds: Float64) -> tuple[Float64, float]:
-    """Center (3,) and radius of the sphere round a box; the radius of a point-like box is made positive.
+    """Return the center (3,) and the radius of the sphere around a box; the radius is positive also for a point.
 
-    The floor on the radius is the larger of `LEAST_RADIUS` and 1e-9 of the distance from the origin: below that,
-    float64 differences of world coordinates hold no shape.
+    The least radius is the larger of `LEAST_RADIUS` and 1e-9 of the distance from the origin; below that, float64
+    differences of world coordinates are mostly rounding.
     """
     centre = bounds.mean(axis=0)
     radius = 0.5 * float(np.linalg.norm(bounds[1] - bounds[0]))
@@ -114,35 +114,34 @@ def transform_points(matrix: Float64, points: ArrayLike) -> Float64:
 
 
 def translation(offset: ArrayLike) -> Float64:
-    """The matrix that moves by ``offset`` (3,)."""
+    """Return the matrix that translates by ``offset`` (3,)."""
     result = np.eye(4)
     result[:3, 3] = np.asarray(offset, dtype=np.float64)
     return result
 
 
 def rotation_y(angle_rad: float) -> Float64:
-    """The matrix that turns counter-clockwise about +y, seen from above."""
+    """Return the matrix that rotates counter-clockwise about +y, seen from above."""
     c, s = np.cos(angle_rad), np.sin(angle_rad)
     return np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1.0]])
 
 
 def unit(vector: ArrayLike) -> Float64:
-    """A vector scaled to length 1; safe for tiny and huge lengths."""
+    """Return a vector scaled to length 1; safe for tiny and huge lengths."""
     array = np.asarray(vector, dtype=np.float64)
     array = array / np.abs(array).max()
     return np.asarray(array / np.linalg.norm(array), dtype=np.float64)
 
 
 def are_parallel(a: ArrayLike, b: ArrayLike) -> bool:
-    """Return True if two directions do not span a plane."""
+    """Return True if two directions are nearly parallel."""
     return bool(np.linalg.norm(np.cross(unit(a), unit(b))) < _PARALLEL_SINE)
 
 
 def look_rotation(forward: ArrayLike, up: ArrayLike = (0.0, 1.0, 0.0)) -> Float64:
-    """The rotation, (4, 4), that turns world axes into a frame that looks along ``forward`` = its own -z.
+    """Return the rotation, (4, 4), from the world to a frame that looks along ``forward``, its own -z.
 
-    Where ``up`` is parallel to ``forward`` another axis stands in for it, so that a light that shines
-    straight down has a frame too.
+    If ``up`` is parallel to ``forward``, another axis replaces it, for lights that shine straight down.
 
     >>> look_rotation((0, 0, -1)).tolist() == np.eye(4).tolist()
     True
@@ -157,20 +156,20 @@ def look_rotation(forward: ArrayLike, up: ArrayLike = (0.0, 1.0, 0.0)) -> Float6
 
 
 def look_from(eye: ArrayLike, forward: ArrayLike, up: ArrayLike = (0.0, 1.0, 0.0)) -> Float64:
-    """The view matrix, (4, 4), of a frame at ``eye`` that looks along ``forward``."""
+    """Return the view matrix, (4, 4), of a frame at ``eye`` that looks along ``forward``."""
     return look_rotation(forward, up) @ translation(-np.asarray(eye, dtype=np.float64))
 
 
 def perspective(
     tan_half_x: float, tan_half_y: float, near: float, far: float, middle: tuple[float, float] = (0.0, 0.0)
 ) -> Float64:
-    """A perspective projection to OpenGL clip space.
+    """Return a perspective projection to OpenGL clip space.
 
     Parameters
     ----------
     tan_half_x, tan_half_y : tangents of half the horizontal and vertical angle
     near, far : distances along the view axis, scene units, 0 < near < far; far may be infinite
-    middle : of the picture, off the view axis, at distance 1
+    middle : offset of the picture's middle from the view axis, at distance 1
 
     Source: OpenGL 2.1 specification, section 2.11.2, glFrustum; with its limit for an infinite far plane.
     """
@@ -187,16 +186,16 @@ def perspective(
 def orthographic(
     half_x: float, half_y: float, near: float, far: float, middle: tuple[float, float] = (0.0, 0.0)
 ) -> Float64:
-    """An orthographic projection to OpenGL clip space (OpenGL 2.1, section 2.11.2, glOrtho)."""
+    """Return an orthographic projection to OpenGL clip space (OpenGL 2.1, section 2.11.2, glOrtho)."""
     result = np.diag([1.0 / half_x, 1.0 / half_y, -2.0 / (far - near), 1.0])
     result[:3, 3] = -middle[0] / half_x, -middle[1] / half_y, -(far + near) / (far - near)
     return result + 0.0  # turns -0.0 into 0.0
 
 
 def rigid(view: ArrayLike, what: str) -> tuple[Float64, Float64]:
-    """The rotation, (3, 3), of a view matrix without scale, and the place of its eye, (3,); float64 both.
+    """Return the rotation, (3, 3), of a view matrix without scale, and the position of its eye, (3,); float64 both.
 
-    The rotation is made orthogonal, since engines hold matrices in float32.
+    The rotation is orthogonalized, since engines store matrices in float32.
     """
     matrix = matrix4(view, what)
     left, lengths, right = np.linalg.svd(matrix[:3, :3])

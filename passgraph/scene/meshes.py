@@ -1,4 +1,4 @@
-"""Triangle meshes: arrays that have been checked once and can be drawn as they are."""
+"""Triangle meshes: checked arrays, ready to draw."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from passgraph.scene.matrices import Float64, floats, transform_points, vec3
 Float = NDArray[np.floating]
 Int = NDArray[np.integer]
 
-#: Where two triangles turn by more, their edge is to be seen: what has eight sides (45 degrees) looks round, what has
-#: six (60 degrees) does not.
+#: Least angle between triangles for a sharp edge: prisms of eight sides (45 degrees) look round, of six (60 degrees)
+#: not.
 CREASE_RAD = np.radians(50.0)
 
 
 def _scaled_edges(positions: Float, triangles: Int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Corners (m, 3, 3) and edges (m, 3, 3), scaled to unit size so that products cannot overflow."""
+    """Return corners (m, 3, 3) and edges (m, 3, 3), scaled to unit size so that products cannot overflow."""
     points = positions.astype(np.float64)
     points = points - points.mean(axis=0)
     points /= max(float(np.abs(points).max()), 1e-300)
@@ -38,17 +38,17 @@ def _unit_rows(vectors: NDArray[np.float64], fallback: NDArray[np.float64]) -> N
 
 
 def smooth_normals(positions: Float, triangles: Int, *, weld: bool = False) -> NDArray[np.float32]:
-    """Vertex normals: the triangle normals weighted by the angle at the vertex.
+    """Return vertex normals: the triangle normals weighted by the angle at the vertex.
 
     Parameters
     ----------
     positions : (n, 3) float
     triangles : (m, 3) int, counter-clockwise from outside
-    weld : treat vertices at the same position as one, so that a seam of the texture does not become an edge
+    weld : treat vertices at the same position as one, so that a texture seam does not become an edge
 
     Returns
     -------
-    (n, 3) float32 unit vectors; a vertex that only degenerate triangles touch gets +y.
+    (n, 3) float32 unit vectors; +y for vertices of degenerate triangles only.
 
     Source: G. Thuermer, C. Wuethrich, "Computing Vertex Normals from Polygonal Facets", 1998.
 
@@ -61,10 +61,10 @@ def smooth_normals(positions: Float, triangles: Int, *, weld: bool = False) -> N
 
 
 def creased_normals(positions: Float, triangles: Int) -> tuple[Int, Int, NDArray[np.float32]]:
-    """Normals that are smooth but for sharp edges, where vertices are split so that each side has its own.
+    """Return normals that are smooth except at sharp edges, where vertices are split.
 
-    An edge is sharp where its triangles turn by more than `CREASE_RAD`, or where it has one triangle alone. Vertices at
-    the same position count as one, so that a seam of the texture does not become an edge.
+    An edge is sharp if the angle of its triangles exceeds `CREASE_RAD`, or if it has only one triangle. Vertices at the
+    same position count as one, so that a texture seam does not become an edge.
 
     Parameters
     ----------
@@ -73,8 +73,8 @@ def creased_normals(positions: Float, triangles: Int) -> tuple[Int, Int, NDArray
 
     Returns
     -------
-    which vertex each new one is, (k,) int; the triangles of the new ones, (m, 3) int; their unit normals, (k, 3)
-    float32. Vertices that no triangle has are left out.
+    The original index of each new vertex, (k,) int; the triangles of the new vertices, (m, 3) int; their unit normals,
+    (k, 3) float32. Unused vertices are left out.
 
     >>> cube = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
     >>> sides = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
@@ -91,7 +91,7 @@ def creased_normals(positions: Float, triangles: Int) -> tuple[Int, Int, NDArray
 
 
 def _corners(positions: Float, triangles: Int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Unit normals of the triangles, (m, 3), zero of degenerate ones; and their angles, (m, 3) radians."""
+    """Return unit normals of the triangles, (m, 3), zero for degenerate ones; and their angles, (m, 3) radians."""
     _, edges = _scaled_edges(positions, triangles)
     face = _unit_rows(np.cross(edges[:, 0], -edges[:, 2]), np.zeros(3))
     towards = edges / np.maximum(np.linalg.norm(edges, axis=2, keepdims=True), 1e-30)
@@ -100,12 +100,12 @@ def _corners(positions: Float, triangles: Int) -> tuple[NDArray[np.float64], NDA
 
 
 def _places(positions: Float) -> Int:
-    """A number for each vertex, the same for those at one position."""
+    """Return a number for each vertex, the same for vertices at one position."""
     return np.unique(positions, axis=0, return_inverse=True)[1].reshape(-1)
 
 
 def _summed(groups: Int, face: NDArray[np.float64], angle: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """Unit sums of the normals of triangles at the corners, (m, 3), of each group, weighted by the angle there."""
+    """Return for each group of corners, (m, 3), the normalized sum of the triangle normals, weighted by angle."""
     total = np.zeros((count, 3))
     for corner in range(3):
         # bincount adds repeated indices and is many times faster than np.add.at
@@ -115,7 +115,7 @@ def _summed(groups: Int, face: NDArray[np.float64], angle: NDArray[np.float64], 
 
 
 def _fans(places: Int, face: NDArray[np.float64]) -> Int:
-    """A number for each corner, (m, 3), the same where smooth edges join corners at one place."""
+    """Return a number for each corner, (m, 3), the same for corners at one position joined by smooth edges."""
     corner = np.arange(places.size).reshape(-1, 3)
     ends = np.stack([places, np.roll(places, -1, axis=1)], axis=-1).reshape(-1, 2)
     corners = np.stack([corner, np.roll(corner, -1, axis=1)], axis=-1).reshape(-1, 2)
@@ -132,8 +132,8 @@ def _fans(places: Int, face: NDArray[np.float64]) -> Int:
 
 
 def least_joined(count: int, joins: Int) -> Int:
-    """Return, for each of ``count`` numbers, the least number that ``joins``, (2, n), connect it to. Joins roots and
-    shortens paths, which ends after about log2(count) rounds."""
+    """Return, for each of ``count`` numbers, the least number that ``joins``, (2, n), connect it to (union-find, about
+    log2(count) rounds)."""
     label = np.arange(count)
     while joins.size:
         roots = label[joins]
@@ -146,7 +146,7 @@ def least_joined(count: int, joins: Int) -> Int:
 
 
 def tangents_of(positions: Float, triangles: Int, normals: Float, uvs: Float) -> NDArray[np.float32]:
-    """Tangents along which u grows, for normal maps and parallax.
+    """Return tangents along growing u, for normal maps and parallax.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def tangents_of(positions: Float, triangles: Int, normals: Float, uvs: Float) ->
     -------
     (n, 4) float32: xyz the unit tangent, orthogonal to the normal, and w = +1 or -1 such that
     ``bitangent = w * cross(normal, tangent)`` points along *decreasing* v: the green axis of an OpenGL or
-    glTF normal map, up in the picture. Where the coordinates have no area any orthogonal vector stands in.
+    glTF normal map, up in the picture. If the coordinates have no area, it is any orthogonal vector.
 
     Source: E. Lengyel, "Computing Tangent Space Basis Vectors for an Arbitrary Mesh", 2001.
     """
@@ -169,7 +169,7 @@ def tangents_of(positions: Float, triangles: Int, normals: Float, uvs: Float) ->
     inverse = np.where(np.abs(area) > 1e-30, 1.0 / np.where(np.abs(area) > 1e-30, area, 1.0), 0.0)[:, None]
     along_u = (e1 * d2[:, 1:] - e2 * d1[:, 1:]) * inverse
     along_v = (e2 * d1[:, :1] - e1 * d2[:, :1]) * inverse
-    # weight by the area in space, not by stretch: large triangles decide
+    # weighted by the area in space, not by stretch, so that large triangles dominate
     weight = np.linalg.norm(np.cross(e1, e2), axis=1)[:, None]
     u_sum, v_sum = np.zeros((len(positions), 3)), np.zeros((len(positions), 3))
     for total, part in ((u_sum, along_u), (v_sum, along_v)):
@@ -187,7 +187,7 @@ def tangents_of(positions: Float, triangles: Int, normals: Float, uvs: Float) ->
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
-#: Arrays of a mesh and the numbers in a row of each.
+#: Arrays of a mesh, with their numbers of columns.
 COLUMNS = {"positions": 3, "triangles": 3, "normals": 3, "uvs": 2, "colors": 4, "tangents": 4}
 
 
@@ -199,7 +199,7 @@ class Mesh(Fixed):
     ----------
     positions : (n, 3) float32, scene units, local to the node's transform
     triangles : (m, 3) int32 vertex numbers, counter-clockwise seen from outside
-    normals : (n, 3) float32 unit vectors; computed where the source had none (``has_normals`` is False)
+    normals : (n, 3) float32 unit vectors; computed if the source has none (``has_normals`` is False)
     uvs : (n, 2) float32, v = 0 at the top row of the texture; zeros where ``has_uvs`` is False
     colors : (n, 4) float32 linear RGBA; white where ``has_colors`` is False
     tangents : (n, 4) float32, see `passgraph.scene.meshes.tangents_of`; (1, 0, 0, 1) where ``has_tangents``
@@ -242,13 +242,13 @@ class Mesh(Fixed):
         colors: ArrayLike | None = None,
         name: str = "mesh",
     ) -> Mesh:
-        """Check the arrays, fill in what is missing, and freeze them.
+        """Check the arrays, compute missing ones, and freeze them.
 
         Parameters
         ----------
         positions : (n, 3) numbers, scene units
         triangles : (m, 3) integers in [0, n)
-        normals : (n, 3) numbers, any length but zero; None computes smooth ones
+        normals : (n, 3) numbers, of any length except zero; None computes smooth ones
         uvs : (n, 2) numbers, v = 0 at the top row of the texture
         colors : (n, 3) or (n, 4) numbers, linear
         name : used in messages
@@ -300,12 +300,12 @@ class Mesh(Fixed):
 
     @cached_property
     def bounds(self) -> Float64:
-        """The box round all vertices in the mesh's own frame, (2, 3) float64: minimum, maximum."""
+        """The box around all vertices in the mesh's own frame, (2, 3) float64: minimum, maximum."""
         points = self.positions.astype(np.float64)
         return np.stack([points.min(axis=0), points.max(axis=0)])
 
     def with_tangents(self) -> Mesh:
-        """Return the mesh with tangents from its texture coordinates (itself if it has tangents)."""
+        """Return the mesh with tangents computed from its texture coordinates; itself if it has tangents."""
         if self.has_tangents:
             return self
         tangents = fixed(tangents_of(self.positions, self.triangles, self.normals, self.uvs))
@@ -313,7 +313,7 @@ class Mesh(Fixed):
 
 
 def merge(parts: Sequence[tuple[Mesh, Float64]], origin: ArrayLike = (0.0, 0.0, 0.0), name: str = "merged") -> Mesh:
-    """Merge placed meshes into one of positions and normals, to draw shadow casters in one call.
+    """Merge positions and normals of placed meshes into one mesh, for drawing shadow casters in one call.
 
     Parameters
     ----------
@@ -323,7 +323,7 @@ def merge(parts: Sequence[tuple[Mesh, Float64]], origin: ArrayLike = (0.0, 0.0, 
 
     Returns
     -------
-    A mesh relative to ``origin``; triangles of mirrored parts are turned round so that outside stays outside.
+    A mesh relative to ``origin``; triangles of mirrored parts are reversed, which keeps their outer side.
 
     Raises
     ------
@@ -397,7 +397,7 @@ def _indices(value: ArrayLike, count: int, name: str) -> Int32:
 
 
 def _unit_normals(normals: Float32, points: Float32, faces: Int32) -> Float32:
-    """Normals of length 1; those of length zero are computed from the triangles instead."""
+    """Return normals of length 1; those of length zero are computed from the triangles."""
     wide = normals.astype(np.float64)
     lengths = np.linalg.norm(wide, axis=1, keepdims=True)
     result = (wide / np.maximum(lengths, 1e-30)).astype(np.float32)

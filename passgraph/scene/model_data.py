@@ -1,4 +1,4 @@
-"""Arrays and materials of any model file as `Mesh`, `Material` and `Texture`."""
+"""Convert arrays and materials of model files to `Mesh`, `Material` and `Texture`."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from passgraph.srgb import srgb_to_linear
 
 @dataclass
 class MtlReader:
-    """Turns the materials of an MTL file into ours, each once; PLY and the others have a picture at most.
+    """Convert the materials of an MTL file, each once; PLY and other formats have at most a picture.
 
     Attributes
     ----------
     where : the model file, for messages
-    folder : reads material files and pictures
-    notes : what could not be had
+    folder : reader of material files and pictures
+    notes : missing and unsupported parts
     """
 
     where: str
@@ -38,7 +38,7 @@ class MtlReader:
     _done: dict[str, Material] = field(default_factory=dict)
 
     def read(self, source: Any) -> Material:
-        """Read a material; ``source`` is trimesh's SimpleMaterial, which has a name, or None."""
+        """Return a material; ``source`` is trimesh's SimpleMaterial, which has a name, or None."""
         if source is None:
             return Material(name="default")
         name = str(source.name or "")
@@ -54,16 +54,16 @@ class MtlReader:
         texture = None if picture is None else self._picture(picture, "srgb", f"{name} map_Kd")
         if any(_floats(extra.get("ke"), (0.0, 0.0, 0.0))) or "map_ke" in extra:
             self.notes.add("its emissive light (Ke, map_Ke) is not shown", where)
-        # MTL does not say in which space Kd is; it is taken as a reflectance, which is linear
+        # MTL does not define the color space of Kd; it is taken as a linear reflectance
         color = np.array([*_floats(extra.get("kd"), (0.8, 0.8, 0.8)), 1.0])
         if texture is not None and not color[:3].any():
-            # a common export: black diffuse color beside a texture that is meant to be seen
+            # a common export: a black diffuse color with a texture that should be visible
             color[:3] = 1.0
         opacity = _floats(extra.get("d"), (1.0,))[-1]
         if "tr" in extra and "d" not in extra:
             opacity = 1.0 - _floats(extra.get("tr"), (0.0,))[-1]
             if opacity == 0.0:
-                # exporters that take Tr for d write 1 for every opaque surface; nobody draws one that cannot be seen
+                # exporters that confuse Tr with d write 1 for opaque surfaces; invisible surfaces are not exported
                 opacity = 1.0
                 self.notes.add("Tr 1 would make it invisible; taken as opaque", where)
         color[3] = opacity
@@ -78,7 +78,7 @@ class MtlReader:
         return Material(name, rgba(color), texture, normal, height, 0.02, mode, 0.5, False)
 
     def _bump(self, line: str | None, name: str, is_normal: bool) -> tuple[Texture | None, Texture | None]:
-        """A normal or a height map: MTL says 'bump' for both, a colored picture is a normal map."""
+        """Return a normal or a height map: MTL uses 'bump' for both, and a colored picture is a normal map."""
         if not line:
             return None, None
         texture = self._picture(line, "linear", f"{name} bump map")
@@ -102,7 +102,7 @@ class MtlReader:
         return Texture.make(pixels, "srgb", f"{name} base colour"), True
 
     def _picture(self, line: str, space: ColorSpace, what: str) -> Texture | None:
-        """The picture that a line names after its options."""
+        """Return the picture that a line names after its options."""
         name = plain_name(line)
         data = self.folder.read(name)
         if data is None:
@@ -112,11 +112,11 @@ class MtlReader:
 
 
 def texture_of(data: bytes, space: ColorSpace, what: str, notes: Notes, where: str, wrap: Wrap) -> Texture | None:
-    """A picture file as a texture, or None with a note: a surface can be drawn without one.
+    """Return a picture file as a texture; None with a note if it is missing, since surfaces can be drawn without it.
 
     Raises
     ------
-    InputError : it has more texels than are allowed; ``where`` names it.
+    InputError : it has too many texels; ``where`` names it.
     """
     too_large: InputError | None = None
     try:
@@ -140,13 +140,13 @@ def texture_of(data: bytes, space: ColorSpace, what: str, notes: Notes, where: s
 
 
 def rgba(color: Any) -> tuple[float, float, float, float]:
-    """A base color of a file, brought into [0, 1]."""
+    """Return a base color, clipped to [0, 1]."""
     r, g, b, a = np.clip(np.nan_to_num(np.asarray(color, dtype=np.float64)), 0.0, 1.0).tolist()
     return (r, g, b, a)
 
 
 def _floats(value: Any, default: tuple[float, ...]) -> tuple[float, ...]:
-    """Numbers of an MTL line (words, a number, or a list), or the default where they make no sense."""
+    """Return the numbers of an MTL line (words, a number, or a list), or the default if they are invalid."""
     words = value if isinstance(value, (list, tuple)) else [value]
     try:
         numbers = tuple(float(w) for w in words if re.match(r"[-+.\d]", str(w)))
@@ -157,22 +157,22 @@ def _floats(value: Any, default: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(min(max(n, 0.0), 1.0) for n in numbers[: len(default)])
 
 
-# Beyond this ratio of distance to extent float32 loses more than 6 of its 24 bits. Nearer meshes keep their
-# coordinates, so that borders which two meshes share stay equal to the bit.
+# Beyond this ratio of distance to extent, float32 loses more than 6 of its 24 bits. Nearer meshes keep their
+# coordinates, so that shared borders of two meshes stay equal in every bit.
 FAR_OFFSET = 64.0
-# Instances of one mesh are cheap in a file and dear when drawn.
+# Most nodes; instances of a mesh are small in a file, but expensive to draw.
 MAX_NODES = 100_000
 
 
 @dataclass(frozen=True, eq=False)
 class Arrays:
-    """The data of one mesh in a file; not checked yet.
+    """The data of a mesh in a file, before it is checked.
 
     Attributes
     ----------
     positions : (n, 3)
     triangles : (m, 3)
-    normals : (n, 3), or None where the file has none
+    normals : (n, 3), or None if the file has none
     uvs : (n, 2), v = 0 at the top row of the texture, or None
     colors : (n, 3 | 4) linear, or None
     """
@@ -184,16 +184,16 @@ class Arrays:
     colors: Float64 | None = None
 
     def apart(self) -> Arrays:
-        """Return a copy in which triangles share no vertices."""
+        """Return the arrays with separate vertices for each triangle."""
         order = self.triangles.reshape(-1)
         rest = (None if table is None else table[order] for table in (self.normals, self.uvs, self.colors))
         return Arrays(self.positions[order], np.arange(len(order)).reshape(-1, 3), *rest)
 
 
 def arrays_of(geometry: Any, name: str) -> Arrays:
-    """The arrays of a trimesh geometry, whose colors are sRGB-encoded; ``name`` for errors."""
+    """Return the arrays of a trimesh geometry, whose colors are sRGB-encoded; ``name`` is for errors."""
     positions = np.asarray(geometry.vertices, dtype=np.float64)
-    # trimesh keeps the normals of a file in its cache, and computes smooth ones for who asks for the property
+    # trimesh has the file's normals in its cache; the property would compute smooth ones
     normals = geometry._cache.cache.get("vertex_normals")
     if normals is not None and np.shape(normals) != positions.shape:
         normals = None
@@ -206,10 +206,10 @@ def arrays_of(geometry: Any, name: str) -> Arrays:
 
 
 def mesh_of(arrays: Arrays, name: str, flat: bool, warnings: list[str]) -> tuple[Mesh, Float64]:
-    """A checked mesh and the (4, 4) float64 matrix that puts it back where the file had it.
+    """Return a checked mesh, and the (4, 4) float64 matrix from its coordinates to the file's.
 
-    Missing normals are smooth but for sharp edges, and continuous across seams of the texture; where ``flat`` they are
-    those of the triangles: STL has nothing else, and the glTF specification asks for it (section 3.7.2.1).
+    Missing normals are smooth except at sharp edges, and continuous across texture seams. With ``flat`` they are those
+    of the triangles, as in STL and required by the glTF specification (section 3.7.2.1).
     """
     _check(arrays.positions, arrays.triangles, name)
     if arrays.normals is None and flat:
@@ -239,11 +239,11 @@ def mesh_of(arrays: Arrays, name: str, flat: bool, warnings: list[str]) -> tuple
 
 
 class PlacedMeshes:
-    """Meshes of a file, each made once, and the nodes that place them.
+    """The meshes of a file, each read once, and the nodes that place them.
 
     Attributes
     ----------
-    file : for messages
+    file : the path, for messages
     turn : (4, 4), the file's axes to the scene's
     flat : see `mesh_of`
     meshes : by any key, with the matrix of `mesh_of`
@@ -273,7 +273,7 @@ class PlacedMeshes:
         self.nodes.append(Node(mesh, material, transform, name))
 
     def done(self, has_meshes: bool) -> tuple[list[Node], list[str]]:
-        """The nodes and warnings, or an `InputError` where there is nothing to draw."""
+        """Return the nodes and warnings; raise `InputError` if there is nothing to draw."""
         if self.others and self.nodes:
             self.warnings.append(f"{self.others} parts without triangles (points or lines) were skipped")
         if not self.nodes:
@@ -283,7 +283,7 @@ class PlacedMeshes:
 
 
 def _check(positions: Float64, triangles: NDArray[Any], name: str) -> None:
-    """Refuse what the arithmetic below cannot take, with the texts of `Mesh.make`."""
+    """Raise InputError for invalid arrays, with the messages of `Mesh.make`."""
     count = len(positions)
     bad = (triangles < 0) | (triangles >= count)
     if not np.isfinite(positions).all() or bad.any():
@@ -292,7 +292,7 @@ def _check(positions: Float64, triangles: NDArray[Any], name: str) -> None:
 
 
 def _has_area(positions: Float64, triangles: NDArray[Any]) -> bool:
-    """Return True if a triangle has an area, relative to the size of the mesh."""
+    """Return True if any triangle has an area, relative to the mesh's extent."""
     extent = max(float(np.ptp(positions, axis=0).max()), 1e-300)
     a, b, c = (positions[triangles[:, k]] / extent for k in range(3))
     return bool((np.abs(np.cross(b - a, c - a)) > 0.0).any())
@@ -308,7 +308,7 @@ def _mended(normals: Float64, smooth: NDArray[np.float32], name: str, warnings: 
 
 
 def _uvs(geometry: Any) -> Float64 | None:
-    """Texture coordinates with v = 0 at the top row; trimesh has v = 0 at the bottom for every format."""
+    """Return texture coordinates with v = 0 at the top row; trimesh has v = 0 at the bottom for every format."""
     uvs = getattr(geometry.visual, "uv", None)
     if uvs is None or len(uvs) != len(geometry.vertices) or np.ndim(uvs) != 2:
         return None

@@ -1,7 +1,7 @@
-"""Checks of a model file before anything is allocated, and a reader that stays in its folder.
+"""Checks of a model file before anything is allocated, and a reader that is confined to its folder.
 
-Model files come from strangers: counts are held against the size of the file, and the names of textures and
-material files may not lead out of the folder of the model.
+Model files are untrusted: counts are checked against the file's size, and the paths of textures and material files may
+not leave the model's folder.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from passgraph.reading import check_regular, read_bytes
 SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 # A model of 1 GiB has some 30 million triangles; loading needs several times its size.
 MAX_FILE_BYTES = 1 << 30
-# One white texel (PGM), which trimesh gets in place of every picture.
+# One white texel (PGM), passed to trimesh instead of every picture.
 EMPTY_PICTURE = b"P5 1 1 255\n\xff"
 
 
 def checked_path(path: str | PathLike[str], max_bytes: int = MAX_FILE_BYTES) -> Path:
-    """The path of a readable model file of a known kind and sane size, or an InputError."""
+    """Return the path of a readable model file; raise InputError for an unknown format or a file that is too large."""
     file = arguments.path(path, "the model to load")
     size = check_regular(file, f"a model file ({', '.join(SUFFIXES)})")
     if file.suffix.lower() not in SUFFIXES:
@@ -39,7 +39,7 @@ def checked_path(path: str | PathLike[str], max_bytes: int = MAX_FILE_BYTES) -> 
 
 
 def _check_counts(file: Path, size: int) -> None:
-    """Refuse headers that announce more elements than the file has bytes, before a reader allocates them."""
+    """Raise InputError for headers that declare more elements than the file has bytes, before they are allocated."""
     if file.suffix.lower() not in (".ply", ".off", ".stl"):
         return
     head = read_model(file)[: 1 << 16]
@@ -63,20 +63,20 @@ def _check_counts(file: Path, size: int) -> None:
 
 
 def read_model(file: Path) -> bytes:
-    """Return the bytes of a model file."""
+    """Return all bytes of a model file."""
     return read_bytes(file, "a model file", MAX_FILE_BYTES, "simplify the model")
 
 
 class FolderReader:
-    """Reads files named in a model, only below the model's folder; trimesh calls it as its resolver.
+    """Read files named in a model, only below the model's folder; trimesh calls it as its resolver.
 
     Attributes
     ----------
-    missing : names that were asked for and not found
-    refused : sentences about names that must not be read
-    materials : of MTL files that were read: for each name, its lines by their first word in lower case
-    picture : the name of the picture that a file without materials asked for (PLY)
-    folders : where names are looked for: the model's, then those of its MTL files, beside which their pictures lie
+    missing : names of missing files
+    refused : messages about names that must not be read
+    materials : the materials of MTL files: for each name, its lines by their first word in lower case
+    picture : the name of the picture of a file without materials (PLY)
+    folders : folders to search: the model's, then those of its MTL files, which hold their pictures
     """
 
     def __init__(self, model: Path) -> None:
@@ -89,10 +89,10 @@ class FolderReader:
         self.folders = [self.folder]
 
     def find(self, name: str) -> Path | None:
-        """The file a model names, or None (noted in ``missing`` or ``refused``)."""
+        """Return the path of a file that the model names, or None (noted in ``missing`` or ``refused``)."""
         clean = unquote(name.replace("\\", "/"))
         outside = clean.startswith(("/", "~")) or bool(PureWindowsPath(clean).drive) or "\0" in clean
-        # resolve follows links, so that neither '..' nor a link leads out
+        # resolve follows links, so that neither '..' nor a link can leave the folder
         paths = [] if outside else [(folder / clean).resolve() for folder in self.folders]
         paths = [path for path in paths if path.is_relative_to(self.folder)]
         if not paths:
@@ -111,14 +111,14 @@ class FolderReader:
         return path
 
     def read(self, name: str) -> bytes | None:
-        """The bytes of a file the model names, or None (noted in ``missing`` or ``refused``)."""
+        """Return the bytes of a file that the model names, or None (noted in ``missing`` or ``refused``)."""
         path = self.find(name)
         return None if path is None else read_bytes(path, f"a file of {self.file_name}", MAX_FILE_BYTES)
 
     def get(self, name: str) -> bytes:
-        """A material file, for trimesh; it gets no pictures, which it would open in any format.
+        """Return a material file to trimesh, but no pictures, which it would open in any format.
 
-        A material file is kept in ``materials``, as is the last picture's name in ``picture``.
+        The materials are stored in ``materials``, and the last picture's name in ``picture``.
         """
         if not name.lower().endswith(".mtl"):
             self.picture = name
@@ -135,7 +135,7 @@ class FolderReader:
     __getitem__ = get
 
     def keys(self) -> Iterator[str]:
-        """Names below the folder are not listed: nothing here needs them."""
+        """List no names; they are not needed."""
         return iter(())
 
     def __contains__(self, name: str) -> bool:
@@ -148,7 +148,7 @@ class FolderReader:
 
 
 def materials_of(text: str) -> dict[str, dict[str, str]]:
-    """The lines of an MTL file by material and first word.
+    """Return the lines of an MTL file by material and first word.
 
     >>> materials_of("newmtl a b\\n map_Kd  my wood.png \\n")
     {'a b': {'map_kd': 'my wood.png'}}
@@ -165,7 +165,7 @@ def materials_of(text: str) -> dict[str, dict[str, str]]:
 
 
 def as_utf8(data: bytes) -> bytes:
-    """Text in UTF-8, UTF-16 with a byte order mark, or else Latin-1, as UTF-8: model files name no encoding.
+    """Convert text to UTF-8, from UTF-8, UTF-16 with a byte order mark, or else Latin-1; files declare no encoding.
 
     >>> as_utf8("v 1".encode("utf-16"))
     b'v 1'
@@ -181,7 +181,7 @@ def as_utf8(data: bytes) -> bytes:
 
 
 def plain_name(name: str) -> str:
-    """The file name of an MTL texture line without its options.
+    """Return the file name of an MTL texture line without its options.
 
     >>> plain_name("-s 1 1 1 -bm 0.2 wood.png")
     'wood.png'

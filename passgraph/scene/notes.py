@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 @dataclass
 class Notes:
-    """Collected while a file is read; equal notes become one.
+    """Notes about a file, collected while it is read; equal notes are merged.
 
     >>> notes = Notes()
     >>> for name in "abcde":
@@ -19,13 +19,13 @@ class Notes:
     found: dict[str, list[str]] = field(default_factory=dict)
 
     def add(self, what: str, where: str) -> None:
-        """``what`` is the feature and what became of it, ``where`` the object."""
+        """Add a note; ``what`` is the feature and its treatment, ``where`` the object."""
         names = self.found.setdefault(what, [])
         if where not in names:
             names.append(where)
 
     def lines(self) -> list[str]:
-        """Return a line for each kind of note, with at most three names."""
+        """Return a line for each note, with at most three names."""
         return [f"{_listed(names)}: {what}" for what, names in self.found.items()]
 
 

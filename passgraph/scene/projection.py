@@ -12,17 +12,17 @@ from passgraph.arguments import flag, is_number, numbers, shown
 from passgraph.errors import InputError
 from passgraph.scene.matrices import Float64, floats, number
 
-#: Entries that have to be 0 may be off by this share of the largest beside them: engines hold matrices in float32.
+#: Tolerance of entries that must be 0, relative to the largest in their row: engines store matrices in float32.
 ROUNDING = 2e-6
-#: Where nearly nothing is left of 1 / far, relative to 1 / near, far is infinite.  Engines that push their infinite far
-#: plane in front of what is cleared (E. Lengyel, "Projection Matrix Tricks", 2007) stay below it too.
+#: Below this ratio of 1 / far to 1 / near, far counts as infinite. Infinite far planes that are moved before the clear
+#: value (E. Lengyel, "Projection Matrix Tricks", 2007) are below it too.
 INFINITE = 5e-7
-#: Of an orthographic depth range that begins behind the eye: how far before it the eye is put.
+#: Distance of the moved eye before an orthographic depth range that begins behind the eye, as a share of the range.
 STEP_BACK = 1.0 / 64.0
 
 
 class Planes(NamedTuple):
-    """The ends of a depth range, as distances from the eye, which may have been moved back."""
+    """The ends of a depth range as distances from the eye, which may have been moved back."""
 
     near: float
     far: float
@@ -31,16 +31,16 @@ class Planes(NamedTuple):
 
 @dataclass(frozen=True)
 class Projection:
-    """A projection matrix, understood.
+    """The parameters of a projection matrix.
 
     Attributes
     ----------
-    half : half the width and height of what is seen, at distance 1, or anywhere if orthographic
-    middle : the middle of the picture, in the same units, from the view axis
+    half : half the width and height of the view, at distance 1; at any distance if orthographic
+    middle : the picture's middle, in the same units, from the view axis
     near, far : distances along the view axis, scene units, 0 < near < far; far may be infinite
-    back : how far the eye is put back along the view axis to make near positive; 0 in perspective
-    orthographic : whether rays are parallel
-    reversed_z : whether depth falls with the distance
+    back : distance by which the eye is moved back along the view axis to make near positive; 0 for perspective
+    orthographic : True for an orthographic projection
+    reversed_z : True if depth decreases with distance
     """
 
     half: tuple[float, float]
@@ -58,13 +58,13 @@ class Projection:
         Parameters
         ----------
         matrix : (4, 4), from the camera's frame, which looks along -z, to clip space; ``M @ v``
-        zero_to_one : whether clip space reaches from 0 to 1 in depth, as with Direct3D, Vulkan, Metal, WebGPU and
-            ``glClipControl``, or from -1 to 1, as else with OpenGL; left out, -1 to 1 unless the matrix cannot mean it
+        zero_to_one : True if depth in clip space is from 0 to 1, as in Direct3D, Vulkan, Metal, WebGPU and with
+            ``glClipControl``; False for -1 to 1, OpenGL's default. None takes -1 to 1, unless the matrix rules it out
 
         Raises
         ------
         InputError
-            What is no perspective and no orthographic projection: sheared, with an oblique near plane, left-handed.
+            For other matrices: sheared, with an oblique near plane, or left-handed.
 
         >>> from passgraph.scene.matrices import perspective
         >>> read = Projection.of(perspective(0.5, 0.25, 1.0, 100.0))
@@ -74,12 +74,12 @@ class Projection:
         m = _checked(matrix)
         orthographic = bool(m[3, 2] == 0.0)
         m = m / (m[3, 3] if orthographic else -m[3, 2])
-        if m[1, 1] < 0.0:  # Vulkan: y of clip space points down, and so do its rows
+        if m[1, 1] < 0.0:  # Vulkan: y of clip space points down
             m[1] = -m[1]
         if m[0, 0] <= 0.0 or m[1, 1] <= 0.0:
             raise _error("the picture is mirrored: entry [0][0] is not positive", m)
         half = (1.0 / float(m[0, 0]), 1.0 / float(m[1, 1]))
-        # in perspective x / w = (m00 x + m02 z) / -z, in parallel m00 x + m03
+        # perspective: x / w = (m00 x + m02 z) / -z; orthographic: m00 x + m03
         shift = -m[:2, 3] if orthographic else m[:2, 2]
         middle = (float(shift[0]) * half[0], float(shift[1]) * half[1])
         a, b = float(m[2, 2]), float(m[2, 3])
@@ -114,7 +114,7 @@ def _checked(matrix: ArrayLike) -> Float64:
 
 
 def _perspective_planes(a: float, b: float, lowest: float) -> Planes | None:
-    """Depth is -a + b / distance, ``lowest`` or 1 at its ends."""
+    """Return the planes of depth = -a + b / distance, which is ``lowest`` or 1 at its ends."""
     at_low, at_high = lowest + a, 1.0 + a
     nearest, farthest = (at_high, at_low) if b > 0.0 else (at_low, at_high)
     if b == 0.0 or nearest * b <= 0.0:
@@ -127,16 +127,16 @@ def _perspective_planes(a: float, b: float, lowest: float) -> Planes | None:
 
 
 def _parallel_planes(a: float, b: float, lowest: float) -> Planes | None:
-    """Depth is -a * distance + b."""
+    """Return the planes of depth = -a * distance + b."""
     if a == 0.0:
         return None
     low, high = (b - lowest) / a, (b - 1.0) / a
     near, far = min(low, high), max(low, high)
     if near > 0.0:
         return Planes(near, far, 0.0)
-    if near >= -ROUNDING * far:  # it begins at the eye: nothing lies behind, and distances stay the engine's
+    if near >= -ROUNDING * far:  # it begins at the eye, which need not be moved
         return Planes(ROUNDING * far, far, 0.0)
-    # parallel rays see the same from farther back
+    # moving an orthographic eye back does not change the picture
     back = STEP_BACK * (far - near) - near
     return Planes(near + back, far + back, back)
 
@@ -155,17 +155,17 @@ DepthNumbers = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class HardwareDepth:
-    """The convention of a depth buffer: numbers from 0 to 1, whatever clip space the engine has.
+    """The convention of a depth buffer: numbers from 0 to 1, for any clip space of the engine.
 
-    In perspective 1 / distance is linear in the number, in parallel projections the distance.
+    The number is linear in 1 / distance for perspective, and in the distance for orthographic projections.
 
     Attributes
     ----------
     near, far : distances along the view axis, scene units, 0 < near < far; in perspective far may be infinite
-    reversed_z : near is 1 and far is 0, and 0 where nothing is drawn
-    orthographic : whether the projection is parallel
-    back : how far behind the engine's own eye distances begin to count; not 0 only in parallel projections that begin
-        behind it, where ``distance(...) - back`` is what the engine calls the distance
+    reversed_z : True if near is 1 and far is 0, which is also the number where nothing is drawn
+    orthographic : True for an orthographic projection
+    back : distance of the eye behind the engine's own; not 0 only for orthographic projections that begin behind the
+        engine's eye, for which ``distance(...) - back`` is the engine's distance
 
     >>> HardwareDepth(0.1, 1000.0).distance([0.0, 0.5, 0.999, 1.0]).round(4).tolist()
     [0.1, 0.2, 90.9174, 0.0]
@@ -186,14 +186,13 @@ class HardwareDepth:
 
     @classmethod
     def of_projection(cls, projection: ArrayLike, zero_to_one: bool | None = None) -> HardwareDepth:
-        """Return what an engine writes with a projection matrix, (4, 4); see `passgraph.Camera.from_matrices`.
+        """Return the convention of an engine's projection matrix, (4, 4); see `passgraph.Camera.from_matrices`.
 
-        ``zero_to_one`` says whether clip space reaches from 0 to 1 in depth.  Only with reversed depth does the matrix
-        show it; give it for others of Direct3D, Vulkan, Metal, WebGPU and ``glClipControl``: near comes out at
-        half of what it is otherwise.
+        ``zero_to_one`` is True if depth in clip space is from 0 to 1. A matrix shows this only with reversed depth. For
+        other matrices of Direct3D, Vulkan, Metal, WebGPU and ``glClipControl`` set it; else near is half of its value.
 
-        Where a parallel projection begins behind the eye, distances count from the eye of the camera that
-        `passgraph.Camera.from_matrices` makes of the same matrix, which lies ``back`` farther back.
+        If an orthographic projection begins behind the eye, distances are from the eye of the camera that
+        `passgraph.Camera.from_matrices` returns for the same matrix, which is ``back`` behind the engine's.
 
         >>> from passgraph.scene.matrices import perspective
         >>> HardwareDepth.of_projection(perspective(1.0, 1.0, 0.5, 8.0))
@@ -206,16 +205,16 @@ class HardwareDepth:
     def ends(self) -> tuple[float, float]:
         """Return the value that is linear in the number, at 0 and at 1: 1 / distance, or the distance if orthographic.
 
-        Between them lies ``(1 - d) * ends[0] + d * ends[1]``: both terms are positive, so that float32 keeps every
-        digit that ``d`` or ``1 - d`` has, however large far / near is.
+        In between it is ``(1 - d) * ends[0] + d * ends[1]``. Both terms are positive, so that float32 keeps every digit
+        of ``d`` or ``1 - d``, also for a large far / near.
         """
         pair = (self.near, self.far) if self.orthographic else (1.0 / self.near, 1.0 / self.far)
         return (pair[1], pair[0]) if self.reversed_z else pair
 
     def distance(self, depth: ArrayLike) -> DepthNumbers:
-        """Distances along the view axis of numbers from a depth buffer, any shape; 0 where nothing is drawn.
+        """Return the distances along the view axis of a depth buffer's numbers, any shape; 0 where nothing is drawn.
 
-        Nothing is drawn where the number is that of the far plane, or none.
+        Nothing is drawn where the number is that of the far plane, or NaN.
         """
         d = np.asarray(numbers(depth, "hardware depth: depth"), np.float64)
         first, last = self.ends
@@ -227,7 +226,7 @@ class HardwareDepth:
         return np.where(drawn, distance, 0.0)
 
     def depth(self, distance: ArrayLike) -> DepthNumbers:
-        """The number in the depth buffer for distances, any shape, float64; that of the far plane for 0.
+        """Return the depth buffer's numbers for distances, any shape, float64; that of the far plane for 0.
 
         >>> holds = HardwareDepth(0.5, np.inf, reversed_z=True)
         >>> holds.depth([0.5, 5.0, 0.0]).tolist()
@@ -242,7 +241,7 @@ class HardwareDepth:
 
 
 def far_plane(value: object, what: str, near: float, orthographic: bool) -> float:
-    """A distance beyond near, infinite only in perspective; ``what`` names its owner in errors."""
+    """Return a far distance, greater than near and infinite only in perspective; ``what`` is for errors."""
     if is_number(value) and value == np.inf:
         if orthographic:
             raise InputError(f"{what}: far: a parallel projection has a finite far plane, got inf")

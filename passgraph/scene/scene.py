@@ -1,4 +1,4 @@
-"""A scene: nodes, a camera and lights, with the ways to load or make one."""
+"""A scene of nodes, a camera and lights, and functions to load or change it."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ class Scene:
     camera : the view
     lights : any number
     name : used in messages
-    warnings : what a file asked for and did not get, one line each (missing textures, skipped parts)
-    cameras : the views that come with it, by name, ``camera`` among them or not
+    warnings : missing and unsupported parts of the file, a line each (missing textures, skipped parts)
+    cameras : the views of the file, by name, perhaps with ``camera`` among them
 
     >>> scene = Scene.shipped()
     >>> scene.triangle_count > 1000, len(scene.lights)
@@ -76,7 +76,7 @@ class Scene:
         return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
     def bounds(self) -> Float64:
-        """The world box round all nodes, (2, 3) float64: minimum, maximum."""
+        """Return the world box around all nodes, (2, 3) float64: minimum, maximum."""
         return self._bounds.copy()
 
     @cached_property
@@ -84,7 +84,7 @@ class Scene:
         return floors_of(self)
 
     def points(self) -> Float64:
-        """The vertices in the world, (n, 3) float64, without those of floors that something stands on."""
+        """Return all vertices in the world, (n, 3) float64, without floors that other nodes stand on."""
         standing = [node for node in self.nodes if node not in self._floors] or self.nodes
         return np.concatenate([transform_points(node.transform, node.mesh.positions) for node in standing])
 
@@ -97,7 +97,7 @@ class Scene:
         aspect: float = 16.0 / 9.0,
         vertical_fov_rad: float = DEFAULT_FOV_RAD,
     ) -> Scene:
-        """The scene with a camera that what stands in it fills; parameters as for `Camera.orbit`.
+        """Return the scene with a camera that its objects fill; parameters as for `Camera.orbit`.
 
         >>> bare = Scene(Scene.shipped().nodes[1:2], Scene.shipped().camera)
         >>> bare.seen_from(0.0, 0.0).camera.forward.round(3).tolist()
@@ -119,12 +119,12 @@ class Scene:
         aspect: float = 16.0 / 9.0,
         vertical_fov_rad: float = DEFAULT_FOV_RAD,
     ) -> list[Camera]:
-        """Cameras in even steps round what stands in the scene, all as far from it: the last comes before the first.
+        """Return cameras in even steps around the scene's objects, at one distance; the first follows the last.
 
         Parameters
         ----------
         count : 1 or more
-        azimuth_rad : of the first; others as for `Camera.orbit`
+        azimuth_rad : azimuth of the first camera; other parameters as for `Camera.orbit`
 
         >>> views = Scene.shipped().turntable(4, 0.0, 0.3)
         >>> [round(camera.eye[1] - views[0].eye[1], 6) for camera in views]
@@ -140,20 +140,20 @@ class Scene:
         return [_holding(first.turned(middle, 2.0 * pi * step / count), self._floors) for step in range(count)]
 
     def has_floor(self) -> bool:
-        """Return True if something under the scene receives its shadows; see `passgraph.scene.ground.has_floor`."""
+        """True if the scene has a surface below that receives shadows; see `passgraph.scene.ground.has_floor`."""
         return has_floor(self)
 
     def with_ground(self) -> Scene:
-        """The scene on a plain floor that reaches to the horizon; see `passgraph.scene.ground.with_ground`."""
+        """Return the scene with a plain floor up to the horizon; see `passgraph.scene.ground.with_ground`."""
         return with_ground(self)
 
     def two_sided(self) -> Scene:
-        """The scene with both sides of every surface seen, whatever its file says.
+        """Return the scene with all materials double-sided.
 
         >>> {node.material.double_sided for node in Scene.shipped().two_sided().nodes}
         {True}
         """
-        # What nodes share they go on sharing: it is drawn at once.
+        # Shared materials stay shared, so that their nodes are drawn in one call.
         materials = {node.material: dataclasses.replace(node.material, double_sided=True) for node in self.nodes}
         nodes = [dataclasses.replace(node, material=materials[node.material]) for node in self.nodes]
         return self.with_(nodes=nodes)
@@ -170,7 +170,7 @@ class Scene:
         camera: Camera | None = None,
         lights: Sequence[Light] | None = None,
     ) -> Scene:
-        """A copy with other nodes, another camera or other lights.
+        """Return a copy with other nodes, another camera or other lights.
 
         >>> Scene.shipped().with_(lights=[]).lights
         ()
@@ -193,14 +193,14 @@ class Scene:
 
     @classmethod
     def shipped(cls) -> Scene:
-        """The scene that comes with passgraph: the Utah teapot on a tiled floor, one light with an extent."""
+        """Return the shipped scene: the Utah teapot on a tiled floor, one light with an extent."""
         from passgraph.scene.shipped_scene import shipped_scene
 
         return shipped_scene(cls)  # type: ignore[arg-type]  # a class can be hashed, which mypy asks of its objects
 
 
 def _holding(camera: Camera, floors: Sequence[Node]) -> Camera:
-    """The camera with near and far planes that hold the floors too."""
+    """Return the camera with near and far planes that hold the floors too."""
     for floor in floors:
         camera = seeing_ground(camera, floor.bounds)
     return camera

@@ -1,4 +1,4 @@
-"""The scene that comes with passgraph, with casters that touch, tower, are thin and are round."""
+"""The shipped scene, with shadow casters that touch the floor, and tall, thin and round ones."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ CHALK = (0.78, 0.75, 0.69, 1.0)
 
 @lru_cache(maxsize=2)
 def shipped_scene(make: type[Scene], segments: int = 16) -> Scene:
-    """The Utah teapot, a pillar, a box and a ball on a tiled floor, under one light with an extent.
+    """Return the Utah teapot, a pillar, a box and a ball on a tiled floor, under one light with an extent.
 
     Parameters
     ----------
-    make : the class of scenes, which comes before this file
-    segments : pieces along each side of a teapot patch
+    make : the class `Scene`, passed to avoid a circular import
+    segments : segments along each side of a teapot patch
 
     >>> from passgraph.scene import Scene
     >>> [node.name for node in shipped_scene(Scene, 4).nodes]
@@ -54,7 +54,7 @@ def shipped_scene(make: type[Scene], segments: int = 16) -> Scene:
 
 
 def box(size: float) -> Mesh:
-    """A cube that stands on y = 0, with flat sides.
+    """Return a cube that stands on y = 0, with flat sides.
 
     >>> box(2.0).bounds.tolist()
     [[-1.0, 0.0, -1.0], [1.0, 2.0, 1.0]]
@@ -66,14 +66,14 @@ def box(size: float) -> Mesh:
         points.append(square @ turn.T)
         normals.append(np.tile(turn @ np.array([0.0, 0.0, 1.0]), (4, 1)))
         order = np.array([[0, 1, 2], [0, 2, 3]])
-        # three of the six turns mirror
+        # three of the six transforms mirror
         faces.append((order if np.linalg.det(turn) > 0.0 else order[:, ::-1]) + 4 * index)
     places = (np.concatenate(points) + np.array([0.0, 1.0, 0.0])) * (0.5 * size)
     return Mesh.make(places, np.concatenate(faces), np.concatenate(normals), name="box")
 
 
 def cylinder(radius: float, height: float, sides: int = 48) -> Mesh:
-    """A closed upright cylinder that stands on y = 0; smooth round, sharp at the rims.
+    """Return a closed upright cylinder that stands on y = 0; smooth around, sharp at the rims.
 
     >>> cylinder(1.0, 2.0).bounds[:, 1].tolist()
     [0.0, 2.0]
@@ -91,7 +91,7 @@ def cylinder(radius: float, height: float, sides: int = 48) -> Mesh:
 
 
 def ball(radius: float, rings: int = 32) -> Mesh:
-    """A sphere round the origin.
+    """Return a sphere around the origin.
 
     >>> ball(1.0).bounds[:, 1].tolist()
     [-1.0, 1.0]
@@ -103,7 +103,7 @@ def ball(radius: float, rings: int = 32) -> Mesh:
 
 
 def _turned(rows: Float64, sides: int, name: str) -> Mesh:
-    """A surface of revolution about y from rows of radius, y and normal (radial, y), bottom to top."""
+    """Return a surface of revolution about y from rows of radius, y and normal (radial, y), bottom to top."""
     angle = 2.0 * pi * np.arange(sides) / sides
     around = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     count = len(rows)

@@ -1,4 +1,4 @@
-"""The outer side of a surface, for files that do not say if it is double-sided."""
+"""Find the outer side of a surface, for file formats without double-sided materials."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ from passgraph.scene.meshes import Int, Mesh, least_joined
 
 
 def with_outside(mesh: Mesh) -> tuple[Mesh, bool]:
-    """The mesh wound as its file means it, and whether only one side of it can be seen from outside then.
+    """Return the mesh with consistent winding, and True if only one side of it is visible from outside.
 
-    Triangles whose normals in the file point to their other side are turned round; without such normals the whole mesh
-    is, where it is closed and inside out.  It is seen from one side where it is closed and each of its parts is wound
-    counter-clockwise seen from outside.  Vertices at one position count as one.  A hollow within a body is a part
-    that is wound the other way.
+    Triangles whose file normals point to their back are reversed. Without file normals, a closed mesh that is inside
+    out is reversed. One side is visible if the mesh is closed and all its parts are wound counter-clockwise seen from
+    outside. Vertices at the same position count as one. A cavity in a body is a part with the opposite winding.
 
     >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     >>> sides = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
@@ -45,15 +44,15 @@ def _by_normals(mesh: Mesh) -> Mesh:
 
 
 def _volumes(mesh: Mesh) -> NDArray[np.float64] | None:
-    """Six times the volume of each of its parts, below 0 where one is inside out; None where it is not closed.
+    """Return six times the volume of each part, relative to the mesh's extent; None if the mesh is not closed.
 
-    In no unit: the mesh's own extent.
+    Parts that are inside out have negative volumes.
     """
     places = _places(mesh.positions)[mesh.triangles]
     count = int(places.max()) + 1
     starts, ends = places.reshape(-1).astype(np.int64), np.roll(places, -1, axis=1).reshape(-1).astype(np.int64)
     edges, edge_of = np.unique(np.minimum(starts, ends) * count + np.maximum(starts, ends), return_inverse=True)
-    # As many triangles have an edge one way as the other.
+    # In a closed mesh each edge has as many triangles in one direction as in the other.
     if np.bincount(edge_of.reshape(-1), np.sign(ends - starts), len(edges)).any():
         return None
     part = least_joined(count, np.stack([starts, ends]))[places[:, 0]]
@@ -65,9 +64,9 @@ def _volumes(mesh: Mesh) -> NDArray[np.float64] | None:
 
 
 def _places(positions: NDArray[np.float32]) -> Int:
-    """A number for each vertex, the same for those at one position.
+    """Return a number for each vertex, the same for vertices at one position.
 
-    Two coordinates at a time are one whole number each, which sort many times faster than rows.
+    Pairs of coordinates are sorted as one integer, many times faster than rows.
     """
     bits = (positions + np.float32(0.0)).view(np.uint32).astype(np.uint64)  # -0 is 0
     plane = np.unique(bits[:, 0] << np.uint64(32) | bits[:, 1], return_inverse=True)[1].reshape(-1)

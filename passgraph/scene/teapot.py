@@ -1,8 +1,8 @@
 """The Utah teapot as a closed triangle mesh.
 
-Source: Martin Newell's 32 bicubic Bezier patches of 1975 (public domain), kept as the ten that differ by more
-than a mirror. Deviations: the lid is widened by 1.4/1.3 so that its edge meets the rim and the pot is
-closed, and the open ends of the spout and of the handle are capped.
+Source: Martin Newell's 32 bicubic Bezier patches of 1975 (public domain), of which ten are stored; the others are
+mirror images. Deviations: the lid is widened by 1.4/1.3 so that its edge meets the rim and the pot is closed, and the
+open ends of the spout and of the handle are capped.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from passgraph.scene.meshes import Mesh, smooth_normals
 # Parts whose surfaces join smoothly share normals; the lid meets the rim in a crease.
 _SMOOTH_GROUP = {"rim": 0, "body": 0, "bottom": 0, "lid": 1, "handle": 2, "spout": 3}
 _CAP_GROUP = 4
-# Solids that are closed each for itself.
+# Solids, each of which is closed.
 _SOLIDS = (("rim", "body", "bottom", "lid"), ("handle",), ("spout",))
 _LID_SCALE = 1.4 / 1.3
-# Control points have 5 decimals; points that differ by less than this are one.
+# Decimals for welding points; control points have 5.
 _WELD_DECIMALS = 7
 
 
@@ -34,12 +34,12 @@ def teapot_mesh(segments: int = 16) -> Mesh:
 
     Parameters
     ----------
-    segments : pieces along each side of a patch, 2 to 128; there are about 64 * segments**2 triangles
+    segments : segments along each side of a patch, 2 to 128; there are about 64 * segments**2 triangles
 
     Returns
     -------
     A mesh with y up: it stands on y = 0, is 3.15 high, its spout points along +x to 3.4 and its handle to -3.
-    Wound counter-clockwise from outside; vertices at one place are equal to the bit; no texture coordinates.
+    Wound counter-clockwise from outside; vertices at one position are equal in every bit; no texture coordinates.
 
     >>> mesh = teapot_mesh(4)
     >>> mesh.bounds[:, 1].tolist()
@@ -63,7 +63,7 @@ def teapot_mesh(segments: int = 16) -> Mesh:
 
 
 def _patch_grids(segments: int) -> list[tuple[str, Float64, Float64, bool]]:
-    """Part, points (k, k, 3), unit normals (zero where degenerate), and whether the grid is mirrored."""
+    """Return part, points (k, k, 3), unit normals (zero if degenerate), and True if mirrored, for each grid."""
     text = resources.files("passgraph").joinpath("assets/teapot.json").read_text(encoding="utf-8")
     data = json.loads(text)
     control = np.array(data["points"])
@@ -81,7 +81,7 @@ def _patch_grids(segments: int) -> list[tuple[str, Float64, Float64, bool]]:
 
 
 def _evaluate(net: Float64, segments: int) -> tuple[Float64, Float64]:
-    """Points and unit normals of a bicubic Bezier patch on a regular grid."""
+    """Return points and unit normals of a bicubic Bezier patch on a regular grid."""
     t = np.linspace(0.0, 1.0, segments + 1)
     s = 1.0 - t
     basis = np.stack([s**3, 3 * s * s * t, 3 * s * t * t, t**3], axis=1)
@@ -98,7 +98,7 @@ def _evaluate(net: Float64, segments: int) -> tuple[Float64, Float64]:
 def _solid(
     grids: list[tuple[str, Float64, Float64, bool]], segments: int
 ) -> tuple[Float64, NDArray[np.int64], NDArray[np.int64], Float64]:
-    """Return a solid: welded points (n, 3), triangles outward, smoothing group (m,), corner normals (m, 3, 3)."""
+    """Return a solid: welded points (n, 3), outward triangles, smoothing groups (m,), corner normals (m, 3, 3)."""
     side = segments + 1
     corner = np.arange(side * side).reshape(side, side)[:-1, :-1].reshape(-1, 1)
     quad = np.concatenate([corner, corner + 1, corner + side + 1, corner, corner + side + 1, corner + side], axis=1)
@@ -127,7 +127,7 @@ def _solid(
 
 
 def _caps(points: Float64, triangles: NDArray[np.int64]) -> tuple[Float64, NDArray[np.int64]]:
-    """Points with a middle added for every hole, and fans that close the holes."""
+    """Return the points with a center added for every hole, and the triangle fans that close the holes."""
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     known = {(int(a), int(b)) for a, b in edges}
     following = {b: a for a, b in known if (b, a) not in known}
@@ -147,7 +147,7 @@ def _caps(points: Float64, triangles: NDArray[np.int64]) -> tuple[Float64, NDArr
 
 
 def _with_creases(points: Float64, triangles: NDArray[np.int64], group: NDArray[np.int64], normals: Float64) -> Mesh:
-    """Make a vertex for each pair of point and smoothing group, with the mean normal of the group."""
+    """Return a mesh with a vertex for each pair of point and smoothing group; normals are averaged in each."""
     pair = triangles * (_CAP_GROUP + 1) + group[:, None]
     used, index = np.unique(pair, return_inverse=True)
     index = index.reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Graphs as plain data: what `passgraph.compile` takes, without Python functions, for files, pages and workers."""
+"""Graph serialization: graphs as plain data without Python functions, for files, web pages and workers."""
 
 from passgraph.serialize.decode import from_data
 from passgraph.serialize.encode import to_data

@@ -71,14 +71,14 @@ _HELD_AS: dict[Scalar, type[Any]] = {BOOL: bool, INT: int, UINT: int, FLOAT: flo
 
 
 def from_data(data: object) -> dict[str, Target]:
-    """The targets that :func:`passgraph.to_data` was given, by name, for :func:`passgraph.compile`.
+    """Decode the targets that :func:`passgraph.to_data` encoded, by name, for :func:`passgraph.compile`.
 
-    The data may be untrusted: they are parsed and checked, never executed, and a kernel in them may do what a
-    kernel of text may do and nothing else.
+    The data may be untrusted: they are parsed and checked, never executed. A kernel in them has only the capabilities
+    of a kernel given as text.
 
     Parameters
     ----------
-    data : what `to_data` returned, perhaps by way of JSON
+    data : the result of `to_data`, perhaps converted to JSON and back
 
     Returns
     -------
@@ -88,7 +88,7 @@ def from_data(data: object) -> dict[str, Target]:
     Raises
     ------
     InputError
-        For what `to_data` would not write, or another version of it would, with the place in the data.
+        For invalid data, or data of another version, with the position in the data.
 
     Examples
     --------
@@ -339,7 +339,7 @@ class _Graph:
     def _argument(
         self, name: str, type_: Type, argument: object, images: Mapping[str, Target], where: str, kind: str
     ) -> object:
-        """A parameter's value from its handles and its numbers."""
+        """Decode a parameter's value from its handles and its numbers."""
         document, place = self.document, f"{where}.{name}"
         if kind == "values" and not images and isinstance(argument, Mapping) and "value" in argument:
             number = document.record(argument, place, "value")["value"]
@@ -356,7 +356,7 @@ class _Graph:
         return _built(type_, name, 0, numbers, images)
 
     def _numbers(self, data: object, type_: Type, where: str) -> Sequence[ir.Number] | NDArray[Any]:
-        """Components in their order; a scalar stands alone."""
+        """Decode the components of a value in order; a scalar has one."""
         if isinstance(type_, Array) and is_buffer(type_):
             return self.arrays.long(data, type_, where)
         flat: Sequence[object] = (data,)
@@ -365,7 +365,7 @@ class _Graph:
         return tuple(self._number(part, element_of(type_), where) for part in flat)
 
     def _number(self, data: object, type_: Scalar, where: str) -> ir.Number:
-        """A number of a type; whole numbers may stand for floats, as JSON writers make no difference."""
+        """Decode a number of a type; integers are accepted for floats, since JSON writers do not distinguish them."""
         number = self.document.number(data, where)
         if type_ is FLOAT and type(number) is int:
             number = float(number)
@@ -399,12 +399,12 @@ class _Graph:
 
 
 def _is_handed_in(stage: ir.Stage, type_: Type) -> bool:
-    """Return True if the stage itself provides a parameter: the mesh's vertex, or the vertex kernel's varyings."""
+    """Return True for a parameter that the stage supplies: the mesh's vertex, or the vertex kernel's outputs."""
     return isinstance(type_, Struct) and (stage == "fragment" or (stage == "vertex" and type_.name == VERTEX.name))
 
 
 def _formula(data: object, depth: int = 0) -> Any:
-    """Rows as tuples; what is wrong in them is found by whoever checks formulas."""
+    """Convert rows to tuples; the formula's own checks follow later."""
     if isinstance(data, list) and depth <= MAX_DEPTH:
         return tuple(_formula(part, depth + 1) for part in data[:4])
     return data
@@ -426,7 +426,7 @@ def _built(
     numbers: Mapping[str, Sequence[ir.Number] | NDArray[Any]],
     images: Mapping[str, Target],
 ) -> object:
-    """A value as callers hand it in, from the flat arrays that hold it and its like; it is this entry of them."""
+    """Rebuild a value as callers pass it, from an entry of the flat arrays that hold such values."""
     if isinstance(type_, Struct):
         fields = {n: _built(inner, f"{path}.{n}", entry, numbers, images) for n, inner in type_.fields}
         return SimpleNamespace(**fields)

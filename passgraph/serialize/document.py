@@ -1,7 +1,7 @@
-"""Reader of untrusted plain data: every part is checked, and all that is read is counted.
+"""Reader of untrusted plain data: every part is checked, and counted against a limit.
 
-Data may be anything that JSON can say, and what Python can hold beside it: lists within themselves, one list in a
-thousand places.  Nothing here goes into a part before its kind and its number of parts are known.
+Data may be any JSON, or Python lists that contain themselves or occur in many places. The type and the length of a part
+are checked before its contents are read.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from passgraph.language.symbols import TYPE_MARKERS, Array, Image
 from passgraph.language.types import Array as ArrayType
 from passgraph.language.types import component_count
 
-#: What a run value may be, by name.
+#: Types of run values, by name.
 VALUE_TYPES: dict[str, object] = {
     **{name: marker for marker, name in TYPE_MARKERS.items() if marker is not Image},
     "tuple": tuple,
@@ -34,17 +34,17 @@ VALUE_TYPES: dict[str, object] = {
 }
 
 
-#: Parts of a document that are looked at, those that stand in several places counted at each; a graph of ours has some
-#: ten thousand, and reading as many as this takes a second or two.
+#: Most parts of a document that are read, counted each time they occur. A typical graph has some ten thousand; reading
+#: this many takes a second or two.
 MOST_PARTS = 1_000_000
-#: Characters of one text: as long as a line of kernel text may be.
+#: Most characters of a text, as of a line of kernel text.
 MOST_CHARACTERS = 10_000
-#: Lists within lists, where numbers stand in rows: arrays of matrices.
+#: Most levels of nested lists of numbers, as in arrays of matrices.
 MOST_NESTED = 4
 
 
 def described(value: object) -> str:
-    """A part of a document as messages show it; nothing inside it is looked at."""
+    """Describe a part of a document for a message, without reading its contents."""
     if isinstance(value, (list, tuple)):
         return f"a list of {len(value)}"
     if isinstance(value, Mapping):
@@ -55,7 +55,7 @@ def described(value: object) -> str:
 
 
 class Document:
-    """A document while it is read."""
+    """A document being read."""
 
     def __init__(self) -> None:
         self.read = 0
@@ -72,7 +72,7 @@ class Document:
 
     @contextmanager
     def at(self, where: str) -> Iterator[None]:
-        """Errors of what is made from the data get the place in it."""
+        """Add the position in the document to errors raised while objects are built from it."""
         try:
             yield
         except InputError as error:
@@ -83,7 +83,7 @@ class Document:
             raise InputError(f"graph data, {where}: {error}") from None
 
     def record(self, value: object, where: str, *names: str) -> Mapping[str, Any]:
-        """An object with entries of these names, all and no others."""
+        """Return an object with exactly these entries."""
         if not isinstance(value, Mapping):
             self.wrong(where, f"an object with {', '.join(names) or 'no entries'}", value)
         self.count(1 + len(value), where)
@@ -98,7 +98,7 @@ class Document:
         return value
 
     def entries(self, value: object, where: str) -> Mapping[str, Any]:
-        """An object with entries of any names."""
+        """Return an object with entries of any names."""
         if not isinstance(value, Mapping):
             self.wrong(where, "an object", value)
         self.count(1 + len(value), where)
@@ -107,7 +107,7 @@ class Document:
         return value
 
     def items(self, value: object, where: str, most: int = MOST_PARTS, exactly: int | None = None) -> Sequence[Any]:
-        """A list, of at most (or exactly) so many."""
+        """Return a list of at most (or exactly) this many items."""
         if not isinstance(value, (list, tuple)):
             self.wrong(where, "a list", value)
         if exactly is not None and len(value) != exactly:
@@ -140,7 +140,7 @@ class Document:
         return known[value]
 
     def number(self, value: object, where: str) -> bool | int | float:
-        """A number; what JSON has no number for is written by its bits."""
+        """Return a number; NaN and infinities are encoded by their bits."""
         if isinstance(value, Mapping):
             bits = self.record(value, where, "float")["float"]
             try:
@@ -155,7 +155,7 @@ class Document:
         return value
 
     def numbers(self, value: object, where: str, nested: int = MOST_NESTED) -> Any:
-        """A number, or numbers in rows, as tuples."""
+        """Return a number, or nested lists of numbers as tuples."""
         if not isinstance(value, (list, tuple)):
             return self.number(value, where)
         if not nested:
@@ -168,7 +168,7 @@ class Document:
 
 
 def number_data(value: Any) -> Any:
-    """A number as JSON says it exactly: NaN and infinities by the bits of a float64.
+    """Encode a number exactly for JSON: NaN and infinities by the bits of a float64.
 
     >>> number_data(0.5), number_data(float("-inf"))
     (0.5, {'float': 'fff0000000000000'})
@@ -178,14 +178,14 @@ def number_data(value: Any) -> Any:
     return value
 
 
-#: Bytes of the pictures and meshes that a document may hold, all together.
+#: Most bytes of all pictures and meshes in a document.
 MOST_ARRAY_BYTES = 256 << 20
-#: Numbers that pictures may be made of, as NumPy names them.
+#: Dtypes of arrays, by NumPy's names.
 _NUMBERS = ("b1", "u1", "u2", "u4", "u8", "i1", "i2", "i4", "i8", "f2", "f4", "f8")
 
 
 def array_data(given: object, where: str) -> dict[str, Any]:
-    """An array of numbers: what they are as NumPy names it, its shape, and its bytes, the least of a number first.
+    """Encode an array of numbers: its dtype by NumPy's name, its shape, and its little-endian bytes.
 
     >>> array_data(np.ones((1, 2), np.uint8), "a picture")
     {'type': 'u1', 'shape': [1, 2], 'base64': 'AQE='}
@@ -197,7 +197,7 @@ def array_data(given: object, where: str) -> dict[str, Any]:
 
 
 class Arrays:
-    """The arrays of one document being read; they cannot be written to."""
+    """The arrays of a document being read; they are read-only."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
@@ -210,7 +210,7 @@ class Arrays:
         return array
 
     def long(self, data: object, type_: ArrayType, where: str) -> NDArray[Any]:
-        """The components of a long array, flat."""
+        """Return the components of a long array, flat."""
         kind, count = number_of(type_), component_count(type_)
         array = self._array(data, where, (np.dtype(kind).str[1:],), count)
         if array.shape != (count,):
@@ -218,7 +218,7 @@ class Arrays:
         return array
 
     def mesh(self, data: object, where: str) -> FrozenGeometry:
-        """Arrays by attribute; whether they are a mesh is for the draw to say."""
+        """Return a mesh's arrays by attribute; the draw checks that they form a mesh."""
         record = self.document.record(data, where, *ATTRIBUTE_TYPES)
         arrays: dict[str, Any] = {}
         for name, type_ in ATTRIBUTE_TYPES.items():
@@ -251,5 +251,5 @@ class Arrays:
         if len(bytes_) != expected:
             document.wrong(f"{where}.base64", what, text)
         if type_.kind == "b":
-            bytes_ = bytes(map(bool, bytes_))  # NumPy trusts that a bool is 0 or 1
+            bytes_ = bytes(map(bool, bytes_))  # NumPy assumes that the byte of a bool is 0 or 1
         return np.frombuffer(bytes_, type_).reshape(shape)

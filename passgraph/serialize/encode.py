@@ -40,7 +40,7 @@ from passgraph.plan.dependencies import passes_behind
 from passgraph.serialize.document import VALUE_TYPES, array_data, number_data
 from passgraph.serialize.kernel_text import KernelWriter
 
-#: Of the form of documents; a reader refuses others.
+#: Version of the document format; other versions are errors.
 VERSION = 3
 _TYPE_NAMES = {type_: name for name, type_ in VALUE_TYPES.items()}
 _PLAIN: dict[str, Callable[[float], bool | int | float]] = {
@@ -54,12 +54,12 @@ _PLAIN: dict[str, Callable[[float], bool | int | float]] = {
 def to_data(outputs: Outputs) -> dict[str, Any]:
     """Encode the outputs for :func:`passgraph.compile` as plain data for JSON: no Python functions, no pickle.
 
-    Inputs, targets, passes with the text of their kernels, numbers and run values, draws with their meshes.  Kernels
-    keep their file and line, so that errors where the data arrive show them; numbers are exact, NaN and infinity too.
+    The data contain inputs, targets, passes with the text of their kernels, numbers and run values, and draws with
+    their meshes. Kernels keep their file and line for errors. Numbers are exact, NaN and infinity too.
 
     Parameters
     ----------
-    outputs : one target, several, or ``{name: target}``, as `passgraph.compile` takes them
+    outputs : one target, several, or ``{name: target}``, as for `passgraph.compile`
 
     Returns
     -------
@@ -69,8 +69,8 @@ def to_data(outputs: Outputs) -> dict[str, Any]:
     Raises
     ------
     GraphError
-        For what cannot be serialized, with the pass and the parameter: values that Python functions compute
-        (`Value.map`, `combine`), values of classes such as `Camera`, formats of one's own.
+        For values that cannot be serialized, with the pass and the parameter: values computed by Python functions
+        (`Value.map`, `combine`), values of classes such as `Camera`, and custom formats.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def to_data(outputs: Outputs) -> dict[str, Any]:
 
 
 class _Writer:
-    """The sections of a document, growing; what is there once is written once and named by its number."""
+    """The sections of a document; each object is written once, and referred to by its number."""
 
     def __init__(self) -> None:
         self.sections: dict[str, list[Any]] = {
@@ -119,7 +119,7 @@ class _Writer:
         return self._add("inputs", spec, data)
 
     def _target(self, spec: TargetSpec) -> int:
-        # Targets whose sizes hang on each other form a chain that may be long.
+        # Targets whose sizes depend on each other can form a long chain.
         chain = [spec]
         while id(chain[-1]) not in self._numbers and isinstance(chain[-1].size, Like | Blocks):
             lender = chain[-1].size.other.spec
@@ -162,7 +162,7 @@ class _Writer:
             return {"input": self._input(spec), **_reading(target)}
         if target.is_previous:
             return {"previous": self._target(spec), "frames_ago": target.frames_ago, **_reading(target)}
-        assert target.made_by is not None  # a handle of a target is a pass's, or last frame's
+        assert target.made_by is not None  # a target is written by a pass, or belongs to the last frame
         return {"pass": self._numbers[id(target.made_by)], "slot": target.slot, **_reading(target)}
 
     # Passes
@@ -175,7 +175,7 @@ class _Writer:
         else:
             of_kind = {"into": into, "kernel": self._kernel(node, node.kernel)}
             kernels = [node.kernel]
-        # A draw's kernels share parameters; the first one's type says how a number is written.
+        # A draw's kernels share parameters; the type in the first kernel decides how a number is written.
         types = {parameter.name: parameter.type for kernel in reversed(kernels) for parameter in kernel.parameters}
         images = {name: self.handle(target) for name, target in node.images.items()}
         arguments: dict[str, Any] = {"values": {}, "constants": {}}
@@ -245,7 +245,7 @@ def _scale_data(scale: tuple[float, float]) -> float | list[float]:
 
 
 def _reading(target: Target) -> dict[str, Any]:
-    """Encode how a handle is read: its border, and what differs from other handles."""
+    """Encode how a target is read: its border, and other settings that are not defaults."""
     reading = {name: getattr(target, field) for name, field in READING.items()}
     unread = {name: getattr(target.content, field) for name, field in READING.items()}
     return {name: value for name, value in reading.items() if name == "border" or value != unread[name]}
@@ -263,7 +263,7 @@ def _format_name(format_: Any, where: str) -> str:
 
 
 def _numbers_data(value: object, type_: Type, where: str) -> Any:
-    """A number, or components in their order, each as its type has it; of long arrays their bytes."""
+    """Encode a number, or components in order, by their types; long arrays as bytes."""
     if isinstance(type_, Array) and is_buffer(type_):
         return array_data(as_held(checked_numbers(value, type_, where), type_), where)
     plain = _PLAIN[element_of(type_).name]
@@ -272,7 +272,7 @@ def _numbers_data(value: object, type_: Type, where: str) -> Any:
 
 
 def _default_data(value: object, where: str) -> Any:
-    """Numbers in rows, as they are."""
+    """Encode nested numbers as lists."""
     default = numbers(value, where, error=GraphError).tolist() if not isinstance(value, (bool, int, float)) else value
 
     def nested(part: Any) -> Any:
@@ -282,7 +282,7 @@ def _default_data(value: object, where: str) -> Any:
 
 
 def _initial_data(initial: tuple[float, ...] | NDArray[np.float32], where: str) -> Any:
-    """A picture, or numbers."""
+    """Encode an initial value: a picture, or numbers."""
     if isinstance(initial, np.ndarray):
         return array_data(initial, f"{where}: initial")
     return [number_data(one) for one in initial]

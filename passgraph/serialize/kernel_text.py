@@ -1,7 +1,7 @@
-"""Kernels as text: functions with what their names stand for, and shaders with what is around them.
+"""Serialize kernels as text: functions with the meanings of their names, and shaders with their context.
 
-A function or struct is a *definition*: its text, and for each name in it that is not the language's own what it stands
-for: a definition before it, by its number, or the text of a constant.
+A function or struct is a *definition*: its text, and the meaning of each name in it that is not part of the language.
+A meaning is the number of an earlier definition, or the text of a constant.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ from passgraph.serialize.document import Document
 if TYPE_CHECKING:
     from passgraph.glsl import Shader
 
-#: Characters of one text of a shader, as many as are read of a file.
+#: Most characters of a shader's text, as for shader files.
 _MOST_OF_SHADER = 500_000
-#: What floats are called in texts of constants, beside numbers.
+#: Names of floats in texts of constants.
 _CONSTANTS = text_scope({"inf": math.inf, "nan": math.nan})
 _NAMES = {id(value): name for name, value in TEXT_NAMES.items()}
 _STAGES = ("pixel", "vertex", "fragment")
-#: What parsing takes, in parts of a document that are read in the same time: of a definition, of each expression and
-#: statement that a kernel comes to, of each token of a shader, and of each number of a constant.
+#: Cost of parsing, in parts of a document that are read in the same time: of a definition, and of each expression or
+#: statement of a kernel, token of a shader, and number of a constant.
 _PARTS_OF_DEFINITION, _PARTS_OF_NODE = 100, 10
 
 
 class KernelWriter:
-    """Writes kernels, and the definitions that they use, each once."""
+    """Write kernels, and the definitions that they use, each once."""
 
     def __init__(self, definitions: list[dict[str, Any]]) -> None:
         self.definitions = definitions
@@ -51,12 +51,12 @@ class KernelWriter:
         self._open: list[FunctionSource] = []
 
     def kernel(self, kernel: Kernel, where: str) -> dict[str, Any]:
-        """A kernel: its function and stage, or its shader.
+        """Encode a kernel: its function and stage, or its shader.
 
         Raises
         ------
         GraphError
-            For a kernel without text, and text that is too long to be read again.
+            For a kernel without source text, and text that is too long to be decoded.
         """
         shader = getattr(kernel, "shader", None)
         known_sizes = getattr(kernel, "known_sizes", False)
@@ -84,7 +84,7 @@ class KernelWriter:
             raise KernelError(f"{function.name} names itself, by way of what it calls")
         self._open.append(function)
         names: dict[str, str | int] = {}
-        # The signature is read in the function's own scope, the body in one of this kernel's.
+        # Names in the signature are resolved in the function's own scope, those in the body in this kernel's.
         body = scopes[function].meanings if function in scopes else {}
         for path, meaning in {**function.scope.meanings, **body}.items():
             if isinstance(meaning, FunctionSource):
@@ -112,7 +112,7 @@ class KernelWriter:
         text = str(inner)
         if isinstance(inner, Struct):
             number = self._struct(inner)
-            # Structs of different modules may have one name.
+            # Structs of different modules may have the same name.
             while text in TEXT_NAMES or names.setdefault(text, number) != number:
                 text += "_"
         for side in reversed(sides_of(type_) if inner is not type_ else ()):
@@ -121,7 +121,7 @@ class KernelWriter:
 
 
 def _text(meaning: Any) -> str:
-    """A constant, a range or a name of the language as text."""
+    """Return a constant, a range or a name of the language as text."""
     if isinstance(meaning, ir.Literal):
         if meaning.type is UINT:
             return f"uint({_number(meaning.value)})"
@@ -137,7 +137,7 @@ def _text(meaning: Any) -> str:
 
 
 def _host_text(value: Any) -> str:
-    """A number, or numbers in tuples, vectors and matrices."""
+    """Return a number, tuple, vector or matrix as text."""
     if not isinstance(value, tuple):
         return f"uint({_number(value)})" if TYPE_MARKERS.get(type(value)) == "uint" else _number(value)
     kind = TYPE_MARKERS.get(type(value), "")
@@ -145,7 +145,7 @@ def _host_text(value: Any) -> str:
 
 
 def _number(value: ir.Number) -> str:
-    """A number as text: bit patterns as such, and of NaN its sign."""
+    """Return a number as text: bit patterns as such, and NaN with its sign."""
     if isinstance(value, float) and math.isnan(value):
         return "-nan" if math.copysign(1.0, value) < 0 else "nan"
     if isinstance(value, (bool, float)):
@@ -154,19 +154,19 @@ def _number(value: ir.Number) -> str:
 
 
 class KernelReader:
-    """Reads what :class:`KernelWriter` wrote: all of it is parsed as text of anybody is, and nothing is executed."""
+    """Read the data of :class:`KernelWriter`: untrusted text, which is parsed and never executed."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
         self.definitions: list[FunctionSource | Struct] = []
 
     def definition(self, data: object, where: str) -> FunctionSource | Struct:
-        """A function or struct, which later ones refer to.
+        """Parse a function or struct, to which later ones may refer.
 
         Raises
         ------
         InputError
-            For text that is neither, and names that stand for nothing.
+            For text that is neither, and unknown names.
         """
         document = self.document
         record = document.record(data, where, "file", "line", "text", "names")
@@ -203,7 +203,7 @@ class KernelReader:
         document.wrong(where, "a number of a definition before it, a constant, or a name of the language", data)
 
     def _dotted(self, names: Mapping[str, object], where: str) -> dict[str, object]:
-        """Names as a scope has them: ``math.pi`` is ``pi`` of a module ``math``."""
+        """Convert dotted names to a scope: ``math.pi`` becomes ``pi`` of a module ``math``."""
         namespace: dict[str, object] = {}
         for path, value in names.items():
             *modules, last = path.split(".")
@@ -217,7 +217,7 @@ class KernelReader:
         return namespace
 
     def kernel(self, data: object, where: str) -> Kernel:
-        """A kernel, parsed.
+        """Parse a kernel.
 
         Raises
         ------
@@ -247,7 +247,7 @@ class KernelReader:
             return self._counted(parsed, where)
 
     def _counted(self, kernel: Kernel, where: str) -> Kernel:
-        """Count what its text comes to, which may be much of a short one, and a document holds many."""
+        """Count a kernel's expanded size against the document's limit; short text can expand to much."""
         pending: list[ir.Stmt | ir.Expr] = [*kernel.program.body]
         visited: set[int] = set()
         while pending:

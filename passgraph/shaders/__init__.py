@@ -1,10 +1,10 @@
-"""Shaders as people publish them: text in, kernels of the typed representation out."""
+"""Published shader files, parsed to kernels of the typed representation."""
 
-#: Endings of files that shaders have.
+#: Suffixes of shader files.
 SUFFIXES = (".fs", ".glsl", ".frag", ".fsh", ".hook", ".glslp")
-#: Of Shadertoy's exports, and of flat worlds too: a shader where an effect is asked for.
+#: Suffix of Shadertoy's exports, and of flat worlds; as an effect it means a shader.
 EXPORT_SUFFIX = ".json"
-#: Endings of what is no fragment shader in GLSL, what that is, and what to do.
+#: Suffixes of other shader files, with their kind, and what to do.
 NOT_READ = {
     ".slangp": ("a preset of libretro's Slang shaders", "most have a .glslp beside them, which is read"),
     ".slang": ("a Slang shader", "libretro's mostly have a .glsl beside them, which is read; else give its GLSL"),

@@ -1,4 +1,4 @@
-"""A shader file, whatever its format, as an effect."""
+"""Load a shader file of any supported format as an effect."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from passgraph.shaders.containers.shader_images import handle_or_black
 from passgraph.shaders.containers.shadertoy import is_shadertoy, is_shadertoy_export, read_export, read_shadertoy
 from passgraph.shaders.containers.transition import is_transition, read_transition
 
-#: Which text is of which format, and who reads it; the first that fits.
+#: Predicates of formats, with their readers; the first that matches is used.
 FORMATS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], ShaderEffect]], ...] = (
     (is_shadertoy_export, read_export),
     (is_libretro, read_libretro_shader),
@@ -35,26 +35,26 @@ FORMATS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], ShaderEffect]]
 
 
 def load_shader(path: str | os.PathLike[str]) -> ShaderEffect:
-    """The effect that a shader file is: ISF, a gl-transition, a Shadertoy shader or its export, an mpv user shader, a
+    """Load a shader file as an effect: ISF, a gl-transition, a Shadertoy shader or its export, an mpv user shader, a
     libretro preset or shader, or a plain fragment shader in GLSL.
 
     Text is parsed and never executed.
 
     Parameters
     ----------
-    path : of the file; what it includes or imports lies in its folder
+    path : the file; included and imported files must be in its folder
 
     Returns
     -------
     ShaderEffect
-        Call it with pictures and parameters; it says what it takes.
+        The effect, to be called with pictures and parameters; its attributes list them.
 
     Raises
     ------
     InputError
-        For a file that cannot be read, and a header that is wrong.
+        For a file that cannot be read, and an invalid header.
     KernelError
-        For a shader that is refused, with file, line and caret.
+        For an unsupported shader, with file, line and caret.
 
     Examples
     --------
@@ -82,7 +82,7 @@ def load_shader(path: str | os.PathLike[str]) -> ShaderEffect:
 
 
 def read_plain(text: str, path: Path) -> ShaderEffect:
-    """A fragment shader by itself: its samplers are pictures, its other uniforms parameters."""
+    """Read a plain fragment shader: its samplers are pictures, its other uniforms parameters."""
     shader = parse(text, name=name_of(path), file=str(path), folder=path.parent)
     kernel = PixelKernel[Target].of_shader(shader)
     if len(shader.program.results) > 1:

@@ -1,1 +1,1 @@
-"""Formats around GLSL: what each says of parameters, pictures and passes."""
+"""Shader formats around GLSL, with their declarations of parameters, pictures and passes."""

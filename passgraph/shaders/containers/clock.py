@@ -1,4 +1,4 @@
-"""Time for shaders: seconds that follow from the number of the frame, so that the same frame is the same picture."""
+"""Time for shaders: seconds computed from the frame number, so that runs are reproducible."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from passgraph.graph.run_values import FRAME_INDEX
 from passgraph.language.types import FLOAT, VEC4
 from passgraph.shaders.containers.effect import ShaderParameter
 
-#: GLSL in front of a shader; formats name these as theirs.
+#: GLSL before a shader; formats define their own names from these.
 PRELUDE = """
 uniform int pg_frame;
 uniform float pg_start;
@@ -28,7 +28,7 @@ _PARAMETERS = {
 
 
 def clock_parameters(used: Iterable[str], taken: Collection[str] = ()) -> dict[str, ShaderParameter]:
-    """Parameters for those of the clock's uniforms that kernels have; ``taken`` are names that a shader has itself."""
+    """Return parameters for the clock's uniforms that kernels use; ``taken`` are the shader's own names."""
     named = {_SET_BY[name] for name in used if name in _SET_BY}
     return {
         (ours := _free_name(name, taken)): replace(parameter, name=ours)
@@ -44,7 +44,7 @@ def clock_uniforms(values: Mapping[str, Any], taken: Collection[str] = ()) -> di
 
 
 def _free_name(name: str, taken: Collection[str]) -> str:
-    """A parameter of the clock's, where a shader has one of the same name.
+    """Return the name of a clock parameter, changed if the shader has a parameter of that name.
 
     >>> _free_name("time", ()), _free_name("time", ("time",))
     ('time', 'clock_time')

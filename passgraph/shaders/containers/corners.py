@@ -1,7 +1,7 @@
 """Varyings of a vertex shader: computed at the picture's corners and interpolated.
 
-The picture is the strip of two triangles that hosts draw: (0, 0), (1, 0), (0, 1), (1, 1).  Each pixel finds the one
-that it lies in by itself, so that a vertex shader that moves the picture needs no mesh.
+The picture is the strip of two triangles that hosts draw: (0, 0), (1, 0), (0, 1), (1, 1). Each pixel finds its triangle
+itself, so that a vertex shader that moves the picture needs no mesh.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 _CORNERS = ("0.0, 0.0", "1.0, 0.0", "0.0, 1.0", "1.0, 1.0")
-#: Values that one vertex shader may hand on, elements of arrays counted one by one.
+#: Most varyings of a vertex shader, with array elements counted individually.
 MAX_VARYINGS = 64
 
 
@@ -27,9 +27,9 @@ class Varying:
         return [f"[{i}]" for i in range(self.count)] if self.count else [""]
 
 
-#: The shares that a triangle's corners have in a pixel; false where it shows none of it.  What lies behind the eye
-#: needs no cutting so (Olano and Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997).  Of the
-#: pixels on its edges it has those where it begins, on the left and where rows begin: two neighbors share none.
+#: GLSL that computes a pixel's barycentric coordinates in a triangle, and returns false outside of it. Triangles behind
+#: the eye need no clipping (Olano and Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997). Pixels
+#: on an edge belong to it only for left and first-row edges, so that neighbors share none.
 WITHIN = """bool pg_within(vec4 a, vec4 b, vec4 c, out vec3 share) {
   vec3 at = vec3(pg_position * 2.0 - 1.0, 1.0);
   vec3 first = cross(b.xyw, c.xyw), second = cross(c.xyw, a.xyw), third = cross(a.xyw, b.xyw);
@@ -47,10 +47,10 @@ _TRIANGLES = ((0, 1, 2), (3, 2, 1))
 
 
 def interpolated(varyings: Sequence[Varying], moved: bool) -> list[str]:
-    """GLSL that runs ``pg_vertex()``, which reads ``pg_corner`` and writes ``pg_v_name``, and sets each ``name`` to
-    what it is at this pixel.
+    """Return GLSL that runs ``pg_vertex()`` at the corners, and sets each ``name`` to its value at this pixel.
 
-    Where the corners are ``moved``, to ``pg_v_gl_Position`` in clip space, nothing is drawn beside the two triangles.
+    ``pg_vertex()`` reads ``pg_corner`` and writes ``pg_v_name``. If the corners are ``moved``, to ``pg_v_gl_Position``
+    in clip space, pixels outside of the two triangles are discarded.
     """
     lines = []
     for corner, place in enumerate(_CORNERS):

@@ -17,22 +17,22 @@ from passgraph.language.types import Type, component_count, element_of
 from passgraph.reading import read_bytes
 from passgraph.shaders.containers.shader_images import read_behind, shown_beside
 
-#: Of one file; textures of mpv lie within.
+#: Most bytes of a file, with the textures in mpv files.
 MAX_BYTES = 4 << 20
 
 
 def shader_text(path: Path, what: str) -> str:
-    """A file's text; comments of people's are in many encodings, so what is no UTF-8 becomes a sign for it.
+    """Return a file's text; bytes that are not UTF-8 become replacement characters, since comments have any encoding.
 
     Raises
     ------
     InputError
-        For a file that cannot be read or is too large, naming ``what`` it is.
+        For a file that cannot be read or is too large; ``what`` describes it in the message.
     """
     return read_bytes(path, what, MAX_BYTES).decode("utf-8", errors="replace")
 
 
-#: From pictures and values by name, and the target to write into, to the last pass's.
+#: A function from pictures and values by name, and the target to write into, to the last pass's target.
 Build: TypeAlias = Callable[[Mapping[str, Target], Mapping[str, Any], TargetSpec], Target]
 
 
@@ -44,11 +44,11 @@ class ShaderParameter:
     ----------
     name : as in the shader
     type : a scalar or vector of the kernel language
-    default : number or tuple; a shader that names none has 0
-    low, high : ends of its range, one number each or one for each component; None where the file says none
-    label : for people; empty where the file has none
-    choices : of an int, label → number
-    is_frame_time : whether it says how many seconds a frame lasts, so that who knows their rate can set it
+    default : number or tuple; 0 if the shader has none
+    low, high : ends of its range, a number or one for each component; None if the file has no range
+    label : the label in the file; empty if there is none
+    choices : choices of an int, label → number
+    is_frame_time : True if it is the duration of a frame in seconds, which callers with a frame rate can set
     """
 
     name: str
@@ -65,20 +65,20 @@ class ShaderParameter:
 class ShaderEffect:
     """The effect of a shader file, returned by `passgraph.load_shader`.
 
-    Call it with a picture (a target or input) for each of ``images``, in order or by name, and with parameters by
-    name: numbers, or `passgraph.Value` handles for what changes from run to run.  Pictures that are left out, behind
-    the first, are black and transparent.
+    Call it with a picture (a target or input) for each of ``images``, in order or by name, and with parameters by name:
+    numbers, or `passgraph.Value` handles for values that change from run to run. Omitted pictures, after the first, are
+    black and transparent.
 
     Attributes
     ----------
-    name : from the file's name
-    kind : of the file: "ISF", "gl-transition", "Shadertoy", "mpv", "libretro", "GLSL"
-    summary : the file's own words, one line
-    credit : whom the file names
-    images : pictures that it takes; the first is the frame (none for generators)
-    parameters : by name
-    notes : reliances on what drivers do differently, each with its line
-    constants : parameters that sizes of passes come from: numbers, and no `passgraph.Value`
+    name : the name, from the file's
+    kind : the format: "ISF", "gl-transition", "Shadertoy", "mpv", "libretro", "GLSL"
+    summary : the file's own description, a line
+    credit : the author in the file
+    images : names of its pictures; the first is the frame (none for generators)
+    parameters : parameters by name
+    notes : parts that depend on the driver, each with its line
+    constants : parameters that sizes of passes depend on; they must be numbers, not a `passgraph.Value`
     """
 
     name: str
@@ -100,13 +100,13 @@ class ShaderEffect:
             )
 
     def __call__(self, /, *pictures: Target, into: TargetSpec | None = None, **parameters: Any) -> Target:
-        """The graph of the shader's passes.
+        """Build the graph of the shader's passes.
 
         Raises
         ------
         passgraph.InputError
-            For a picture too many, a parameter that there is not, a value out of its range or of another shape, and
-            one of ``constants`` that runs bring.
+            For too many pictures, an unknown parameter, a value outside its range or of another shape, and a
+            `passgraph.Value` for one of ``constants``.
         """
         if len(pictures) > len(self.images):
             takes = ", ".join(self.images) or "none"
@@ -139,16 +139,16 @@ class ShaderEffect:
         frame = named.get(self.images[0]) if self.images else None
         if frame is None or frame.spec in read_behind(output):
             return output
-        # A shader that never reads its picture is as large as that all the same.
+        # A shader that never samples its input still produces an output of the input's size.
         output = self.build(named, values, replace(written, name=f"{written.name}.drawn"))
-        # Some containers say themselves how large the result is.
+        # Some formats define the size of the result.
         return shown_beside(
             output, [frame], written if output.spec.size == written.size else replace(written, size=None)
         )
 
 
 def checked(effect: ShaderEffect, name: str, value: Any) -> Any:
-    """A number or several, in the range that the file gives; a choice by its label too."""
+    """Check a number or vector against the file's range; choices may be given by label too."""
     from passgraph.language.uniform_layout import components
 
     parameter, where = effect.parameters[name], f"{effect.file}: parameter {name!r}"
@@ -175,14 +175,14 @@ def notes_of(shaders: Iterable[Shader]) -> tuple[Note, ...]:
 
 
 def zero_of_type(type_: Type) -> Any:
-    """0 as the host writes it."""
+    """Return 0 in the host's representation of a type."""
     zero: Any = {"bool": False, "int": 0, "float": 0.0}.get(element_of(type_).name, 0)
     count = component_count(type_)
     return zero if count == 1 else (zero,) * count
 
 
 def name_of(path: Path) -> str:
-    """A name for targets and passes, from a file's.
+    """Return a name for targets and passes, from a file's name.
 
     >>> name_of(Path("My Shader.v2.fs"))
     'My Shader.v2'

@@ -24,7 +24,7 @@ from passgraph.shaders.containers.corners import MAX_VARYINGS, WITHIN, Varying, 
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of, shader_text
 from passgraph.shaders.containers.shader_images import handle_or_black, imported, shown_with_kept
 
-#: Characters of a formula.
+#: Most characters of a formula.
 MAX_LENGTH = 500
 _SIDES = {"WIDTH": "width", "HEIGHT": "height"}
 _SIGNS: dict[type[ast.operator], str] = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "div"}
@@ -32,7 +32,7 @@ _FUNCTIONS = {"floor": 1, "ceil": 1, "abs": 1, "min": 2, "max": 2}
 
 
 def size_formula(text: str, values: Mapping[str, Any], where: str) -> Formula:
-    """The formula that a text is, with what parameters are now; the text is parsed and never executed.
+    """Parse a formula, with the current values of parameters; the text is never executed.
 
     >>> size_formula("max(floor($WIDTH*0.25),$least)", {"least": 2.0}, "WIDTH")
     ('max', ('floor', ('mul', 'width', 0.25)), 2.0)
@@ -92,7 +92,7 @@ _TYPES: dict[str, Type | None] = {
 
 @dataclass(frozen=True)
 class IsfPass:
-    """A pass: its buffer (empty for the picture itself), that buffer's size (None for the picture's), and more."""
+    """A pass: its buffer (empty for the picture itself), the buffer's size (None for the picture's), and more."""
 
     target: str
     size: tuple[str, str]
@@ -100,7 +100,7 @@ class IsfPass:
     is_float: bool
 
     def formulas(self, values: Mapping[str, Any], where: str) -> tuple[Formula, Formula] | None:
-        """Return the pass's size as formulas, for known parameters."""
+        """Return its size as formulas, with parameters replaced by their values."""
         if not any(self.size):
             return None
         width, height = (text or name for text, name in zip(self.size, ("$WIDTH", "$HEIGHT"), strict=True))
@@ -120,18 +120,18 @@ class IsfHeader:
 
 
 def is_isf(text: str) -> bool:
-    """Return True if a text begins with a comment that contains a JSON object."""
+    """Return True if a text begins with a comment that holds a JSON object."""
     match = _HEADER.match(text)
     return match is not None and match[1].lstrip().startswith("{")
 
 
 def read_header(text: str, file: str) -> IsfHeader:
-    """The header of an ISF file.
+    """Parse the header of an ISF file.
 
     Raises
     ------
     InputError
-        For what is not JSON, with line and column, and for entries that ISF does not have.
+        For invalid JSON, with line and column, and for entries that ISF does not have.
     """
     match = _HEADER.match(text)
     if match is None:
@@ -171,7 +171,7 @@ def _header(header: Mapping[str, Any], file: str) -> IsfHeader:
         _pass(_object(one, f"{file}: PASSES[{i}]"), f"{file}: PASSES[{i}]")
         for i, one in enumerate(_list(header.get("PASSES", []), f"{file}: PASSES", MAX_PASSES))
     )
-    # The frame comes first, whatever stands before it.
+    # The frame comes first, in any position in the file.
     images.sort(key=lambda name: name != "inputImage")
     return IsfHeader(
         str(header.get("DESCRIPTION", "")), str(header.get("CREDIT", "")), parameters, tuple(images),
@@ -197,7 +197,7 @@ def _parameter(name: str, type_: Scalar | Vector | Type, one: Mapping[str, Any],
         default = _default(0, type_, where)
     if type_ is BOOL:
         low = high = None
-    # A default beyond its range is what hosts begin with, so that the range reaches to it.
+    # Hosts use a default outside of its range, so the range is extended to it.
     if isinstance(default, (int, float)):
         low = low if low is None else min(low, default)
         high = high if high is None else max(high, default)
@@ -211,7 +211,7 @@ def _default(value: Any, type_: Type, where: str) -> Any:
         return bool(number) if type_ is BOOL else int(number) if type_ is INT else float(number)
     parts = value if isinstance(value, list) else [value] * count
     numbers = [float(_number(part, where)) for part in parts[:count]]
-    # Colors may lack their alpha.
+    # Colors may omit alpha.
     return tuple(numbers + [1.0] * (count - len(numbers)))
 
 
@@ -286,8 +286,8 @@ _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 
 def vertex_prelude(text: str, file: str) -> tuple[str, str]:
-    """GLSL before the fragment shader, which defines ``pg_vertex``, and behind it, which calls it from ``pg_main``."""
-    # Comments go, and lines keep their numbers.
+    """Return GLSL before the fragment shader, which defines ``pg_vertex``, and after it, with ``pg_main``."""
+    # Comments are removed, and lines keep their numbers.
     plain = _COMMENT.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), text)
     varyings = [Varying(m[1], m[2], int(m[3] or 0)) for m in _VARYING.finditer(plain)]
     if sum(max(1, one.count) for one in varyings) > MAX_VARYINGS:
@@ -300,11 +300,11 @@ def vertex_prelude(text: str, file: str) -> tuple[str, str]:
     before += "".join(f"#define {name}_vertShaderInit() {begun}\n" for name in ("isf", "vv"))
     before += "".join(f"#define {name} {other}\n" for name, other in renamed.items())
     behind = "".join(f"#undef {name}\n" for name in renamed)
-    if moved:  # pixels show the place that has moved to them
+    if moved:  # pixels show the position that has moved to them
         varyings.append(Varying("vec2", "pg_here", 0))
         behind += "vec2 pg_here;\n#define pg_v_pg_here pg_corner\n#define isf_FragNormCoord pg_here\n"
         behind += "#define vv_FragNormCoord pg_here\n"
-    # In the fragment shader they are variables that are set before its main().
+    # Varyings become variables of the fragment shader that are set before its main().
     entry = "\n".join(["void pg_main() {", *interpolated(varyings, moved), "  main();", "}"])
     return f"{before}{text}\n{behind}#define varying\n", entry
 
@@ -327,14 +327,14 @@ _WHERE = "".join(
 
 
 def read_isf(text: str, path: Path) -> ShaderEffect:
-    """The effect of an ISF file; a vertex shader of the same name beside it is read too.
+    """Read an ISF file as an effect, with a vertex shader of the same name in its folder.
 
     Raises
     ------
     InputError
-        For a header that is wrong.
+        For an invalid header.
     KernelError
-        For a shader that is refused, with file, line and caret.
+        For an unsupported shader, with file, line and caret.
     """
     file = str(path)
     header = read_header(text, file)
@@ -362,7 +362,7 @@ def read_isf(text: str, path: Path) -> ShaderEffect:
 
 
 def _declared(header: IsfHeader) -> str:
-    """Uniforms for what the header names."""
+    """Return the declarations of uniforms for the header's inputs."""
     names = [*header.images, *header.imported, *(one.target for one in header.passes if one.target)]
     lines = [f"uniform sampler2D {name};" for name in dict.fromkeys(names)]
     lines += [f"#define _{name}_imgRect vec4(0.0, 0.0, IMG_SIZE({name}))" for name in dict.fromkeys(names)]
@@ -423,10 +423,10 @@ class _Graph:
         return drawn
 
     def _specs(self, values: Mapping[str, Any], into: TargetSpec) -> list[TargetSpec]:
-        """A target for each pass; the last one's is the caller's, unless it draws into a buffer that is kept."""
+        """Return a target for each pass; the last one's is the caller's, unless it draws into a persistent buffer."""
         specs: list[TargetSpec] = []
         for number, one in enumerate(self.header.passes):
-            # What frames bring on is of the format and size that the file says, whatever is asked for.
+            # A persistent buffer, or one with a size, keeps the file's format and size.
             if number == len(self.header.passes) - 1 and not (one.target and (one.persistent or any(one.size))):
                 specs.append(into)
                 break

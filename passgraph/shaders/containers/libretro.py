@@ -1,7 +1,7 @@
 """libretro presets and shaders: chains of passes with textures, earlier frames and feedback.
 
-Rows count from the top, as in the player's chain.  The picture is as large as the output that a graph is compiled for;
-the viewport is ``output_scale`` times that.
+Rows count from the top, as in the player's chain. The picture has the size of the graph's output; the viewport is
+``output_scale`` times that.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ from passgraph.shaders.containers.effect import (
 from passgraph.shaders.containers.shader_images import loaded, small_kernel
 
 MAX_PASSES, MAX_TEXTURES, MAX_REFERENCES = 64, 32, 16
-#: How far above the preset's own folder its files may lie: trees of presets share shaders and pictures.
+#: Most parent folders above the preset's for its files, since trees of presets share shaders and pictures.
 MAX_CLIMB = 4
 #: Largest factor of a size.
 MAX_SCALE = 64.0
-#: What the player calls the rule for reads outside of a picture → what it is called here.
+#: The player's names of border rules → ours.
 _BORDERS = {
     "clamp_to_border": "zero",
     "clamp_to_edge": "clamp",
@@ -61,13 +61,13 @@ Read = TypeVar("Read")
 
 @dataclass(frozen=True)
 class Side:
-    """A side of a pass: ``by`` so many times the source's or the viewport's, or so many pixels."""
+    """A side of a pass: ``by`` times the source's or the viewport's, or a number of pixels."""
 
     type: str
     by: float
 
     def formula(self, source: Formula, viewport: Formula) -> Formula:
-        """Return the number of pixels, as a formula."""
+        """Return its length in pixels as a formula."""
         if self.type == "absolute":
             return self.by
         reference = source if self.type == "source" else viewport
@@ -76,13 +76,13 @@ class Side:
 
 @dataclass(frozen=True)
 class PresetPass:
-    """A pass of a preset, and how its source picture is read.
+    """A pass, with the filter and border for reading its source picture, also by later passes.
 
     Attributes
     ----------
     shader : its file
-    sides : None where nothing is said: as large as its source, the last pass as the viewport
-    format : of its target
+    sides : None for the default: the source's size, and for the last pass the viewport's
+    format : the format of its target
     """
 
     shader: Path
@@ -97,7 +97,7 @@ class PresetPass:
 
 @dataclass(frozen=True)
 class PresetTexture:
-    """A picture that the preset brings."""
+    """A picture file of the preset."""
 
     path: Path
     filter: str
@@ -107,7 +107,7 @@ class PresetTexture:
 
 @dataclass(frozen=True)
 class Preset:
-    """A preset that was read; ``overrides`` are the numbers that it has for names which may be parameters."""
+    """A parsed preset; ``overrides`` are its numbers for names that may be parameters."""
 
     passes: tuple[PresetPass, ...]
     textures: Mapping[str, PresetTexture]
@@ -116,7 +116,7 @@ class Preset:
 
 
 def is_preset(text: str) -> bool:
-    """Return True if a text gives a number of shaders or refers to another preset."""
+    """Return True if a text has a number of shaders, or refers to another preset."""
     return re.search(r"""^\s*(?:shaders\s*=\s*["']?\d|#reference\s)""", text, re.MULTILINE) is not None
 
 
@@ -126,7 +126,7 @@ def read_preset(text: str, path: Path) -> Preset:
     Raises
     ------
     InputError
-        For what is wrong, missing, or leads out of the tree.
+        For invalid entries, missing files, and paths outside of the tree.
     """
     values = _Values(path, {})
     values.read(text, path, ())
@@ -141,16 +141,16 @@ def read_preset(text: str, path: Path) -> Preset:
 
 
 class _Values:
-    """Keys with their values, and the file that each stands in."""
+    """Keys with their values, and the file of each."""
 
     def __init__(self, path: Path, entries: dict[str, tuple[str, Path]]) -> None:
         self.path, self.entries = path, entries
         self.root = path.resolve().parent
-        for _ in range(MAX_CLIMB):  # never the root of a file system: all files lie there
+        for _ in range(MAX_CLIMB):  # never the root of a file system
             self.root = self.root.parent if self.root.parent.parent != self.root.parent else self.root
 
     def read(self, text: str, path: Path, within: tuple[Path, ...]) -> None:
-        """Add what a text says; it goes before what the presets that it refers to say."""
+        """Add the entries of a text, which take precedence over those of the presets that it refers to."""
         own = path.resolve()
         if own in within or len(within) >= MAX_REFERENCES:
             raise InputError(f"{path}: presets refer to one another in a circle, or deeper than {MAX_REFERENCES}")
@@ -166,7 +166,7 @@ class _Values:
         self.entries |= entries
 
     def file(self, name: str, preset: Path, what: str) -> Path:
-        """A file that a preset names, in the tree around it."""
+        """Return the path of a file that a preset names, inside its tree."""
         plain = name.replace("\\", "/")
         full = (preset.resolve().parent / plain).resolve() if "\0" not in plain else Path("/")
         if Path(plain).is_absolute() or re.match(r"[A-Za-z]:", plain) or not full.is_relative_to(self.root):
@@ -201,7 +201,7 @@ class _Values:
         return known[text.lower()]
 
     def overrides(self) -> dict[str, float]:
-        """Whatever is a number: only who has read the shaders knows which of it are parameters."""
+        """Return all numbers; the shaders decide which of them are parameters."""
         overrides = {}
         for key, (text, _) in self.entries.items():
             try:
@@ -247,7 +247,7 @@ def _sides(values: _Values, i: int) -> tuple[Side, Side] | None:
 
 
 def _integer(text: str) -> int:
-    """A whole number, which presets write as 800.0 and as 1_ too: the player stops where digits end."""
+    """Parse an integer; presets also write 800.0 and 1_, since the player ignores the text after the digits."""
     match = re.fullmatch(r"\s*([+-]?\d{1,9})(?:\.0*)?_?\s*", text)
     if match is None:
         raise ValueError
@@ -263,21 +263,21 @@ def _texture(values: _Values, name: str) -> PresetTexture:
     return PresetTexture(values.path_of(name), "linear" if linear else "nearest", border, mipmaps)
 
 
-#: From version 130 on, some declare an output and write gl_FragColor all the same.
+#: Version 120, since from 130 on some shaders declare an output but write gl_FragColor.
 _DEFINES = {"PARAMETER_UNIFORM": "1", "__VERSION__": "120"}
 _HALVES = re.compile(r"^[ \t]*#[ \t]*(?:el)?if.*\b(VERTEX|FRAGMENT)\b", re.MULTILINE)
 _PARAMETER = re.compile(
     r'^[ \t]*#pragma[ \t]+parameter[ \t]+(\w+)[ \t]+"([^"\n]*)"[ \t]+(\S+)(?:[ \t]+(\S+)[ \t]+(\S+))?', re.MULTILINE
 )
-#: Where what the player sets for each pass may be declared, and which variables of a prelude are here.
+#: Declarations of uniforms that the player sets for each pass, which are variables of the prelude here.
 _SET = re.compile(r"\buniform\s+(?:\w+\s+)??(?:vec2\s+(?P<names>\w+(?:\s*,\s*\w+)*)|mat4\s+MVPMatrix)\s*;")
 _SIZE = re.compile(r"\w*(?:TextureSize|InputSize)|OutputSize")
 _SAMPLER_OF = re.compile(r"(\w*?)(?:TextureSize|InputSize)")
-#: Clip space from positions, both with (0, 0) and (1, 1) at corners of the picture.
+#: The matrix from positions to clip space, both with (0, 0) and (1, 1) at corners of the picture.
 _MATRIX = (
     "const mat4 MVPMatrix = mat4(2.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, -1.0, 0.0, 1.0);"
 )
-#: How shaders say that the picture stays where it is; without spaces.
+#: Statements, without spaces, of vertex shaders that do not move the picture.
 _STAYS = {
     "MVPMatrix*VertexCoord",
     "+".join(f"VertexCoord.{axis}*MVPMatrix[{i}]" for i, axis in enumerate("xyzw")),
@@ -289,7 +289,7 @@ _FLOATS = ("float", "vec2", "vec3", "vec4")
 
 
 def is_libretro(text: str) -> bool:
-    """Return True if a text has a vertex and a fragment half."""
+    """Return True if a text has a vertex and a fragment part."""
     return {match[1] for match in _HALVES.finditer(text)} == {"VERTEX", "FRAGMENT"}
 
 
@@ -304,18 +304,18 @@ def shader_parameters(text: str, file: str) -> dict[str, ShaderParameter]:
         if default is None or not all(math.isfinite(number or 0.0) for number in (default, low, high)):
             raise InputError(f"{file}: #pragma parameter {name} has finite numbers, got {numbers}")
         if low is not None and high is not None and low > high:
-            low = high = None  # some files turn them round
+            low = high = None  # some files swap them
         parameters[name] = ShaderParameter(name, FLOAT, default, low, high, label.strip())
     return parameters
 
 
 def read_shader(text: str, path: Path, name: str, pictures: Iterable[str]) -> Shader:
-    """The kernel of a shader; ``pictures`` are names of samplers whose sizes may be asked for.
+    """Parse a shader; ``pictures`` are the names of samplers whose sizes it may read.
 
     Raises
     ------
     KernelError
-        For what is not GLSL or not read here, with file and line.
+        For invalid or unsupported GLSL, with file and line.
     """
     file, known = str(path), {f"{picture}Texture" for picture in pictures}
     sizes: dict[str, str] = {}
@@ -339,12 +339,12 @@ def read_shader(text: str, path: Path, name: str, pictures: Iterable[str]) -> Sh
 
 
 def _sizes(declared: re.Match[str]) -> list[str]:
-    """Names of a declaration that are sizes of pictures."""
+    """Return the names in a declaration that are sizes of pictures."""
     return [name for name in re.findall(r"\w+", declared["names"] or "") if _SIZE.fullmatch(name)]
 
 
 def _without(declared: re.Match[str]) -> str:
-    """A declaration without what the player sets: spaces in its place, so that all else keeps its line and column."""
+    """Replace a declaration of the player's uniforms by spaces, so that the rest keeps its line and column."""
     text, names = declared[0], _sizes(declared)
     if len(names) == len(re.findall(r"\w+", declared["names"] or "")):
         return re.sub(r"\S", " ", text)
@@ -354,7 +354,7 @@ def _without(declared: re.Match[str]) -> str:
 
 
 def _vertex_half(tokens: list[Token], file: str) -> str:
-    """GLSL that runs the vertex half at the corners and leaves a variable for each value that it hands on."""
+    """Return GLSL that runs the vertex part at the corners, with a variable for each varying."""
     tree = Parser(list(tokens), file).shader()
     names: set[str] = {"gl_Position", "gl_PointSize"}
     handed: list[Varying] = []
@@ -374,7 +374,7 @@ def _vertex_half(tokens: list[Token], file: str) -> str:
     lines += [f"{one.type} {one.name}{f'[{one.count}]' if one.count else ''};" for one in handed]
     corners = "".join(f"pg_v_{one.name} = {_corner_value(one)}; " for one in variables)
     lines += [f"void pg_vertex() {{ {corners}pg_v_main(); }}"]
-    # A variable whose value is computed before anything of the fragment half, whose globals may ask for it.
+    # Their values are computed before the fragment part, whose globals may use them.
     run = interpolated(handed, moved=not _stays(tokens))
     lines += [WITHIN, "float pg_run() {", *run, "  return 0.0; }", "float pg_done = pg_run();"]
     return "\n".join(lines)
@@ -391,7 +391,7 @@ def _varying(variable: g.Variable) -> Varying:
 
 
 def _corner_value(variable: g.Variable) -> str:
-    """An attribute at a corner: positions, white."""
+    """Return the value of an attribute at a corner: a position, or white."""
     type_, name = variable.type.name, variable.name
     if type_ in ("vec2", "vec4") and name.endswith("Coord"):
         return "pg_corner" if type_ == "vec2" else "vec4(pg_corner, 0.0, 1.0)"
@@ -401,7 +401,7 @@ def _corner_value(variable: g.Variable) -> str:
 
 
 def _stays(tokens: list[Token]) -> bool:
-    """Return True if the vertex shader leaves the picture in place."""
+    """Return True if the vertex part clearly does not move the picture."""
     for i, token in enumerate(tokens):
         following = tokens[i + 1 : i + 60]
         if token.text == "gl_Position" and following and following[0].text not in (";", ",", ")"):
@@ -412,7 +412,7 @@ def _stays(tokens: list[Token]) -> bool:
 
 
 def _renamed(tokens: list[Token], names: set[str]) -> Iterator[tuple[str, Span]]:
-    """The words with the half's own names renamed, without what makes variables inputs and outputs of a stage."""
+    """Yield the words with the part's own names renamed, without qualifiers of stage inputs and outputs."""
     depth, before, struct = 0, "", -1  # the depth of a struct whose fields are named, or -1
     for token, following in pairwise(tokens):
         if token.text == "struct":
@@ -428,7 +428,7 @@ def _renamed(tokens: list[Token], names: set[str]) -> Iterator[tuple[str, Span]]
 
 
 def _text(words: Iterable[tuple[str, Span]]) -> str:
-    """Words as text, each on its own line of the file where that is farther down."""
+    """Join words to text, with line breaks up to each word's line in the file."""
     pieces: list[str] = []
     line = 1
     for word, span in words:
@@ -437,16 +437,16 @@ def _text(words: Iterable[tuple[str, Span]]) -> str:
     return " ".join(pieces)
 
 
-#: Earlier frames by the samplers that hold them, → how many runs ago.
+#: Samplers of earlier frames → how many runs ago.
 _EARLIER = {"Prev": 1} | {f"Prev{i}": i + 1 for i in range(1, 7)}
-#: Sizes of passes come from it.
+#: Parameters that sizes of passes depend on.
 _CONSTANTS = frozenset({"output_scale"})
 _COPIED = "uniform sampler2D t; void main() { gl_FragColor = texelFetch(t, ivec2(gl_FragCoord.xy), 0); }"
 
 
 @dataclass(frozen=True)
 class _Step:
-    """A pass with its kernel, and what each sampler reads: a number (0 is the frame, n what pass n made), or a
+    """A pass with its kernel, and the source of each sampler: a number (0 is the frame, n the result of pass n), or a
     word for earlier frames and feedback."""
 
     told: PresetPass
@@ -456,20 +456,20 @@ class _Step:
 
 
 def read_libretro_preset(text: str, path: Path) -> ShaderEffect:
-    """The effect of a preset.
+    """Read a preset as an effect.
 
     Raises
     ------
     InputError
-        For a preset that is wrong, and files that are missing or lie outside of its tree.
+        For an invalid preset, and for files that are missing or outside of its tree.
     KernelError
-        For a shader that is refused, with file, line and caret.
+        For an unsupported shader, with file, line and caret.
     """
     return _effect(read_preset(text, path), {}, path)
 
 
 def read_libretro_shader(text: str, path: Path) -> ShaderEffect:
-    """The effect of a shader by itself: one pass as large as the viewport."""
+    """Read a single shader as an effect: one pass as large as the viewport."""
     return _effect(Preset((PresetPass(path),), {}, None, {}), {path: text}, path)
 
 
@@ -514,7 +514,7 @@ def _built(
     preset: Preset, steps: list[_Step], textures: Mapping[str, Target],
     pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec,
 ) -> Target:  # fmt: skip
-    """The graph of a preset's passes."""
+    """Build the graph of a preset's passes."""
     specs = _specs(steps, float(values["output_scale"]), into)
     frame = pictures["frame"]
     if any(f"{name}Texture" in _samplers(step) for name in _EARLIER for step in steps):
@@ -535,7 +535,7 @@ def _built(
                 at = preset.feedback_pass
                 samplers[name] = _read_as(previous(specs[at]), steps[at + 1].told if at + 1 < len(steps) else None)
             else:
-                samplers[name] = results[number - 1]  # a sampler that nobody sets reads the first unit
+                samplers[name] = results[number - 1]  # a sampler that is not set reads the first texture unit
         arguments: dict[str, Any] = {}
         for parameter in step.kernel.parameters:
             name = parameter.name
@@ -564,14 +564,14 @@ def _samplers(step: _Step) -> list[str]:
 
 
 def _read_as(picture: Target, reader: PresetPass | PresetTexture | None) -> Target:
-    """A pass says how the picture that it starts from is read, by later ones too."""
+    """Return a picture with the filter and border that a pass sets for its source, which hold for later passes too."""
     read_as = reader or PresetPass(Path())
     read = picture.border(read_as.border).filter(read_as.filter)
     return read.mipmaps() if read_as.mipmaps else read
 
 
 def _specs(steps: list[_Step], scale: float, into: TargetSpec) -> list[TargetSpec]:
-    """A target for each pass; the last one's has the caller's name and format."""
+    """Return a target for each pass; the last one's has the caller's name and format."""
     viewport: tuple[Formula, Formula] = (("mul", "width", scale), ("mul", "height", scale))
     size: tuple[Formula, Formula] = ("width", "height")
     specs = []

@@ -1,9 +1,9 @@
 """mpv user shaders: passes that hook into a player's chain (mpv's manual, option glsl-shaders).
 
-Rows count from the top.  The picture is MAIN, and NATIVE, RGB, LINEAR, OUTPUT and their like are the same here, each as
-the passes at earlier stages leave it.  Where a file hooks LUMA or CHROMA, it sees a video's planes first: luma and the
-two differences of color, Rec. 709, from 0 to 1.  They join again behind their passes, scaled bilinearly to the size of
-the luma.  What passes write holds half floats.  Colors are those of sRGB.
+Rows count from the top. The picture is MAIN; NATIVE, RGB, LINEAR, OUTPUT and similar stages are the same here, each
+with the result of the passes at earlier stages. Files that hook LUMA or CHROMA first get a video's planes: luma and two
+color differences, Rec. 709, from 0 to 1. They are joined after their passes, scaled bilinearly to the size of the luma.
+Passes write half floats. Colors are sRGB-encoded.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from passgraph.shaders.containers.shader_images import brought, small_kernel
 
 MAX_BLOCKS = 256
 _DIRECTIVE = re.compile(r"^//!\s*([A-Z]+)\b[ \t]*(.*?)[ \t]*$")
-#: What a block may say; those that are refused, with the reason.
+#: Directives of a block; and unsupported ones with the reason.
 _KNOWN = frozenset(["HOOK", "BIND", "SAVE", "DESC", "WIDTH", "HEIGHT", "WHEN", "OFFSET", "COMPONENTS", "PARAM", "TYPE",
                     "MINIMUM", "MAXIMUM", "TEXTURE", "SIZE", "FORMAT", "FILTER", "BORDER", "STORAGE"])  # fmt: skip
 _REFUSED = {"COMPUTE": "a compute shader", "BUFFER": "a buffer", "VAR": "a variable of a buffer"}
@@ -39,7 +39,7 @@ _NAMES = frozenset(["HOOK", "BIND", "SAVE", "PARAM", "TEXTURE"])
 _SIGNS = {"+": "add", "-": "sub", "*": "mul", "/": "div", "%": "rest", "<": "less", ">": "less", "=": "equal"}
 #: Width and height by the name of a texture.
 Sizes: TypeAlias = Mapping[str, tuple[Formula, Formula]]
-#: Sizes of textures in the conditions of ``WHEN`` are compared for a frame of this size: all but ratios is a guess.
+#: The assumed frame size for conditions of ``WHEN``; only those on ratios are exact.
 NOMINAL = (1920, 1080)
 
 
@@ -59,11 +59,11 @@ class MpvBlock:
 
     @property
     def is_aligned(self) -> bool:
-        """True if the pass undoes the offset that earlier passes left."""
+        """True if this pass undoes the offsets of earlier passes."""
         return self.first("OFFSET") == "ALIGN"
 
     def offset(self, file: str) -> tuple[float, float]:
-        """Texels of its result by which the pass moves the picture."""
+        """Return the offset of the picture by this pass, in texels of its result."""
         if self.is_aligned or "OFFSET" not in self.said:
             return 0.0, 0.0
         text, line = self.said["OFFSET"][0]
@@ -73,7 +73,7 @@ class MpvBlock:
         return float(match[1]), float(match[2])
 
     def components(self, file: str, otherwise: int) -> int:
-        """Return how many components of its result count."""
+        """Return the number of components of its result."""
         text, line = self.said.get("COMPONENTS", [(str(otherwise), self.line)])[0]
         if text not in ("1", "2", "3", "4"):
             raise InputError(f"{file}:{line}: //!COMPONENTS is 1 to 4, got {text!r}")
@@ -85,17 +85,17 @@ class MpvBlock:
 
 
 def is_mpv(text: str) -> bool:
-    """Return True if a text has an mpv hook."""
+    """Return True if a text has a hook of mpv."""
     return re.search(r"^//!\s*HOOK\b", text, re.MULTILINE) is not None
 
 
 def read_blocks(text: str, file: str) -> list[MpvBlock]:
-    """The blocks of a file.
+    """Parse the blocks of a file.
 
     Raises
     ------
     InputError
-        For a directive that is unknown or not read here, with file and line.
+        For an unknown or unsupported directive, with file and line.
     """
     blocks: list[MpvBlock] = []
     code: list[str] = []
@@ -157,7 +157,7 @@ def rpn_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, float]
 
 
 def side_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, float] = {}) -> Formula:
-    """A side in pixels: what is written, rounded to the nearest as mpv does.
+    """Parse the length of a side in pixels, rounded to nearest as in mpv.
 
     >>> side_formula("MAIN.w 2 /", {"MAIN": ("width", "height")}, "WIDTH")
     ('floor', ('add', ('div', 'width', 2.0), 0.5))
@@ -174,7 +174,7 @@ def _is_whole(formula: Formula) -> bool:
 
 
 def holds(text: str, sizes: Sizes, where: str, values: Mapping[str, float] = {}) -> bool:
-    """Return True if a condition holds for a frame of :data:`NOMINAL` size; one that divides by zero does not."""
+    """Return True if a condition holds for a frame of :data:`NOMINAL` size; False if it divides by zero."""
     condition = rpn_formula(text, sizes, where, values)
     try:
         return evaluated(condition, NOMINAL) != 0
@@ -198,23 +198,23 @@ def _operand(word: str, sizes: Sizes, values: Mapping[str, float], text: str, wh
     return number
 
 
-#: Texels to a side, and to a texture.
+#: Most texels of a side, and of a texture.
 MAX_SIDE, MAX_TEXELS = 16_384, 1 << 22
 _FORMAT = re.compile(r"(r|rg|rgb|rgba)(8|16|16hf|16f|32f)")
-#: What the digits hold.  A player is given float32 for its half floats, and rounds them; of halves the name ends in hf.
+#: Dtypes of a texture's hexadecimal data, by format. For half floats (16f) the data are float32, which the player
+#: rounds; formats with hf have halves.
 _KINDS: dict[str, str] = {"8": "u1", "16": "<u2", "16hf": "<f2", "16f": "<f4", "32f": "<f4"}
 _FILTERS = {"LINEAR": "linear", "NEAREST": "nearest"}
 _BORDERS = {"CLAMP": "clamp", "REPEAT": "repeat", "MIRROR": "mirror"}
 
 
 def read_texture(block: MpvBlock, file: str) -> Target:
-    """The picture that a block is, with its filter and border; a volume is one of its slices below one another.
+    """Read the picture in a block, with its filter and border; the slices of a volume are stored below one another.
 
     Raises
     ------
     InputError
-        For a size, format, filter or border that there is not, and for another count of digits than these ask for,
-        which is looked at before memory is asked for.
+        For an unknown size, format, filter or border, and for a wrong number of digits, checked before allocation.
     """
     name = block.first("TEXTURE")
     where = f"{file}:{block.line}: //!TEXTURE {name}"
@@ -260,9 +260,9 @@ def _said(block: MpvBlock, name: str, known: dict[str, str], where: str) -> str:
     return known[word]
 
 
-#: Planes of a video, which come first, and how many components each has.
+#: Planes of a video, which come first, with their numbers of components.
 _PLANES = {"LUMA": 1, "CHROMA": 2}
-#: Stages at which the picture is the picture, in the order in which a player comes by.
+#: Stages of the whole picture, in the player's order.
 _STAGES = ("RGB", "NATIVE", "MAINPRESUB", "MAIN", "LINEAR", "SIGMOID", "PREKERNEL", "POSTKERNEL", "SCALED", "OUTPUT")
 _ORDER = (*_PLANES, *_STAGES)
 _TYPES: dict[str, Type] = {"float": FLOAT, "int": INT, "bool": BOOL, "DYNAMIC float": FLOAT, "CONSTANT float": FLOAT}
@@ -299,22 +299,22 @@ vec4 delinearize(vec4 c) {{
     return vec4(mix(c.rgb * 12.92, steep, step(0.0031308, c.rgb)), c.a);
 }}
 """
-#: What the player tells shaders.
+#: Uniforms that the player sets.
 _OWN = ("frame", "random", "input_size", "target_size", "tex_offset")
-#: By number of components what is kept of a result.
+#: The entry function of a pass, by its number of components.
 _BEHIND = {
     count: f"void pg_main() {{ gl_FragColor = {kept}; }}"
     for count, kept in ((1, "vec4(hook().x, vec2(0.0), 1.0)"), (2, "vec4(hook().xy, 0.0, 1.0)"),
                         (3, "vec4(hook().xyz, 1.0)"), (4, "hook()"))
 }  # fmt: skip
-#: How to read a picture: this pixel where it is as large as the result, else this place, or where passes have put it.
+#: Ways to read a picture: this pixel if it is as large as the result, else this position, or an offset one.
 _HERE = "texelFetch({0}, ivec2(gl_FragCoord.xy), 0)"
 _SCALED = "texture2D({0}, pg_position)"
 _MOVED = "texture2D({0}, pg_position + pg_offset / vec2(textureSize({0}, 0)))"
 _WEIGHTS = "vec3(.2126, .7152, .0722)"
 _LUMA = f"""uniform sampler2D t;
 void main() {{ gl_FragColor = vec4(dot({_HERE.format("t")}.rgb, {_WEIGHTS}), 0.0, 0.0, 1.0); }}"""
-#: Differences to the luma of blue and red, by as much as these may be, none at 0.5 (ITU-R BT.709, full range).
+#: Color differences of blue and red, scaled to their ranges, with zero at 0.5 (ITU-R BT.709, full range).
 _CHROMA = f"""uniform sampler2D t;
 void main() {{{{
     vec4 c = {{0}};
@@ -338,7 +338,7 @@ void main() {{
 
 @dataclass(frozen=True)
 class _Pass:
-    """A block at a hook, with its kernel."""
+    """A block at one of its hooks, with its kernel."""
 
     block: MpvBlock
     hook: str
@@ -347,8 +347,8 @@ class _Pass:
 
 @dataclass
 class _Chain:
-    """Textures by name while the graph is made: what they hold, how large they are, and of the planes and the picture
-    (``MAIN``) by how many of their texels passes have moved them (``//!OFFSET``)."""
+    """Textures by name while the graph is built: their targets and sizes, and for the planes and the picture (``MAIN``)
+    their offsets in texels (``//!OFFSET``)."""
 
     held: dict[str, Target]
     sizes: dict[str, tuple[Formula, Formula]]
@@ -368,14 +368,14 @@ class _Chain:
 
 
 def read_mpv(text: str, path: Path) -> ShaderEffect:
-    """The effect of an mpv user shader.
+    """Read an mpv user shader as an effect.
 
     Raises
     ------
     InputError
-        For directives that are wrong or not read here, with file and line.
+        For invalid or unsupported directives, with file and line.
     KernelError
-        For a shader that is refused, with file, line and caret.
+        For an unsupported shader, with file, line and caret.
     """
     file = str(path)
     blocks = read_blocks(text, file)
@@ -417,7 +417,7 @@ def read_mpv(text: str, path: Path) -> ShaderEffect:
 
 
 def _bound(block: MpvBlock, hook: str, textures: Mapping[str, Target]) -> str:
-    """Declarations of the textures that a pass reads: what is hooked has its own name too."""
+    """Return declarations of the textures that a pass reads; the hooked one also has its own name."""
     declarations = ""
     for name in sorted({*block.all("BIND"), "HOOKED", hook}):
         if name in textures:
@@ -462,7 +462,7 @@ def _built(
 
 
 def _joined(chain: _Chain, into: TargetSpec, of_colors: bool) -> Target:
-    """The picture that the planes are, as large as the luma."""
+    """Join the planes to a picture as large as the luma."""
     size = chain.shown["LUMA"][1]
     named = {"luma": "LUMA", "t": "MAIN", **({"chroma": "CHROMA"} if of_colors else {})}
     readers = {name: _reader(chain, own, size) for name, own in named.items()}
@@ -490,7 +490,7 @@ def _scaled(side: str, scale: float) -> Formula:
 def _add_pass(
     one: _Pass, chain: _Chain, frame: Target, uniforms: Mapping[str, Any], target_name: str, file: str
 ) -> None:
-    """Add the pass of a block whose condition holds, and replace or save its target."""
+    """Add a block's pass if its condition holds, and replace or save its texture."""
     where = f"{file}:{one.block.line}"
     own = one.hook if one.hook in _PLANES else "MAIN"
     hooked, before = chain.shown[own]

@@ -18,9 +18,9 @@ from passgraph.shaders.containers.shader_images import brought
 if TYPE_CHECKING:
     import PyOpenColorIO as ocio
 
-#: Numbers that the LUTs of one processor may hold: a 129³ LUT has 6.4 million.
+#: Most numbers in the LUTs of a processor: a 129³ LUT has 6.4 million.
 MAX_LUT_NUMBERS = 1 << 25
-#: Sides that OpenColorIO folds a long 1-D LUT at; textures of that width exist on every device.
+#: Width at which OpenColorIO folds a long 1-D LUT; every device supports textures of that width.
 MAX_LUT_WIDTH = 4096
 #: The frame is the first picture: a target without a size has that of its pass's first input.
 _FRAME = "uniform sampler2D frame;\n"
@@ -36,7 +36,7 @@ class ProcessorKernel:
     Attributes
     ----------
     kernel : reads ``frame`` at its own pixel; red, green, blue and alpha, alpha not associated
-    luts : inputs that bring the LUTs, by the name of their parameter
+    luts : inputs with the LUTs, by the name of their parameter
     uniforms : values of the processor's uniforms, by name
     """
 
@@ -82,8 +82,8 @@ def read_processor(processor: ocio.Processor, name: str) -> ProcessorKernel:
 
 @lru_cache(maxsize=32)
 def _kernel(name: str, text: str) -> PixelKernel[Target]:
-    """Parse a processor's GLSL, which takes nine tenths of the time to make a pass of it."""
-    # Rows count from the top as in OpenColorIO's arrays, so no LUT is turned over.
+    """Parse a processor's GLSL, which takes nine tenths of the time of building its pass."""
+    # Rows count from the top as in OpenColorIO's arrays, so LUTs are not flipped.
     shader = parse(_FRAME + text + _MAIN, name=name, file=f"<OpenColorIO: {name}>", rows_up=False)
     return PixelKernel[Target].of_shader(shader)
 
@@ -97,7 +97,7 @@ def _input(transform: str, lut: Any, shape: tuple[int, int, int]) -> Target:
 
 
 def _value(data: Any) -> Any:
-    """Return the value of a uniform, as kernels take it."""
+    """Return the value of a uniform for kernels."""
     import PyOpenColorIO as ocio
 
     read = {

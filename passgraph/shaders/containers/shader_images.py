@@ -1,4 +1,4 @@
-"""Pictures that a container names or keeps: files, what stands in where there is none, and small passes over them."""
+"""Pictures of shader formats: files, black for missing ones, persistent buffers, and small passes over them."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from passgraph.language.kernel import kernel_from_text
 from passgraph.plan.dependencies import inputs_of, passes_behind
 from passgraph.reading import check_regular
 
-#: Most bytes of a picture that a shader brings.
+#: Most bytes of a shader's picture file.
 MAX_BYTES = 64 << 20
 
 
-#: The second picture is not read: its pass is behind the result all the same.
+#: A kernel that does not read its second picture, but makes its pass a part of the graph.
 _SHOWN = PixelKernel[Target](kernel_from_text("def shown(shown: Image, kept: Image) -> vec4: return shown[0, 0]"))
 
 
 @cache
 def small_kernel(name: str, text: str) -> PixelKernel[Target]:
-    """A kernel that a container needs beside its shaders, in GLSL that counts rows from the top; parsed once."""
+    """Return a helper kernel of a format, in GLSL with rows from the top; parsed once."""
     return PixelKernel[Target].of_shader(parse(text, name=name, rows_up=False))
 
 
 def shown_with_kept(draw: Callable[[TargetSpec], list[Target]], inner: str, into: TargetSpec) -> Target:
-    """The last of what is drawn, in ``into``, from a graph that draws the buffers too whose earlier frames it reads.
+    """Return the last target, ``into``, in a graph that also draws the buffers whose earlier frames are read.
 
-    ``draw`` draws all passes, the last into a given target: into ``into``, or where that has to show more than its
-    own pass reads, into one of the name ``inner``.
+    ``draw`` draws all passes, the last into a given target: ``into``, or if further buffers must be drawn, a target of
+    the name ``inner``, which a further pass copies to ``into``.
     """
     *drawn, shown = draw(into)
     if not _unread(shown, drawn):
@@ -49,7 +49,7 @@ def shown_with_kept(draw: Callable[[TargetSpec], list[Target]], inner: str, into
 
 
 def _unread(shown: Target, drawn: Iterable[Target]) -> list[Target]:
-    """Return the buffers whose passes are not behind what is shown, although it or such a buffer reads their earlier
+    """Return the buffers that the shown target does not depend on, although it, or such a buffer, reads their earlier
     frames."""
     drawn, unread = list(drawn), list[Target]()
     while True:
@@ -63,7 +63,7 @@ def _unread(shown: Target, drawn: Iterable[Target]) -> list[Target]:
 
 
 def read_behind(shown: Target) -> set[object]:
-    """Return everything that the passes behind a target read, or take their size from."""
+    """Return everything that a target's passes read, or take their size from."""
     passes = passes_behind([shown])
     return {*inputs_of(passes).values(), *(handle.spec for one in passes for handle in one.reads)}
 
@@ -85,12 +85,12 @@ _BLACK = Input("no picture", "rgba8", (1, 1), static=True, default=np.zeros((1, 
 
 
 def imported(name: str, path: object, folder: Path, where: str) -> Target:
-    """A picture from the shader's own folder, as an input that is there already.
+    """Load a picture from the shader's own folder, as an input with a default.
 
     Raises
     ------
     InputError
-        For a path that leads out of the folder, and a file that is missing, too large or no picture.
+        For a path outside of the folder, and for a file that is missing, too large or no picture.
     """
     if not isinstance(path, str) or not path:
         raise InputError(f"{where}: imported picture {name!r} has no PATH")
@@ -104,7 +104,7 @@ def imported(name: str, path: object, folder: Path, where: str) -> Target:
 
 
 def loaded(name: str, path: Path, what: str) -> Target:
-    """A picture file as an input that is there already."""
+    """Load a picture file as an input with a default."""
     from passgraph.pictures import load
 
     if check_regular(path, what) > MAX_BYTES:
@@ -112,15 +112,15 @@ def loaded(name: str, path: Path, what: str) -> Target:
     return brought(name, "rgba32f", load(path))
 
 
-#: Pictures that shaders bring, as long as somebody has them, by name, format and content.
+#: Inputs of shaders' pictures by name, format and content, while they are referenced.
 _BROUGHT: WeakValueDictionary[tuple[str, str, tuple[int, ...], bytes], InputSpec] = WeakValueDictionary()
 
 
 def brought(name: str, format: str, picture: NDArray[Any]) -> Target:
-    """A picture as an input that is there already.
+    """Return an input with a picture as default.
 
-    The same one again is the same input: a graph may hold a shader that was loaded twice, and names of inputs are one
-    picture's alone.
+    The same picture gives the same input, since a graph may contain a shader that was loaded twice, and an input's name
+    must be unique.
     """
     size = picture.shape[1], picture.shape[0]
     spec = Input(name, format, size, static=True, default=picture).spec

@@ -1,6 +1,6 @@
-"""Shadertoy: ``mainImage`` of a file alone, or the passes of a shader as its site exports them (JSON).
+"""Shadertoy: a file with ``mainImage``, or the passes of a shader as the site exports them (JSON).
 
-Buffers hold float32.  A pass reads this frame's picture of the buffers before it, and last frame's of the others and of
+Buffers hold float32. A pass reads this frame's picture of earlier buffers, and last frame's of the others and of
 itself.
 """
 
@@ -40,11 +40,11 @@ float iChannelTime[4];
 vec3 iChannelResolution[4];
 """
 _BORDERS = {"clamp": "clamp", "repeat": "repeat"}
-#: How a channel is filtered, and whether it has smaller levels.
+#: Filters of a channel, with True for mipmaps.
 _FILTERS = {"nearest": ("nearest", False), "linear": ("linear", False), "mipmap": ("linear", True)}
-#: Kinds of inputs that are pictures from outside; of the others a reason why not.
+#: Kinds of inputs that are pictures from outside.
 _OUTSIDE = ("texture", "image", "video", "webcam", "music", "musicstream", "mic", "keyboard")
-#: What passes begin at; only pictures are read.
+#: Entry functions of passes; only ``mainImage`` is supported.
 _ENTRY = re.compile(r"\b(?:void\s+(mainImage|mainCubemap|mainVR)|vec2\s+(mainSound))\s*\(")
 #: A shader with a function of this name calls its ``mainImage`` itself.
 _MAIN = re.compile(r"\bvoid\s+main\s*\(")
@@ -54,8 +54,8 @@ _ORDER = ("Buffer A", "Buffer B", "Buffer C", "Buffer D", "Image")
 
 @dataclass(frozen=True)
 class _Source:
-    """The source of a channel: a buffer (by the number of its pass) or an input picture, and its filter; without one,
-    the handle's."""
+    """The source of a channel: a buffer (by the number of its pass) or an input picture, and its filter, by default the
+    picture's."""
 
     buffer: int | None
     picture: str
@@ -63,7 +63,7 @@ class _Source:
     filter: str | None = None
 
     def reading(self, picture: Target) -> Target:
-        """The picture as the channel reads it."""
+        """Return the picture with the channel's filter and border."""
         if self.filter is None:
             return picture.border(self.border)
         rule, levels = _FILTERS[self.filter]
@@ -97,14 +97,14 @@ def is_shadertoy_export(text: str) -> bool:
 
 
 def read_shadertoy(text: str, path: Path) -> ShaderEffect:
-    """The effect of a file with ``mainImage``; its channels are pictures.
+    """Read a file with ``mainImage`` as an effect; its channels are pictures.
 
     Raises
     ------
     InputError
-        For one of sound or cube maps alone, with the line of its function.
+        For a shader with only sound or cube maps, with the line of its function.
     KernelError
-        For a shader that is refused, with file, line and caret.
+        For an unsupported shader, with file, line and caret.
     """
     entries = {match[match.lastindex or 0]: match for match in _ENTRY.finditer(_without_comments(text))}
     if "mainImage" not in entries:
@@ -117,14 +117,14 @@ def read_shadertoy(text: str, path: Path) -> ShaderEffect:
 
 
 def read_export(text: str, path: Path) -> ShaderEffect:
-    """The effect of an export: its passes, with what their channels say of buffers and borders.
+    """Read an export as an effect: its passes, with the buffers and borders of their channels.
 
     Raises
     ------
     InputError
-        For what is no export, and for cube maps, volumes and sound.
+        For an invalid export, and for cube maps, volumes and sound.
     KernelError
-        For a pass that is refused, with its name, line and caret.
+        For an unsupported pass, with its name, line and caret.
     """
     file = str(path)
     try:
@@ -236,7 +236,7 @@ def _effect(
 
 
 def _behind(text: str) -> str:
-    """The entry, with the sizes of those channels that the text reads or asks about."""
+    """Return the entry function, with the sizes of the channels that the text uses."""
     sizes = ""
     for i, name in enumerate(CHANNELS):
         reads_size = re.search(rf"\biChannelResolution\s*\[\s*{i}\s*\]", text) is not None

@@ -1,4 +1,4 @@
-"""gl-transitions: two pictures and how far the first has become the second (gl-transitions.com, specification 1)."""
+"""gl-transitions: a transition between two pictures, by its progress (gl-transitions.com, specification 1)."""
 
 from __future__ import annotations
 
@@ -23,34 +23,34 @@ vec4 getFromColor(vec2 uv) { return texture2D(pg_from, uv); }
 vec4 getToColor(vec2 uv) { return texture2D(pg_to, uv); }
 """
 _BEHIND = "void pg_main() { gl_FragColor = transition(pg_position); }"
-#: ``uniform float size; // = 0.1`` says a default behind its end, and may say more behind another one.
+#: A default in a comment after the declaration, ``uniform float size; // = 0.1``, perhaps with a further comment.
 _DEFAULT = re.compile(r"^(\s*uniform\s[^;/]*);(\s*)//(\s*=[^;\n]*)(?:;[ \t]*(?://.*)?)?$", re.MULTILINE)
-#: ``uniform int steps /* = 50 */;`` says it before its end.
+#: A default in a comment inside the declaration, ``uniform int steps /* = 50 */;``.
 _DEFAULT_WITHIN = re.compile(r"^(\s*uniform\s[^;/]*)/\*(\s*=(?:(?!\*/)[^;\n])*)\*/([ \t]*;)", re.MULTILINE)
 _PICTURES = {"from": "pg_from", "to": "pg_to"}
 
 
 def is_transition(text: str) -> bool:
-    """Return True if a text defines the function of a gl-transition."""
+    """Return True if a text has the function of a gl-transition."""
     return re.search(r"\bvec4\s+transition\s*\(", text) is not None
 
 
 def _default(declaration: str, value: str) -> str:
-    """A default as GLSL takes it: that of a bool may be written 1 or 0."""
+    """Return a default in GLSL; for bools, files also write 1 or 0."""
     if re.search(r"\bbool\b", declaration) is None:
         return value
     return re.sub(r"^\s*=\s*([01])\s*$", lambda m: f"= {('false', 'true')[int(m[1])]}", value)
 
 
 def read_transition(text: str, path: Path) -> ShaderEffect:
-    """The effect of a gl-transition.
+    """Read a gl-transition as an effect.
 
     Raises
     ------
     KernelError
-        For a shader that is refused, with file, line and caret.
+        For an unsupported shader, with file, line and caret.
     """
-    # The default moves into the declaration, and everything before it stays in its column.
+    # The default moves into the declaration; the text before it keeps its columns.
     source = _DEFAULT.sub(lambda m: f"{m[1]} {m[2]}  {_default(m[1], m[3])};", text)
     source = _DEFAULT_WITHIN.sub(lambda m: f"{m[1]}  {_default(m[1], m[2])}  {m[3]}", source)
     shader = parse(source, name=name_of(path), file=str(path), entry="pg_main", prelude=_BEFORE, postlude=_BEHIND)
