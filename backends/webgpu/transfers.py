@@ -95,26 +95,38 @@ fn main(@builtin(position) place: vec4<f32>) -> RESULT
 _RESULTS = {True: "@builtin(frag_depth) f32", False: "@location(0) f32"}
 
 
-def move_depth(backend: WebGPUBackend, source: Texture, destination: Texture) -> None:
-    """Move values from 0 to 1 between a depth texture and a float32 texture; a stencil becomes 0."""
-    device, programs, to_depth = backend.device, backend.programs, destination.format.is_depth
+def copy_pass(
+    backend: WebGPUBackend, source: Texture, key: tuple[str, ...], code: str, targets: list[dict[str, Any]],
+    **state: Any,
+) -> tuple[Any, Any]:  # fmt: skip
+    """Return the pipeline and the bind group of a full-screen pass that reads one texture.
+
+    ``key`` names the pipeline in the backend's cache; ``code`` is its fragment shader, with the texture at binding 0.
+    """
+    device, programs = backend.device, backend.programs
     entry = {"binding": 0, "visibility": 2, "texture": {"sample_type": "unfilterable-float"}}
-    layout = programs.once("move depth", lambda: device.create_bind_group_layout(entries=[entry]))
-    shown = programs.module(Listing(_MOVE.replace("RESULT", _RESULTS[to_depth]), (NOWHERE,)), "move depth")
+    layout = programs.once("one texture", lambda: device.create_bind_group_layout(entries=[entry]))
+    shown = programs.module(Listing(code, (NOWHERE,)), key[0])
     corners = programs.module(Listing(FULLSCREEN, (NOWHERE,)), "fullscreen")
-    name = destination.stored.name
-    written = {"format": name, "depth_write_enabled": True, "depth_compare": "always"} if to_depth else None
     pipeline = programs.once(
-        ("move depth", name),
+        key,
         lambda: device.create_render_pipeline(
             layout=device.create_pipeline_layout(bind_group_layouts=[layout]),
             vertex={"module": corners, "entry_point": "main"},
             primitive={"topology": "triangle-list"},
-            depth_stencil=written,
-            fragment={"module": shown, "entry_point": "main", "targets": [] if to_depth else [{"format": name}]},
+            fragment={"module": shown, "entry_point": "main", "targets": targets},
+            **state,
         ),
     )
-    group = device.create_bind_group(layout=layout, entries=[{"binding": 0, "resource": source.read_view}])
+    return pipeline, device.create_bind_group(layout=layout, entries=[{"binding": 0, "resource": source.read_view}])
+
+
+def move_depth(backend: WebGPUBackend, source: Texture, destination: Texture) -> None:
+    """Move values from 0 to 1 between a depth texture and a float32 texture; a stencil becomes 0."""
+    to_depth, name = destination.format.is_depth, destination.stored.name
+    written = {"format": name, "depth_write_enabled": True, "depth_compare": "always"} if to_depth else None
+    code, targets = _MOVE.replace("RESULT", _RESULTS[to_depth]), [] if to_depth else [{"format": name}]
+    pipeline, group = copy_pass(backend, source, ("move depth", name), code, targets, depth_stencil=written)
     color = {"view": destination.view, "load_op": "load", "store_op": "store"}
     depth: dict[str, Any] = {
         "view": destination.view, "depth_load_op": "clear", "depth_store_op": "store", "depth_clear_value": 0.0,

@@ -20,7 +20,6 @@ from passgraph.commands.sources import (
     input_of,
     job_of_scene,
     load_depth,
-    load_frame,
     load_scene,
     world_job,
 )
@@ -141,7 +140,7 @@ class _OfPictures:
             )
         self.pictures: dict[str, Any] = {}
         if inputs:
-            self.pictures["frame"] = as_rgba8(load_frame(inputs[0], False))
+            self.pictures["frame"] = load_rgba8(inputs[0])
         if len(inputs) > 1:
             self.pictures["depth"] = load_depth(inputs[1])
         shapes = [picture.shape for picture in self.pictures.values()]
@@ -181,7 +180,7 @@ class _OfPictures:
         plain = {name: value for name, value in given.items() if name not in pictures}
         for name in pictures:
             if name in given:
-                self.pictures[name] = as_rgba8(load_frame(given[name], False))
+                self.pictures[name] = load_rgba8(given[name])
                 plain[name] = input_of(name, self.pictures[name])
         return plain
 
@@ -217,21 +216,16 @@ class _OfPictures:
         return Drawing(outputs, self.size, self.pictures)
 
 
-def as_rgba8(picture: Any) -> Any:
-    """Return a picture as browsers have it: four channels of 8 bits."""
+def load_rgba8(path: Path) -> Any:
+    """Load a picture as browsers have it: (h, w, 4) uint8."""
     import numpy as np
 
     from passgraph.backends.steps import numbers_of
     from passgraph.formats import FORMATS
-    from passgraph.pictures import scaled
+    from passgraph.pictures import load_stored, scaled
 
-    if picture.dtype == np.uint8 and picture.shape[2] == 4:
-        return picture
-    values = scaled(picture)
-    channels = values.shape[2]
-    color = values[..., :3] if channels >= 3 else np.repeat(values[..., :1], 3, axis=2)
-    alpha = values[..., -1:] if channels in (2, 4) else np.ones((*values.shape[:2], 1), np.float32)
-    return numbers_of(np.concatenate([color, alpha], axis=2), FORMATS["rgba8"])
+    picture = load_stored(path)
+    return picture if picture.dtype == np.uint8 else numbers_of(scaled(picture), FORMATS["rgba8"])
 
 
 def _computed(outputs: Mapping[str, Target]) -> set[str]:

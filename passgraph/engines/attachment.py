@@ -344,6 +344,12 @@ class Attachment:
             self._drop()
             self._draw()
 
+    def _opened_host(self) -> Any:
+        """Return the backend in the engine's context; it is opened at first use."""
+        if self._host is None:
+            self._host = self._open_host()
+        return self._host
+
     def _open_host(self) -> Any:
         """Open the backend in the engine's context; adapters of other APIs than OpenGL override it."""
         return Host.current(self._isolation)
@@ -354,9 +360,7 @@ class Attachment:
 
     def _current_frame(self) -> tuple[HostPicture, HostPicture | None, _Facts] | None:
         """Return the frame, its depth if the effect reads it, and the properties to plan for; None without a frame."""
-        if self._host is None:
-            self._host = self._open_host()
-        current = self._frame(self._host)
+        current = self._frame(self._opened_host())
         if current is None or current.color is None:
             return None
         frame = self._as_decoded(current.color)

@@ -91,9 +91,7 @@ class _Attachment(Attachment):
         with self._running:
             self.textures, self.ran = textures, False
             try:
-                if self._host is None:
-                    self._host = self._open_host()
-                with self._host.recording(encoder):
+                with self._opened_host().recording(encoder):
                     self.draw()
             finally:
                 self.textures = None

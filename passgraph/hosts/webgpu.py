@@ -12,16 +12,13 @@ from numpy.typing import NDArray
 
 from passgraph import arguments
 from passgraph.backends.base import READ, DevicePicture, Use
-from passgraph.backends.printing import Listing
 from passgraph.backends.turn import open_driver
 from passgraph.backends.webgpu import devices
 from passgraph.backends.webgpu.backend import WebGPUBackend
 from passgraph.backends.webgpu.textures import Stored, Texture
-from passgraph.backends.webgpu.transfers import move_depth
-from passgraph.backends.webgpu.wgsl import FULLSCREEN
+from passgraph.backends.webgpu.transfers import copy_pass, move_depth
 from passgraph.errors import BackendError, DeviceMissingError, InputError
 from passgraph.formats import FORMATS, Format, as_many_channels, curved
-from passgraph.language.source import NOWHERE
 
 _LETTERS = {"r": 1, "rg": 2, "rgba": 4}
 _ENDINGS = {"8unorm": ("8", "u1"), "16unorm": ("16", "u2"), "16float": ("16f", "f2"), "32float": ("32f", "f4")}
@@ -225,23 +222,9 @@ class Host(WebGPUBackend):
 
     def _move(self, source: Texture, destination: Texture, coding: str) -> None:
         """Copy pixels on the device; ``coding`` undoes what the device does to sRGB."""
-        device, programs, name = self.device, self.programs, destination.stored.name
-        entry = {"binding": 0, "visibility": 2, "texture": {"sample_type": "unfilterable-float"}}
-        layout = programs.once("move depth", lambda: device.create_bind_group_layout(entries=[entry]))
-        value = "textureLoad(source, vec2<i32>(place.xy), 0)"
+        name, value = destination.stored.name, "textureLoad(source, vec2<i32>(place.xy), 0)"
         code = _MOVE.replace("VALUE", f"{coding}({value})")
-        corners = programs.module(Listing(FULLSCREEN, (NOWHERE,)), "fullscreen")
-        shown = programs.module(Listing(code, (NOWHERE,)), "move")
-        pipeline = programs.once(
-            ("move", coding, name),
-            lambda: device.create_render_pipeline(
-                layout=device.create_pipeline_layout(bind_group_layouts=[layout]),
-                vertex={"module": corners, "entry_point": "main"},
-                primitive={"topology": "triangle-list"},
-                fragment={"module": shown, "entry_point": "main", "targets": [{"format": name}]},
-            ),
-        )
-        group = device.create_bind_group(layout=layout, entries=[{"binding": 0, "resource": source.read_view}])
+        pipeline, group = copy_pass(self, source, ("move", coding, name), code, [{"format": name}])
         self.draw_triangle(pipeline, group, [destination])
 
     # What is the host's stays so

@@ -22,7 +22,7 @@ from passgraph.graph.draw_state import Geometry
 from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value
 from passgraph.language.long_arrays import picture_of
 from passgraph.language.scalar import ScalarProgram, UniformSlot
-from passgraph.language.types import Array, element_of
+from passgraph.language.types import element_of
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Resource, Step
 from passgraph.run.execution import Uniforms, earliest_first, is_object_type, picked, resolve
 from passgraph.web.recorder import DEFAULT_LIMITS, RecordingBackend
@@ -216,8 +216,6 @@ def _place(slot: UniformSlot, value: str, fields: Sequence[str], ints_at: int) -
     if slot.range is not None:
         limits = slot.range
         place["range"] = {"low": limits.low, "high": limits.high, "above": limits.above, "odd": limits.odd}
-    if isinstance(slot.type, Array):
-        place["type"] = element_of(slot.type).name
     return place
 
 

@@ -29,7 +29,7 @@ from passgraph.viewer.subject import Control
 from passgraph.web.document import written_plan
 from passgraph.web.recorder import RecordingBackend
 from passgraph.web.size_rules import resizable_rules
-from passgraph.writing import place_of
+from passgraph.writing import NewFile, place_of
 
 #: Files that every export has, copied from here.
 PAGE = Path(__file__).parent / "page"
@@ -246,9 +246,9 @@ def _write(folder: Path, document: Mapping[str, Any], data: bytes, files: Mappin
     place.mkdir(exist_ok=True)
     text = json.dumps(document, separators=(",", ":"), allow_nan=False)
     for name, content in {**pages, **files, DATA: data, DOCUMENT: text.encode()}.items():
-        temporary = place / f".{name}.new"
-        temporary.write_bytes(content)
-        os.replace(temporary, place / name)
+        with NewFile(place / name) as new_file:
+            new_file.temporary.write_bytes(content)
+            new_file.complete()
 
 
 _PICTURE = re.compile(r"input\d+\.png")

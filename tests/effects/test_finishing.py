@@ -51,7 +51,7 @@ FRAME, DEPTH = pg.Input("frame", "rgba8_srgb", SIZE), pg.Input("depth", "r32f", 
 #: PoCL compiles it for long.
 @pytest.mark.parametrize(
     "backend_name",
-    [pytest.param(d, marks=[pytest.mark.slow] if d == "opencl" else []) for d in DEVICES],
+    DEVICES,
     indirect=True,
 )
 def test_one_graph_is_what_its_steps_are_one_by_one(backend_name: str) -> None:

@@ -101,7 +101,6 @@ def test_centred_sums_keep_what_plain_ones_lose() -> None:
 # Penumbrae
 
 
-@pytest.mark.slow
 def test_pcss_has_the_right_width_under_one_caster_and_a_wrong_one_under_two(backend_name: str) -> None:
     case = penumbrae.stacked(backend_name)
     for height in (0.4, 1.6):
@@ -118,7 +117,6 @@ def test_pcss_has_the_right_width_under_one_caster_and_a_wrong_one_under_two(bac
     assert both > 3.0 * alone
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("backend_name", DEVICES, indirect=True)
 def test_penumbra_leaks_no_more_light_below_several_casters_than_pcss(backend_name: str) -> None:
     case = penumbrae.overlapping(backend_name)
@@ -131,7 +129,6 @@ def test_penumbra_leaks_no_more_light_below_several_casters_than_pcss(backend_na
         assert ours <= slack * pcss
 
 
-@pytest.mark.slow
 def test_a_clamped_depth_narrows_the_penumbra(backend_name: str) -> None:
     case = penumbrae.clamped_depth(backend_name)
     truth, clamped, ours = values(case, "penumbra's width")
@@ -147,7 +144,6 @@ def test_without_extent_every_filter_is_exactly_hard(backend_name: str) -> None:
         assert figure.remedy == 0.0
 
 
-@pytest.mark.slow
 def test_without_casters_there_is_no_haze(backend_name: str) -> None:
     case = penumbrae.no_blockers(backend_name)
     _, failing, remedy = values(case, "share of fully lit pixels that are darkened")

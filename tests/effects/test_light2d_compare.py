@@ -43,7 +43,7 @@ def graphs() -> dict[str, pg.Target]:
     }
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] if n == "exact" else []) for n in graphs()])
+@pytest.mark.parametrize("name", graphs())
 def test_every_target_is_within_its_bounds(name: str) -> None:
     target = graphs()[name]
     given = np.random.default_rng(6).random((SIZE[1], SIZE[0], 4), np.float32)

@@ -107,7 +107,6 @@ TOUCHING = {"samurai": 0.064, "bunny": 0.02}
 OPEN = ("shipped", "samurai", "slab", "room", "wide", "chequer", "bunny", "fence", "layers")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [*OPEN, *STACKS])
 def test_it_is_at_most_a_tenth_worse_than_pcss_with_32_taps(name: str, backend_name: str) -> None:
     """In pictures of 640 × 360; where penumbrae are a few pixels wide the small picture catches too little of them."""
@@ -177,7 +176,7 @@ def test_odd_sizes_are_filled_to_their_borders(size: tuple[int, int], backend_na
 
 
 #: A cube map is six of the others', and as many compilations.
-@pytest.mark.parametrize("lights", [pytest.param(k, marks=[pytest.mark.slow] if k == "cube" else []) for k in LIGHTS])
+@pytest.mark.parametrize("lights", LIGHTS)
 def test_every_pass_is_within_the_bounds_of_the_reference(lights: str) -> None:
     hold_to_bounds(scene(lights))
 

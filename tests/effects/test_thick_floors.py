@@ -165,9 +165,9 @@ def test_fit_is_view_or_scene() -> None:
     ("name", "shadow_filter"),
     [
         ("room", "penumbra"),
-        pytest.param("room", "pcss", marks=pytest.mark.slow),
-        pytest.param("slab", "penumbra", marks=pytest.mark.slow),
-        pytest.param("slab", "pcss", marks=pytest.mark.slow),
+        ("room", "pcss"),
+        ("slab", "penumbra"),
+        ("slab", "pcss"),
     ],
 )
 def test_every_pass_is_within_the_bounds_of_the_reference(name: str, shadow_filter: str) -> None:

@@ -41,13 +41,9 @@ ON_DEVICES = [("gl", "opencl", "numpy"), pytest.param(("webgpu",), marks=pytest.
 @pytest.mark.parametrize("names", ON_DEVICES, ids=" ".join)
 @pytest.mark.parametrize("kind", BOUNDED)
 def test_random_cases_are_within_bounds(kind: str, names: tuple[str, ...]) -> None:
-    with opened(*names) as backends:
-        check(kind, backends)
-
-
-def check(kind: str, backends: list[Backend]) -> None:
     tally = Tally()
-    failure = search.batch(search.strategies()[kind], backends, 1, tally, BOUNDED[kind])
+    with opened(*names) as backends:
+        failure = search.batch(search.strategies()[kind], backends, 1, tally, BOUNDED[kind])
     assert failure is None, f"{failure.why}\n{failure.case}"
     # Some are made up twice, and a graph may be refused.
     for backend in backends:

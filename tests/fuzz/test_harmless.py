@@ -74,17 +74,7 @@ def assert_same(one: list[dict[str, Picture]], other: list[dict[str, Picture]], 
             assert same_bits(a[name], b[name]), f"{what}: {name} of run {number}"
 
 
-#: Their programs take PoCL most of the time of this file, and plans are the same for every device: on numpy, which
-#: chains passes besides, and on gl they are always run.
-COSTLY = (
-    "soft-shadow", "five-pass", "planar", "contact", "light2d", "ambient-occlusion", "bloom", "depth-of-field",
-    "occluded", "contact-shadow", "dirty-lens",
-)  # fmt: skip
-ON_DEVICES = [
-    pytest.param(name, device, marks=pytest.mark.slow if device == "opencl" and name in COSTLY else ())
-    for name in EFFECTS
-    for device in DEVICES
-]
+ON_DEVICES = [(name, device) for name in EFFECTS for device in DEVICES]
 
 
 @pytest.mark.parametrize(("name", "backend_name"), ON_DEVICES)
@@ -125,17 +115,7 @@ def as_written(job: Job, targets: dict[str, pg.Target], backend: Backend) -> lis
     return runs
 
 
-#: Effects on scenes take long to compile, and most of their passes are those of others.
-LONG = ("soft-shadow", "five-pass", "planar", "contact", "light2d")
-SORTED_OUT = [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in EFFECTS]
-SORTED_OUT_ON_DEVICES = [
-    pytest.param(name, device, marks=pytest.mark.slow if name in (COSTLY if device == "opencl" else LONG) else ())
-    for name in EFFECTS
-    for device in DEVICES
-]
-
-
-@pytest.mark.parametrize(("name", "backend_name"), SORTED_OUT_ON_DEVICES)
+@pytest.mark.parametrize(("name", "backend_name"), ON_DEVICES)
 def test_no_target_on_the_way_is_another_one_when_optimised(name: str, backend: Backend) -> None:
     """All of them results, then some beside the picture: what is needed further on differs each time."""
     job = job_of(EFFECTS[name])
@@ -173,7 +153,7 @@ def set_pieces(patch: pytest.MonkeyPatch, constants: dict[str, int]) -> None:
         patch.setattr(numpy_pixels if name == "MIN_PIXELS_A_PIECE" else numpy_chains, name, value)
 
 
-@pytest.mark.parametrize("name", SORTED_OUT)
+@pytest.mark.parametrize("name", list(EFFECTS))
 def test_pieces_and_threads_change_no_bit_of_any_target(name: str) -> None:
     """Every target in pieces of one kind, another for each; the last in all of them."""
     job = job_of(EFFECTS[name])
@@ -263,7 +243,6 @@ with open_backend("numpy:2") as backend:
 """
 
 
-@pytest.mark.slow
 def test_tiles_of_other_sides_change_no_bit_of_a_draw_on_numpy(tmp_path: Path) -> None:
     """Each side in a process and with a cache of its own."""
     seen = []
