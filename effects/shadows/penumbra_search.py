@@ -253,10 +253,9 @@ def sharp_share(map: Image, receiver: Receiver, reach: float, soft: bool, kind: 
     nearest = first
     lit = 0.0 if first.before > receiver.slack else 1.0
     lit_near = 0.0 if first.before > near else 1.0
-    # no constant count: unrolled, the loop would make the kernel too long to be fused with later passes
-    compared = FEW if soft or first.before > near else 1
-    if compared > 1:
-        for i in range(1, compared):
+    if soft or first.before > near:
+        # a known count: PoCL vectorizes unrolled loops only, and takes twice as long for the frame otherwise
+        for i in range(1, FEW):
             found = found_at(map, receiver, FEW_PLACES[i] * reach, kind, face)
             lit += 0.0 if found.before > receiver.slack else 1.0
             lit_near += 0.0 if found.before > near else 1.0
