@@ -45,9 +45,12 @@ def compare_kernel(radius: int) -> Any:
 
 
 def steps(output: pg.Target, pictures: dict[str, Any], backend: str = "numpy") -> Job:
-    """A frame without its uploads, which are copies of their own."""
-    program = pg.compile(output, backend=backend)
+    """A frame without its uploads, which are copies of their own; ``numpy`` reads pictures in place, and lets go of them
+    after each run."""
+    program = pg.compile(output, backend=backend, non_finite="keep")
     program.run(**pictures)
+    if backend == "numpy":
+        return lambda: program.run(**pictures)
     execution = program._execution
     assert execution is not None
     values = execution._values({})
