@@ -228,7 +228,7 @@ def graph_outcome(case: Case, outputs: dict[str, Target], backends: list[Backend
     why = judged(outputs, backends, tally, **{n: v for n, v in needed.items() if n in names})
     if why:
         return why
-    off = replace(Options(), **{case["off"]: False})
+    off = Options.without(case["off"])
     for backend in backends:
         if backend.name in EXACT or case["off"] not in ("fuse", "simplify"):
             why = different(outputs, backend, Options(), off)
