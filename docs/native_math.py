@@ -127,7 +127,8 @@ def main() -> None:
     lines += ["## Effects\n"]
     lines += [
         f"Frames of {SIZE[0]} × {SIZE[1]} on `gl`, medians of {ROUNDS} in turn; errors against the reference at "
-        f"{SMALL[0]} × {SMALL[1]}, of an HDR picture with values up to 8. Effects that are alike in both are left out.\n",
+        f"{SMALL[0]} × {SMALL[1]}, of an HDR picture with values up to 8. "
+        "Effects that are the same in both are left out.\n",
         *effects_table(),
     ]
     head = PAGE.read_text(encoding="utf-8").partition(MARK)[0]

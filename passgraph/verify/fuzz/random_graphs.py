@@ -6,7 +6,6 @@ A graph is built from a list of steps, so its description is plain data and can 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache
 from typing import Any
 

@@ -92,7 +92,7 @@ class Passes:
     def written(self, backend: Backend, fed: Mapping[Key, Picture] | None = None) -> Iterator[dict[Key, Picture]]:
         """Yield the results of every step of each run; pictures of ``fed`` replace them before the next step reads
         them."""
-        plan = self._plan_for(backend)
+        plan = self._plan_within(backend.limits)
         execution = Execution(plan, backend)
         order = {id(step): number for number, step in enumerate(plan.steps)}
         try:
@@ -112,15 +112,15 @@ class Passes:
         finally:
             execution.release()
 
-    def _plan_for(self, backend: Backend) -> Plan:
+    def _plan_within(self, limits: Limits) -> Plan:
         """Return the same steps, with other programs where a device filters or calls its own functions."""
-        filters = backend.limits.filters and self._may_filter()
-        native = backend.promises.native if self._may_be_native() else ()
+        filters = limits.filters and self._may_filter()
+        native = limits.native if self._may_be_native() else {}
         if not filters and not native:
             return self.plan
-        key = filters, native
+        key = filters, tuple(native.items())
         if key not in self._plans:
-            self._plans[key] = self._build(Limits(filters=filters, native=dict(native)))
+            self._plans[key] = self._build(Limits(filters=filters, native=native))
         return self._plans[key]
 
     def _may_filter(self) -> bool:
@@ -142,7 +142,7 @@ class Passes:
             oracle = OracleBackend(promises, self.kept, limit=self.limit)
             expected: dict[Key, Picture] = {}
             allowed: dict[Key, Allowed] = {}
-            plan = self._plan_for(oracle)
+            plan = self._plan_within(Limits(native=dict(promises.native)))
             for written in self.written(oracle):
                 expected |= written
                 for key, picture in written.items():
@@ -155,7 +155,7 @@ class Passes:
 
     def watched(self, promises: Promises, steps: Iterable[int]) -> dict[int, Watch]:
         """Run the graph again with watches on some steps, to find the causes of their bounds."""
-        plan = self._plan_for(OracleBackend(promises))
+        plan = self._plan_within(Limits(native=dict(promises.native)))
         watches = {step: Watch(plan.steps[step]) for step in steps}
         if watches:
             for _ in self.written(OracleBackend(promises, watches=tuple(watches.values()))):
