@@ -23,6 +23,7 @@ from passgraph.backends.turn import Turn, turn_of
 from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph.draw_state import Geometry
+from passgraph.language.native import Accuracy
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 from passgraph.srgb import linear_to_srgb
@@ -128,6 +129,25 @@ class DrawRunner(Protocol):
         """Clear what the step clears, then draw."""
 
 
+@dataclass(frozen=True)
+class Promises:
+    """What the bounds of a device's results depend on.
+
+    Attributes
+    ----------
+    snaps : True if vertices are snapped to the grid of docs/rasterisation.md before anything is computed from them.
+        If the driver chooses the grid, bounds allow for one step of it
+    native : functions that it computes itself under ``math="native"``, with their accuracy
+    """
+
+    snaps: bool = True
+    native: tuple[tuple[str, Accuracy], ...] = ()
+
+
+#: Of most backends.
+SNAPPED = Promises()
+
+
 class Backend(ABC):
     """An open device.  It owns everything that it created until :meth:`close`.
 
@@ -138,8 +158,7 @@ class Backend(ABC):
     name: ClassVar[str]
     #: True if plans may fuse passes and skip static ones; the reference runs everything as written.
     optimises: ClassVar[bool] = True
-    #: True if vertices are snapped to the grid of docs/rasterisation.md before anything is computed from them.
-    #: If the driver chooses the grid, bounds allow for one step of it.
+    #: See :class:`Promises`.
     snaps: ClassVar[bool] = True
     #: True if it computes pictures; a backend that only plans has none to show.
     computes: ClassVar[bool] = True
@@ -154,6 +173,11 @@ class Backend(ABC):
         backend = super().__new__(cls)
         backend.turn = turn_of(backend, getattr(cls, "name", cls.__name__))
         return backend
+
+    @property
+    def promises(self) -> Promises:
+        """Return what the bounds of its results depend on."""
+        return Promises(self.snaps, tuple(self.limits.native.items()))
 
     def __init__(self, device: str | None = None) -> None:
         """Open ``device`` (a number or a part of its name; None for the first).

@@ -13,6 +13,7 @@ import numpy as np
 
 from passgraph.language import scalar as s
 from passgraph.language.emitter import Call
+from passgraph.language.operations import OPERATIONS
 from passgraph.language.source import NOWHERE, Span
 
 INT_MIN = -(2**31)
@@ -313,6 +314,16 @@ SPELLED: dict[str, dict[str, str]] = {
         "to_int": "({0} ? 1 : 0)",
     },
 }  # fmt: skip
+
+
+def builtin_calls(functions: Iterable[str], **own_names: str) -> dict[str, str]:
+    """Return the spellings of a language's built-in functions: calls by the operation's name or the language's own.
+
+    >>> builtin_calls(["exp", "atan2"], atan2="atan")
+    {'exp': 'exp({0})', 'atan2': 'atan({0}, {1})'}
+    """
+    operands = {name: ", ".join(f"{{{i}}}" for i in range(len(OPERATIONS[name].operands))) for name in functions}
+    return {name: f"{own_names.get(name, name)}({given})" for name, given in operands.items()}
 
 
 def spelled(own: Mapping[str, Mapping[str, str]]) -> dict[str, dict[str, str]]:

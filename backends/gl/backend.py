@@ -32,6 +32,7 @@ from passgraph.backends.gl.textures import (
 from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.formats import Format
 from passgraph.graph.draw_state import Geometry
+from passgraph.language.native import GLSL as GLSL_ACCURACY
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 
@@ -70,6 +71,7 @@ class GLBackend(Backend):
                 rounding=4,
                 varyings=gl.integer(g.MAX_VARYINGS),
                 filters=not gl.has.is_es,  # ES filters float32 only with an extension
+                native=GLSL_ACCURACY,
                 trips=loop_trips(gl.text(g.RENDERER)),
                 not_kept=gl.has.not_kept(),
                 not_written=gl.has.not_drawn(),

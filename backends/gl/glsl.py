@@ -16,7 +16,8 @@ from passgraph.backends.base import ATTRIBUTES
 from passgraph.backends.foreseen import foreseen_values
 from passgraph.backends.gl.dialect import GLSL_330, Dialect
 from passgraph.backends.gl.textures import ALL_PLAIN, Placement, Placements
-from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, Listing, spelled
+from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, Listing, builtin_calls, spelled
+from passgraph.language import native
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_name, border_program
 from passgraph.language.ir import own_pixel
@@ -27,6 +28,7 @@ NEGATED = "({0} ^^ true)"
 SPELLED = spelled({
     "float": {
         "abs": "abs({0})", "round": "roundEven({0})", "bits_from_float": "floatBitsToInt({0})",
+        **builtin_calls(native.GLSL, atan2="atan"),
     },
     "int": {
         "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "pg_abs({0})",

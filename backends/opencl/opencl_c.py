@@ -8,9 +8,10 @@ from importlib import resources
 from typing import ClassVar
 
 from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout
-from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, Listing, spelled
+from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, CLike, Listing, builtin_calls, spelled
 from passgraph.cached import cached_property
 from passgraph.formats import Format, format_spelling
+from passgraph.language import native
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_name, border_program, nearer
 from passgraph.language.emitter import Call, repeated
@@ -21,7 +22,10 @@ ELEMENTS = {"u1": "uchar", "u2": "ushort", "f2": "ushort", "f4": "float"}
 
 #: Argument type → operation → expression.  Functions with ``pg_`` are in helpers.cl and below.
 SPELLED = spelled({
-    "float": {"abs": "fabs({0})", "round": "rint({0})", "bits_from_float": "as_int({0})"},
+    "float": {
+        "abs": "fabs({0})", "round": "rint({0})", "bits_from_float": "as_int({0})",
+        **builtin_calls(native.OPENCL, inversesqrt="rsqrt"),
+    },
     "int": {
         "add": "pg_add({0}, {1})", "sub": "pg_sub({0}, {1})", "mul": "pg_mul({0}, {1})", "neg": "pg_sub(0, {0})",
         "abs": "pg_abs({0})", "shift_left": "pg_shl({0}, {1})", "to_float": "(float)({0})",

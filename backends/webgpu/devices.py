@@ -11,6 +11,7 @@ from typing import Any
 from passgraph.backends.base import DeviceInfo, device_number
 from passgraph.backends.turn import check_driver
 from passgraph.errors import BackendError, DeviceMissingError
+from passgraph.language.native import WGSL
 from passgraph.plan.limits import NONE, Limits
 
 INSTALL_MODULE = "pip install 'passgraph[webgpu]'"
@@ -163,5 +164,6 @@ def limits_of(device: Any, name: str) -> Limits:
         rounding=4,
         varyings=4 * (limits["max-inter-stage-shader-variables"] - 1),
         filters=FILTERS in device.features,
+        native=WGSL,
         trips=65_535 if name.startswith("llvmpipe") else NONE,
     )

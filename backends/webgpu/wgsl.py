@@ -14,15 +14,17 @@ from typing import ClassVar
 
 from passgraph.backends.base import ATTRIBUTES
 from passgraph.backends.foreseen import foreseen_values
-from passgraph.backends.printing import Listing, Printer, spelled
+from passgraph.backends.printing import Listing, Printer, builtin_calls, spelled
 from passgraph.backends.webgpu.combined import COMPARISONS, Combined
+from passgraph.language import native
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_name, border_program
 from passgraph.language.ir import own_pixel
 
 _LIKE_C = spelled({
     "float": {"abs": "abs({0})", "round": "round({0})", "bits_from_float": "bitcast<i32>({0})",
-              "min": "select({0}, {1}, {1} < {0})", "max": "select({0}, {1}, {0} < {1})"},
+              "min": "select({0}, {1}, {1} < {0})", "max": "select({0}, {1}, {0} < {1})",
+              **builtin_calls(native.WGSL, inversesqrt="inverseSqrt")},
     "int": {
         "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "max({0}, 0 - {0})",
         "min": "min({0}, {1})", "max": "max({0}, {1})",

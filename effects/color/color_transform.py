@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import passgraph as pg
@@ -90,7 +91,8 @@ def color_transform(
             f"color_transform: {', '.join(changed)} goes with display=; name a display, or leave it out"
         )
     try:
-        transform = _transform(found, src, dst, display, view, look, file, interpolation, frozenset(changed))
+        named = _Named(src, dst, display, view, look, file, interpolation)
+        transform = _transform(found, named, frozenset(changed))
         way = ocio.TRANSFORM_DIR_FORWARD if direction == "forward" else ocio.TRANSFORM_DIR_INVERSE
         processor = found.getProcessor(transform, way)
     except (ocio.Exception, ocio.ExceptionMissingFile) as error:
@@ -133,56 +135,78 @@ def _config(named: str | None) -> ocio.Config:
         raise pg.GraphError(f"color_transform: config {path!r} cannot be read: {error}{hint}") from None
 
 
-def _transform(
-    config: ocio.Config, src: str | None, dst: str | None, display: str | None, view: str | None, look: str | None,
-    file: str | None, interpolation: str, changed: frozenset[str],
-) -> ocio.Transform:  # fmt: skip
-    """Return the transform that the arguments describe; raise GraphError for names that the config does not have."""
+@dataclass(frozen=True)
+class _Named:
+    """What the caller named, as for :func:`color_transform`."""
+
+    src: str | None
+    dst: str | None
+    display: str | None
+    view: str | None
+    look: str | None
+    file: str | None
+    interpolation: str
+
+
+def _transform(config: ocio.Config, named: _Named, changed: frozenset[str]) -> ocio.Transform:
+    """Return the transform that was named; raise GraphError for names that the config does not have.
+
+    ``changed`` are the steps of a display that have run values: exposure_stops, contrast and gamma.
+    """
     ocio = _library()
-    given = [word for word, value in (("dst", dst), ("display", display), ("file", file)) if value is not None]
-    if len(given) > 1:
-        raise pg.GraphError(f"color_transform: takes one of dst, display and file; got {', '.join(given)}")
-    if file is not None:
-        if src or look:
-            raise pg.GraphError("color_transform: a LUT file knows no color spaces; leave src and look out")
-        if not os.path.isfile(file):
-            raise pg.GraphError(f"color_transform: there is no file {file}")
-        kinds = {"best": ocio.INTERP_BEST, "linear": ocio.INTERP_LINEAR, "nearest": ocio.INTERP_NEAREST}
-        return ocio.FileTransform(src=os.path.abspath(file), interpolation=kinds[interpolation])
-    source = _color_space(config, src or ocio.ROLE_SCENE_LINEAR)
-    if look is not None:
-        for word in look.replace(",", " ").replace(":", " ").split():
+    goals = [word for word in ("dst", "display", "file") if getattr(named, word) is not None]
+    if len(goals) > 1:
+        raise pg.GraphError(f"color_transform: takes one of dst, display and file; got {', '.join(goals)}")
+    if named.file is not None:
+        return _file_transform(named, named.file)
+    source = _color_space(config, named.src or ocio.ROLE_SCENE_LINEAR)
+    if named.look is not None:
+        for word in named.look.replace(",", " ").replace(":", " ").split():
             _among("look", word.lstrip("+-"), [*config.getLookNames()])
-    if dst is not None:
-        target = _color_space(config, dst)
-        if look is not None:
-            return ocio.LookTransform(src=source, dst=target, looks=look)
-        return ocio.ColorSpaceTransform(src=source, dst=target)
-    if display is None:
-        return ocio.LookTransform(src=source, dst=source, looks=look)
+    if named.display is not None:
+        return _display_transform(config, named, named.display, source, changed)
+    target = source if named.dst is None else _color_space(config, named.dst)
+    if named.look is not None:
+        return ocio.LookTransform(src=source, dst=target, looks=named.look)
+    return ocio.ColorSpaceTransform(src=source, dst=target)
+
+
+def _file_transform(named: _Named, file: str) -> ocio.Transform:
+    ocio = _library()
+    if named.src or named.look:
+        raise pg.GraphError("color_transform: a LUT file knows no color spaces; leave src and look out")
+    if not os.path.isfile(file):
+        raise pg.GraphError(f"color_transform: there is no file {file}")
+    kinds = {"best": ocio.INTERP_BEST, "linear": ocio.INTERP_LINEAR, "nearest": ocio.INTERP_NEAREST}
+    return ocio.FileTransform(src=os.path.abspath(file), interpolation=kinds[named.interpolation])
+
+
+def _display_transform(
+    config: ocio.Config, named: _Named, display: str, source: str, changed: frozenset[str]
+) -> ocio.Transform:
+    """Return the looks, the changed exposure and contrast, a display's view, and the changed gamma, in this order."""
+    ocio = _library()
     _among("display", display, [*config.getDisplays()])
-    shown = view or config.getDefaultView(display)
+    shown = named.view or config.getDefaultView(display)
     _among(f"view of {display!r}", shown, [*config.getViews(display)])
     steps = ocio.GroupTransform()
-    before, after = changed - {"gamma"}, changed & {"gamma"}
-    if look is not None:
-        steps.appendTransform(ocio.LookTransform(src=source, dst=source, looks=look))
-    if before:
+    if named.look is not None:
+        steps.appendTransform(ocio.LookTransform(src=source, dst=source, looks=named.look))
+    if changed - {"gamma"}:
         linear = ocio.ROLE_SCENE_LINEAR
         steps.appendTransform(ocio.ColorSpaceTransform(src=source, dst=linear))
         steps.appendTransform(
             ocio.ExposureContrastTransform(
                 ocio.EXPOSURE_CONTRAST_LINEAR,
                 pivot=MIDDLE_GRAY,
-                dynamicExposure="exposure_stops" in before,
-                dynamicContrast="contrast" in before,
+                dynamicExposure="exposure_stops" in changed,
+                dynamicContrast="contrast" in changed,
             )
         )
         source = linear
-    steps.appendTransform(
-        ocio.DisplayViewTransform(src=source, display=display, view=shown, looksBypass=look is not None)
-    )
-    if after:
+    bypass = named.look is not None
+    steps.appendTransform(ocio.DisplayViewTransform(src=source, display=display, view=shown, looksBypass=bypass))
+    if "gamma" in changed:
         steps.appendTransform(
             ocio.ExposureContrastTransform(ocio.EXPOSURE_CONTRAST_LINEAR, pivot=1.0, dynamicGamma=True)
         )

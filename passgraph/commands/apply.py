@@ -31,6 +31,7 @@ from passgraph.commands.options import (
     check_finite_option,
     flag_of,
     given_parameters,
+    math_option,
     non_finite_option,
     options_beside,
     profile_option,
@@ -154,6 +155,7 @@ def command_of(effect: Effect) -> click.Command:
     @click.argument("inputs", metavar="INPUT...", nargs=-1, required=True, type=click.Path())
     @click.option("--output", "-o", required=True, type=click.Path(), help=OUTPUT)
     @backend_option
+    @math_option
     @click.option(
         "--jobs",
         "-j",
@@ -218,7 +220,7 @@ def apply_effect(
     )
     settings = Settings(
         options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
-        options["check_finite"], options["scheduler"],
+        options["check_finite"], options["scheduler"], options["math"],
     )  # fmt: skip
     sources = FrameSources(inputs, options["frames"], depth=depth, depth_buffer=depth_buffer)
     return apply_to_many(effect, sources, output, parameters, writing, settings)
@@ -231,6 +233,7 @@ def generator_command(effect: Effect) -> click.Command:
     @click.argument("inputs", metavar="", nargs=-1, type=click.Path())
     @click.option("--output", "-o", required=True, type=click.Path(path_type=Path), help=OUTPUT_OF_NOTHING)
     @backend_option
+    @math_option
     @size_option(RENDER_SIZE)
     @frames_option("it")
     @bits_option
@@ -262,7 +265,7 @@ def generate(
         from passgraph.commands.frames import Settings
 
         writing = writing_of(options["rate"], options["codec"], options["codec_option"], options["bits"])
-        settings = Settings(options["backend"], check_finite=options["check_finite"])
+        settings = Settings(options["backend"], check_finite=options["check_finite"], math=options["math"])
         sources = FrameSources((), options["frames"], size)
         return apply_to_many(effect, sources, str(output), parameters, writing, settings)
     check_no_ramps(effect, parameters)

@@ -164,7 +164,7 @@ class Tries:
         given = {**inputs, **run_values(title, graph, self.settings)}
         try:
             passes = Passes(graph, size, [{**given, end.name: end.value}], limit)
-            passes.allowed(True)
+            passes.allowed()
         except PassgraphError as error:
             click.echo(f"{title}: {error}")
             return False
@@ -181,17 +181,18 @@ def _lost(passes: Passes, default: Callable[[], Passes]) -> str:
 
     Backends are not judged then, since NaN is the right result.
     """
+    from passgraph.backends.base import SNAPPED
     from passgraph.verify.kinds import first_other_kind
 
-    expected, _ = passes.allowed(True)
+    expected, _ = passes.allowed()
     if not any(np.isnan(picture).any() for picture in expected.values()):
         return ""
-    was_finite = {key for key, picture in default().allowed(True)[0].items() if not np.isnan(picture).any()}
+    was_finite = {key for key, picture in default().allowed()[0].items() if not np.isnan(picture).any()}
     for key, picture in expected.items():
         lost: NDArray[np.bool_] = np.asarray(np.isnan(picture).any(axis=2))
         if key in was_finite and lost.any():
             step, resource = passes.plan.steps[key[1]], passes.plan.resources[key[2]]
-            kind = first_other_kind(passes, key, lost, picture, expected, passes.watched(True, [key[1]])[key[1]])
+            kind = first_other_kind(passes, key, lost, picture, expected, passes.watched(SNAPPED, [key[1]])[key[1]])
             return (
                 f"pass {step.name}, target {resource.name}: NaN, in the reference too, at {kind.share:.3%} of pixels, "
                 f"such as column {kind.pixel[0]}, row {kind.pixel[1]}{kind.given}; with its default there is none. "
@@ -356,7 +357,7 @@ class _Run:
         from passgraph.commands import golden as recorded
         from passgraph.verify.compare import compared
 
-        self.passes.allowed(True)  # a graph that cannot run is an error, not a verdict
+        self.passes.allowed()  # a graph that cannot run is an error, not a verdict
         report = compared(self.passes, backends, _named(say, f"{self.name}:"), most_ambiguous)
         on = console()
         say_equality(on, report, self.name)

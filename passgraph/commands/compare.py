@@ -12,6 +12,7 @@ from passgraph.commands.options import (
     EffectCommand,
     effect_option,
     given_parameters,
+    math_option,
     named_or_refused,
     size_option,
 )
@@ -20,6 +21,7 @@ from passgraph.commands.sources import Job, generator_job, picture_job, scene_jo
 from passgraph.commands.verdicts import console, most_ambiguous_option, most_seconds_option, say_equality, say_faults
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
+from passgraph.language.native import Math
 from passgraph.verify.compare import compare as compare_backends
 from passgraph.verify.report import BackendReport, Report
 
@@ -39,6 +41,7 @@ COMPARE_SIZE = (160, 90)
     type=BackendType(),
     help="Backend to test; may be repeated.  [default: all available]",
 )
+@math_option
 @size_option(COMPARE_SIZE)
 @click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that need one.")
 @click.option("--linear", is_flag=True, help="Decode 8- and 16-bit pictures from sRGB to linear light first.")
@@ -50,6 +53,7 @@ def compare(
     /,
     source: Path | None,
     backends: tuple[str, ...],
+    math: Math,
     size: tuple[int, int],
     depth: Path | None,
     linear: bool,
@@ -70,7 +74,7 @@ def compare(
     with progress("reading") as say:
         job = job_of(chosen, source, size, depth, linear, given_parameters(ctx))
         report = compare_backends(
-            job.outputs, backends or None, size=job.size, progress=say, most_ambiguous=most_ambiguous,
+            job.outputs, backends or None, size=job.size, math=math, progress=say, most_ambiguous=most_ambiguous,
             most_seconds=most_seconds, **job.given,
         )  # fmt: skip
     show(report)

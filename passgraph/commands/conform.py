@@ -10,8 +10,11 @@ from typing import TYPE_CHECKING, get_args
 
 import click
 
-from passgraph.commands.options import BackendType
+from passgraph.commands.options import BackendType, math_option
+from passgraph.commands.running import progress
 from passgraph.commands.written_files import check_path
+from passgraph.errors import InputError
+from passgraph.language.native import Math
 from passgraph.writing import write_text
 
 if TYPE_CHECKING:
@@ -26,11 +29,18 @@ if TYPE_CHECKING:
 )
 @click.option("--group", "-g", "groups", multiple=True, help="Run only this group of cases; may be repeated.")
 @click.option("--quick", is_flag=True, help="Run fewer cases: skip those that resemble others.")
+@math_option
+@click.option(
+    "--functions", is_flag=True, help="Measure the error of each function (exp, sin …) in ULP instead of running cases."
+)
 @click.option("--report", type=click.Path(path_type=Path), metavar="FILE.html", help="Write a report with pictures.")
 @click.option(
     "--json", "json_path", type=click.Path(path_type=Path), metavar="FILE.json", help="Write all results as data."
 )
-def conform(backend: str, groups: tuple[str, ...], quick: bool, report: Path | None, json_path: Path | None) -> int:
+def conform(
+    backend: str, groups: tuple[str, ...], quick: bool, math: Math, functions: bool, report: Path | None,
+    json_path: Path | None,
+) -> int:  # fmt: skip
     """Run the conformance suite on a backend: every operation, format, draw state and effect, on small pictures.
 
     Each render target of each pass must lie within the bounds that follow from the rounding of operations and
@@ -40,12 +50,16 @@ def conform(backend: str, groups: tuple[str, ...], quick: bool, report: Path | N
     """
     from passgraph.verify.conformance import cases, run
 
+    if functions:
+        if groups or quick or report is not None or json_path is not None:
+            raise InputError("--functions measures functions and runs no cases; leave out --group, --quick and reports")
+        return _measure_functions(backend, math)
     for path in (report, json_path):
         if path is not None:
             check_path(path)
     chosen = list(cases(groups or None, quick=quick))
-    with _bar(len(chosen)) as progress:
-        result = run(backend, chosen, progress=progress)
+    with _bar(len(chosen)) as on_case:
+        result = run(backend, chosen, math=math, progress=on_case)
     _show(result)
     if report is not None:
         from passgraph.verify.conformance.page import html_of
@@ -58,6 +72,31 @@ def conform(backend: str, groups: tuple[str, ...], quick: bool, report: Path | N
         write_text(json_path, json_of(result))
         click.echo(f"{json_path}: written")
     return 0 if result.passed else 1
+
+
+def _measure_functions(backend: str, math: Math) -> int:
+    """Print the errors of each function."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    from passgraph.backends.registry import open_backend
+    from passgraph.verify.functions import measure_functions
+
+    table = Table(box=box.SIMPLE_HEAD)
+    table.add_column("function")
+    for heading in ("largest error, ULP", "median", "at"):
+        table.add_column(heading, justify="right")
+    table.add_column("promised")
+    with open_backend(backend) as opened, progress("measuring") as say:
+        for found in measure_functions(opened, math):
+            say(f"measuring {found.name}")
+            at = ", ".join(f"{x:.6g}" for x in found.worst_at)
+            table.add_row(found.name, f"{found.worst:.2f}", f"{found.typical:.2f}", at, found.promised)
+    if not table.row_count:
+        raise InputError(f"{backend} has no functions of its own that are faster than the exact ones; leave out --math")
+    Console(highlight=False, soft_wrap=True).print(table)
+    return 0
 
 
 @contextmanager

@@ -24,7 +24,9 @@ from passgraph.files.remote import connected
 from passgraph.files.run import frames
 from passgraph.files.stored import with_channels
 from passgraph.graph.targets import OPEN_SRGB, Input, Target, named_outputs
+from passgraph.language.native import Math
 from passgraph.pictures import scaled
+from passgraph.plan.data import Options
 from passgraph.run.compile import compile
 from passgraph.run.finite_checks import NonFinite
 from passgraph.run.program import Program
@@ -44,6 +46,7 @@ class Settings:
     non_finite: NonFinite = "error"
     check_finite: bool = False
     scheduler: str | None = None
+    math: Math = "exact"
 
 
 @dataclass
@@ -146,7 +149,7 @@ def _compiled(job: FramesJob, settings: Settings, clips: list[Clip]) -> Program:
     as_read = not any(isinstance(clip.source, Pipe) and clip.source.raw for clip in clips)
     outputs = job.output(as_read=as_read, as_bytes=as_bytes, linear=settings.linear)
     program = compile(
-        outputs, settings.backend, job.size, non_finite=settings.non_finite,
+        outputs, settings.backend, job.size, Options(math=settings.math), non_finite=settings.non_finite,
         check_finite=settings.check_finite, results="stored" if as_bytes else "float32",
     )  # fmt: skip
     try:

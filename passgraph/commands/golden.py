@@ -85,7 +85,7 @@ def record(folder: Path, graph: str, passes: Passes, inputs: Pictures, settings:
     from passgraph.pictures import save
 
     check_folder(folder)
-    expected, _ = passes.allowed(True)
+    expected, _ = passes.allowed()
     outputs = {name: expected[_last(passes, name)] for name in passes.plan.outputs}
     files: dict[str, dict[str, str]] = {"inputs": {}, "outputs": {}}
     for kind, pictures in (("inputs", inputs), ("outputs", outputs)):
@@ -109,7 +109,7 @@ def changed(folder: Path, graph: str, passes: Passes, permitted: int) -> list[Ch
     """Return the outputs that differ from their recording in any bit, also those within the permitted steps."""
     differences = []
     entry = _entry(folder, graph)
-    expected, _ = passes.allowed(True)
+    expected, _ = passes.allowed()
     for name, was in _load(folder, entry["outputs"]).items():
         if name not in passes.plan.outputs:
             raise InputError(f"{folder}: {graph!r} has no output {name!r} any more; record it anew with --record")

@@ -16,6 +16,7 @@ from passgraph.commands.named import is_named, named_effect
 from passgraph.effects.effect_table import EFFECTS, Effect, by_family
 from passgraph.errors import BackendError, InputError, PassgraphError
 from passgraph.graph.targets import MAX_SIDE
+from passgraph.language.native import MATH
 from passgraph.run.finite_checks import CHOICES
 
 if TYPE_CHECKING:
@@ -103,6 +104,17 @@ def backend_option(command: Decorated) -> Decorated:
         "-b",
         type=BackendType(),
         help="numpy (the default), gl, opencl, opencl:1 (a device by number or part of its name), reference.",
+    )(command)
+
+
+def math_option(command: Decorated) -> Decorated:
+    return click.option(
+        "--math",
+        type=click.Choice(MATH),
+        default="exact",
+        show_default=True,
+        help="Functions such as exp and sin, and filters: alike on every backend, or the device's own (native), "
+        "faster on most and less exact.",
     )(command)
 
 

@@ -48,7 +48,7 @@ def plan(
         check_path(svg)
     chosen = named_or_refused(ctx, source)
     job = job_of(chosen, source, size, depth, False, given_parameters(ctx))
-    built = build(job.outputs, job.size, None, Options(**dict.fromkeys(off, False)))
+    built = build(job.outputs, job.size, None, Options.without(*off))
     click.echo(built.explain())
     if svg is not None:
         write_text(svg, built.svg())

@@ -19,6 +19,7 @@ from passgraph.commands.options import (
     check_computes,
     check_finite_option,
     given_parameters,
+    math_option,
     output_option,
     profile_option,
     size_option,
@@ -37,6 +38,8 @@ from passgraph.commands.written_files import FLOAT_SUFFIXES, check_path, check_p
 from passgraph.errors import InputError
 from passgraph.graph.targets import MAX_SIDE, Target
 from passgraph.image_formats import WRITABLE
+from passgraph.language.native import Math
+from passgraph.plan.data import Options
 
 if TYPE_CHECKING:
     from passgraph.effects.effect_table import Effect
@@ -131,9 +134,7 @@ def check_turntable(output: Path, capture: Path | None, profile: bool, rate: Fra
         )
 
 
-def run_turntable(
-    job: Job, cameras: Sequence[Camera], backend: str | None, output: Path, *, rate: Fraction | None, check_finite: bool
-) -> int:
+def run_turntable(job: Job, cameras: Sequence[Camera], output: Path, run: RunOptions, rate: Fraction | None) -> int:
     """Run a job once for each camera and write its first output; return the exit status. ``rate`` is a video's.
 
     Raises
@@ -148,7 +149,8 @@ def run_turntable(
 
     if all(value.name != "camera" for value in run_values(job.outputs)):
         raise InputError("--turntable: this effect takes no camera with each run, so that it cannot go round the scene")
-    with compile(job.outputs, backend, job.size, check_finite=check_finite) as program:
+    options = Options(math=run.math)
+    with compile(job.outputs, run.backend, job.size, options, check_finite=run.check_finite) as program:
         check_computes(type(program.backend))
         with frame_progress(str(output), len(cameras), complain_of) as step:
             summary = frames(
@@ -171,6 +173,7 @@ class RenderCommand(EffectCommand):
 @click.argument("scene", required=False, type=click.Path(path_type=Path))
 @click.option("--effect", "-e", default="soft-shadow", show_default=True, help="Effect that renders the scene.")
 @backend_option
+@math_option
 @size_option(RENDER_SIZE)
 @view_options
 @click.option("--rate", metavar="NUMBER", help="Frames per second of a turntable's video.  [default: 25]")
@@ -186,6 +189,7 @@ def render(
     scene: Path | None,
     effect: str,
     backend: str | None,
+    math: Math,
     size: tuple[int, int],
     rate: str | None,
     antialias: Antialias | None,
@@ -226,9 +230,10 @@ def render(
     status = 0
     if view.turntable:
         cameras = () if seen is None else seen.cameras
-        status = run_turntable(job, cameras, backend, output, rate=a_second, check_finite=check_finite)
+        run = RunOptions(backend, check_finite=check_finite, math=math)
+        status = run_turntable(job, cameras, output, run, a_second)
     else:
-        run_and_save(job, output, RunOptions(backend, capture, check_finite, profile))
+        run_and_save(job, output, RunOptions(backend, capture, check_finite, profile, math=math))
     for line in () if seen is None else seen.lines:
         click.echo(line)
     return status

@@ -18,6 +18,7 @@ from passgraph.commands.options import check_computes
 from passgraph.commands.sources import Job, in_bytes
 from passgraph.commands.written_files import FLOAT_SUFFIXES, check_folder, check_picture_path
 from passgraph.errors import InputError
+from passgraph.language.native import Math
 from passgraph.pictures import check_holds_bits, viewable
 from passgraph.plan.data import Step
 from passgraph.quantise import quantised
@@ -156,6 +157,8 @@ class RunOptions:
     profile: bool = False
     #: As for :func:`passgraph.compile`.
     non_finite: NonFinite = "error"
+    #: As in :class:`passgraph.Options`.
+    math: Math = "exact"
 
     @classmethod
     def of(cls, options: Mapping[str, Any]) -> RunOptions:
@@ -174,7 +177,7 @@ def run_and_save(job: Job, output: Path, run: RunOptions, bits: int = 8, like: P
     from passgraph.run.compile import compile
 
     observer = None if run.capture is None else Capture(run.capture)
-    options = Options() if observer is None else Options(fuse=False, alias=False)
+    options = Options(math=run.math) if observer is None else Options(fuse=False, alias=False, math=run.math)
     # Values that are not finite are reported for formats that cannot store them, which needs float results.
     keeps_more = output.suffix.lower() in FLOAT_SUFFIXES or bits == 16
     in_whole = not (observer or run.check_finite or keeps_more) and job.holds_bytes

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib import import_module
-from typing import Any, TypeAlias, get_args, get_type_hints
+from typing import Any, TypeAlias, cast, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,6 +29,7 @@ from passgraph.formats import FORMATS, Format, curved
 from passgraph.graph.run_values import sources_of
 from passgraph.hosts.gl import Host, HostFramebuffer, HostPicture, Isolation
 from passgraph.hosts.gl_pictures import EmptyPictureError, RegionError
+from passgraph.language.native import MATH, Math
 from passgraph.plan.dependencies import passes_behind
 from passgraph.shaders.containers.effect import ShaderEffect, checked
 
@@ -175,6 +176,7 @@ class Attachment:
         self._enabled, self._closed, self._skipped = True, False, ""
         self._setting, self._running, self._is_drawing = threading.RLock(), threading.RLock(), False
         self._structure = object()
+        self._math: Math = "exact"
         self._isolation = isolation
         self._detach: list[Callable[[], object]] = []
         self._host: Any = None
@@ -209,6 +211,20 @@ class Attachment:
             except BaseException:
                 vars(self).update(before)
                 raise
+            self._structure = object()
+
+    @property
+    def math(self) -> Math:
+        """Which functions the effect calls: ``"exact"`` ones or the device's own, ``"native"``.
+
+        As in `passgraph.Options`; setting it plans the effect again at the next frame.
+        """
+        return self._math
+
+    @math.setter
+    def math(self, math: Math) -> None:
+        with self._setting:
+            self._math = cast("Math", arguments.one_of(math, f"{self.engine}: math", MATH, pg.InputError))
             self._structure = object()
 
     def _take(self, effect: Effect, values: Mapping[str, object]) -> None:
@@ -438,7 +454,7 @@ class Attachment:
             is_set = bool(outdated)
             begin = time.perf_counter()
             target = self._graph(facts, self._given, bound=True)
-            program = pg.compile({"picture": target}, backend=self._host)
+            program = pg.compile({"picture": target}, backend=self._host, options=pg.Options(math=self._math))
             if is_set and program.has_history:
                 program.continue_from(self._programs[outdated[-1]])
             for known in outdated or list(self._programs)[: max(0, len(self._programs) - KEPT_PROGRAMS + 1)]:

@@ -257,6 +257,10 @@ class PixelPass:
     known_sizes: bool = False  # compiled for the sizes in the plan
 
     @property
+    def kernels(self) -> tuple[Kernel, ...]:
+        return (self.kernel,)
+
+    @property
     def reads(self) -> tuple[Target, ...]:
         return tuple(self.images.values())
 
@@ -286,6 +290,11 @@ class DrawPass:
     depth: TargetSpec | None
     depth_load: Target | None
     state: DrawState = field(default_factory=DrawState)
+
+    @property
+    def kernels(self) -> tuple[Kernel, ...]:
+        """Return the vertex kernel, and the fragment kernel if there is one."""
+        return (self.vertex,) if self.fragment is None else (self.vertex, self.fragment)
 
     @property
     def reads(self) -> tuple[Target, ...]:

@@ -10,6 +10,7 @@ from passgraph.language import ir
 from passgraph.language import scalar as s
 from passgraph.language.border_rules import BORDERS
 from passgraph.language.emitter import Emitter
+from passgraph.language.native import Accuracy
 from passgraph.language.source import Span
 from passgraph.language.types import BOOL, INT, Array, Scalar, Type, component_count, element_of
 from passgraph.ranges import Range
@@ -55,6 +56,7 @@ class Facts:
     stores: tuple[tuple[tuple[Store, ...], tuple[Store, ...]], ...] = ()
     simplify: bool = True
     size: tuple[int, int] | None = None  # size of the output; as for images
+    native: Mapping[str, Accuracy] = field(default_factory=dict)  # functions that the device itself computes
 
 
 @dataclass(frozen=True)

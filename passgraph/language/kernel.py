@@ -11,12 +11,13 @@ import threading
 import types as pytypes
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Self, TypeVar, dataclass_transform
+from typing import Any, Self, TypeVar, cast, dataclass_transform
 
-from passgraph.arguments import shown
+from passgraph.arguments import one_of, shown
 from passgraph.cached import cached_property
 from passgraph.errors import KernelError, PassgraphError
 from passgraph.language import ir
+from passgraph.language.native import MATH, Math
 from passgraph.language.scope import TEXT_NAMES, FunctionSource, Scope, python_scope, text_scope
 from passgraph.language.signature import literal_value, read_signature, read_struct
 from passgraph.language.source import Source, fail, source_from_text, source_of, source_of_class
@@ -37,6 +38,9 @@ class Kernel:
     It is parsed where it is defined; this package's kernels are parsed at first use, since its tests parse them all and
     a program uses few.
     """
+
+    #: Which functions it calls; None: those that the program's options name.
+    math: Math | None = None
 
     def __init__(self, function: FunctionSource, stage: ir.Stage) -> None:
         self.stage: ir.Stage = stage
@@ -80,6 +84,20 @@ class Kernel:
         """Return the same kernel with another representation."""
         kernel = type(self).__new__(type(self))
         vars(kernel).update(vars(self), program=program)
+        return kernel
+
+    def with_math(self, math: Math) -> Self:
+        """Return the kernel with functions of its own choice, whatever ``Options(math=...)`` says.
+
+        ``"exact"``: as every backend computes them alike; ``"native"``: the device's own.
+
+        >>> import passgraph as pg
+        >>> fast = pg.kernel(source="def glow(color: Image) -> vec4: return exp2(color[0, 0])").with_math("native")
+        >>> fast.math
+        'native'
+        """
+        kernel = self.computing(self.program)
+        kernel.math = cast("Math", one_of(math, f"kernel {self.name}: math", MATH))
         return kernel
 
     def __copy__(self) -> Self:

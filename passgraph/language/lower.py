@@ -437,10 +437,17 @@ class Lowering:
         results = []
         for parts in zip(*spread, strict=True):
             if row.kind == "prelude":
-                results.append(self.prelude(row.name, list(parts)))
+                results.append(self._function(row.name, list(parts), expression.span))
             else:
                 results.append(self.emitter.op(row.name, *parts, span=expression.span))
         return results
+
+    def _function(self, name: str, arguments: list[s.Operand], span: Span) -> s.Operand:
+        """Call the device's own function if the pass uses it, else inline the prelude's."""
+        if name not in self.facts.native or all(isinstance(a, s.Lit) for a in arguments):
+            return self.prelude(name, arguments)
+        power = whole_power(self.emitter, *arguments) if name == "pow" else None
+        return power if power is not None else self.emitter.op(name, *arguments, span=span)
 
     def prelude(self, name: str, arguments: list[s.Operand]) -> s.Operand:
         """Inline a scalar function of the prelude."""

@@ -57,7 +57,7 @@ def build(
     options = options or Options()
     limits = limits or Limits()
     work = collect(outputs, size, inputs or {}, options, in_windows)
-    work.filters = limits.filters
+    work.limits = limits
     specialise(work)
     if any(target.has_levels for node in work.passes for target in node.images.values()):
         from passgraph.plan.mipmaps import add_levels

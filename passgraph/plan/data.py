@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.arguments import flag
+from passgraph.arguments import flag, one_of
 from passgraph.cached import cached_property
 from passgraph.formats import Format
 from passgraph.graph.draw_state import DrawState
 from passgraph.graph.run_values import Value, sources_of
 from passgraph.graph.targets import DrawPass, InputSpec, PixelPass
+from passgraph.language.native import MATH, Math
 from passgraph.language.types import Array
 
 if TYPE_CHECKING:
@@ -25,7 +26,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """Optimizations, each of which can be switched off; results are bit-identical either way."""
+    """Optimizations, each of which can be switched off; results are bit-identical either way.
+
+    ``math="native"`` does change results: functions such as ``exp`` and ``sin``, and bilinear filters, are the
+    device's own, faster on most and less exact (docs/native-math.md).  A kernel may choose for itself:
+    ``kernel.with_math("native")``.
+    """
 
     cull: bool = True
     fuse: bool = True
@@ -33,10 +39,21 @@ class Options:
     alias: bool = True
     static: bool = True
     simplify: bool = True
+    math: Math = "exact"
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
-            flag(getattr(self, name), f"options: {name}")
+            if name != "math":
+                flag(getattr(self, name), f"options: {name}")
+        one_of(self.math, "options: math", MATH)
+
+    @classmethod
+    def without(cls, *names: str) -> Options:
+        """Return all optimizations but those named."""
+        options = cls()
+        for name in names:
+            object.__setattr__(options, name, False)
+        return options
 
 
 @dataclass(frozen=True, slots=True)

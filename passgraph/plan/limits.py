@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from passgraph import arguments
 from passgraph.errors import BackendError, GraphError, InputError
+from passgraph.language.native import Accuracy
 from passgraph.plan.data import DrawStep, PixelStep, Plan, Resource, Step
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ class Limits:
     vertex_numbers, numbers : parameters of a vertex kernel, and of any other, in numbers of 4 bytes
     rounding : floats and ints are each padded to multiples of this many numbers
     filters : True if its own filter may replace bilinear samples
+    native : functions that ``math="native"`` lets it compute itself, with their accuracy
     varyings : numbers passed from a vertex kernel to the fragment kernel
     trips : loop iterations of one pixel, nested loops multiplied; a plan is rejected if every pixel makes more,
         whatever its data
@@ -56,6 +58,7 @@ class Limits:
     rounding: int = 1
     varyings: int = NONE
     filters: bool = False
+    native: Mapping[str, Accuracy] = field(default_factory=dict)
     trips: int = NONE
     not_kept: Mapping[str, str] = field(default_factory=dict)
     not_written: Mapping[str, str] = field(default_factory=dict)

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import cast
 
 from passgraph.errors import GraphError
 from passgraph.graph.targets import DrawPass, Pass, PixelPass, Target
 from passgraph.language.emitter import eliminate_dead
-from passgraph.language.ir import MIPS, TypedKernel, own_pixel
+from passgraph.language.ir import MIPS, own_pixel
+from passgraph.language.kernel import Kernel
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.lower_cache import lower_once
+from passgraph.language.native import Accuracy
 from passgraph.language.scalar import LoadBuiltin, LoadTexel, Output, ScalarProgram, walk
 from passgraph.language.sized import loops_over_sizes
 from passgraph.language.types import Array
@@ -18,19 +21,32 @@ from passgraph.plan.sizes import level_sizes
 from passgraph.plan.work import Lowered, Work
 
 
-def image_facts(target: Target, where: str, work: Work, sized: bool = False, by_device: bool = False) -> ImageFacts:
+def is_native(kernel: Kernel, work: Work) -> bool:
+    """Return True if a kernel calls the device's own functions."""
+    return (kernel.math or work.options.math) == "native"
+
+
+def native_functions(kernel: Kernel, work: Work) -> Mapping[str, Accuracy]:
+    """Return the functions of a kernel that the device itself computes."""
+    return work.limits.native if is_native(kernel, work) else {}
+
+
+def image_facts(target: Target, where: str, work: Work, sized: bool = False, reader: Pass | None = None) -> ImageFacts:
+    """Return the facts of a picture that a pass reads."""
     format_, size = work.format_of(target), work.size_of(target)
     if size[1] % target.slice_count:
         raise GraphError(
             f"{where} reads {target.name!r} as {target.slice_count} slices, and it is {size[0]}x{size[1]}: "
             "its height must be a multiple of that; pg.stacked makes such a picture of a volume"
         )
+    by_device = isinstance(reader, PixelPass) and work.limits.filters
+    hardware = target.hardware or (isinstance(reader, PixelPass) and is_native(reader.kernel, work))
     # Textures clamp at their edges; encoded values and depths must not be interpolated.
     fits = target.border_rule == "clamp" and target.filter_rule == "linear" and not (format_.srgb or format_.is_depth)
     return ImageFacts(
         format_.channels, target.border_rule, format_.decode, size=size if sized else None, filter=target.filter_rule,
         levels=len(level_sizes(size)) if target.has_levels else 1, slices=target.slice_count,
-        bits=format_.bits if target.hardware and fits else 0, by_device=target.hardware and fits and by_device,
+        bits=format_.bits if hardware and fits else 0, by_device=hardware and fits and by_device,
     )  # fmt: skip
 
 
@@ -46,12 +62,12 @@ def specialise_pass(lowered: Lowered, work: Work) -> None:
     # Smaller levels are stored in a picture of the same format, which :mod:`.mipmaps` substitutes for the image.
     read = {**node.images, **{name + MIPS: target for name, target in node.images.items()}}
     where = f"pass {node.name!r}"
-    by_device = isinstance(node, PixelPass) and work.filters
-    images = {name: image_facts(target, where, work, sized, by_device) for name, target in read.items()}
+    images = {name: image_facts(target, where, work, sized, node) for name, target in read.items()}
     if isinstance(node, PixelPass):
         stores = tuple(spec.format.store for spec in node.into)
         size = lowered.size if sized else None
-        lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size)
+        native = native_functions(node.kernel, work)
+        lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size, native)
         lowered.program = lower_once(node.kernel.program, lowered.facts, work.programs)
         _filter_in_kernel(lowered, work)
         lowered.images = used_images(lowered.program, read, node, work)
@@ -79,13 +95,9 @@ def _filter_in_kernel(lowered: Lowered, work: Work) -> None:
 
 def _needs_sizes(node: Pass) -> bool:
     """Return True if the pass requests known sizes, or needs them to bound loops over whole pictures."""
-    return (isinstance(node, PixelPass) and node.known_sizes) or any(map(loops_over_sizes, _programs_of(node)))
-
-
-def _programs_of(node: Pass) -> list[TypedKernel]:
-    if isinstance(node, PixelPass):
-        return [node.kernel.program]
-    return [kernel.program for kernel in (node.vertex, node.fragment) if kernel is not None]
+    return (isinstance(node, PixelPass) and node.known_sizes) or any(
+        loops_over_sizes(kernel.program) for kernel in node.kernels
+    )
 
 
 def _specialise_draw(
@@ -95,8 +107,10 @@ def _specialise_draw(
     # The backend quantizes a blended target after blending.
     stores = tuple(((), ()) if blend else spec.format.store for spec, blend in zip(node.into, blends, strict=True))
     simplify = work.options.simplify
-    lowered.vertex_facts = Facts(node.constants, images, (), simplify, lowered.size)
-    lowered.facts = Facts(node.constants, images, stores, simplify, size)
+    native = native_functions(node.vertex, work)
+    lowered.vertex_facts = Facts(node.constants, images, (), simplify, lowered.size, native)
+    native = native_functions(node.fragment or node.vertex, work)
+    lowered.facts = Facts(node.constants, images, stores, simplify, size, native)
     vertex = lower_once(node.vertex.program, lowered.vertex_facts, work.programs)
     if node.fragment is not None:
         lowered.fragment = lower_once(node.fragment.program, lowered.facts, work.programs)

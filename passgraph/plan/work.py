@@ -12,6 +12,7 @@ from passgraph.language.lower_cache import Programs
 from passgraph.language.scalar import ScalarProgram
 from passgraph.language.types import Array
 from passgraph.plan.data import BufferSpec, Options
+from passgraph.plan.limits import Limits
 
 
 @dataclass
@@ -71,7 +72,7 @@ class Work:
     size: tuple[int, int] | None  # None if neither requested nor known from an input
     options: Options
     inputs: dict[InputSpec, tuple[Format, tuple[int, int]]]
-    filters: bool = False  # True if the device's own filter may replace bilinear samples
+    limits: Limits = field(default_factory=Limits)  # of the device
     in_windows: bool = False  # pictures are never allocated whole, so any size is allowed
     passes: dict[Pass, Lowered] = field(default_factory=dict)
     #: For history: the last content of each target that is read in a later run.

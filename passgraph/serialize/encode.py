@@ -41,7 +41,7 @@ from passgraph.serialize.document import VALUE_TYPES, array_data, number_data
 from passgraph.serialize.kernel_text import KernelWriter
 
 #: Version of the document format; other versions are errors.
-VERSION = 3
+VERSION = 4
 _TYPE_NAMES = {type_: name for name, type_ in VALUE_TYPES.items()}
 _PLAIN: dict[str, Callable[[float], bool | int | float]] = {
     "bool": bool,

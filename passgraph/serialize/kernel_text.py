@@ -19,6 +19,7 @@ from passgraph.graph.calls import PixelKernel
 from passgraph.language import ir
 from passgraph.language.kernel import Kernel
 from passgraph.language.meanings import INT_MAX
+from passgraph.language.native import MATH, Math
 from passgraph.language.parameter_limits import read_range
 from passgraph.language.scope import TEXT_NAMES, FunctionSource, ModuleName, Scope, text_scope
 from passgraph.language.signature import host_value, literal_value, read_struct, resolve
@@ -61,14 +62,14 @@ class KernelWriter:
         shader = getattr(kernel, "shader", None)
         known_sizes = getattr(kernel, "known_sizes", False)
         if shader is not None:
-            return {"glsl": asdict(shader), "known_sizes": known_sizes}
+            return {"glsl": asdict(shader), "known_sizes": known_sizes, "math": kernel.math}
         if kernel.definition is None:
             raise GraphError(f"{where}: kernel {kernel.name} has no text, which a document holds; make it from text")
         try:
             function = self._function(kernel.definition, kernel.scopes)
         except KernelError as error:
             raise GraphError(f"{where}: its kernel cannot be serialized: {error}") from None
-        return {"stage": kernel.stage, "function": function, "known_sizes": known_sizes}
+        return {"stage": kernel.stage, "function": function, "known_sizes": known_sizes, "math": kernel.math}
 
     def _add(self, file: str, line: int, text: str, names: dict[str, str | int]) -> int:
         check_length(Source(file, text, line))
@@ -226,13 +227,14 @@ class KernelReader:
         """
         document = self.document
         if isinstance(data, Mapping) and "glsl" in data:
-            record = document.record(data, where, "glsl", "known_sizes")
+            record = document.record(data, where, "glsl", "known_sizes", "math")
             known_sizes = document.flag(record["known_sizes"], f"{where}.known_sizes")
             with document.at(where):
                 shader = self._shader(record["glsl"], f"{where}.glsl")
                 document.count(_PARTS_OF_NODE * shader.token_count, where)
-                return self._counted(PixelKernel.of_shader(shader, known_sizes), where)
-        record = document.record(data, where, "stage", "function", "known_sizes")
+                kernel: Kernel = PixelKernel.of_shader(shader, known_sizes)
+                return self._counted(self._with_math(kernel, record["math"], where), where)
+        record = document.record(data, where, "stage", "function", "known_sizes", "math")
         stage, function = record["stage"], record["function"]
         known_sizes = document.flag(record["known_sizes"], f"{where}.known_sizes")
         definition = document.index(function, f"{where}.function", self.definitions, "definitions")
@@ -244,7 +246,15 @@ class KernelReader:
             parsed = (
                 PixelKernel(definition, known_sizes) if stage == "pixel" else Kernel(definition, cast(ir.Stage, stage))
             )
-            return self._counted(parsed, where)
+            return self._counted(self._with_math(parsed, record["math"], where), where)
+
+    def _with_math(self, kernel: Kernel, math: object, where: str) -> Kernel:
+        """Return a kernel with its own choice of functions; None leaves it to the program's options."""
+        if math is None:
+            return kernel
+        if not isinstance(math, str) or math not in MATH:
+            self.document.wrong(f"{where}.math", f"one of {', '.join(MATH)}, or null", math)
+        return kernel.with_math(cast("Math", math))
 
     def _counted(self, kernel: Kernel, where: str) -> Kernel:
         """Count a kernel's expanded size against the document's limit; short text can expand to much."""

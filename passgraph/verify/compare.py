@@ -14,16 +14,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.arguments import function, real, several
-from passgraph.backends.base import Backend
+from passgraph.arguments import function, one_of, real, several
+from passgraph.backends.base import Backend, Promises
 from passgraph.backends.registry import backend_names, open_backend
 from passgraph.errors import DeviceMissingError, InputError, PassgraphError
 from passgraph.graph.targets import Outputs, checked_size, named_outputs
+from passgraph.language.native import MATH, Math
 from passgraph.plan.data import Plan
 from passgraph.verify.kinds import first_other_kind, other_kinds
 from passgraph.verify.oracle.allowed import Allowed
@@ -48,6 +49,7 @@ def compare(
     backends: Iterable[str | Backend] | None = None,
     *,
     size: tuple[int, int] | None = None,
+    math: Math = "exact",
     progress: Callable[[str], None] = lambda _: None,
     most_ambiguous: float = MOST_AMBIGUOUS,
     most_seconds: float | None = None,
@@ -66,6 +68,8 @@ def compare(
         Names or open backends; default: every installed one.
     size
         (width, height) of the output in pixels, as for :func:`passgraph.compile`.
+    math
+        ``"native"``: backends call their device's own functions; bounds follow from its specification.
     progress
         Called with a description of the current work, and how much of a pass's bounds has been computed.
     most_ambiguous
@@ -91,7 +95,8 @@ def compare(
         most_seconds = real(most_seconds, "most_seconds of compare", 0.0, error=InputError)
     bounded = None if size is None else checked_size(size, "the output")
     limit = TimeLimit(most_seconds, lambda name, done, count: progress(f"bounds of {name}: {done / count:.0%}"))
-    passes = Passes(named_outputs(outputs), bounded, [inputs], limit)
+    typed = cast("Math", one_of(math, "math of compare", MATH, InputError))
+    passes = Passes(named_outputs(outputs), bounded, [inputs], limit, math=typed)
     chosen = backends if backends is not None else [n for n in backend_names() if n not in ("reference", "null")]
     return compared(passes, chosen, progress, most_ambiguous)
 
@@ -117,7 +122,7 @@ class _Comparison:
         self.first: tuple[str, dict[Key, Picture]] | None = None
         self.difference: Difference | None = None
         self._differing: Key | None = None
-        self._watches: dict[bool, dict[int, Watch]] = {}
+        self._watches: dict[Promises, dict[int, Watch]] = {}
 
     def judged(self, chosen: str | Backend) -> BackendReport:
         """Open a backend, run it and measure it; its exceptions become its report."""
@@ -130,7 +135,7 @@ class _Comparison:
             return BackendReport(name, failed=str(error))
         try:
             self.progress("reference and bounds")
-            self.passes.allowed(backend.snaps)
+            self.passes.allowed(backend.promises)
             self.progress(name)
             try:
                 (pictures,), (judged,) = (
@@ -145,10 +150,10 @@ class _Comparison:
             if isinstance(chosen, str):
                 backend.close()
         self._hold_against_first(name, pictures)
-        return BackendReport(name, self._measured(judged, pictures, backend.snaps))
+        return BackendReport(name, self._measured(judged, pictures, backend.promises))
 
     def _expected(self, backend: Backend) -> dict[Key, Picture]:
-        return self.passes.allowed(backend.snaps)[0]
+        return self.passes.allowed(backend.promises)[0]
 
     def _hold_against_first(self, name: str, pictures_of_backend: dict[Key, Picture]) -> None:
         """Record the first target that differs from the first backend's; any two that differ, differ from it in one of
@@ -174,10 +179,10 @@ class _Comparison:
             return
 
     def _measured(
-        self, judged: dict[Key, Picture], full_pictures: dict[Key, Picture], snaps: bool
+        self, judged: dict[Key, Picture], full_pictures: dict[Key, Picture], promises: Promises
     ) -> tuple[TargetReport, ...]:
         """Return the figures of every target; explain the values of another kind, and the first undecided target."""
-        plan, (expected, allowed) = self.passes.plan, self.passes.allowed(snaps)
+        plan, (expected, allowed) = self.passes.plan, self.passes.allowed(promises)
         reports = {
             key: _measured(plan, key, judged[key], expected[key], allowed[key], full_pictures[key], self.most_ambiguous)
             for key in expected
@@ -187,7 +192,7 @@ class _Comparison:
         both = {key: pixels for key in reports if (pixels := _both_not_finite(judged[key], expected[key])).any()}
         first_both = next(iter(both), None)
         told_both = [] if first_both is None else [first_both]
-        watches = self._watches_of(snaps, {key[1] for key in (*other, *undecided, *told_both)})
+        watches = self._watches_of(promises, {key[1] for key in (*other, *undecided, *told_both)})
         for key in told_both:
             kind = first_other_kind(self.passes, key, both[key], judged[key], expected, watches[key[1]])
             reports[key] = replace(reports[key], non_finite=replace(kind, both=True))
@@ -198,10 +203,10 @@ class _Comparison:
             reports[key] = replace(reports[key], places=_places(reports[key], watches[key[1]]))
         return tuple(reports.values())
 
-    def _watches_of(self, snaps: bool, steps: set[int]) -> dict[int, Watch]:
+    def _watches_of(self, promises: Promises, steps: set[int]) -> dict[int, Watch]:
         """Return the watches of steps; those made for an earlier backend are reused."""
-        known = self._watches.setdefault(snaps, {})
-        known |= self.passes.watched(snaps, sorted(steps - known.keys()))
+        known = self._watches.setdefault(promises, {})
+        known |= self.passes.watched(promises, sorted(steps - known.keys()))
         return known
 
 

@@ -192,7 +192,7 @@ def _compared(node: PixelPass, probed: _Probed, backend: Backend, inputs: Mappin
     node = replace(node, name="lines", kernel=kernel, values={**node.values, PIXEL: pixel}, into=into)
     targets = {spec.name: Target(spec, node, slot) for slot, spec in enumerate(into)}
     passes = Passes(targets, None, [_needed(node, inputs)])
-    expected, allowed = passes.allowed(backend.snaps)
+    expected, allowed = passes.allowed(backend.promises)
     (step,) = passes.written(backend)
     names = {passes.plan.resources[key[2]].name: key for key in expected}
     value, place = names["value"], names["place"]

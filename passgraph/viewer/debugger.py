@@ -121,8 +121,7 @@ class Debugger:
             with suppress(DeviceMissingError), self._using([backend]) as (opened,):
                 code[backend] = opened.code(step, sizes)
         source = step.source
-        kernels = [source.kernel] if isinstance(source, PixelPass) else [source.vertex, source.fragment]
-        text = "\n\n".join(_source_of(kernel) for kernel in kernels if kernel is not None)
+        text = "\n\n".join(map(_source_of, source.kernels))
         written = next((k for k, t in targets_of(view.drawing.outputs).items() if t.made_by is source), "")
         return {"name": name, "target": written, "text": text, "code": {k: v for k, v in code.items() if v}}
 
@@ -138,7 +137,7 @@ class Debugger:
         passes = Passes(outputs, view.drawing.size, [view.run_inputs_of(outputs)], limit)
         resource = passes.plan.outputs["target"]
         with self._using(view.backends[:1]) as (backend,):
-            expected, allowed = passes.allowed(backend.snaps)
+            expected, allowed = passes.allowed(backend.promises)
             (written,) = passes.written(backend, expected)
         key = max(key for key in expected if key[2] == resource)
         bounds = allowed[key]

@@ -88,7 +88,7 @@ def test_every_way_that_rounding_turns_is_allowed(name: str, ways: int) -> None:
 
 def allowed(body: str, given: np.ndarray) -> Allowed:
     graph = {"out": kernel(body)(pg.Input("c"))}
-    _, found = Passes(graph, None, [{"c": given}]).allowed(True)
+    _, found = Passes(graph, None, [{"c": given}]).allowed()
     (only,) = found.values()
     return only
 

@@ -16,6 +16,7 @@ import pytest
 
 import passgraph as pg
 from passgraph import disk_cache
+from passgraph.backends.base import Promises
 from passgraph.backends.registry import open_backend
 from passgraph.verify.compare import compare
 from passgraph.verify.conformance import Case, cases
@@ -76,7 +77,7 @@ def of_every_kind() -> list[Case]:
 
 def bits(passes: Passes, snaps: bool) -> list[Any]:
     """All that was found, as bytes."""
-    expected, allowed = passes.allowed(snaps)
+    expected, allowed = passes.allowed(Promises(snaps))
     told: list[Any] = []
     for key in expected:
         one = allowed[key]
@@ -125,13 +126,13 @@ def planned(held: Kept, frames: int = 1, **changes: Any) -> Passes:
 def named(snaps: bool = True, **changes: Any) -> dict[str, str]:
     """Under which name the bounds of each step are kept."""
     passes = planned(Kept(), **changes)
-    passes.allowed(snaps)
+    passes.allowed(Promises(snaps))
     return dict(zip((step.name for step in passes.plan.steps), passes.kept._held, strict=True))
 
 
 def test_runs_that_are_alike_are_looked_at_once(looked: list[str]) -> None:
     """Though the second draw goes on from what the first has left."""
-    _, allowed = planned(Kept(), 2).allowed(True)
+    _, allowed = planned(Kept(), 2).allowed()
     assert looked == ["dimmed", "drawn", "over"]
     for (frame, step, resource), one in allowed.items():
         first = allowed[0, step, resource].values
@@ -170,7 +171,7 @@ def test_what_decides_bounds_decides_what_is_read(change: dict[str, Any], apart:
 
 
 def looked_for() -> None:
-    Passes({"out": dim(pg.Input("frame"))}, None, [{"frame": one_bit_apart()}], kept=Kept(on_disk=True)).allowed(True)
+    Passes({"out": dim(pg.Input("frame"))}, None, [{"frame": one_bit_apart()}], kept=Kept(on_disk=True)).allowed()
 
 
 def test_other_text_or_another_numpy_reads_nothing(
@@ -227,7 +228,7 @@ def test_all_code_that_finds_bounds_is_in_their_name() -> None:
         for cls in finds:
             patch.setattr(cls, "_find", watched)
         for case in of_every_kind():
-            Passes(dict(case.graph()), case.size, case.frames).allowed(False)
+            Passes(dict(case.graph()), case.size, case.frames).allowed(Promises(snaps=False))
     texts = [path.resolve() for path in kept.texts()]
     root = Path(disk_cache.__file__).parents[1].resolve()
     parts = [root / part for part in ("passgraph", "backends", "effects")]
@@ -276,7 +277,7 @@ def pickled() -> bytes:
 def test_bounds_of_which_time_left_nothing_are_not_kept(base: Path) -> None:
     outputs, frame = {"out": dim(pg.Input("frame"))}, {"frame": one_bit_apart()}
     run = Passes(outputs, None, [frame], TimeLimit(0.0), Kept(on_disk=True))
-    assert next(iter(run.allowed(True)[1].values())).untried
+    assert next(iter(run.allowed()[1].values())).untried
     assert not (base / "bounds").exists()
 
 

@@ -77,7 +77,7 @@ def bounds(name: str, width: int, height: int, limit: TimeLimit | None = None, t
     colour = np.stack([np.sin(x * 9 / width), np.cos(y * 11 / height), x * y % 8 / 8, x * 0.0], axis=2)
     kernel = pg.kernel(source=KERNELS[name].replace("TRIPS", str(trips)), name=name)
     run = Passes({"out": kernel(pg.Input("color"))}, None, [{"color": colour.astype(np.float32)}], limit)
-    (only,) = run.allowed(True)[1].values()
+    (only,) = run.allowed()[1].values()
     return only
 
 
@@ -234,7 +234,7 @@ def paint(corner: Corner) -> vec4:
     drawn = pg.draw(mesh, vertex=place, fragment=paint, into=pg.target("color", "rgba8"))
 
     def allowed(limit: TimeLimit) -> Allowed:
-        (only,) = Passes({"out": drawn}, (6, 4), [{}], limit).allowed(True)[1].values()
+        (only,) = Passes({"out": drawn}, (6, 4), [{}], limit).allowed()[1].values()
         return only
 
     done: list[str] = []
@@ -281,7 +281,7 @@ def test_the_reference_s_own_runs_count(monkeypatch: pytest.MonkeyPatch, limit: 
     time = TimeLimit(limit, clock=lambda: now[0])
     chain = DOUBLED(DOUBLED(pg.Input("color")), into=pg.target("second", "rgba32f"))
     passes = Passes({"made": chain}, None, [{"color": np.ones((4, 6, 4), np.float32)}], time)
-    pictures, allowed = passes.allowed(True)
+    pictures, allowed = passes.allowed()
     assert [one.untried for one in allowed.values()] == untried
     assert [picture[0, 0, 0] for picture in pictures.values()] == [2.0, 4.0]
     assert time.left_s == limit - 12.0
@@ -296,4 +296,4 @@ def test_the_reference_s_own_draws_count(monkeypatch: pytest.MonkeyPatch) -> Non
     for limit, untried in ((10.0, [0, 0]), (5.0, [0, 24])):
         time = TimeLimit(limit, clock=lambda: now[0])
         passes = Passes({"made": DOUBLED(drawn)}, (6, 4), [{}], time)
-        assert [one.untried for one in passes.allowed(True)[1].values()] == untried
+        assert [one.untried for one in passes.allowed()[1].values()] == untried

@@ -116,12 +116,12 @@ def document(kernel: dict[str, Any], *definitions: dict[str, Any]) -> Any:
 
 def of_text(text: str, names: dict[str, Any] | None = None, *before: dict[str, Any]) -> Any:
     """The document of a kernel of some text, behind definitions that it may name by their numbers."""
-    kernel = {"stage": "pixel", "function": len(before), "known_sizes": False}
+    kernel = {"stage": "pixel", "function": len(before), "known_sizes": False, "math": None}
     return document(kernel, *before, definition(text, names))
 
 
 def of_shader(**parts: Any) -> Any:
-    return document({"glsl": {**SHADER, **parts}, "known_sizes": False})
+    return document({"glsl": {**SHADER, **parts}, "known_sizes": False, "math": None})
 
 
 COPY = "def copy(a: Image) -> vec4: return a[0, 0]"
@@ -293,7 +293,7 @@ def test_names_of_shaders_are_no_code(backend: str) -> None:
 
 
 def test_shaders_count_by_what_they_come_to() -> None:
-    many = document({"glsl": SHADER, "known_sizes": False})
+    many = document({"glsl": SHADER, "known_sizes": False, "math": None})
     with pytest.raises(pg.InputError, match=f"more than {MOST_PARTS} parts"):
         pg.from_data({**many, "kernels": many["kernels"] * 10_000})
 
@@ -345,7 +345,7 @@ def test_pictures_are_as_large_as_they_say() -> None:
 
 
 def test_another_version_is_refused_with_what_to_do() -> None:
-    with pytest.raises(pg.InputError, match="reads version 3, got 2; write the data anew"):
+    with pytest.raises(pg.InputError, match="reads version 4, got 2; write the data anew"):
         pg.from_data({**DATA, "version": 2})
     for wrong in (None, [], "graph", {}, {"version": 1}):
         with pytest.raises(pg.InputError, match=r"must be what pg.to_data made"):

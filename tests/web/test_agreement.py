@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.backends.base import Promises
 from passgraph.effects import auto_exposure, bloom, soft_shadow, vignette
 from passgraph.graph.targets import named_outputs
 from passgraph.plan.data import CopyStep, DrawStep
@@ -52,8 +53,8 @@ def held(outputs: Any, folder: Path, given: dict[str, Any], values: dict[str, An
 
 def within(passes: Passes, got: dict[Key, Picture]) -> int:
     """Assert that pictures are within bounds; passes read what the browser made of the passes before."""
-    expected, _ = passes.allowed(False)
-    oracle, count = OracleBackend(False), 0
+    expected, _ = passes.allowed(Promises(snaps=False))
+    oracle, count = OracleBackend(Promises(snaps=False)), 0
     for written in passes.written(oracle, {**expected, **got}):
         for key in written.keys() & got.keys():
             step = passes.plan.steps[key[1]]

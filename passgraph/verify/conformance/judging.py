@@ -7,6 +7,7 @@ therefore belongs to its pass, in later frames too.
 from __future__ import annotations
 
 import traceback
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
@@ -17,6 +18,8 @@ from numpy.typing import NDArray
 
 from passgraph.backends.base import Backend
 from passgraph.formats import Format
+from passgraph.language.native import Math
+from passgraph.plan.data import Options
 from passgraph.run.compile import compile
 from passgraph.verify.compare import distance
 from passgraph.verify.conformance.case import Case, Picture
@@ -26,7 +29,8 @@ from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.kept import Kept
 from passgraph.verify.oracle.pass_bounds import Key, Passes
 
-Outcome = Literal["passed", "diverged", "vacuous", "failed"]
+#: ``"undecided"``: a vacuous case of ``math="native"``, where specifications promise little; it is no fault.
+Outcome = Literal["passed", "diverged", "undecided", "vacuous", "failed"]
 
 #: A value has narrow bounds if they span at most this share of its size, a step of its format, or …
 NARROW_SHARE = 1.0 / 64.0
@@ -125,10 +129,10 @@ class Verdict:
 class Judge:
     """A case with its plan; bounds are computed when first needed, or read from the cache."""
 
-    def __init__(self, case: Case, kept: Kept | None = None) -> None:
-        self.case = case
+    def __init__(self, case: Case, kept: Kept | None = None, math: Math = "exact") -> None:
+        self.case, self.math = case, math
         self.outputs = dict(case.graph())
-        self.passes = Passes(self.outputs, case.size, case.frames, kept=kept or Kept(on_disk=True))
+        self.passes = Passes(self.outputs, case.size, case.frames, kept=kept or Kept(on_disk=True), math=math)
 
     def verdict(self, backend: Backend) -> Verdict:
         """Judge one open backend; an exception becomes the verdict."""
@@ -144,6 +148,8 @@ class Judge:
         except Exception:
             return Verdict.of_failure(case, name, perf_counter() - start, tuple(targets))
         outcome, reason = self._vacuous(targets)
+        if outcome == "vacuous" and self.math == "native":
+            outcome, reason = "undecided", f"{reason}{self._unpromised(backend)}"
         if first:
             outcome, reason = "diverged", ""
         seconds = perf_counter() - start
@@ -152,7 +158,7 @@ class Judge:
     def _targets(self, backend: Backend) -> Iterator[tuple[TargetVerdict, Divergence | None]]:
         """Yield the verdict on every target of every frame, in the order in which they are written."""
         plan = self.passes.plan
-        expected, allowed = self.passes.allowed(backend.snaps)
+        expected, allowed = self.passes.allowed(backend.promises)
         for written in self.passes.written(backend, expected):
             for key, got in written.items():
                 frame, step, target = key[0], plan.steps[key[1]], plan.resources[key[2]]
@@ -192,11 +198,17 @@ class Judge:
                 return "vacuous", f"{where}: {told_of}"
         return "passed", ""
 
+    def _unpromised(self, backend: Backend) -> str:
+        """Name the device's functions of which its specification promises nothing, at least for some arguments."""
+        names: Counter[str] = sum((one.names for one in self.passes.allowed(backend.promises)[1].values()), Counter())
+        native = [name for name in names if name.endswith(" of the device")]
+        return f"; nothing is promised, for some arguments at least, of {', '.join(sorted(native))}" if native else ""
+
     def _inexact(self, backend: Backend) -> Divergence | None:
         """Return the first difference between the program's outputs, compiled with defaults, and the exact ones."""
         if not self.case.exact:
             return None
-        with compile(self.outputs, backend, self.case.size) as program:
+        with compile(self.outputs, backend, self.case.size, Options(math=self.math)) as program:
             for frame in self.case.frames:
                 program.run(**frame)
             results = program.read()
@@ -236,11 +248,11 @@ def are_decided(bounds: Allowed, format_: Format) -> NDArray[np.bool_]:
     return np.asarray(near & (~values.nan | np.isnan(values.lo)))
 
 
-def judge(case: Case, backends: Sequence[Backend]) -> list[Verdict]:
+def judge(case: Case, backends: Sequence[Backend], math: Math = "exact") -> list[Verdict]:
     """Judge a case on several open backends, which share the reference's work."""
     start = perf_counter()
     try:
-        judging = Judge(case)
+        judging = Judge(case, math=math)
     except Exception:
         seconds = perf_counter() - start
         return [Verdict.of_failure(case, backend.name, seconds) for backend in backends]

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Literal
+from typing import Literal, cast
 
-from passgraph.arguments import among, flag, function, instance, iterable, shown
+from passgraph.arguments import among, flag, function, instance, iterable, one_of, shown
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
 from passgraph.errors import BackendError, InputError
+from passgraph.language.native import MATH, Math
 from passgraph.verify.conformance.case import Case
 from passgraph.verify.conformance.judging import Outcome, Verdict, judge
 
@@ -84,13 +85,13 @@ class SuiteReport:
 
     @property
     def passed(self) -> bool:
-        """Return True if some case ran and all passed."""
+        """Return True if some case ran and none is a fault."""
         return bool(self.verdicts) and not self.faults
 
     @property
     def faults(self) -> tuple[Verdict, ...]:
         """Return the verdicts that did not pass, in order."""
-        return tuple(verdict for verdict in self.verdicts if verdict.outcome != "passed")
+        return tuple(verdict for verdict in self.verdicts if verdict.outcome not in ("passed", "undecided"))
 
     def count(self, outcome: Outcome) -> int:
         return sum(verdict.outcome == outcome for verdict in self.verdicts)
@@ -128,6 +129,7 @@ def run(
     *,
     groups: Iterable[str] | None = None,
     quick: bool = False,
+    math: Math = "exact",
     progress: Progress = lambda number, case, state: None,
 ) -> SuiteReport:
     """Run cases on a backend, one after another.
@@ -140,6 +142,8 @@ def run(
         Default: those of :func:`passgraph.verify.conformance.cases` with ``groups`` and ``quick``.
     groups, quick
         As for that function.
+    math
+        ``"native"``: kernels call the device's own functions, whose bounds follow from its specification.
     progress
         Called with the case's number, the case, and ``"start"`` or its verdict.
 
@@ -159,6 +163,7 @@ def run(
     if cases is not None:
         chosen = iterable(cases, "cases", "a list of passgraph.verify.conformance.Case", InputError)
     function(progress, "progress", InputError)
+    typed = cast("Math", one_of(math, "math", MATH, InputError))
     instance(backend, (str, Backend), "backend", "a name such as 'gl' or an open backend", BackendError)
     opened = open_backend(backend) if isinstance(backend, str) else backend
     verdicts = []
@@ -166,7 +171,7 @@ def run(
         for number, case in enumerate(chosen):
             instance(case, Case, f"case {number}", "a passgraph.verify.conformance.Case", InputError)
             progress(number, case, "start")
-            (verdict,) = judge(case, [opened])
+            (verdict,) = judge(case, [opened], typed)
             verdicts.append(verdict)
             progress(number, case, verdict)
     finally:

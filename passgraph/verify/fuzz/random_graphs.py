@@ -6,7 +6,6 @@ A graph is built from a list of steps, so its description is plain data and can 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -228,7 +227,7 @@ def graph_outcome(case: Case, outputs: dict[str, Target], backends: list[Backend
     why = judged(outputs, backends, tally, **{n: v for n, v in needed.items() if n in names})
     if why:
         return why
-    off = replace(Options(), **{case["off"]: False})
+    off = Options.without(case["off"])
     for backend in backends:
         if backend.name in EXACT or case["off"] not in ("fuse", "simplify"):
             why = different(outputs, backend, Options(), off)

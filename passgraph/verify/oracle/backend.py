@@ -13,12 +13,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from passgraph.backends.base import Block, vertex_builtins
+from passgraph.backends.base import SNAPPED, Block, Promises, vertex_builtins
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass, layers
 from passgraph.backends.reference.stage import ReferencePixelPass, Storage, on_quads
 from passgraph.graph.draw_state import Geometry
 from passgraph.plan.data import DrawStep, PixelStep, Step
+from passgraph.plan.limits import Limits
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.covered import Corners, Fragments, Triangles, cover, depth_of, triangles, varying_of
 from passgraph.verify.oracle.decisions import Bounds, Ints
@@ -36,8 +37,8 @@ class OracleBackend(ReferenceBackend):
 
     Parameters
     ----------
-    snapped
-        True if the tested backends snap corners to the grid of docs/rasterisation.md; OpenGL does not promise it.
+    promises
+        What the tested backends promise: if they snap corners (OpenGL does not), and their own functions.
     kept
         Cache of bounds, read and written.
     watches
@@ -50,14 +51,15 @@ class OracleBackend(ReferenceBackend):
 
     def __init__(
         self,
-        snapped: bool = True,
+        promises: Promises = SNAPPED,
         kept: Kept | None = None,
         watches: Sequence[Watch] = (),
         limit: TimeLimit | None = None,
     ) -> None:
         super().__init__()
         self.limit = limit or TimeLimit()
-        self.snapped = snapped
+        self.snapped = promises.snaps
+        self.limits = Limits(native=dict(promises.native))
         self.watches = {id(watch.step): watch for watch in watches}
         self.kept = kept or Kept()
         self.found: dict[int, list[Allowed]] = {}

@@ -6,7 +6,8 @@ so control flow, indices and texel positions are exact.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from passgraph.backends.reference.interpreter import Domain, NumberDomain, Numbers, Part, shaped
 from passgraph.language import ir
 from passgraph.language.meanings import BELOW_ONE, INT_MAX, INT_MIN
+from passgraph.language.native import Accuracy
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import Array, Type, Value, element_of, shape_of
@@ -23,6 +25,7 @@ from passgraph.verify.oracle import interval_functions
 from passgraph.verify.oracle.decisions import Track
 from passgraph.verify.oracle.interval import FLOAT_MAX, Bounded, Interval, Lanes, as_interval, mapped
 from passgraph.verify.oracle.interval_functions import FUNCTIONS
+from passgraph.verify.oracle.native_bounds import native_bound
 
 _PLUS_OR_MINUS: dict[str, Callable[..., Interval]] = {"add": iv.add, "sub": iv.sub, "mul": iv.mul}
 _SIMPLE: dict[str, Callable[..., Interval]] = {
@@ -42,10 +45,14 @@ MOD_QUOTIENT, MOD_DIVISOR = 2.0**20, 2.0**-100
 
 
 class IntervalDomain(Domain[Bounded, Lanes]):
-    """Widens each operation by its bound; decisions follow the track."""
+    """Widens each operation by its bound; decisions follow the track.
 
-    def __init__(self, track: Track) -> None:
+    ``native``: functions that the device computes itself.
+    """
+
+    def __init__(self, track: Track, native: Mapping[str, Accuracy] = MappingProxyType({})) -> None:
         self.track = track
+        self.native = native
         self.parts: list[_Part] = []
         self.numbers = NumberDomain()
 
@@ -100,6 +107,8 @@ class IntervalDomain(Domain[Bounded, Lanes]):
             return _SIMPLE[name](*a)
         if name in _WHOLE:
             return self._to_integer(_WHOLE[name], a[0], name)
+        if name in self.native:
+            return native_bound(self, name, self.native[name], a)
         if name in FUNCTIONS:
             return FUNCTIONS[name](*a)
         result: Bounded = getattr(self, f"_{name}")(*a)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,8 +42,7 @@ Function = Callable[..., Interval]
 LARGEST_ANGLE = ANGLE.high
 
 
-def _widened(name: str, lo: Float64, hi: Float64, nan: Lanes) -> Interval:
-    row = OPERATIONS[name]
+def _widened(row: Operation, lo: Float64, hi: Float64, nan: Lanes) -> Interval:
     # Overflow may stop at the largest number.
     lo, hi = np.minimum(lo, FLOAT_MAX), np.maximum(hi, -FLOAT_MAX)
     return rounded(lo, hi, nan, max(row.ulp, 1.0), row.absolute)
@@ -54,7 +54,7 @@ def monotone(row: Operation) -> Function:
 
     def apply(a: Interval) -> Interval:
         first, last = (np.clip(x, low, high) for x in ((a.hi, a.lo) if row.course == "falls" else (a.lo, a.hi)))
-        widened = _widened(row.name, row.reference(first), row.reference(last), a.nan)
+        widened = _widened(row, row.reference(first), row.reference(last), a.nan)
         return where((a.lo < low) | (a.hi > high), Interval.anything(a.shape), widened)
 
     return apply
@@ -76,23 +76,22 @@ def corners(name: str, *arguments: Interval) -> tuple[Float64, Float64, Lanes]:
     return lo, hi, nan
 
 
-def _sine_like(name: str) -> Function:
+def _sine_like(row: Operation) -> Function:
     """Return a function with |derivative| <= 1, bounded by the middle of the interval and its half width."""
-    reference = OPERATIONS[name].reference
 
     def apply(a: Interval) -> Interval:
         middle, half = 0.5 * (a.lo + a.hi), 0.5 * a.width
-        value = reference(middle)
-        widened = _widened(name, np.maximum(value - half, -1.0), np.minimum(value + half, 1.0), a.nan | np.isnan(value))
+        value = row.reference(middle)
+        widened = _widened(row, np.maximum(value - half, -1.0), np.minimum(value + half, 1.0), a.nan | np.isnan(value))
         return where(a.magnitude <= LARGEST_ANGLE, widened, _beyond(a, 1.0))
 
     return apply
 
 
-def _tan(a: Interval) -> Interval:
+def _tan(row: Operation, a: Interval) -> Interval:
     branch = np.floor(a.lo / np.pi + 0.5)
     one_branch = (branch == np.floor(a.hi / np.pi + 0.5)) & (a.magnitude <= LARGEST_ANGLE)
-    widened = _widened("tan", np.tan(a.lo), np.tan(a.hi), a.nan)
+    widened = _widened(row, np.tan(a.lo), np.tan(a.hi), a.nan)
     return where(one_branch, widened, _beyond(a, np.inf))
 
 
@@ -107,15 +106,15 @@ def even(row: Operation) -> Function:
 
     def apply(a: Interval) -> Interval:
         nearest = np.where(a.has(0.0), 0.0, np.minimum(np.abs(a.lo), np.abs(a.hi)))
-        return _widened(row.name, row.reference(nearest), row.reference(a.magnitude), a.nan)
+        return _widened(row, row.reference(nearest), row.reference(a.magnitude), a.nan)
 
     return apply
 
 
-def _pow(x: Interval, y: Interval) -> Interval:
+def _pow(row: Operation, x: Interval, y: Interval) -> Interval:
     """Return the bound of powers; a negative x has the power of its magnitude, with the sign given by the parity of a
     known exponent."""
-    positive, negative = _power_of_size(x, y), _power_of_size(iv.neg(x), y)
+    positive, negative = _power_of_size(row, x, y), _power_of_size(row, iv.neg(x), y)
     is_integer, half = np.floor(y.lo) == y.lo, 0.5 * y.lo
     negative = where(is_integer & (np.floor(half) != half), iv.neg(negative), negative)
     one = Interval.point(np.ones_like(positive.lo))
@@ -131,21 +130,21 @@ def _pow(x: Interval, y: Interval) -> Interval:
     return where(y.exact & (y.lo == 0), one, result)
 
 
-def _power_of_size(x: Interval, y: Interval) -> Interval:
+def _power_of_size(row: Operation, x: Interval, y: Interval) -> Interval:
     """Return the bound of powers for x >= 0, monotone in x and in y."""
     base = Interval(np.maximum(x.lo, 0.0), np.maximum(x.hi, 0.0), x.nan)
-    result = _widened("pow", *corners("pow", base, y))
+    result = _widened(row, *corners("pow", base, y))
     one = Interval.point(np.ones_like(result.lo))
     return where(y.has(0.0) & x.nan, hull(result, one), result)  # 1 even for NaN
 
 
-def _atan2(y: Interval, x: Interval) -> Interval:
+def _atan2(row: Operation, y: Interval, x: Interval) -> Interval:
     """Monotone in each argument except at the branch cut, from π (for y = 0 and -0) to -π (for y below)."""
     lo, hi, nan = corners("atan2", y, x)
     around = (y.lo < 0) & (y.hi >= 0) & (x.lo <= 0)
     lo, hi = np.where(around, -np.pi, lo), np.where(around, np.pi, hi)
     # A denormal x may be nonzero in the comparison and 0 in the division.
-    widened = _widened("atan2", lo, hi, nan | (y.has(0.0) & x.has(0.0) & (x.lo != x.hi)))
+    widened = _widened(row, lo, hi, nan | (y.has(0.0) & x.has(0.0) & (x.lo != x.hi)))
     # From there on the quotient y / x is undefined on OpenGL.
     return where(x.magnitude > LARGEST_DIVISOR, Interval.anything(widened.shape), widened)
 
@@ -180,15 +179,22 @@ def _mix(x: Interval, y: Interval, a: Interval) -> Interval:
     return where(tame, iv.overlap(linear, steps), steps)
 
 
+def functions_of(rows: Mapping[str, Operation]) -> dict[str, Function]:
+    """Return the bounds of functions with an error of their own, by the rows that state it."""
+    return {
+        **{row.name: even(row) if row.course == "even" else monotone(row) for row in rows.values() if row.course},
+        "sin": _sine_like(rows["sin"]),
+        "cos": _sine_like(rows["cos"]),
+        "tan": partial(_tan, rows["tan"]),
+        "pow": partial(_pow, rows["pow"]),
+        "atan2": partial(_atan2, rows["atan2"]),
+    }
+
+
 #: Operations of one or more numbers without a jump: monotone ones and others.
 FUNCTIONS: dict[str, Function] = {
-    **{row.name: even(row) if row.course == "even" else monotone(row) for row in OPERATIONS.values() if row.course},
+    **functions_of(OPERATIONS),
     "inversesqrt": lambda a: iv.div(Interval.point(np.ones_like(a.lo)), iv.sqrt(a)),
-    "sin": _sine_like("sin"),
-    "cos": _sine_like("cos"),
-    "tan": _tan,
-    "pow": _pow,
-    "atan2": _atan2,
     "mix": _mix,
     "fma": lambda a, b, c: iv.add(iv.mul(a, b), c),
     "ldexp": _ldexp,

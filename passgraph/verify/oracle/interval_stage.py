@@ -87,7 +87,7 @@ class StageOracle:
         sizes = [component_count(result.type) for result in program.results]
 
         def run(track: Track) -> tuple[list[Interval], Lanes | None]:
-            domain = IntervalDomain(track)
+            domain = IntervalDomain(track, self.bound.facts.native)
             around = _Around(self, builtin, domain)
             interpreter: Interpreter[Bounded, Lanes] = Interpreter(program, domain, around)
             if self.watch is not None and track.forced.shape[1] == 0:  # the first path of each lane

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend
+from passgraph.backends.base import SNAPPED, Backend, Promises
 from passgraph.errors import InputError
 from passgraph.formats import Format
 from passgraph.graph.targets import Target
+from passgraph.language.native import Accuracy, Math
 from passgraph.plan.build import build
 from passgraph.plan.data import CopyStep, DrawStep, Options, PixelStep, Plan, Step
 from passgraph.plan.dependencies import inputs_behind
@@ -48,6 +50,8 @@ class Passes:
         Time limit of the reference and its bounds, and the progress callback.
     kept
         Cache of bounds; default: a cache for this graph only.
+    math
+        As in :class:`passgraph.Options`.
 
     Raises
     ------
@@ -62,6 +66,7 @@ class Passes:
         frames: Sequence[Mapping[str, Any]],
         limit: TimeLimit | None = None,
         kept: Kept | None = None,
+        math: Math = "exact",
     ) -> None:
         self.limit, self.kept = limit or TimeLimit(), kept or Kept()
         specs = inputs_behind(list(outputs.values()))
@@ -77,16 +82,17 @@ class Passes:
                 pictures[name] = admitted_picture(picture, spec)
                 bound[name] = bound_to(pictures[name], spec)
             self.frames.append((pictures, {name: value for name, value in frame.items() if name not in specs}))
-        self._build = partial(build, outputs, size, bound, OPTIONS)
+        self._build = partial(build, outputs, size, bound, replace(OPTIONS, math=math))
         self.plan: Plan = self._build()
-        #: Results of :meth:`allowed`, with snapped and unsnapped corners.
-        self.found: dict[bool, tuple[dict[Key, Picture], dict[Key, Allowed]]] = {}
+        #: Plans for devices that filter, and that call these functions.
+        self._plans: dict[tuple[bool, tuple[tuple[str, Accuracy], ...]], Plan] = {}
+        #: Results of :meth:`allowed`.
+        self.found: dict[Promises, tuple[dict[Key, Picture], dict[Key, Allowed]]] = {}
 
     def written(self, backend: Backend, fed: Mapping[Key, Picture] | None = None) -> Iterator[dict[Key, Picture]]:
         """Yield the results of every step of each run; pictures of ``fed`` replace them before the next step reads
         them."""
-        # A device may filter by itself where the graph allows it: the same steps with other programs.
-        plan = self._build(Limits(filters=True)) if backend.limits.filters and self._may_filter() else self.plan
+        plan = self._plan_within(backend.limits)
         execution = Execution(plan, backend)
         order = {id(step): number for number, step in enumerate(plan.steps)}
         try:
@@ -106,31 +112,52 @@ class Passes:
         finally:
             execution.release()
 
+    def _plan_within(self, limits: Limits) -> Plan:
+        """Return the same steps, with other programs where a device filters or calls its own functions."""
+        filters = limits.filters and self._may_filter()
+        native = limits.native if self._may_be_native() else {}
+        if not filters and not native:
+            return self.plan
+        key = filters, tuple(native.items())
+        if key not in self._plans:
+            self._plans[key] = self._build(Limits(filters=filters, native=native))
+        return self._plans[key]
+
     def _may_filter(self) -> bool:
         steps = [step for step in self.plan.steps if isinstance(step, PixelStep)]
         return any(image.bits for step in steps for image in step.facts.images.values())
 
-    def allowed(self, snaps: bool) -> tuple[dict[Key, Picture], dict[Key, Allowed]]:
-        """Return the reference's pictures, and the bounds for backends that snap corners as documented, or need not."""
-        snaps = snaps or not any(isinstance(step, DrawStep) for step in self.plan.steps)
-        if snaps not in self.found:
-            oracle = OracleBackend(snaps, self.kept, limit=self.limit)
+    def _may_be_native(self) -> bool:
+        steps = [step for step in self.plan.steps if isinstance(step, (PixelStep, DrawStep))]
+        kernels = [kernel for step in steps for kernel in step.source.kernels]
+        return any((kernel.math or self.plan.options.math) == "native" for kernel in kernels)
+
+    def allowed(self, promises: Promises = SNAPPED) -> tuple[dict[Key, Picture], dict[Key, Allowed]]:
+        """Return the reference's pictures, and the bounds for backends that promise this."""
+        if not any(isinstance(step, DrawStep) for step in self.plan.steps):
+            promises = replace(promises, snaps=True)
+        if not self._may_be_native():
+            promises = replace(promises, native=())
+        if promises not in self.found:
+            oracle = OracleBackend(promises, self.kept, limit=self.limit)
             expected: dict[Key, Picture] = {}
             allowed: dict[Key, Allowed] = {}
+            plan = self._plan_within(Limits(native=dict(promises.native)))
             for written in self.written(oracle):
                 expected |= written
                 for key, picture in written.items():
-                    step = self.plan.steps[key[1]]
+                    step = plan.steps[key[1]]
                     moved = isinstance(step, CopyStep)
                     place = step.writes.index(key[2])
                     allowed[key] = Allowed.exactly(picture) if moved else oracle.found[id(step)][place]
-            self.found[snaps] = expected, allowed
-        return self.found[snaps]
+            self.found[promises] = expected, allowed
+        return self.found[promises]
 
-    def watched(self, snaps: bool, steps: Iterable[int]) -> dict[int, Watch]:
+    def watched(self, promises: Promises, steps: Iterable[int]) -> dict[int, Watch]:
         """Run the graph again with watches on some steps, to find the causes of their bounds."""
-        watches = {step: Watch(self.plan.steps[step]) for step in steps}
+        plan = self._plan_within(Limits(native=dict(promises.native)))
+        watches = {step: Watch(plan.steps[step]) for step in steps}
         if watches:
-            for _ in self.written(OracleBackend(snaps, watches=tuple(watches.values()))):
+            for _ in self.written(OracleBackend(promises, watches=tuple(watches.values()))):
                 pass
         return watches

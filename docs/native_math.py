@@ -1,0 +1,139 @@
+"""Measure exact and native math: ``python docs/native_math.py`` writes the tables of docs/native-math.md.
+
+Errors of functions on each device, then time and error of the built-in effects in both modes on OpenGL.
+"""
+
+from __future__ import annotations
+
+import platform
+import statistics
+import sys
+import time
+from collections.abc import Iterator
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph.backends.base import Backend
+from passgraph.backends.registry import open_backend
+from passgraph.effects import soft_shadow
+from passgraph.effects.effect_table import EFFECTS
+from passgraph.verify.functions import measure_functions
+
+PAGE = Path(__file__).parent / "native-math.md"
+MARK = "<!-- docs/native_math.py writes what follows -->"
+DEVICES = ("gl", "webgpu")
+#: Sizes for times and for errors: the reference takes seconds for a large picture.
+SIZE, SMALL = (1280, 720), (160, 90)
+ROUNDS = 15
+#: Frames that differ by less are not listed: their kernels call no such function.
+LISTED = 0.03
+
+
+def hdr_picture(size: tuple[int, int]) -> NDArray[np.float32]:
+    """Return a smooth picture with highlights up to 8, and noise."""
+    width, height = size
+    y, x = np.mgrid[:height, :width].astype(np.float32) / np.float32(height)
+    random = np.random.default_rng(1)
+    waves = 0.5 + 0.5 * np.stack([np.sin(9 * x + 3 * y), np.sin(5 * x - 7 * y + 1), np.cos(11 * y)], 2)
+    light = 8.0 * np.exp(-40.0 * ((x - 0.6) ** 2 + (y - 0.4) ** 2))[..., None]
+    color = waves + light + 0.02 * random.random((height, width, 1))
+    return np.concatenate([color, np.ones((height, width, 1))], 2).astype(np.float32)
+
+
+def graphs(size: tuple[int, int]) -> Iterator[tuple[str, pg.Target]]:
+    """Yield each built-in effect on one picture, with its defaults, and soft shadows of the shipped scene."""
+    frame = pg.Input("frame", "rgba32f", size, static=True)
+    for name, effect in sorted(EFFECTS.items()):
+        if effect.takes == "picture" and not any(parameter.required for parameter in effect.parameters):
+            yield name, effect.function(frame)
+    yield "soft-shadow", soft_shadow(pg.Scene.shipped())
+
+
+def given(program: pg.Program, size: tuple[int, int]) -> dict[str, NDArray[np.float32]]:
+    return {"frame": hdr_picture(size)} if "frame" in program.inputs else {}
+
+
+def picture_of(output: pg.Target, backend: Backend | str, math: str) -> NDArray[np.float32]:
+    options = pg.Options(math=math)  # type: ignore[arg-type]
+    with pg.compile({"out": output}, backend, SMALL, options) as program:
+        return np.asarray(program(**given(program, SMALL))["out"], np.float32)
+
+
+def frame_times(output: pg.Target, backend: Backend) -> tuple[float, float]:
+    """Return the medians of frames in milliseconds, exact and native, measured in turn; uploads are left out."""
+    modes = ("exact", "native")
+    options = {math: pg.Options(static=False, math=math) for math in modes}  # type: ignore[arg-type]
+    programs = {math: pg.compile({"out": output}, backend, SIZE, options[math]) for math in modes}
+    pictures = {math: given(program, SIZE) for math, program in programs.items()}
+    spent: dict[str, list[float]] = {math: [] for math in modes}
+    for _ in range(ROUNDS + 1):
+        for math, program in programs.items():
+            begin = time.perf_counter()
+            program.run(**pictures[math])
+            program.finish()
+            spent[math].append(time.perf_counter() - begin)
+    for program in programs.values():
+        program.close()
+    exact, native = (statistics.median(spent[math][1:]) * 1e3 for math in modes)
+    return exact, native
+
+
+def functions_table(name: str) -> Iterator[str]:
+    with open_backend(name) as backend:
+        exact = {found.name: found for found in measure_functions(backend)}
+        native = list(measure_functions(backend, "native"))
+        device = backend.limits.device
+    yield f"### {device}\n"
+    yield "| function | exact, largest | median | promised | native, largest | median | at | promised |"
+    yield "|---|---:|---:|---|---:|---:|---|---|"
+    for found in native:
+        ours, at = exact[found.name], ", ".join(f"{x:.5g}" for x in found.worst_at)
+        yield (
+            f"| `{found.name}` | {ours.worst:.2f} | {ours.typical:.2f} | {ours.promised} | {_ulp(found.worst)} | "
+            f"{_ulp(found.typical)} | {at} | {found.promised} |"
+        )
+
+
+def _ulp(error: float) -> str:
+    return f"{error:.2f}" if error < 1000 else f"{error:.2g}"
+
+
+def effects_table() -> Iterator[str]:
+    yield "| effect | exact, ms | native, ms | native / exact | largest error, exact | native | RMS, exact | native |"
+    yield "|---|---:|---:|---:|---:|---:|---:|---:|"
+    with open_backend("gl") as backend:
+        small = dict(graphs(SMALL))
+        for name, output in graphs(SIZE):
+            expected = picture_of(small[name], "reference", "exact")
+            errors = [np.abs(picture_of(small[name], backend, math) - expected) for math in ("exact", "native")]
+            exact, native = frame_times(output, backend)
+            if abs(native / exact - 1.0) < LISTED and errors[0].max() == errors[1].max():
+                continue
+            largest = " | ".join(f"{np.nanmax(error):.2g}" for error in errors)
+            squares = " | ".join(f"{np.sqrt(np.nanmean(error**2)):.2g}" for error in errors)
+            yield f"| `{name}` | {exact:.2f} | {native:.2f} | {native / exact:.2f} | {largest} | {squares} |"
+            print(name, f"{native / exact:.2f}", file=sys.stderr)
+
+
+def main() -> None:
+    lines = [f"Taken {date.today()} on {platform.machine()}, 2 cores, Python {platform.python_version()}.\n"]
+    lines += ["## Functions\n", "Errors in ULP over 262,144 arguments of each function's domain.\n"]
+    for name in DEVICES:
+        lines += [*functions_table(name), ""]
+    lines += ["## Effects\n"]
+    lines += [
+        f"Frames of {SIZE[0]} × {SIZE[1]} on `gl`, medians of {ROUNDS} in turn; errors against the reference at "
+        f"{SMALL[0]} × {SMALL[1]}, of an HDR picture with values up to 8. "
+        "Effects that are the same in both are left out.\n",
+        *effects_table(),
+    ]
+    head = PAGE.read_text(encoding="utf-8").partition(MARK)[0]
+    PAGE.write_text(f"{head}{MARK}\n\n" + "\n".join(lines) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

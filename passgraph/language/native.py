@@ -1,0 +1,109 @@
+"""Built-in functions of shading languages, and what their specifications promise of them.
+
+With ``Options(math="native")`` a kernel calls these in place of the polynomials of :mod:`.prelude`: faster on most
+devices, with other results on each.  A backend lists those that it has and that are faster there
+(:attr:`~passgraph.plan.limits.Limits.native`); the oracle takes its bounds from here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+#: Functions as this package computes them, alike on every backend, or the device's own.
+Math = Literal["exact", "native"]
+MATH: tuple[str, ...] = get_args(Math)
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """What a specification promises of a function's float32 result; by default nothing.
+
+    Attributes
+    ----------
+    ulp : largest error in units in the last place; None if no such number is promised
+    ulp_by_size : units that are added for each unit of |x|
+    absolute : largest error that is allowed instead where it is larger
+    near_one : the same, for arguments in [1/2, 2] only
+    formula : kernel text in x (and y) from whose operations an error is inherited that is allowed too
+    low, high : first arguments for which the promise holds
+    least : smallest size of an argument for which it holds
+    """
+
+    ulp: float | None = None
+    ulp_by_size: float = 0.0
+    absolute: float = 0.0
+    near_one: float = 0.0
+    formula: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+    least: float = 0.0
+
+    @property
+    def promises(self) -> bool:
+        """Return True if anything is promised."""
+        return self.ulp is not None or self.absolute > 0.0 or bool(self.formula)
+
+    def __str__(self) -> str:
+        """Return the promise as a few words for a table."""
+        parts = []
+        if self.ulp is not None:
+            parts.append(
+                f"{self.ulp:g} ULP" if not self.ulp_by_size else f"{self.ulp:g} + {self.ulp_by_size:g}·|x| ULP"
+            )
+        if self.absolute:
+            parts.append(f"±{self.absolute:.3g}")
+        if self.near_one:
+            parts.append(f"±{self.near_one:.3g} in [0.5, 2]")
+        if self.formula:
+            parts.append(f"as {self.formula}")
+        if parts and math.isfinite(self.low):
+            parts.append(f"for {self.low:.4g} to {self.high:.4g}")
+        return ", ".join(parts) or "nothing"
+
+
+NOTHING = Accuracy()
+_POSITIVE = (2.0**-126, 2.0**126)
+_CIRCLE = (-math.pi, math.pi)
+_EXPONENTIAL = Accuracy(3.0, ulp_by_size=2.0)
+_LOGARITHM = Accuracy(3.0, near_one=2.0**-21)
+
+#: Functions of GLSL with a precision (GLSL 4.60, 4.7.1; the same numbers in GLSL ES 3.20, 4.7.1).
+_WITH_PRECISION = {
+    "exp": _EXPONENTIAL, "exp2": _EXPONENTIAL, "log": _LOGARITHM, "log2": _LOGARITHM,
+    "pow": Accuracy(formula="exp2(y * log2(x))"),
+    "inversesqrt": Accuracy(2.0, low=_POSITIVE[0], high=_POSITIVE[1]),
+}  # fmt: skip
+#: Functions of GLSL "with undefined precision".
+_WITHOUT = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh"
+GLSL: Mapping[str, Accuracy] = {**_WITH_PRECISION, **dict.fromkeys(_WITHOUT.split(), NOTHING)}
+
+#: WGSL, "Floating point accuracy".  Where it allows the worse of two errors, both are given.
+WGSL: Mapping[str, Accuracy] = {
+    **_WITH_PRECISION,
+    "sin": Accuracy(absolute=2.0**-11, low=_CIRCLE[0], high=_CIRCLE[1]),
+    "cos": Accuracy(absolute=2.0**-11, low=_CIRCLE[0], high=_CIRCLE[1]),
+    "tan": Accuracy(formula="sin(x) / cos(x)"),
+    "asin": Accuracy(absolute=6.81e-5, formula="atan2(x, sqrt(1.0 - x * x))"),
+    "acos": Accuracy(absolute=6.77e-5, formula="atan2(sqrt(1.0 - x * x), x)"),
+    "atan": Accuracy(4096.0),
+    "atan2": Accuracy(4096.0, least=2.0**-126),
+    "sinh": Accuracy(formula="(exp(x) - exp(-x)) * 0.5"),
+    "cosh": Accuracy(formula="(exp(x) + exp(-x)) * 0.5"),
+    "tanh": Accuracy(absolute=1e-5, formula="sinh(x) / cosh(x)"),
+    "asinh": Accuracy(formula="log(x + sqrt(x * x + 1.0))"),
+    "acosh": Accuracy(formula="log(x + sqrt(x * x - 1.0))"),
+    "atanh": Accuracy(formula="log((1.0 + x) / (1.0 - x)) * 0.5"),
+}  # fmt: skip
+
+#: OpenCL C 7.4, single precision of the full profile.
+OPENCL: Mapping[str, Accuracy] = {
+    name: Accuracy(ulp)
+    for ulp, names in {
+        2.0: "inversesqrt", 3.0: "exp exp2 log log2", 4.0: "sin cos asin acos sinh cosh asinh acosh",
+        5.0: "tan atan tanh atanh", 6.0: "atan2", 16.0: "pow",
+    }.items()
+    for name in names.split()
+}  # fmt: skip
