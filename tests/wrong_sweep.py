@@ -282,7 +282,7 @@ CALLS: list[Call] = [
     call("compile, several", lambda one, two: _compiled(outputs=[one, two]),
          one=kernel("copy")(frame()), two=kernel("copy")(frame("two"), name="two")),
     call("compile, by name", lambda one: _compiled(outputs={"one": one}), one=kernel("copy")(frame())),
-    call("Options", pg.Options, cull=True, fuse=True, order=True, alias=True, static=True, simplify=True),
+    call("Options", pg.Options, cull=True, fuse=True, order=True, alias=True, static=True, simplify=True, math="exact"),
     call("a value of a run", _run, **_MIXED),
     call("a picture of a run", _ran, frame=FRAME),
     call("a static picture", _static, frame=FRAME),
