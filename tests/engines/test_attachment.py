@@ -271,6 +271,27 @@ def test_another_effect_takes_the_place_of_the_first(engine: Engine) -> None:
         assert engine.picture()[0, 0].tolist() == [100, 50, 25, 255]
 
 
+def test_an_effect_may_call_the_functions_of_the_engines_device(
+    engine: Engine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    curve = pg.kernel(source="def curve(c: Image) -> vec4: return vec4(exp2(c[0, 0].rgb) - 1.0, 1.0)")
+    options = []
+    compile_graph = pg.compile
+    monkeypatch.setattr(
+        pg, "compile", lambda *a, **named: (options.append(named["options"]), compile_graph(*a, **named))[1]
+    )
+    with attach(lambda frame: curve(frame)) as attached:
+        attached.draw()
+        assert attached.math == "exact"
+        attached.math = "native"
+        attached.draw()
+        assert attached.error is None
+        assert attached.math == "native"
+        with pytest.raises(pg.InputError, match="exact, native"):
+            attached.math = "fast"  # type: ignore[assignment]
+    assert [each.math for each in options] == ["exact", "native"]
+
+
 def test_an_effect_gets_the_camera_of_the_frame_before(engine: Engine) -> None:
     """The first frame has its own."""
     tinted = pg.kernel(source="def tinted(c: Image, by: float) -> vec4: return vec4(by, c[0, 0].gba)")
