@@ -19,7 +19,7 @@ _COPY = """
 
 
 def attach(renderer: Any, effect: Effect, *, camera: object = None, **values: object) -> Attachment:
-    """An effect on every frame of a renderer, behind the effect passes that it has.
+    """Run an effect on every frame of a renderer, after its own effect passes.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def attach(renderer: Any, effect: Effect, *, camera: object = None, **values: ob
 
 
 class _Attachment(Attachment):
-    """An effect between two textures of a renderer's."""
+    """An effect between two textures of a renderer."""
 
     def __init__(self, renderer: Any, effect: Effect, values: dict[str, object], camera: object) -> None:
         self.renderer, self.seen, self.drawn_by = renderer, Seen(zero_to_one=True), None
@@ -87,7 +87,7 @@ class _Attachment(Attachment):
         return replace(frame.host.texture(self.textures[2]), format=frame.format)
 
     def record(self, encoder: Any, textures: tuple[Any, Any, Any]) -> bool:
-        """Run the effect between textures; False where they stay as they are."""
+        """Run the effect between textures; return False if it was skipped and they are unchanged."""
         with self._running:
             self.textures, self.ran = textures, False
             try:
@@ -103,7 +103,7 @@ class _Attachment(Attachment):
 
 
 def _pass_of(gfx: Any, attachment: _Attachment) -> Any:
-    """An effect pass of pygfx's that runs an attachment."""
+    """Return a pygfx effect pass that runs an attachment."""
 
     class PassgraphPass(gfx.renderers.wgpu.EffectPass):  # type: ignore[misc]
         USES_DEPTH = True

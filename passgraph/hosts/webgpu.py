@@ -35,7 +35,7 @@ _KNOWN |= {name: (FORMATS["depth32f"], Stored(name, np.dtype(np.float32), 1)) fo
 
 @dataclass(frozen=True, eq=False)
 class HostPicture(DevicePicture):
-    """A texture of a host's, to be given for an input or in ``into=``.
+    """A texture of a host: give it for an input, or in ``into=``.
 
     Attributes
     ----------
@@ -254,11 +254,11 @@ class Host(WebGPUBackend):
             super().finish()
 
     def free(self, made: Any) -> None:
-        """Let go of it: commands recorded by the host may still use it, and wgpu frees it behind them."""
+        """Drop the reference: commands that the host has recorded may still use it, and wgpu frees it after them."""
         self.alive.pop(id(made), None)
 
     def _close_device(self) -> None:
-        """Leave it to the host."""
+        """Do nothing: the device is the host's."""
 
 
 def _check_source(picture: HostPicture, format_: Format) -> None:

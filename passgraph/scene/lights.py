@@ -296,11 +296,11 @@ class Light:
         return fitted
 
     def view_matrix(self, bounds: ArrayLike) -> Float64:
-        """The first matrix of `frustum`."""
+        """Return the first matrix of `frustum`."""
         return self.frustum(bounds)[0]
 
     def projection_matrix(self, bounds: ArrayLike) -> Float64:
-        """The second matrix of `frustum`."""
+        """Return the second matrix of `frustum`."""
         return self.frustum(bounds)[1]
 
     def fitted_frustum(self, bounds: ArrayLike) -> tuple[Float64, Float64] | None:

@@ -43,7 +43,7 @@ class Blob:
         self._known: dict[bytes, dict[str, int]] = {}
 
     def add(self, data: bytes) -> dict[str, int]:
-        """Return where these bytes are; equal ones are kept once."""
+        """Store bytes and return their place; equal bytes are stored once."""
         if data not in self._known:
             self._known[data] = {"at": self.size, "bytes": len(data)}
             padded = data.ljust(-(-len(data) // 4) * 4, b"\0")
@@ -93,7 +93,7 @@ class PlanWriter:
         return described
 
     def picture(self, picture: NDArray[Any], format_: Format, size: tuple[int, int]) -> dict[str, int]:
-        """Return where the texels of a picture are."""
+        """Store the texels of a picture and return their place."""
         shaped = np.broadcast_to(picture, (size[1], size[0], format_.channels))
         numbers = numbers_of(shaped, format_) if shaped.dtype == np.float32 else shaped
         texture = Texture(format_, size, self.backend.stored(format_), None, None, None)

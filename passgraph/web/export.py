@@ -187,7 +187,7 @@ def _constants(plan: Plan, given: Mapping[str, Any]) -> dict[str, object]:
 def _controls(
     plan: Plan, said: Described, constants: Mapping[str, object], document: Mapping[str, Any]
 ) -> list[dict[str, Any]]:
-    """Return the controls of the values that the page sets; those that nobody described come from the graph."""
+    """Return the controls of the page's run values; a value without a description gets its control from the graph."""
     known = {control.name: control for control in said.controls}
     ranges: dict[str, dict[str, Any]] = {}
     for step in document["steps"]:
@@ -212,7 +212,7 @@ def _control_of(handle: Value, limits: Mapping[str, Any]) -> Control:
 
 
 def _shown(value: object) -> Any:
-    """Return a value as JSON holds it."""
+    """Convert a value to JSON types."""
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, (tuple, list)):
