@@ -1,7 +1,8 @@
 """Find float operations that compilers combine as if numbers were real and finite, which WGSL allows.
 
 Mesa's compiler, used by lavapipe and Mesa's GPU drivers, turns ``-a + (a + b)`` into ``b``, ``a * b + a * c`` into ``a
-* (b + c)``, ``x * (1 - t) + y * t`` into ``x + t * (y - x)``, and ``a * 2.0 * 3.0`` into ``a * 6.0``.  It drops
+* (b + c)``, ``x * (1 - t) + y * t`` into ``x + t * (y - x)``, ``a * 2.0 * 3.0`` into ``a * 6.0``, and ``(a + 2.0) + b``
+into ``(a + b) + 2.0``.  It drops
 operations that would give NaN: ``a - a``, ``a / a``.  The operations found here are printed so that they stay separate.
 """
 
@@ -98,11 +99,14 @@ class Combined:
             if name == "mul":
                 other = self._made(by.arguments[1 - place])
                 return other is not None and other.operation == "mul" and self._share(made, other)
-            return name in ("sub", "neg", "floor") or (name == "add" and (reader == "sub" or _literals(made, by)))
+            if name == "add":
+                # (a + 2.0) + b becomes (a + b) + 2.0.
+                return reader == "sub" or _has_literal(made)
+            return name in ("sub", "neg", "floor")
         if reader in _PRODUCTS:
             if name == "sub":
                 return isinstance(made.arguments[0], s.Lit)
-            return name in ("sqrt", "div") or (name == "mul" and (reader == "div" or _literals(made, by)))
+            return name in ("sqrt", "div") or (name == "mul" and (reader == "div" or _has_literal(made)))
         return reader == "sqrt" and name in _PRODUCTS
 
     def _share(self, one: s.Op, other: s.Op) -> bool:
@@ -131,9 +135,8 @@ class Combined:
         return any(self._number_of(a) in numbers for a in read)
 
 
-def _literals(one: s.Op, other: s.Op) -> bool:
-    """Return True if both have a literal among their arguments."""
-    return all(any(isinstance(a, s.Lit) for a in op.arguments) for op in (one, other))
+def _has_literal(op: s.Op) -> bool:
+    return any(isinstance(a, s.Lit) for a in op.arguments)
 
 
 def _results(program: s.ScalarProgram) -> list[s.Operand]:

@@ -10,16 +10,23 @@ import pytest
 from passgraph.backends.gl.glsl import GLSL
 from passgraph.backends.opencl.opencl_c import OpenCLPrinter
 from passgraph.backends.printing import Printer
+from passgraph.backends.webgpu.wgsl import WGSL
 from passgraph.graph.calls import kernel
+from passgraph.language import native
 from passgraph.language import scalar as s
 from passgraph.language.lower import lower
 from passgraph.language.operations import OPERATIONS
 
 
-@pytest.mark.parametrize("printer", [GLSL, OpenCLPrinter])
-def test_every_primitive_is_spelled_and_nothing_else(printer: type[Printer]) -> None:
+@pytest.mark.parametrize(
+    ("printer", "functions"), [(GLSL, native.GLSL), (OpenCLPrinter, native.OPENCL), (WGSL, native.WGSL)]
+)
+def test_every_primitive_is_spelled_and_the_devices_own_functions(
+    printer: type[Printer], functions: Mapping[str, native.Accuracy]
+) -> None:
     """To mend: the operation's spelling belongs into the ``SPELLED`` of the language, or of all that are like C."""
     wanted = {(kind, row.name) for row in OPERATIONS.values() for kind in row.types}
+    wanted |= {("float", name) for name in functions}
     assert {(kind, name) for kind, names in printer.spelled.items() for name in names} == wanted
 
 

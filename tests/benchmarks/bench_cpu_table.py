@@ -45,8 +45,10 @@ def compare_kernel(radius: int) -> Any:
 
 
 def steps(output: pg.Target, pictures: dict[str, Any], backend: str = "numpy") -> Job:
-    """A frame without its uploads, which are copies of their own; ``numpy`` reads pictures in place, and lets go of them
-    after each run."""
+    """A frame without its uploads, which are copies of their own.
+
+    ``numpy`` reads pictures in place and drops them after each run, so it is given them again.
+    """
     program = pg.compile(output, backend=backend, non_finite="keep")
     program.run(**pictures)
     if backend == "numpy":

@@ -220,7 +220,7 @@ class Drawn:
     """A setup compiled on a backend and on the oracle."""
 
     def __init__(self, setup: Setup, backend: Backend) -> None:
-        self.backend, self.oracle = backend, OracleBackend(backend.snaps)
+        self.backend, self.oracle = backend, OracleBackend(backend.promises)
         self.plan: Plan = build(setup.graph(), setup.size, {}, Options(fuse=False, alias=False, static=False))
         (step,) = self.plan.steps
         assert isinstance(step, DrawStep)
