@@ -25,6 +25,8 @@ from passgraph.errors import BackendError, GraphError
 from tests.conftest import require
 from tests.corners import placed
 
+pytestmark = pytest.mark.slow
+
 #: Backends that a forked process can go on using.
 SURVIVING = ("numpy", "reference")
 BACKENDS = ("numpy", "gl", "opencl", "webgpu", "reference")

@@ -1,9 +1,9 @@
 """Find float operations that compilers combine as if numbers were real and finite, which WGSL allows.
 
 Mesa's compiler, used by lavapipe and Mesa's GPU drivers, turns ``-a + (a + b)`` into ``b``, ``a * b + a * c`` into ``a
-* (b + c)``, ``x * (1 - t) + y * t`` into ``x + t * (y - x)``, ``a * 2.0 * 3.0`` into ``a * 6.0``, and ``(a + 2.0) + b``
-into ``(a + b) + 2.0``.  It drops
-operations that would give NaN: ``a - a``, ``a / a``.  The operations found here are printed so that they stay separate.
+* (b + c)``, ``x * (1 - t) + y * t`` into ``x + t * (y - x)``, and ``a * 2.0 * 3.0`` into ``a * 6.0``.  It moves
+constants in sums: ``(a + 2.0) + b``, ``(a + b) + 2.0``.  It drops operations that would give NaN: ``a - a``, ``a / a``.
+The operations found here are printed so that they stay separate.
 """
 
 from __future__ import annotations
@@ -100,8 +100,7 @@ class Combined:
                 other = self._made(by.arguments[1 - place])
                 return other is not None and other.operation == "mul" and self._share(made, other)
             if name == "add":
-                # (a + 2.0) + b becomes (a + b) + 2.0.
-                return reader == "sub" or _has_literal(made)
+                return reader == "sub" or _has_literal(made) or _has_literal(by)
             return name in ("sub", "neg", "floor")
         if reader in _PRODUCTS:
             if name == "sub":

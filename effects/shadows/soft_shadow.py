@@ -182,7 +182,7 @@ def soft_shadow() -> None:
     >>> picture = soft_shadow(pg.Scene.shipped(), map_size=64)
     >>> with pg.compile(picture, backend="null", size=(32, 18)) as program:
     ...     [step.name for step in program.plan.steps][-3:]
-    ['surfaces: untextured', 'penumbrae of light', 'picture']
+    ['penumbrae of light', 'soft_shadow', 'picture']
     """
 
 

@@ -11,7 +11,14 @@ import click
 
 from passgraph.commands.color_spaces import take_color_spaces
 from passgraph.commands.named import KernelEffect
-from passgraph.commands.options import EffectCommand, effect_option, given_parameters, named_or_refused, size_option
+from passgraph.commands.options import (
+    EffectCommand,
+    effect_option,
+    given_parameters,
+    math_option,
+    named_or_refused,
+    size_option,
+)
 from passgraph.commands.shader_files import ShaderFileEffect
 from passgraph.commands.sources import (
     RENDER_SIZE,
@@ -28,6 +35,8 @@ from passgraph.errors import InputError
 from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import Input, Target, named_outputs
 from passgraph.language import symbols
+from passgraph.language.native import Math
+from passgraph.plan.data import Options
 from passgraph.plan.dependencies import passes_behind
 from passgraph.viewer.subject import Control, Drawing, Loaded, run_values_of
 from passgraph.web import export_web
@@ -59,14 +68,15 @@ class _Export(EffectCommand):
     metavar="DIR",
     help="Folder to write: a page, the effect as data, and the modules that run it.",
 )
+@math_option
 @size_option()
 @click.option(
     "--linear/--as-stored", default=None, help="Decode pictures from sRGB to linear light first.  [default: by EFFECT]"
 )
 @click.pass_context
 def export(
-    ctx: click.Context, /, inputs: tuple[Path, ...], web: Path, size: tuple[int, int] | None, linear: bool | None,
-    **_: Any,
+    ctx: click.Context, /, inputs: tuple[Path, ...], web: Path, math: Math, size: tuple[int, int] | None,
+    linear: bool | None, **_: Any,
 ) -> None:  # fmt: skip
     """Export EFFECT to a folder that runs in a browser with WebGPU.
 
@@ -87,6 +97,7 @@ def export(
         web,
         size=exported.drawing.size,
         described=exported.described,
+        options=Options(math=math),
         **exported.drawing.run_inputs,
     )
     click.echo(f"{web}: {len(written.plan.steps)} passes, {exported.drawing.size[0]}x{exported.drawing.size[1]}")

@@ -68,7 +68,8 @@ NOTHING = Accuracy()
 _POSITIVE = (2.0**-126, 2.0**126)
 _CIRCLE = (-math.pi, math.pi)
 _EXPONENTIAL = Accuracy(3.0, ulp_by_size=2.0)
-_LOGARITHM = Accuracy(3.0, near_one=2.0**-21)
+#: Denormals may count as 0, whose logarithm is undefined.
+_LOGARITHM = Accuracy(3.0, near_one=2.0**-21, low=2.0**-126)
 
 #: Functions of GLSL with a precision (GLSL 4.60, 4.7.1; the same numbers in GLSL ES 3.20, 4.7.1).
 _WITH_PRECISION = {

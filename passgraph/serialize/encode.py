@@ -79,7 +79,7 @@ def to_data(outputs: Outputs) -> dict[str, Any]:
     >>> invert = pg.kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
     >>> data = pg.to_data(invert(pg.Input("frame")))
     >>> data["version"], [one["name"] for one in data["passes"]], data["inputs"][0]["name"]
-    (3, ['invert'], 'frame')
+    (4, ['invert'], 'frame')
     >>> pg.to_data(pg.from_data(json.loads(json.dumps(data)))) == data
     True
     """

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.opencl
+pytestmark = [pytest.mark.opencl, pytest.mark.slow]
 ROOT = Path(__file__).resolve().parents[2]
 LIBRARY = "libintelocl.so"
 #: Environment variable with the folder of the library, where it is not in the one of this interpreter.

@@ -28,11 +28,11 @@ def steps_of(scene: pg.Scene, **options: object) -> list[str]:
 NEAREST = [*(f"nearest casters of light, {number}" for number in range(4)), "nearest casters of light"]
 
 
-def test_the_chain_of_penumbrae_is_four_steps_beside_those_of_the_map() -> None:
-    """One draw for the map, one for all surfaces, one pass in half the size, one for the light and the picture."""
+def test_the_chain_of_penumbrae_is_five_steps_beside_those_of_the_map() -> None:
+    """One draw for the map, one for all surfaces, one pass in half the size, one for the light, one for the picture."""
     scene = pg.Scene(NODES, CAMERA, (sun(radius=0.1),))
     assert sorted(steps_of(scene, filter=Penumbra())) == [
-        *sorted(NEAREST), "penumbrae of light", "picture", "shadow map of light", "surfaces: untextured",
+        *sorted(NEAREST), "penumbrae of light", "picture", "shadow map of light", "soft_shadow", "surfaces: untextured",
     ]  # fmt: skip
 
 

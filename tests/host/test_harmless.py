@@ -24,7 +24,7 @@ from tests.host.test_life import compiled
 from tests.host.test_reading import ISOLATIONS, READERS, of_host, read_program
 from tests.host.test_writing import ROWS, blue, blurred, corner, expected
 
-pytestmark = pytest.mark.gl
+pytestmark = [pytest.mark.gl, pytest.mark.slow]
 
 
 def drawn(target: pg.TargetSpec) -> pg.Target:

@@ -67,6 +67,14 @@ def test_every_export_is_the_same_bytes(tmp_path: Path) -> None:
         assert path.read_bytes() == (tmp_path / "other" / path.name).read_bytes(), path.name
 
 
+@pytest.mark.parametrize(("math", "native"), [("exact", False), ("native", True)])
+def test_the_command_takes_the_functions_of_the_browsers_device(math: str, native: bool, tmp_path: Path) -> None:
+    folder = tmp_path / "page"
+    assert run(["export", "vignette", "--web", str(folder), "--math", math]) == 0
+    code = (folder / "effect.json").read_text()
+    assert bool(re.search(r"\b(pow|exp2|cos)\(", code)) == native
+
+
 def test_the_command_says_what_the_page_sets(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["export", "vignette", "--web", str(tmp_path / "out"), "--size", "64x48", "--strength", "0.25"]) == 0
     said = capsys.readouterr().out
