@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 INSTALL = "pip install 'passgraph[fuzz]'"
 BACKENDS = ("gl", "opencl", "webgpu", "numpy")
 #: Kinds of cases; ``variants`` are rewritten kernels that must give the same results.
-KINDS = ("kernels", "graphs", "draws", "variants")
+KINDS = ("kernels", "native", "graphs", "draws", "variants")
 
 
 @click.command()
@@ -47,7 +47,7 @@ KINDS = ("kernels", "graphs", "draws", "variants")
     type=click.Choice((*KINDS, "all")),
     default="all",
     show_default=True,
-    help="Kind of cases; variants are kernels and their rewritten forms.",
+    help="Kind of cases: native kernels call the device's own functions; variants are kernels in rewritten forms.",
 )
 @click.option(
     "--failures", type=click.Path(path_type=Path), default=Path("fuzz-failures"), show_default=True,

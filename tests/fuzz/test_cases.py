@@ -18,7 +18,7 @@ from tests.conftest import present_devices
 
 REGRESSIONS = sorted((Path(__file__).parent / "regressions").glob("*.json"))
 #: How many of each kind a run takes: what two cores compile in less than a minute.
-BOUNDED = {"kernels": 10, "graphs": 3, "draws": 6, "variants": 6}
+BOUNDED = {"kernels": 10, "native": 10, "graphs": 3, "draws": 6, "variants": 6}
 
 
 @contextmanager

@@ -90,7 +90,7 @@ def pictures_of(case: Case) -> dict[str, Picture]:
 
 def output_of(case: Case, text: str) -> Target:
     """Return the pass of a kernel case, with ``text`` as its kernel."""
-    own_kernel = kernel(source=text, name="k")
+    own_kernel = kernel(source=text, name="k").with_math(case.get("math", "exact"))
     # Default filter: linear.
     read = {name: Input(name).border(case["border"]).filter(case.get("filter", "linear")) for name in ("c", "d", "e")}
     inputs = {"c": read["c"], "d": read["d"].mipmaps(), "e": read["e"].slices(SLICES)}

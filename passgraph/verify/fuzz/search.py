@@ -65,7 +65,7 @@ def outcome(case: Case, backends: Iterable[Backend], tally: Tally | None = None)
 
 
 #: Cases between two checks of time and counts; a graph compiles many kernels.
-BATCH = {"kernels": 40, "graphs": 8, "draws": 20, "variants": 40}
+BATCH = {"kernels": 40, "native": 40, "graphs": 8, "draws": 20, "variants": 40}
 #: Time limit in seconds for shrinking a failure; the smallest case so far is kept.
 SHRINK_SECONDS = 120.0
 
@@ -83,13 +83,18 @@ class _FoundError(Exception):
 
 
 def strategies(side: int = SIDE) -> dict[str, SearchStrategy[Case]]:
-    """Return kind of case → its generator, in the order of turns; ``side`` is the side of input pictures."""
+    """Return kind of case → its generator, in the order of turns; ``side`` is the side of input pictures.
+
+    ``native``: kernels that call their device's own functions.
+    """
     from passgraph.verify.fuzz.random_draws import draws
     from passgraph.verify.fuzz.random_graphs import graphs
     from passgraph.verify.fuzz.random_kernels import kernels
     from passgraph.verify.fuzz.variants import variants
 
-    return {"kernels": kernels(side=side), "graphs": graphs(), "draws": draws(), "variants": variants(side)}
+    native = kernels(side=side).map(lambda case: {**case, "math": "native"})
+    kinds = {"graphs": graphs(), "draws": draws(), "variants": variants(side)}
+    return {"kernels": kernels(side=side), "native": native, **kinds}
 
 
 def batch_seed(seed: int, number: int) -> int:
