@@ -206,6 +206,8 @@ def sample_upward(image: Image, position: vec2) -> vec4:
     if image.is_nearest:
         # Farther out the row counted from the top would not fit into an int.
         return texel_upward(image, ivec2(floor(clamp(position * vec2(image.size), -1073741824.0, 1073741824.0))))
+    if image.bits > 0:
+        return coarse(image, vec2(position.x, 1.0 - position.y))
     p = between(position, image.size)
     base = floor(p)
     f = p - base

@@ -130,6 +130,20 @@ def test_a_kernels_choice_is_serialized() -> None:
         from_data(data)
 
 
+@pytest.mark.parametrize("name", ["gl", "webgpu"])
+@pytest.mark.parametrize("upward", [False, True], ids=["from the top", "from the bottom"])
+def test_samples_are_filtered_by_the_device(name: str, upward: bool) -> None:
+    """Rows of shaders count from the bottom."""
+    text = "uniform sampler2D c; void main() { gl_FragColor = texture2D(c, pg_position * 0.83 + 0.07); }"
+    own = pg.kernel(source="def k(c: Image) -> vec4: return c.sample(uv() * 0.83 + 0.07)", name="k")
+    output = (pg.kernel(glsl=text, name="k") if upward else own)(pg.Input("c", "rgba32f", (16, 16)))
+    report = compare({"k": output}, [name], math="native", c=picture())
+    assert report.passed, str(report)
+    with pg.compile(output, name, (16, 16), pg.Options(math="native")) as program:
+        assert program.plan is not None
+        assert any("by the device's own filter" in note for note in program.plan.notes)
+
+
 def test_other_words_are_refused() -> None:
     with pytest.raises(pg.GraphError, match="exact, native"):
         pg.Options(math="fast")  # type: ignore[arg-type]
