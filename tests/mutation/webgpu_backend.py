@@ -54,7 +54,7 @@ MUTANTS = (
         "return text",
         "language/combined",
     ),
-    _w("Combined._combines", 'or (name == "add" and', "or (False and", "language/combined"),
+    _w("Combined._combines", 'if name == "add":', 'if name == "add" and False:', "language/combined"),
     _w("Combined._combines", 'name in ("sub", "neg", "floor")', 'name in ("floor",)', "language/combined"),
     _w("Combined.same", "return one == other or", "return False and", "language/combined"),
     _w(
