@@ -397,7 +397,8 @@ def test_a_folder_without_permission(capsys: pytest.CaptureFixture[str], tmp_pat
 def test_a_failure_leaves_the_old_file(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     Path("out.png").write_bytes(b"precious")
 
-    def full(*_: object) -> None:
+    # The disk cache replaces files too, and does without where it cannot.
+    def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device", "out.png")
 
     monkeypatch.setattr("passgraph.pictures.os.replace", full)
