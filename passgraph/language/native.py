@@ -51,7 +51,7 @@ class Accuracy:
         parts = []
         if self.ulp is not None:
             parts.append(
-                f"{self.ulp:g} ULP" if not self.ulp_by_size else f"{self.ulp:g} + {self.ulp_by_size:g}·|x| ULP"
+                f"{self.ulp:g} ULP" if not self.ulp_by_size else f"{self.ulp:g} + {self.ulp_by_size:g}·abs(x) ULP"
             )
         if self.absolute:
             parts.append(f"±{self.absolute:.3g}")
