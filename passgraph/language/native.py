@@ -60,7 +60,7 @@ class Accuracy:
         if self.formula:
             parts.append(f"as {self.formula}")
         if parts and math.isfinite(self.low):
-            parts.append(f"for {self.low:.4g} to {self.high:.4g}")
+            parts.append(f"from {self.low:.3g}" + (f" to {self.high:.3g}" if math.isfinite(self.high) else " on"))
         return ", ".join(parts) or "nothing"
 
 
