@@ -86,6 +86,17 @@ def name_of(file: Path, data: bytes | None = None) -> Iterator[str]:
         yield other
 
 
+def error_of(source: Any) -> str:
+    """Return and clear the pending error of OpenImageIO, or of one of its readers; empty if there is none.
+
+    Errors quote names in the file, which may be no UTF-8.
+    """
+    try:
+        return str(source.geterror())
+    except UnicodeDecodeError as error:
+        return error.object.decode(errors="replace")
+
+
 class ImageFile:
     """An open picture file, or one layer of it. The header is read; the pixels are not.
 
@@ -115,7 +126,7 @@ class ImageFile:
         try:
             with _SIZE_LIMIT.of(_megabytes(name, max_bytes)):
                 opened = oiio.ImageInput.open(name, hint)
-                problem = oiio.geterror()
+                problem = error_of(oiio)
         except UnicodeDecodeError as error:
             raise self.corrupt(error) from error
         if opened is None or opened.format_name() not in READABLE:
@@ -158,7 +169,7 @@ class ImageFile:
         while found < 2 and self.input.seek_subimage(found, 0):
             found += 1
         self.input.seek_subimage(self.subimage, 0)
-        self.input.geterror()
+        error_of(self.input)
         return found
 
     @property
@@ -189,7 +200,7 @@ class ImageFile:
         spec, first, last = self.spec, min(self.order), max(self.order)
         kind = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}[self.dtype.name]
         pixels: Any = self.input.read_image(self.subimage, 0, first, last + 1, kind)
-        problem = self.input.geterror() or self._oiio.geterror()
+        problem = error_of(self.input) or error_of(self._oiio)
         # Cameras write extra bytes between markers; the picture is complete nevertheless.
         if pixels is None or (problem and "extraneous bytes" not in problem):
             raise self.corrupt(problem)
@@ -218,7 +229,7 @@ class ImageFile:
                 return len(parts) - 1, spec, *found
             layers += _layer_names(spec.channelnames)
             names += spec.channelnames
-        self.input.geterror()
+        error_of(self.input)
         known = list(dict.fromkeys(layers + [part for part in parts if part]))
         if layer is None or layer in parts:
             raise InputError(

@@ -93,6 +93,15 @@ def test_a_file_without_pixels(tmp_path: Path, suffix: str, mark: bytes) -> None
     refused(r"(truncated or corrupt|not a picture).*\(.+\)", load_stored, file)
 
 
+def test_an_error_that_quotes_a_name_that_is_no_text(tmp_path: Path) -> None:
+    file = tmp_path / "a.exr"
+    save(file, rng.random((8, 8, 3)))
+    damaged = file.read_bytes().replace(b"displayWindow\0box2i", b"displayWindow\0bo\x882i")
+    assert damaged != file.read_bytes()
+    file.write_bytes(damaged)
+    refused(r"a\.exr: truncated or corrupt \(.*bo\ufffd2i", load, file)
+
+
 def test_a_compression_that_is_not_read_is_named(tmp_path: Path) -> None:
     file = tmp_path / "a.tif"
     tifffile.imwrite(file, rng.integers(0, 255, (8, 8), np.uint8))

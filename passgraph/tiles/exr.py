@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from passgraph.image_files import ImageFile, associated, name_of, opened_image, straight
+from passgraph.image_files import ImageFile, associated, error_of, name_of, opened_image, straight
 from passgraph.image_formats import WRITABLE, Metadata
 from passgraph.pictures import split_layer
 from passgraph.tiles.grid import Convert, Numbers, Part, checked_shape, pieces
@@ -63,7 +63,7 @@ class ExrSource:
             read: Any = image.input.read_tiles(image.subimage, 0, x0, x1, y0, y1, 0, 1, first, last, kind)
         else:
             read = image.input.read_scanlines(image.subimage, 0, y0, y1, 0, first, last, kind)
-        problem = image.input.geterror()
+        problem = error_of(image.input)
         if read is None or problem:
             raise image.corrupt(problem)
         stored: Numbers = read.reshape(y1 - y0, x1 - x0, last - first)
