@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,9 @@ from passgraph.backends.webgpu.programs import filtered_images, packed
 from passgraph.backends.webgpu.states import color_target, depth_stencil, guard_band, primitive
 from passgraph.backends.webgpu.textures import Texture
 from passgraph.backends.webgpu.wgsl import FIRST_IMAGE, LINEAR, NEAREST, PARAMETERS
+from passgraph.formats import FORMATS
 from passgraph.graph.draw_state import Geometry
+from passgraph.language.ir import own_pixel
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep, PixelStep
 
@@ -137,6 +140,11 @@ class DrawRun:
             color_target(backend.stored(format_), format_, blend, mask)
             for format_, blend, mask in zip(step.output_formats, blends, masks, strict=True)
         ]
+        #: WebGPU offsets depths only where there is a depth target, and kernels may read them without one.
+        self.lacks_depth = step.depth is None and any(state.polygon_offset) and _reads_depth(step)
+        untested = replace(state, depth_compare="always", depth_write=False, stencil=None)
+        self.state = untested if self.lacks_depth else state
+        self.unread_depth: Texture | None = None
         self.fixed: dict[str, Any] = {"primitive": primitive(state)}
         self.targets = targets
         self.pipelines: dict[str, Any] = {}
@@ -151,7 +159,7 @@ class DrawRun:
         if name not in self.pipelines:
             step, fixed = self.step, dict(self.fixed)
             if depth is not None:
-                fixed["depth_stencil"] = depth_stencil(step.state, depth.format, name)
+                fixed["depth_stencil"] = depth_stencil(self.state, depth.format, name)
             programs = self.backend.programs
             self.pipelines[name] = programs.draw(step, self.backend.steps(step), fixed, self.targets)
         return self.pipelines[name]
@@ -167,6 +175,8 @@ class DrawRun:
     ) -> None:
         backend, step = self.backend, self.step
         with backend.reported(f"running draw {step.name!r}"):
+            if self.lacks_depth:
+                depth = self.unread_depth = self.unread_depth or backend.make(FORMATS["depth32f"], step.size)
             pipeline = self.pipeline(depth)
             count = len(step.vertex.images)
             self.vertex.send(vertex)
@@ -176,7 +186,7 @@ class DrawRun:
                 groups.append(self.fragment.group(images[count:]))
             described: dict[str, Any] = {"color_attachments": self._colors(outputs)}
             if depth is not None:
-                if step.depth_clear is None:
+                if step.depth_clear is None and not self.lacks_depth:
                     backend.as_depth(depth)
                 described["depth_stencil_attachment"] = self._depth(depth)
             encoded = backend.encoder().begin_render_pass(**described)
@@ -206,14 +216,18 @@ class DrawRun:
 
     def _depth(self, depth: Texture) -> dict[str, Any]:
         step = self.step
-        operation = "load" if step.depth_clear is None else "clear"
+        operation = "load" if step.depth_clear is None and not self.lacks_depth else "clear"
         found = {"view": depth.view, "depth_load_op": operation, "depth_store_op": "store"}
-        if step.depth_clear is not None:
-            found["depth_clear_value"] = step.depth_clear
+        if operation == "clear":
+            found["depth_clear_value"] = 0.0 if step.depth_clear is None else step.depth_clear
         if depth.format.stencil:
             found |= {"stencil_load_op": operation, "stencil_store_op": "store"}
             found["stencil_clear_value"] = step.state.clear_stencil
         return found
+
+
+def _reads_depth(step: DrawStep) -> bool:
+    return step.fragment is not None and any(own_pixel(n)[0] == "fragment_depth" for n, _ in step.fragment.builtins)
 
 
 def _clear(value: tuple[float, ...], format_: Any) -> tuple[float, ...]:

@@ -34,7 +34,7 @@ def backends() -> Iterator[list[Backend]]:
         yield backends
 
 
-#: Random cases still find sums on webgpu that a driver rounds otherwise: docs/limits.md.
+#: On webgpu about one kernel in a thousand has sums of products that its driver rounds otherwise: docs/limits.md.
 ON_DEVICES = [("gl", "opencl", "numpy"), pytest.param(("webgpu",), marks=pytest.mark.slow)]
 
 
