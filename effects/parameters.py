@@ -42,12 +42,12 @@ class Parameter:
     ----------
     name : on the command line, with underscores
     type : "float", "int", "bool", "choice", "rgb" (three floats), "picture" (a target; on the command line a file),
-        "text" or "value" (for a kernel, as its declaration ``of`` says)
+        "text" or "value" (for a kernel, as its declaration ``value_type`` says)
     default : default value; None if the effect chooses one, see ``help``
     range : for numbers, and for each of the three of "rgb"; with the unit
     help : first sentence of its description in the docstring
     choices : the words of a "choice"
-    of : the type that a kernel declares, for "value"
+    value_type : the type that a kernel declares, for "value"
     required : True if there is no default and no substitute
     """
 
@@ -57,7 +57,7 @@ class Parameter:
     range: pg.Range
     help: str
     choices: tuple[str, ...] = ()
-    of: Type | None = None
+    value_type: Type | None = None
     required: bool = False
 
 
@@ -81,7 +81,7 @@ def parameters_of(function: Callable[..., Any]) -> tuple[Parameter, ...]:
     """
     parameters: list[Parameter] = []
     for name, hint, default, text in _arguments(function):
-        kind = _Kind.of(hint)
+        kind = _Kind.from_hint(hint)
         if kind.alternatives:
             words = tuple(one.word() for one in kind.alternatives)
             parameters.append(Parameter(kind.called or name, "choice", words[0], pg.Range(), text, words))
@@ -101,7 +101,7 @@ def arguments_from(function: Callable[..., Any], given: Mapping[str, Any]) -> di
     """
     left, arguments = dict(given), dict[str, Any]()
     for name, hint, _, _ in _arguments(function):
-        kind = _Kind.of(hint)
+        kind = _Kind.from_hint(hint)
         if kind.alternatives:
             word = left.pop(kind.called or name, kind.alternatives[0].word())
             settings = {each.name for each in _settings(kind.alternatives)}
@@ -151,7 +151,7 @@ def _names(class_: type[Choice]) -> set[str]:
 def _fields(class_: type[Choice]) -> Iterator[tuple[Any, _Kind]]:
     hints = get_type_hints(class_, include_extras=True)
     for field in dataclasses.fields(class_):  # type: ignore[arg-type]
-        yield field, _Kind.of(hints[field.name])
+        yield field, _Kind.from_hint(hints[field.name])
 
 
 def _arguments(function: Callable[..., Any]) -> Iterator[tuple[str, Any, Any, str]]:
@@ -175,7 +175,7 @@ class _Kind:
     alternatives: tuple[type[Choice], ...] = ()
 
     @classmethod
-    def of(cls, hint: Any) -> _Kind:
+    def from_hint(cls, hint: Any) -> _Kind:
         notes: list[Any] = []
         plain = list(_plain(hint, notes))
         limit = next((note for note in notes if isinstance(note, pg.Range)), pg.Range())

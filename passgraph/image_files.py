@@ -124,7 +124,7 @@ class ImageFile:
         hint = oiio.ImageSpec()
         hint.attribute("oiio:UnassociatedAlpha", 1)
         try:
-            with _SIZE_LIMIT.of(_megabytes(name, max_bytes)):
+            with _SIZE_LIMIT.limited_to(_megabytes(name, max_bytes)):
                 opened = oiio.ImageInput.open(name, hint)
                 problem = error_of(oiio)
         except UnicodeDecodeError as error:
@@ -302,7 +302,7 @@ class _SizeLimit:
         self._limit: int | None = None
 
     @contextmanager
-    def of(self, megabytes: int | None) -> Iterator[None]:
+    def limited_to(self, megabytes: int | None) -> Iterator[None]:
         """Open files with a limit; None for OpenImageIO's own."""
         import OpenImageIO as oiio
 

@@ -101,8 +101,12 @@ def of_program(program: Program) -> Bundle:
     if plan is None:
         outputs = program.outputs
         return bundle(f"{about}: {', '.join(outputs)}", svg=graph_svg([*outputs.values()]))
-    made = of_plan(plan)
-    return {**made, "text/plain": f"{about}\n{made['text/plain']}", "text/html": f"<p>{about}</p>{made['text/html']}"}
+    views = of_plan(plan)
+    return {
+        **views,
+        "text/plain": f"{about}\n{views['text/plain']}",
+        "text/html": f"<p>{about}</p>{views['text/html']}",
+    }
 
 
 def of_suite(report: SuiteReport) -> Bundle:

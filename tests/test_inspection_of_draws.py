@@ -131,8 +131,12 @@ def test_every_pixel_is_that_of_the_picture(more: dict[str, Any]) -> None:
 def test_depths_decide_in_the_order_of_the_mesh() -> None:
     found = looked(drawn(layers(0.5, -0.5, 0.0)), 2, 1)
     assert fates(found) == [(0, "passed"), (1, "passed"), (2, "depth")]
-    assert [(each.depth, each.held) for each in found.drawn.fragments] == [(0.75, 1.0), (0.25, 0.75), (0.5, 0.25)]
-    assert [each.triangle for each in found.drawn.told] == [1, 0] and found.drawn.visible.triangle == 1
+    assert [(each.depth, each.tested_against) for each in found.drawn.fragments] == [
+        (0.75, 1.0),
+        (0.25, 0.75),
+        (0.5, 0.25),
+    ]
+    assert [each.triangle for each in found.drawn.detailed] == [1, 0] and found.drawn.visible.triangle == 1
     assert found.stored["depth"] == 0.25
     text = str(found)
     assert "3 of 3 triangles cover the pixel, in this order:\n" in text
@@ -178,8 +182,8 @@ def test_a_triangle_that_is_clipped_keeps_its_number_and_corners() -> None:
 def test_discarded_fragments_are_told_after_visible_ones() -> None:
     uvs = [[0.75, 0.0]] * 3 + [[0.25, 0.0]] * 3
     found = looked(drawn(layers(0.5, 0.0, uvs=uvs), "holes"), 0, 0)
-    assert fates(found) == [(0, "passed"), (1, "discarded")] and found.drawn.fragments[1].held is None
-    assert [each.triangle for each in found.drawn.told] == [0, 1] and near(found.stored["made"], [0.75, 0, 0, 1])
+    assert fates(found) == [(0, "passed"), (1, "discarded")] and found.drawn.fragments[1].tested_against is None
+    assert [each.triangle for each in found.drawn.detailed] == [0, 1] and near(found.stored["made"], [0.75, 0, 0, 1])
     found = looked(drawn(layers(0.0, uvs=uvs[3:]), "holes", into=pg.target("made", "rgba32f", SIZE, clear=0.5)), 0, 0)
     assert fates(found) == [(0, "discarded")] and found.drawn.visible is None and found.results == {}
     assert found.stored == {"made": (0.5,) * 4, "depth": 1.0} and "depth 0.5: discarded" in str(found)
@@ -193,7 +197,7 @@ def test_blended_fragments_all_count() -> None:
     for red in (0.5, 1.0, 2.0):
         held = float(np.float32(red * 0.5 + held * 0.5))
     assert near(found.stored["made"][0], held) and near(found.results["made"][0], 2.0)
-    assert [each.triangle for each in found.drawn.told] == [2, 1, 0] and str(found).count("passes, blended") == 3
+    assert [each.triangle for each in found.drawn.detailed] == [2, 1, 0] and str(found).count("passes, blended") == 3
 
 
 def test_the_stencil_test_is_told_apart() -> None:
@@ -253,7 +257,7 @@ def test_a_draw_over_another_starts_from_what_it_left() -> None:
     assert beside.step == "over" and beside.drawn is not None and beside.drawn.covering == 0
     assert beside.stored == {"made": (0.5, 0.0, 0.25, 0.5), "depth": 0.5} and beside.results == {}
     assert "none of 1 triangles covers the pixel\nmade holds (0.5, 0, 0.25, 0.5)\n" in str(beside)
-    assert on.drawn is not None and on.drawn.fragments[0].held == 0.5 and on.stored["depth"] == 0.25
+    assert on.drawn is not None and on.drawn.fragments[0].tested_against == 0.5 and on.stored["depth"] == 0.25
     assert below.step == "made" and below.stored == beside.stored
 
 
@@ -282,7 +286,7 @@ def test_many_triangles_are_told_in_part() -> None:
     count = 3000
     mesh = layers(*np.linspace(-0.5, 0.5, count, dtype=np.float32))
     found = looked(drawn(mesh, depth_compare="greater", depth=pg.target("d", "depth32f", SIZE, clear=0.0)), 1, 1)
-    assert found.drawn.covering == count and len(found.drawn.told) == KEPT_RUNS
+    assert found.drawn.covering == count and len(found.drawn.detailed) == KEPT_RUNS
     ends = [*range(KEPT_ENDS), *range(count - KEPT_ENDS, count)]
     assert [each.order for each in found.drawn.fragments] == ends and found.drawn.visible.triangle == count - 1
     assert f"\n  … {count - 2 * KEPT_ENDS} more\n" in str(found)
@@ -309,7 +313,7 @@ def test_backs_are_told_from_fronts() -> None:
 
 def test_what_is_not_there_is_said() -> None:
     culled = looked(drawn(layers(0.0, 0.5), cull="front"), 0, 0)
-    assert (culled.drawn.covering, culled.drawn.triangles, culled.drawn.told) == (0, 2, ())
+    assert (culled.drawn.covering, culled.drawn.triangles, culled.drawn.detailed) == (0, 2, ())
     assert "none of 2 triangles covers the pixel" in str(culled)
     with pytest.raises(pg.GraphError, match=r"inspect: x, in pass 'made' must be a whole number from 0 to 5, got 6"):
         looked(drawn(layers(0.0)), 6, 0)

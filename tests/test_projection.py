@@ -53,7 +53,7 @@ def test_a_far_plane_pushed_in_by_an_engine_is_infinite():
     """E. Lengyel's matrix keeps what is cleared behind what is infinitely far, by 2.4e-7."""
     matrix = perspective(1, 1, 0.5, np.inf)
     matrix[2, 2:] = 2.4e-7 - 1.0, (2.4e-7 - 2.0) * 0.5
-    assert Projection.of(matrix).far == np.inf
+    assert Projection.from_matrix(matrix).far == np.inf
 
 
 def test_reversed_depth_from_0_to_1_is_recognised():
@@ -61,28 +61,28 @@ def test_reversed_depth_from_0_to_1_is_recognised():
     near, far = 0.1, 50.0
     matrix = perspective(1, 1, 1, 2)
     matrix[2, 2:] = near / (far - near), near * far / (far - near)
-    read = Projection.of(matrix)
+    read = Projection.from_matrix(matrix)
     assert (read.reversed_z, read.near, read.far) == (True, pytest.approx(near), pytest.approx(far))
     matrix[2, 2:] = 0.0, near
-    assert (Projection.of(matrix).near, Projection.of(matrix).far) == (near, np.inf)
+    assert (Projection.from_matrix(matrix).near, Projection.from_matrix(matrix).far) == (near, np.inf)
 
 
 def test_depth_from_0_to_1_is_as_it_is_said():
     near, far = 0.1, 50.0
     matrix = perspective(1, 1, 1, 2)
     matrix[2, 2:] = -far / (far - near), -near * far / (far - near)
-    read = Projection.of(matrix, zero_to_one=True)
+    read = Projection.from_matrix(matrix, zero_to_one=True)
     assert (read.near, read.far) == (pytest.approx(near), pytest.approx(far))
 
 
 def test_y_down_is_the_same_picture():
     down = np.diag([1.0, -1.0, 1.0, 1.0]) @ SHIFTED
-    assert Projection.of(down) == Projection.of(SHIFTED)
+    assert Projection.from_matrix(down) == Projection.from_matrix(SHIFTED)
 
 
 def test_any_factor_is_the_same_projection():
     for matrix in (SHIFTED, orthographic(3, 2, 0.5, 9)):
-        assert Projection.of(-2.5 * matrix).half == pytest.approx(Projection.of(matrix).half)
+        assert Projection.from_matrix(-2.5 * matrix).half == pytest.approx(Projection.from_matrix(matrix).half)
 
 
 def test_parallel_views_that_begin_behind_the_eye_see_the_same():
@@ -133,7 +133,7 @@ def test_distances_of_views_that_begin_behind_the_eye_can_be_the_engine_s():
 )
 def test_what_is_no_projection_is_named(matrix, text):
     with pytest.raises(InputError, match=text):
-        Projection.of(matrix)
+        Projection.from_matrix(matrix)
 
 
 @pytest.mark.parametrize(

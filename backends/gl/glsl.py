@@ -317,7 +317,7 @@ class GLSL(CLike):
         return name
 
     def _placement(self, image: str) -> Placement:
-        return self.placements.of(self.image_numbers[image])
+        return self.placements.placement(self.image_numbers[image])
 
     def _width(self, image: str) -> str:
         """Return the width and height of a texel in texture coordinates."""
@@ -420,7 +420,7 @@ class GLSL(CLike):
             lines.append("uniform ivec2 pg_output_size;")
         if output.is_part:
             lines.append("uniform ivec2 pg_output_origin;")
-        parts = [k for k in range(len(program.images)) if self.placements.of(k).is_part]
+        parts = [k for k in range(len(program.images)) if self.placements.placement(k).is_part]
         lines += [f"uniform ivec4 {region_name(self.own.image, k)};" for k in parts]
         lines += [f"uniform sampler2D {self.own.image}{k};" for k in range(len(program.images))]
         for name, type_, values in program.tables:

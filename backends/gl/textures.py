@@ -40,7 +40,7 @@ class Placements:
     images: tuple[Placement, ...] = ()
     output: Placement = PLAIN
 
-    def of(self, image: int) -> Placement:
+    def placement(self, image: int) -> Placement:
         return self.images[image] if self.images else PLAIN
 
 

@@ -121,7 +121,7 @@ class NumpyBackend(Backend):
 
         if not isinstance(step, PixelStep):
             return ""
-        return body_text(Layout.of(single_stage(step), lanes()).stages[0], "body")
+        return body_text(Layout.for_chain(single_stage(step), lanes()).stages[0], "body")
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
         from passgraph.backends.numpy.pixels.chains import stages

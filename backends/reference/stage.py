@@ -125,17 +125,19 @@ def constant(value: NDArray[Any]) -> Callable[[], Numbers]:
 
 
 def on_quads(builtins_of: Callable[[str], Mapping[str, Callable[[], Made]]]) -> dict[str, Callable[[], Made]]:
-    """Return the builtins of a draw at every pixel of a quad; ``of`` returns those at one pixel, by axes.
+    """Return the builtins of a draw at every pixel of a quad; ``builtins_of`` returns those at one pixel, by axes.
 
     It is called for another pixel only if a kernel reads there.
     """
     at = cache(builtins_of)
 
-    def asked(axes: str, name: str) -> Made:
+    def value_at(axes: str, name: str) -> Made:
         return at(axes)[name]()
 
     own = at("")
-    at_neighbors = {ir.other_pixel(name, axes): partial(asked, axes, name) for axes in ir.OTHER_PIXELS for name in own}
+    at_neighbors = {
+        ir.other_pixel(name, axes): partial(value_at, axes, name) for axes in ir.OTHER_PIXELS for name in own
+    }
     return {**own, **at_neighbors}
 
 

@@ -201,7 +201,7 @@ class Fragment:
     front : True if it is front-facing
     depth : 0 (near) to 1 (far), float32, with polygon offset
     fate : "discarded", "stencil" or "depth" (the test that it fails), or "passed"
-    held : the depth it was tested against; None without a depth target, or if it was discarded
+    tested_against : the depth it was tested against; None without a depth target, or if it was discarded
     corners : corners of the triangle in the mesh; empty if not recorded
     lines : trace of the fragment kernel; None if not recorded, or without a fragment kernel
     """
@@ -211,7 +211,7 @@ class Fragment:
     front: bool
     depth: float
     fate: str
-    held: float | None
+    tested_against: float | None
     corners: tuple[Corner, ...] = ()
     lines: Lines | None = None
 
@@ -224,22 +224,22 @@ class Drawn:
     ----------
     triangles : number of triangles in the mesh
     covering : number of those that cover the pixel
-    fragments : covering triangles in draw order: the first and the last `KEPT_ENDS`, and those in ``told``
-    told : fragments with corners and lines, at most `KEPT_RUNS`: the last that passes, those before it, backwards, then
-        discarded ones
+    fragments : covering triangles in draw order: the first and the last `KEPT_ENDS`, and those in ``detailed``
+    detailed : fragments with corners and lines, at most `KEPT_RUNS`: the last that passes, those before it, backwards,
+        then discarded ones
     state : tests and blending of the draw
     """
 
     triangles: int
     covering: int
     fragments: tuple[Fragment, ...]
-    told: tuple[Fragment, ...]
+    detailed: tuple[Fragment, ...]
     state: DrawState
 
     @property
     def visible(self) -> Fragment | None:
         """Return the last fragment that passes its tests."""
-        return self.told[0] if self.told and self.told[0].fate == "passed" else None
+        return self.detailed[0] if self.detailed and self.detailed[0].fate == "passed" else None
 
 
 @dataclass(frozen=True)
@@ -248,7 +248,7 @@ class _Batch:
 
     covered: Covered
     fates: list[str]
-    held: list[float | None]
+    tested_against: list[float | None]
 
     def __len__(self) -> int:
         return len(self.fates)
@@ -286,7 +286,7 @@ class TracedDraw(ReferenceDrawPass):
         for at, place in enumerate(places.tolist()):
             allowed = True
             if depth is not None:
-                batch.held[place] = float(depth.flat[covered.pixel[at], 0])
+                batch.tested_against[place] = float(depth.flat[covered.pixel[at], 0])
                 allowed = self._allowed(depth, covered.pixel[at : at + 1])
                 passed[at] = super()._tested(covered.take(slice(at, at + 1)), depth)[0]
             batch.fates[place] = "passed" if passed[at] else "depth" if allowed else "stencil"
@@ -322,7 +322,7 @@ class TracedDraw(ReferenceDrawPass):
         corners = self._corners(covered, triangle) if with_lines else ()
         lines = self._lines(covered, self.bound) if with_lines and self.bound is not None else None
         return Fragment(
-            order, triangle, front, float(covered.depth[0]), batch.fates[at], batch.held[at], corners, lines
+            order, triangle, front, float(covered.depth[0]), batch.fates[at], batch.tested_against[at], corners, lines
         )
 
     def _corners(self, covered: Covered, triangle: int) -> tuple[Corner, ...]:

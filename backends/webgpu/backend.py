@@ -134,9 +134,9 @@ class WebGPUBackend(Backend):
         """Write a buffer, before the commands that are encoded next."""
         self.device.queue.write_buffer(buffer, 0, data)
 
-    def free(self, made: Any) -> None:
-        if made is not None and not self.turn.lost and self.alive.pop(id(made), None) is not None:
-            made.destroy()
+    def free(self, resource: Any) -> None:
+        if resource is not None and not self.turn.lost and self.alive.pop(id(resource), None) is not None:
+            resource.destroy()
 
     def free_with(self, owner: object, buffer: Any) -> None:
         """Free a buffer when its owner is garbage-collected."""
@@ -174,11 +174,11 @@ class WebGPUBackend(Backend):
         if format_.stencil and devices.STENCIL not in self.device.features:
             raise BackendError(f"webgpu: {what} takes the feature {devices.STENCIL}, and {self.device_name} lacks it")
         with self.reported(f"making {what}"):
-            made = self.device.create_texture(size=(*size, 1), format=stored.name, usage=uses)
-            view = made.create_view()
-            read = made.create_view(aspect="depth-only", format="depth32float") if format_.is_depth else view
-        self.alive[id(made)] = made
-        return Texture(format_, size, stored, made, view, read)
+            texture = self.device.create_texture(size=(*size, 1), format=stored.name, usage=uses)
+            view = texture.create_view()
+            read = texture.create_view(aspect="depth-only", format="depth32float") if format_.is_depth else view
+        self.alive[id(texture)] = texture
+        return Texture(format_, size, stored, texture, view, read)
 
     def release(self, storage: Texture) -> None:
         if self.closed:
@@ -327,8 +327,8 @@ class WebGPUBackend(Backend):
                 return
             self.finish()
             self.closed = True
-            for made in list(self.alive.values()):
-                self.free(made)
+            for resource in list(self.alive.values()):
+                self.free(resource)
             self._close_device()
             # wgpu releases a device with its last Python object: drop them all.
             self.programs = self.device = self._staging = None

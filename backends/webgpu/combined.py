@@ -28,7 +28,7 @@ class Combined:
     """
 
     def __init__(self, program: s.ScalarProgram) -> None:
-        self.made: dict[int, s.Op] = {}
+        self.producers: dict[int, s.Op] = {}
         self.numbers: dict[int, object] = {}  # equal for values that a compiler recognizes as equal
         self.results: set[int] = set()
         chosen_by: defaultdict[int, list[s.Choose]] = defaultdict(list)
@@ -64,7 +64,7 @@ class Combined:
     def _number(self, i: s.Instruction) -> None:
         """Number equal computations and loads alike; values of variables are unknown."""
         if isinstance(i, s.Op):
-            self.made[i.to.id] = i
+            self.producers[i.to.id] = i
             self.numbers[i.to.id] = i.operation, i.on, tuple([self._number_of(a) for a in i.arguments])
         elif isinstance(i, s.LoadUniform):
             self.numbers[i.to.id] = i.block, self._number_of(i.index)
@@ -84,28 +84,28 @@ class Combined:
         if i.on != "float":
             return
         for place, argument in enumerate(i.arguments):
-            made = self._made(argument)
-            if made is not None and self._combines(made, i, place):
-                self.results.add(made.to.id)
+            producer = self._producer(argument)
+            if producer is not None and self._combines(producer, i, place):
+                self.results.add(producer.to.id)
 
-    def _combines(self, made: s.Op, by: s.Op, place: int) -> bool:
-        """Return True if compilers combine the result of ``made`` with the operation that reads it."""
-        name, reader = made.operation, by.operation
+    def _combines(self, producer: s.Op, by: s.Op, place: int) -> bool:
+        """Return True if compilers combine the result of ``producer`` with the operation that reads it."""
+        name, reader = producer.operation, by.operation
         if reader in ("isnan", "isinf", "bits_from_float", "min", "max") or reader in COMPARISONS:
             return False
         if name == "to_float":
             return reader in ("to_int", "round", "floor", "ceil", "trunc")
         if reader in _SUMS:
             if name == "mul":
-                other = self._made(by.arguments[1 - place])
-                return other is not None and other.operation == "mul" and self._share(made, other)
+                other = self._producer(by.arguments[1 - place])
+                return other is not None and other.operation == "mul" and self._share(producer, other)
             if name == "add":
-                return reader == "sub" or _has_literal(made) or _has_literal(by)
+                return reader == "sub" or _has_literal(producer) or _has_literal(by)
             return name in ("sub", "neg", "floor")
         if reader in _PRODUCTS:
             if name == "sub":
-                return isinstance(made.arguments[0], s.Lit)
-            return name in ("sqrt", "div") or (name == "mul" and (reader == "div" or _has_literal(made)))
+                return isinstance(producer.arguments[0], s.Lit)
+            return name in ("sqrt", "div") or (name == "mul" and (reader == "div" or _has_literal(producer)))
         return reader == "sqrt" and name in _PRODUCTS
 
     def _share(self, one: s.Op, other: s.Op) -> bool:
@@ -115,21 +115,21 @@ class Combined:
     def _handed_on(self, *operands: s.Operand) -> None:
         """Mark operands whose values variables and choices pass on to other operations."""
         for operand in operands:
-            made = self._made(operand)
-            if made is not None and made.to.type == "float" and made.operation in _COMBINED:
-                self.results.add(made.to.id)
+            producer = self._producer(operand)
+            if producer is not None and producer.to.type == "float" and producer.operation in _COMBINED:
+                self.results.add(producer.to.id)
 
-    def _made(self, operand: s.Operand) -> s.Op | None:
-        return self.made.get(operand.id) if isinstance(operand, s.Val) else None
+    def _producer(self, operand: s.Operand) -> s.Op | None:
+        return self.producers.get(operand.id) if isinstance(operand, s.Val) else None
 
     def _compares(self, value: int, i: s.Choose) -> bool:
         """Return True if a choice is between the compared values: compilers turn it into a minimum or an absolute
         value."""
-        made = self.made.get(value)
-        if made is None or made.on != "float":
+        producer = self.producers.get(value)
+        if producer is None or producer.on != "float":
             return True
-        numbers = {self._number_of(a) for a in made.arguments}
-        branches = [self._made(a) for a in (i.then, i.orelse)]
+        numbers = {self._number_of(a) for a in producer.arguments}
+        branches = [self._producer(a) for a in (i.then, i.orelse)]
         read = [i.then, i.orelse, *(a for branch in branches if branch is not None for a in branch.arguments)]
         return any(self._number_of(a) in numbers for a in read)
 

@@ -28,14 +28,14 @@ class Programs:
 
     def __init__(self, device: Any) -> None:
         self.device = device
-        self.made: dict[object, Any] = {}
+        self.cached: dict[object, Any] = {}
         self.nearest = device.create_sampler(min_filter="nearest", mag_filter="nearest")
         self.linear = device.create_sampler(min_filter="linear", mag_filter="linear")
 
     def once(self, key: object, make: Callable[[], _T]) -> _T:
-        if key not in self.made:
-            self.made[key] = make()
-        found: _T = self.made[key]
+        if key not in self.cached:
+            self.cached[key] = make()
+        found: _T = self.cached[key]
         return found
 
     def module(self, listing: Listing, kernel: str) -> Any:

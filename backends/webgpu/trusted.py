@@ -25,7 +25,7 @@ def trusted_module(device: Any, code: str) -> Any | None:
         source.code.data, source.code.length = held, len(text)
         descriptor = ffi.new("WGPUShaderModuleDescriptor *")
         descriptor.nextInChain = ffi.cast("WGPUChainedStruct *", source)
-        made = create(device._internal, descriptor, _BOUNDS_CHECKS)
+        module = create(device._internal, descriptor, _BOUNDS_CHECKS)
     except (ImportError, AttributeError, TypeError):
         return None
-    return None if made == ffi.NULL else GPUShaderModule("", made, device)
+    return None if module == ffi.NULL else GPUShaderModule("", module, device)

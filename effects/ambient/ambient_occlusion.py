@@ -282,7 +282,7 @@ def ambient_occlusion() -> None:
 
 def _radius_in(scene: pg.Scene) -> float:
     """Return RADIUS_SHARE of the diagonal of everything that casts shadows, without the ground."""
-    nodes = Casters.of(scene).shadowing_nodes() or list(scene.nodes)
+    nodes = Casters.in_scene(scene).shadowing_nodes() or list(scene.nodes)
     low = np.min([node.bounds[0] for node in nodes], axis=0)
     high = np.max([node.bounds[1] for node in nodes], axis=0)
     return RADIUS_SHARE * float(np.linalg.norm(high - low))

@@ -125,7 +125,7 @@ def five_pass_targets(
     """Return `five_pass` with all intermediate targets; parameters as there."""
     _check(scene)
     default = scene.lights[0]
-    casters = Casters.of(scene)
+    casters = Casters.in_scene(scene)
     if not casters.nodes:
         raise pg.GraphError(f"five_pass: nothing in scene {scene.name!r} casts a shadow")
     if default.kind == "point" and default.fitted_frustum(casters.bounds_for(default)) is None:

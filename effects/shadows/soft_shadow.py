@@ -94,7 +94,7 @@ def soft_shadow_passes(
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
     seen = g_buffer(scene, view, background)
     lights = lights_of(scene)
-    casters = Casters.of(scene)
+    casters = Casters.in_scene(scene)
     width = width_of_edges(softness, lights, casters)
     lighting = Lighting(scene, view, seen, lights, casters, map_size, map_blur_px, notes, chosen, fit == "view", width)
     free, shadowed = lighting.sums((ambient, ambient, ambient) if isinstance(ambient, (int, float)) else ambient)

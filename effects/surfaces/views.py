@@ -202,7 +202,7 @@ class Casters:
         return np.asarray((bounds_of(nodes) if nodes else self.scene_bounds).mean(axis=0), np.float64)
 
     @classmethod
-    def of(cls, scene: pg.Scene) -> Casters:
+    def in_scene(cls, scene: pg.Scene) -> Casters:
         """Return the casters; flat or convex nodes with all others in front of one of their planes count as grounds."""
         nodes = tuple(node for node in scene.nodes if node.casts and node.material.alpha_mode != "blend")
         found = []

@@ -275,7 +275,7 @@ def generate(
     bits = int(options["bits"] or 8)
     check_outputs(output, capture, bits)
     job = generator_job(effect, None, size, parameters)
-    run_and_save(job, output, RunOptions.of(options), bits)
+    run_and_save(job, output, RunOptions.from_options(options), bits)
     return 0
 
 
@@ -297,7 +297,7 @@ def apply_to_one(
         return 0
     tell_of_several([picture])
     job = picture_job(effect, picture, depth, options["linear"], parameters, holds)
-    run_and_save(job, output, RunOptions.of(options), bits, picture)
+    run_and_save(job, output, RunOptions.from_options(options), bits, picture)
     return 0
 
 
@@ -334,7 +334,7 @@ def apply_to_many(
         effect = effect.for_opaque()
     check_clips(clips, output, [*stills, *(path for source in further for path in inputs_of(source))])
     tell_of_several(path for clip in clips if isinstance(clip.source, Pictures) for path in inputs_of(clip.source))
-    changing = Changing.of(effect, arguments)
+    changing = Changing.taken_from(effect, arguments)
     parameters, constants = picture_parameters(
         effect, {n: value for n, value in arguments.items() if n not in companions}
     )

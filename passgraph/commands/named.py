@@ -220,7 +220,7 @@ def _said(parameter: KernelParameter, text: str, effect: Effect) -> Parameter:
         kind = "value"  # as a flag, leaving it out would mean False
     return Parameter(
         parameter.name, kind, parameter.default, parameter.range or Range(), text,
-        of=parameter.type if kind == "value" else None, required=not parameter.has_default,
+        value_type=parameter.type if kind == "value" else None, required=not parameter.has_default,
     )  # fmt: skip
 
 

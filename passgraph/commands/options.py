@@ -193,10 +193,10 @@ def option_of(parameter: Parameter, kind: type[EffectOption] = EffectOption) -> 
         settings |= {"type": click.Path(path_type=Path), "metavar": "FILE"}
     elif parameter.type == "text":
         settings |= {"type": str, "metavar": "NAME"}
-    elif parameter.of is not None:
+    elif parameter.value_type is not None:
         from passgraph.commands.input_values import TypedValue
 
-        settings |= {"type": TypedValue(parameter.of), "metavar": str(parameter.of).upper()}
+        settings |= {"type": TypedValue(parameter.value_type), "metavar": str(parameter.value_type).upper()}
     elif parameter.type == "int":
         settings["type"] = WholeRange(_as(int, limits.low), _as(int, limits.high), min_open=limits.above)
     else:
@@ -207,7 +207,7 @@ def option_of(parameter: Parameter, kind: type[EffectOption] = EffectOption) -> 
         settings["metavar"] = "NUMBER"
     default = parameter.default
     if default is not None:
-        settings["show_default"] = _shown_default(default, "," if parameter.of else " ")
+        settings["show_default"] = _shown_default(default, "," if parameter.value_type else " ")
     text = parameter.help[:1].upper() + parameter.help[1:]
     unit = f" ({limits.unit})" if limits.unit else ""
     if default is not None or not parameter.required:

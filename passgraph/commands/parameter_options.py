@@ -60,7 +60,7 @@ class FramesOption(EffectOption):
 
     @property
     def is_number(self) -> bool:
-        value_type = self.parameter.of
+        value_type = self.parameter.value_type
         return self.parameter.type in ("int", "float") or (value_type is not None and element_of(value_type) != BOOL)
 
 
@@ -83,7 +83,7 @@ class Changing:
     frame_time: str | None
 
     @staticmethod
-    def of(effect: Effect, parameters: dict[str, Any]) -> Changing:
+    def taken_from(effect: Effect, parameters: dict[str, Any]) -> Changing:
         """Remove the changing parameters from ``parameters`` and return them; a given frame time stays constant."""
         time = None if effect.frame_time in parameters else effect.frame_time
         return Changing(

@@ -161,7 +161,7 @@ class RunOptions:
     math: Math = "exact"
 
     @classmethod
-    def of(cls, options: Mapping[str, Any]) -> RunOptions:
+    def from_options(cls, options: Mapping[str, Any]) -> RunOptions:
         """Take the options of a command line."""
         return cls(**{field.name: options[field.name] for field in fields(cls) if field.name in options})
 

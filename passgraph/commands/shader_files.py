@@ -149,4 +149,4 @@ def _said(name: str, parameter: ShaderParameter) -> Parameter:
     if not is_range and (low is not None or high is not None):
         text = f"{text} (from {low} to {high})".strip()
     limits = Range(low, high) if is_range else Range()
-    return Parameter(name, kind, default, limits, text, of=parameter.type if kind == "value" else None)
+    return Parameter(name, kind, default, limits, text, value_type=parameter.type if kind == "value" else None)

@@ -73,14 +73,14 @@ class View:
     holds: pg.HardwareDepth
 
     @classmethod
-    def of(cls, source: object, zero_to_one: bool | None = None) -> View:
+    def from_camera(cls, source: object, zero_to_one: bool | None = None) -> View:
         """Convert a view, a camera, or an engine's matrices.
 
         Matrices are (view, projection) or (view, projection, zero_to_one), (4, 4) each with ``M @ v``. ``zero_to_one``
         is True if depth in clip space is from 0 to 1; the argument is its default.
 
         >>> camera = pg.Camera((0, 0, 5), (0, 0, 0), near=1.0, far=9.0)
-        >>> View.of((camera.view_matrix(), camera.projection_matrix(1.5))).holds.near
+        >>> View.from_camera((camera.view_matrix(), camera.projection_matrix(1.5))).holds.near
         1.0
         """
         if isinstance(source, View):
@@ -187,7 +187,7 @@ class Attachment:
         self._given: dict[str, object] = {}
         self._take(effect, values)
         if camera is not None and not callable(camera):
-            View.of(camera)
+            View.from_camera(camera)
 
     @property
     def effect(self) -> Effect:
@@ -432,7 +432,7 @@ class Attachment:
     def _view(self) -> View:
         camera = self._camera() if callable(self._camera) else self._camera
         assert self._host is not None
-        view = self._engine_camera() if camera is None else View.of(camera, self._host.zero_to_one)
+        view = self._engine_camera() if camera is None else View.from_camera(camera, self._host.zero_to_one)
         if view is None:
             raise pg.InputError(
                 f"{self.engine}: the effect takes {' and '.join(sorted(self._takes))}, and the engine has no camera "

@@ -120,8 +120,8 @@ class Run:
             for frames in _in_step(self.sources):
                 first = next(iter(frames.values()))
                 self.first, began = self.first if began else first.number, True
-                held = self.resume and self.sink.holds(first)
-                yield _Loading(first, frames, held, skipped=held and not self.program.has_history)
+                resumed = self.resume and self.sink.holds(first)
+                yield _Loading(first, frames, resumed, skipped=resumed and not self.program.has_history)
         except InputError as error:
             if not began:
                 raise
@@ -151,7 +151,7 @@ class Run:
     def _run(self, item: _Loading, pictures: dict[str, Stored]) -> Stored | None:
         self._check_sizes(item, {name: _size(picture) for name, picture in pictures.items()})
         run_values = self._values(item.frame.number) | pictures
-        if item.held:
+        if item.resumed:
             self.program.run(**run_values)
             result = None
         else:
@@ -260,11 +260,11 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class _Loading:
-    """A frame of each source; ``held``: its output exists; ``skipped``: it need not be computed either."""
+    """A frame of each source; ``resumed``: its output exists; ``skipped``: it need not be computed either."""
 
     frame: Frame
     frames: dict[str, Frame]
-    held: bool
+    resumed: bool
     skipped: bool
 
 

@@ -28,7 +28,7 @@ class Frame:
     read : return the picture; raises InputError if it cannot be decoded
     metadata : of a frame with a time, its ``pts`` and ``time_base``, and its ``duration`` if the file has it
 
-    >>> Frame.of(1, "gray", np.full((2, 3, 4), 128, np.uint8)).read().shape
+    >>> Frame.from_picture(1, "gray", np.full((2, 3, 4), 128, np.uint8)).read().shape
     (2, 3, 4)
     """
 
@@ -38,7 +38,7 @@ class Frame:
     metadata: Mapping[str, Any] = field(default_factory=dict)
 
     @staticmethod
-    def of(number: int, name: str, picture: Stored) -> Frame:
+    def from_picture(number: int, name: str, picture: Stored) -> Frame:
         """Return a frame of a picture in memory."""
         return Frame(number, name, lambda: picture)
 

@@ -108,7 +108,7 @@ class Pipe:
         assert self.raw.size is not None
         (width, height), layout = self.raw.size, LAYOUTS[self.raw.layout]
         pixels = np.frombuffer(data, layout.dtype).reshape(height, width, layout.channels)
-        return Frame.of(number, name, layout.ordered(pixels))
+        return Frame.from_picture(number, name, layout.ordered(pixels))
 
     def _next(self, number: int) -> bytes:
         """Return the bytes of the next picture; none at the end."""

@@ -180,7 +180,7 @@ class RemoteRun(Run):
         source = self.sources[name]
         if not isinstance(source, Pictures) or frame.number not in source.paths:
             return frame.read()
-        return Named.of(source.paths[frame.number]) or frame.read()  # raises the error of a missing file
+        return Named.from_path(source.paths[frame.number]) or frame.read()  # raises the error of a missing file
 
     def _output_file(self, frame: Frame) -> Any:
         """Return the picture file that a worker may write, since encoding is most of the work; None for other sinks."""

@@ -137,10 +137,10 @@ class ToPictures(Sink):
         return [self.paths.path(1)] if isinstance(self.paths, Pattern) else list(self.paths.values())
 
     def in_bytes(self, source: Source) -> bool:
-        held = [format_of_suffix(path).dtypes for path in self._named]
-        if self.bits == 16 or any(dtypes[0] != "uint8" for dtypes in held):
+        stored_types = [format_of_suffix(path).dtypes for path in self._named]
+        if self.bits == 16 or any(dtypes[0] != "uint8" for dtypes in stored_types):
             return False
-        return not (self.bits is None and any("uint16" in dtypes for dtypes in held) and _deep(source))
+        return not (self.bits is None and any("uint16" in dtypes for dtypes in stored_types) and _deep(source))
 
     def lost_bits(self, source: Source) -> str:
         """Return a warning if the source has 16 bits a channel and an output format holds 8; else empty."""
@@ -213,7 +213,7 @@ class Still:
 
     def __iter__(self) -> Iterator[Frame]:
         for number in count(1):
-            yield Frame.of(number, self.name, self._picture)
+            yield Frame.from_picture(number, self.name, self._picture)
 
 
 class Held:
@@ -258,7 +258,7 @@ class Arrays:
 
     def __iter__(self) -> Iterator[Frame]:
         for number, picture in enumerate(self.pictures, 1):
-            yield Frame.of(number, f"array {number}", picture)
+            yield Frame.from_picture(number, f"array {number}", picture)
 
 
 class Numbers:

@@ -103,7 +103,7 @@ class Named:
     modified: int
 
     @staticmethod
-    def of(path: str | os.PathLike[str]) -> Named | None:
+    def from_path(path: str | os.PathLike[str]) -> Named | None:
         """Describe a file, or the metadata file of a Zarr array; None if it does not exist."""
         full = os.path.abspath(path)
         file, _ = split_layer(Path(full))
@@ -118,7 +118,7 @@ class Named:
     @property
     def is_here(self) -> bool:
         """True if this worker sees the same file as the caller (same size and modification time)."""
-        return Named.of(self.path) == self
+        return Named.from_path(self.path) == self
 
 
 @dataclass(frozen=True)

@@ -156,25 +156,25 @@ class _Amounts:
 
     def __init__(self, ranges: Mapping[Component, Range], counter: Component | None = None) -> None:
         self.known, self.counter = ranges, counter
-        self.held: dict[str, list[_Amount]] = {}
+        self.amounts: dict[str, list[_Amount]] = {}
 
     def run(self, statements: Sequence[ir.Stmt]) -> bool:
         """Apply assignments; return False if there are other statements."""
         for statement in statements:
             if not isinstance(statement, ir.Assign):
                 return False
-            self.held[statement.name] = self.of(statement.value)
+            self.amounts[statement.name] = self.amounts_in(statement.value)
         return True
 
     def come_to(self, statements: Sequence[ir.Stmt]) -> None:
         """Apply assignments; variables assigned in branches and loops become unknown."""
         for statement in statements:
             if isinstance(statement, ir.Assign):
-                self.held[statement.name] = self.of(statement.value)
+                self.amounts[statement.name] = self.amounts_in(statement.value)
             else:
-                self.held |= {one.name: [] for one in ir.assignments((statement,))}
+                self.amounts |= {one.name: [] for one in ir.assignments((statement,))}
 
-    def of(self, value: ir.Expr) -> list[_Amount]:
+    def amounts_in(self, value: ir.Expr) -> list[_Amount]:
         if isinstance(value.type, (Array, Matrix)) or element_of(value.type) is UINT:
             return [_UNKNOWN]
         count = component_count(value.type)
@@ -182,14 +182,14 @@ class _Amounts:
             number = float(value.value)
             return [_Amount(of_number(number) if value.type is FLOAT else Range(number, number))]
         if isinstance(value, ir.Local):
-            return self.held.get(value.name) or [self._component((value.name, i)) for i in range(count)]
+            return self.amounts.get(value.name) or [self._component((value.name, i)) for i in range(count)]
         if isinstance(value, ir.Swizzle):
-            amounts = self.of(value.value)
+            amounts = self.amounts_in(value.value)
             return [amounts[i] for i in value.components]
         if isinstance(value, ir.Index) and isinstance(value.index, ir.Literal) and isinstance(value.value.type, Vector):
-            return [self.of(value.value)[int(value.index.value)]]
+            return [self.amounts_in(value.value)[int(value.index.value)]]
         if isinstance(value, ir.Construct):
-            return [amount for part in value.arguments for amount in self.of(part)]
+            return [amount for part in value.arguments for amount in self.amounts_in(part)]
         if isinstance(value, ir.Apply):
             return self._applied(value, count)
         return [_Amount(TRUTH) if element_of(value.type) is BOOL else _UNKNOWN] * count
@@ -202,7 +202,7 @@ class _Amounts:
     def _applied(self, value: ir.Apply, count: int) -> list[_Amount]:
         if element_of(value.type) is BOOL:
             return [_Amount(TRUTH)] * count
-        operands = [self.of(argument) for argument in value.arguments]
+        operands = [self.amounts_in(argument) for argument in value.arguments]
         if any(len(operand) not in (1, count) for operand in operands):
             return [_UNKNOWN] * count
         of_floats = element_of(value.arguments[0].type) is FLOAT
@@ -244,15 +244,15 @@ def _bounded(
     start = _Amounts(ranges)
     start.come_to(before[-_LOOKED_BACK:])
     for update in updates:
-        if not isinstance(update, ir.Assign) or update.name not in start.held:
+        if not isinstance(update, ir.Assign) or update.name not in start.amounts:
             continue
-        for i, first in enumerate(start.held[update.name]):
+        for i, first in enumerate(start.amounts[update.name]):
             counter = (update.name, i)
             after, tested = _Amounts(ranges, counter), _Amounts(ranges, counter)
-            tested.held |= {name: known_amounts for name, known_amounts in start.held.items() if name in fixed}
-            if not after.run(updates) or not tested.run(tests[:-1]) or len(after.held[update.name]) <= i:
+            tested.amounts |= {name: known_amounts for name, known_amounts in start.amounts.items() if name in fixed}
+            if not after.run(updates) or not tested.run(tests[:-1]) or len(after.amounts[update.name]) <= i:
                 continue
-            step, last = after.held[update.name][i], tests[-1]
+            step, last = after.amounts[update.name][i], tests[-1]
             assert isinstance(last, ir.Assign)
             is_int = element_of(update.value.type) is INT
             for grows, end, aside in _ends(last.value, tested):
@@ -280,7 +280,7 @@ def _ends(condition: ir.Expr, amounts: _Amounts) -> Iterator[tuple[bool, float, 
         return
     if element_of(condition.arguments[0].type) is UINT:
         return
-    (left,), (right,) = map(amounts.of, condition.arguments)
+    (left,), (right,) = map(amounts.amounts_in, condition.arguments)
     operation = condition.operation
     if right.follows and not left.follows:
         left, right, operation = right, left, MIRRORED[operation]
@@ -332,15 +332,15 @@ def emit_loop(body: Body, node: g.Loop) -> None:
         count = None
     # An open loop's limit is set after its body is lowered; loops inside may need as many trips as the loop itself.
     unit.trips = around * max(1, math.isqrt(_MAX_TOGETHER // around) if count is None else count.trips)
-    outer_trips, undecided = unit.told, unit.undecided
-    unit.told, unit.undecided = (
+    outer_trips, undecided = unit.known_trips, unit.undecided
+    unit.known_trips, unit.undecided = (
         (outer_trips, undecided + 1) if count is None else (outer_trips * max(1, count.trips), undecided)
     )
     unit.counters = outer if count is None else {**outer, **count.within}
     body.heads.add(len(body.scopes))
     block = body.statements.inside(node, [node.body])
     body.heads.remove(len(body.scopes))
-    unit.trips, unit.counters, unit.told, unit.undecided = around, outer, outer_trips, undecided
+    unit.trips, unit.counters, unit.known_trips, unit.undecided = around, outer, outer_trips, undecided
 
     def test() -> ir.Expr:
         assert node.condition is not None
@@ -386,7 +386,7 @@ def _open_trips(unit: Unit, block: tuple[ir.Stmt, ...]) -> int:
     """Return the most trips that the kernel's limits leave; open outer loops have as many."""
     work = _work(block)
     work_left = (_MAX_WORK - unit.work) // _SHARE
-    together = min(_MAX_TOGETHER // (unit.told * _trips(block)), work_left // (unit.told * work))
+    together = min(_MAX_TOGETHER // (unit.known_trips * _trips(block)), work_left // (unit.known_trips * work))
     trips = max(1, min(MAX_OPEN, math.floor(math.pow(together, 1 / (1 + unit.undecided)))))
     if unit.trips == 1:  # nested loops are counted in the outer one
         unit.work += trips * work

@@ -93,7 +93,7 @@ class Unit:
     leaving: dict[g.Statement, bool] = field(default_factory=dict)  # statements that may leave their function
     work: int = 0  # estimated instructions of open loops
     trips: int = 1  # of the enclosing loops together, with the most for open ones
-    told: int = 1  # of the enclosing loops with known trip counts
+    known_trips: int = 1  # of the enclosing loops with known trip counts
     undecided: int = 0  # number of enclosing open loops
     #: Ranges of the enclosing loops' counters, by their names in the representation and their components.
     counters: dict[tuple[str, int], Range] = field(default_factory=dict)

@@ -73,7 +73,7 @@ class Facts:
 
     Attributes
     ----------
-    told : its width, height, internal format and samples, as OpenGL reports them
+    reported : its width, height, internal format and samples, as OpenGL reports them
     format : the format as which kernels read it
     internal : the internal format of a texture with the same numbers
     stored : the description of its storage
@@ -84,7 +84,7 @@ class Facts:
     """
 
     surface: Surface
-    told: tuple[int, int, int, int]
+    reported: tuple[int, int, int, int]
     format: Format
     internal: int
     stored: str
@@ -98,12 +98,12 @@ class Facts:
     @property
     def size(self) -> tuple[int, int]:
         """(width, height) of the surface in pixels."""
-        return self.told[:2]
+        return self.reported[:2]
 
     @property
     def samples(self) -> int:
         """Samples a pixel; 0 without multisampling."""
-        return self.told[3]
+        return self.reported[3]
 
 
 def texture_surface(gl: Functions, name: int) -> Surface:
@@ -222,7 +222,7 @@ def facts_of(gl: Functions, surface: Surface, scratch: int, size: tuple[int, int
 
 
 def told_now(gl: Functions, facts: Facts) -> tuple[int, int, int, int] | None:
-    """Return `Facts.told` of a texture or renderbuffer now, as far as OpenGL reports it; None if it was deleted."""
+    """Return `Facts.reported` of a texture or renderbuffer now, as far as OpenGL reports it; None if it was deleted."""
     surface = facts.surface
     is_texture = surface.kind == "texture"
     if not (gl.IsTexture if is_texture else gl.IsRenderbuffer)(surface.name):
@@ -231,7 +231,7 @@ def told_now(gl: Functions, facts: Facts) -> tuple[int, int, int, int] | None:
         return _all_told(_of_renderbuffer(gl, surface))
     gl.ActiveTexture(g.TEXTURE0)
     level_facts = _of_level(gl, surface, facts.bound_as, facts.level_target)
-    return _all_told(level_facts) if level_facts else facts.told
+    return _all_told(level_facts) if level_facts else facts.reported
 
 
 def _of_level(gl: Functions, surface: Surface, bound_as: int, level_target: int) -> dict[str, int]:
@@ -432,7 +432,7 @@ class Copies:
         with self.host.context as gl:
             now = told_now(gl, facts)
             gl.drain()
-        if now == facts.told:
+        if now == facts.reported:
             return
         had = f"{facts.size[0]}x{facts.size[1]}"
         if now is None:

@@ -136,29 +136,29 @@ class Host(WebGPUBackend):
         InputError
             For textures of another device, dimension or sample count, and formats that kernels do not read.
         """
-        whole = texture.texture if isinstance(texture, self.wgpu.GPUTextureView) else texture
-        if not isinstance(whole, self.wgpu.GPUTexture):
+        target = texture.texture if isinstance(texture, self.wgpu.GPUTextureView) else texture
+        if not isinstance(target, self.wgpu.GPUTexture):
             raise InputError(f"webgpu.Host.texture: takes a wgpu.GPUTexture or a view, got {arguments.shown(texture)}")
-        width, height, layers = whole.size
-        what = f"webgpu.Host.texture: a {whole.format} texture of {width}x{height} pixels"
-        if getattr(whole, "_device", self.device) is not self.device:
+        width, height, layers = target.size
+        what = f"webgpu.Host.texture: a {target.format} texture of {width}x{height} pixels"
+        if getattr(target, "_device", self.device) is not self.device:
             raise InputError(f"{what} is of another device; give the host the device that made it")
-        if whole.dimension != "2d" or layers != 1 or whole.sample_count != 1:
+        if target.dimension != "2d" or layers != 1 or target.sample_count != 1:
             raise InputError(
-                f"{what} has dimension {whole.dimension}, {layers} layer(s) and {whole.sample_count} sample(s); "
+                f"{what} has dimension {target.dimension}, {layers} layer(s) and {target.sample_count} sample(s); "
                 "expected 2d, 1 and 1. Resolve or copy it first"
             )
-        name = whole.format.removesuffix("-srgb")
+        name = target.format.removesuffix("-srgb")
         if name not in _KNOWN:
             raise InputError(f"{what} cannot be read by kernels; expected one of {', '.join(_KNOWN)}")
         format_, stored = _KNOWN[name]
-        is_coded = name != whole.format
+        is_coded = name != target.format
         if is_coded if srgb is None else arguments.flag(srgb, "webgpu.Host.texture: srgb", InputError):
             encoded = curved(format_, True)
             if encoded is None:
                 raise InputError(f"{what} with srgb=True: there is no format {format_.name}_srgb")
             format_ = encoded
-        return HostPicture(format_, (width, height), whole, stored, is_coded, self)
+        return HostPicture(format_, (width, height), target, stored, is_coded, self)
 
     # The contract
 
@@ -253,9 +253,9 @@ class Host(WebGPUBackend):
         if self._recorded is None:
             super().finish()
 
-    def free(self, made: Any) -> None:
+    def free(self, resource: Any) -> None:
         """Drop the reference: commands that the host has recorded may still use it, and wgpu frees it after them."""
-        self.alive.pop(id(made), None)
+        self.alive.pop(id(resource), None)
 
     def _close_device(self) -> None:
         """Do nothing: the device is the host's."""

@@ -383,7 +383,7 @@ class Emitter:
     def range_of(self, value: s.Operand) -> tuple[int, int] | None:
         """Return bounds of an int that loop indices, limits (min, max, clamp) or selections bound on both sides, or
         None."""
-        bounds = self.bounds.of(value)
+        bounds = self.bounds.range_of(value)
         return (int(bounds.low), int(bounds.high)) if bounds.known else None
 
 

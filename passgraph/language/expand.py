@@ -22,16 +22,16 @@ class Steps:
         """Apply them to other values; folded and shared as if expanded there."""
         operands: dict[int, s.Operand] = dict(enumerate(arguments, 1))
 
-        def of(x: s.Operand) -> s.Operand:
+        def operand_of(x: s.Operand) -> s.Operand:
             return operands[x.id] if isinstance(x, s.Val) else x
 
         for i in self.body:
             e.step()  # folding and sharing take time too
             if isinstance(i, s.Op):
-                operands[i.to.id] = e.op(i.operation, *[of(x) for x in i.arguments], span=i.span)
+                operands[i.to.id] = e.op(i.operation, *[operand_of(x) for x in i.arguments], span=i.span)
             else:
-                operands[i.to.id] = e.choose(of(i.condition), of(i.then), of(i.orelse))
-        return of(self.result)
+                operands[i.to.id] = e.choose(operand_of(i.condition), operand_of(i.then), operand_of(i.orelse))
+        return operand_of(self.result)
 
 
 Values: TypeAlias = list[s.Operand]

@@ -169,7 +169,7 @@ class Loops:
     def _count(self, statement: ir.For, start: s.Operand, stop: s.Operand, step: s.Operand) -> Trips:
         """Return the most iterations of a loop, and the value of its iteration count."""
         e, zero = self.emitter, s.Lit("int", 0)
-        least, most = e.bounds.of(step)[:2]
+        least, most = e.bounds.range_of(step)[:2]
         rise = max(0.0, e.trip_bounds.apart(stop, start)) if most >= 1 else 0.0
         fall = max(0.0, e.trip_bounds.apart(start, stop)) if least <= -1 else 0.0
         trips = int(max(math.ceil(rise / max(least, 1)), math.ceil(fall / max(-most, 1))))
@@ -197,7 +197,7 @@ class Loops:
     def _unlimited(self, start: s.Operand, stop: s.Operand, rises: bool) -> str:
         """Say which ends of a loop are unlimited, and how to limit them."""
         low, high = ("start", "stop") if rises else ("stop", "start")
-        bounds = {"start": self.emitter.bounds.of(start), "stop": self.emitter.bounds.of(stop)}
+        bounds = {"start": self.emitter.bounds.range_of(start), "stop": self.emitter.bounds.range_of(stop)}
         ends = []
         if bounds[low].low < -ANY_NUMBER:
             ends.append(f"its {low} has no lower limit, as max({low}, 0) has")
@@ -218,7 +218,7 @@ class Loops:
 
     def _reach(self, start: s.Operand, stop: s.Operand, rises: bool, falls: bool) -> tuple[float, float]:
         """Return the range of the index; ``stop`` is excluded."""
-        first, end = self.emitter.bounds.of(start), self.emitter.bounds.of(stop)
+        first, end = self.emitter.bounds.range_of(start), self.emitter.bounds.range_of(stop)
         low = min([first.low] * rises + [end.low + 1] * falls, default=0)
         return low, max([end.high - 1] * rises + [first.high] * falls, default=0)
 
@@ -231,7 +231,7 @@ class Loops:
         e.push(s.If(e.op("greater_equal", count, trips.value), (s.Break(),), ()))
         index = e.op("add", trips.start, e.op("mul", count, trips.step))
         low, high = trips.reach
-        index_range = e.bounds.of(index)
+        index_range = e.bounds.range_of(index)
         if index_range.high > high:
             index = e.op("min", index, s.Lit("int", int(high)))
         if index_range.low < low:

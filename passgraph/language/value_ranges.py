@@ -55,7 +55,7 @@ class Ranges:
         """Forget a value's range, as its number is reused."""
         self.found.pop(number, None)
 
-    def of(self, value: s.Operand, depth: int = 0) -> Range:
+    def range_of(self, value: s.Operand, depth: int = 0) -> Range:
         """Return the range of an int, float or bool (0 or 1)."""
         if isinstance(value, s.Lit):
             return of_number(float(value.value)) if value.type == "float" else Range(value.value, value.value)
@@ -71,16 +71,16 @@ class Ranges:
 
     def _range_of(self, instruction: s.Op | s.Choose, depth: int) -> Range | None:
         if isinstance(instruction, s.Choose):
-            return union(self.of(instruction.then, depth), self.of(instruction.orelse, depth))
+            return union(self.range_of(instruction.then, depth), self.range_of(instruction.orelse, depth))
         return of_operation(
-            instruction.operation, instruction.on == "float", [self.of(a, depth) for a in instruction.arguments]
+            instruction.operation, instruction.on == "float", [self.range_of(a, depth) for a in instruction.arguments]
         )
 
     # Differences: terms that both sides share, such as a pixel's position, cancel.
 
     def apart(self, high: s.Operand, low: s.Operand, depth: int = 0) -> float:
         """Return the largest difference of int ``high`` minus ``low``, as numbers that do not wrap."""
-        (_, top), (bottom, _) = _ends(self.of(high)), _ends(self.of(low))
+        (_, top), (bottom, _) = _ends(self.range_of(high)), _ends(self.range_of(low))
         best = self._offset(high, low, top - bottom)
         if depth < MAX_DIFFERENCE_DEPTH:
             for one in self._alternatives(high, "min"):
@@ -104,7 +104,7 @@ class Ranges:
         least = most = float(constant - subtracted)
         for number, factor in terms.items():
             if factor:
-                ends = [factor * end for end in _ends(self.of(s.Val("int", number)))]
+                ends = [factor * end for end in _ends(self.range_of(s.Val("int", number)))]
                 least, most = least + min(ends), most + max(ends)
         return most if least >= 0 and most <= INT_MAX else otherwise
 

@@ -40,7 +40,7 @@ class Resources:
     def formats(self, numbers: Iterable[int]) -> tuple[Format, ...]:
         return tuple(self.list[number].format for number in numbers)
 
-    def of(self, target: Target) -> int:
+    def number_of(self, target: Target) -> int:
         content = target.content
         if content not in self.by_content:
             self.by_content[content] = self._add(content)
@@ -56,7 +56,7 @@ class Resources:
         histories: dict[int, int] = {}
         for spec, target in self.work.final.items():
             earlier = (Target(spec, frames_ago=number) for number in range(1, deepest[spec] + 1))
-            histories |= {self.of(now): self.of(before) for now, before in pairwise((target, *earlier))}
+            histories |= {self.number_of(now): self.number_of(before) for now, before in pairwise((target, *earlier))}
         return histories
 
 
@@ -68,8 +68,8 @@ def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
     for node in order:
         _share_pictures(work.passes[node], resources, copies, steps)
         steps.append(_step(node, work, resources))
-    outputs = {name: resources.of(target) for name, target in work.outputs.items()}
-    read = {spec: resources.of(Target(spec)) for spec in work.inputs if Target(spec) in resources.by_content}
+    outputs = {name: resources.number_of(target) for name, target in work.outputs.items()}
+    read = {spec: resources.number_of(Target(spec)) for spec in work.inputs if Target(spec) in resources.by_content}
     buffers = {resource: spec for spec, resource in read.items() if isinstance(spec, BufferSpec)}
     inputs = {spec.name: resource for spec, resource in read.items() if resource not in buffers}
     before = resources.histories()
@@ -97,9 +97,9 @@ def _share_pictures(lowered: Lowered, resources: Resources, copies: Copies, step
     for new, load in _loads(lowered):
         if load is None:
             continue
-        old = resources.of(load)
+        old = resources.number_of(load)
         if (load.content, node) in copies:
-            fresh = resources.of(new)
+            fresh = resources.number_of(new)
             steps.append(CopyStep(f"copy {load.name}", old, (fresh,), resources.list[old].size))
         else:
             resources.by_content[new] = old
@@ -120,8 +120,8 @@ def _step(node: Pass, work: Work, resources: Resources) -> Step:
     low = work.passes[node]
     programs = (low.program, low.vertex, low.fragment)
     names = [use.name for program in programs if program is not None for use in program.images]
-    images = tuple((name, resources.of(low.images[name])) for name in names)
-    outputs = tuple(map(resources.of, low.colours))
+    images = tuple((name, resources.number_of(low.images[name])) for name in names)
+    outputs = tuple(map(resources.number_of, low.colours))
     pass_ = low.done
     if not isinstance(pass_, DrawPass):
         assert low.program is not None
@@ -130,7 +130,7 @@ def _step(node: Pass, work: Work, resources: Resources) -> Step:
             resources.formats(outputs), low.size, low.values, pass_, low.facts, low.fused,
         )  # fmt: skip
     assert low.vertex is not None
-    depth = None if pass_.depth is None else resources.of(Target(pass_.depth, node, -1))
+    depth = None if pass_.depth is None else resources.number_of(Target(pass_.depth, node, -1))
     return DrawStep(
         low.name, low.vertex, low.fragment, low.varyings,
         images, resources.formats(r for _, r in images), outputs, resources.formats(outputs),

@@ -44,12 +44,12 @@ class Footprint:
     Attributes
     ----------
     halo : margin of every input, and of every intermediate target
-    whole : resources that each window reads whole: pictures of another size, such as tables and textures
+    uncut : resources that each window reads whole: pictures of another size, such as tables and textures
     wide, high : why a window must be as wide, or as high, as the picture; empty if it need not
     """
 
     halo: Halo
-    whole: frozenset[int]
+    uncut: frozenset[int]
     wide: str = ""
     high: str = ""
 
@@ -248,9 +248,9 @@ def window_plan(plan: Plan, footprint: Footprint, size: tuple[int, int]) -> Plan
     """
     if WINDOW.name in plan.values:
         raise GraphError(f"{WINDOW.name!r} is reserved for the value with a tile's position; rename your value")
-    inside = [r for r in plan.resources if r.id not in footprint.whole]
+    inside = [r for r in plan.resources if r.id not in footprint.uncut]
     cut_memories = {r.memory for r in inside}
-    resources = tuple(r if r.id in footprint.whole else replace(r, size=size) for r in plan.resources)
+    resources = tuple(r if r.id in footprint.uncut else replace(r, size=size) for r in plan.resources)
     memories = tuple(replace(m, size=size) if n in cut_memories else m for n, m in enumerate(plan.memories))
     names = {r.id for r in inside}
     steps = tuple(_step(step, plan, names, size) for step in plan.steps)

@@ -171,13 +171,17 @@ def _draw_lines(drawn: Drawn, names: Sequence[str]) -> list[str]:
         lines.append(
             f"  triangle {fragment.triangle}, {side}, depth {text_of(fragment.depth)}: {_fate(fragment, drawn)}"
         )
-    for fragment in drawn.told:
+    for fragment in drawn.detailed:
         lines += _fragment_lines(fragment, names)
     return lines
 
 
 def _fate(fragment: Fragment, drawn: Drawn) -> str:
-    against = "" if fragment.held is None else f" ({drawn.state.depth_compare} against {text_of(fragment.held)})"
+    against = (
+        ""
+        if fragment.tested_against is None
+        else f" ({drawn.state.depth_compare} against {text_of(fragment.tested_against)})"
+    )
     if fragment.fate == "discarded":
         return "discarded"
     if fragment.fate == "stencil":

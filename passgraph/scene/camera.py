@@ -264,7 +264,7 @@ class Camera:
         [3.0, 2.0, 5.0, 0.7, 0.5, 50.0]
         """
         turn, eye = rigid(view, "view")
-        read = Projection.of(projection, zero_to_one)
+        read = Projection.from_matrix(projection, zero_to_one)
         eye = eye + read.back * turn[2]
         # farther away for an eye far from the origin, so that the direction keeps its digits
         target = eye - turn[2] * max(1.0, float(np.abs(eye).max()))

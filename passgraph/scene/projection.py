@@ -52,7 +52,7 @@ class Projection:
     reversed_z: bool
 
     @classmethod
-    def of(cls, matrix: ArrayLike, zero_to_one: bool | None = None) -> Projection:
+    def from_matrix(cls, matrix: ArrayLike, zero_to_one: bool | None = None) -> Projection:
         """Read a matrix.
 
         Parameters
@@ -67,7 +67,7 @@ class Projection:
             For other matrices: sheared, with an oblique near plane, or left-handed.
 
         >>> from passgraph.scene.matrices import perspective
-        >>> read = Projection.of(perspective(0.5, 0.25, 1.0, 100.0))
+        >>> read = Projection.from_matrix(perspective(0.5, 0.25, 1.0, 100.0))
         >>> read.half, round(read.near, 9), round(read.far, 9)
         ((0.5, 0.25), 1.0, 100.0)
         """
@@ -198,7 +198,7 @@ class HardwareDepth:
         >>> HardwareDepth.of_projection(perspective(1.0, 1.0, 0.5, 8.0))
         HardwareDepth(near=0.5, far=8.0..., reversed_z=False, orthographic=False)
         """
-        read = Projection.of(projection, zero_to_one)
+        read = Projection.from_matrix(projection, zero_to_one)
         return cls(read.near, read.far, read.reversed_z, read.orthographic, read.back)
 
     @property

@@ -74,7 +74,7 @@ def map_blocks(program: Program, array: Any = None, /, **inputs: Any) -> Any:
     dask_array = _dask()
     pictures, values = _pictures_and_values(program, array, inputs)
     arrays = {
-        name: _Chunked.of(picture, f"input {name!r}", dask_array, program.inputs[name].format is None)
+        name: _Chunked.from_array(picture, f"input {name!r}", dask_array, program.inputs[name].format is None)
         for name, picture in pictures.items()
     }
     with ExitStack() as stack:
@@ -88,7 +88,7 @@ def map_blocks(program: Program, array: Any = None, /, **inputs: Any) -> Any:
     target = plan.resources[next(iter(plan.outputs.values()))].format
     stored = program._results == "stored"
     dtype = np.dtype(target.number if stored else np.float32)
-    uncut = tuple(name for name, resource in plan.inputs.items() if resource in needs.whole)
+    uncut = tuple(name for name, resource in plan.inputs.items() if resource in needs.uncut)
     cut = [name for name in plan.inputs if name not in uncut]
     if not cut:
         raise InputError("map_blocks cuts along the chunks of an input, and each of this program's is needed whole")
@@ -167,7 +167,7 @@ class _Chunked:
     dtype: np.dtype[Any]
 
     @staticmethod
-    def of(array: Any, what: str, dask_array: Any, grey: bool) -> _Chunked:
+    def from_array(array: Any, what: str, dask_array: Any, grey: bool) -> _Chunked:
         """Wrap an array; with ``grey``, an array without channels becomes gray RGB, as in a call of the program."""
         if not isinstance(array, dask_array.Array):
             array = dask_array.from_array(arguments.numbers(array, what))
@@ -224,7 +224,7 @@ class _Shared:
     values: Mapping[str, Any]
     stored: bool
     cut: Mapping[str, _Chunked]  # inputs that tasks read in windows
-    whole: Mapping[str, _Chunked]  # inputs that tasks read whole
+    uncut: Mapping[str, _Chunked]  # inputs that tasks read whole
 
     def layer(self, rows: Sequence[Spans], columns: Sequence[Spans]) -> tuple[str, dict[Any, Any]]:
         """Return the name of the result's chunks, and its tasks."""
@@ -232,13 +232,13 @@ class _Shared:
 
         from passgraph.tiles import remote_windows as worker
 
-        arrays = {**self.cut, **self.whole}
+        arrays = {**self.cut, **self.uncut}
         shapes = {name: (chunked.shape, chunked.dtype.str) for name, chunked in arrays.items()}
         token = tokenize(self.digest, self.values, [(name, chunked.array.name) for name, chunked in arrays.items()])
         name, graph_key = f"passgraph-{token}", f"passgraph-graph-{token}"
         layer: dict[Any, Any] = {graph_key: worker.SharedData(self.digest, self.text, shapes, self.values, self.stored)}
         whole_keys = []
-        for number, chunked in enumerate(self.whole.values()):
+        for number, chunked in enumerate(self.uncut.values()):
             whole_keys.append(f"passgraph-whole-{number}-{token}")
             keys, pieces = self._pieces(chunked, (0, chunked.shape[0], 0, chunked.shape[1]), layer, token)
             layer[whole_keys[-1]] = (worker.joined, pieces, keys)
@@ -249,7 +249,7 @@ class _Shared:
                     key: self._pieces(chunked, tile.window, layer, token) for key, chunked in self.cut.items()
                 }
                 chunk = worker.Chunk(
-                    tile, {key: pieces for key, (_, pieces) in pieces_by_input.items()}, tuple(self.whole)
+                    tile, {key: pieces for key, (_, pieces) in pieces_by_input.items()}, tuple(self.uncut)
                 )
                 piece_keys = [keys for keys, _ in pieces_by_input.values()]
                 layer[name, i, j, 0] = worker.chunk, graph_key, chunk, piece_keys, whole_keys

@@ -107,7 +107,7 @@ class Cost:
     fixed: int
     pixel: int
 
-    def of(self, pixels: int) -> int:
+    def bytes_for(self, pixels: int) -> int:
         return self.fixed + self.pixel * pixels
 
 
@@ -206,7 +206,7 @@ def grid_of(
 
 def _grid(size: tuple[int, int], core: tuple[int, int], halo: Halo, cost: Cost) -> Grid:
     window = min(size[0], core[0] + halo.left + halo.right), min(size[1], core[1] + halo.up + halo.down)
-    return Grid(size, core, window, halo, cost.of(window[0] * window[1]))
+    return Grid(size, core, window, halo, cost.bytes_for(window[0] * window[1]))
 
 
 def _cores(

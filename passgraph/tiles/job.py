@@ -65,7 +65,7 @@ def prepared(
     sources = _sources(bound_graph.inputs, pictures, block_cache_bytes(memory_limit), stack)
     plan = whole_plan(bound_graph, {name: (source.shape, source.dtype) for name, source in sources.items()})
     needs = footprint(plan)
-    uncut = {name for name, resource in plan.inputs.items() if resource in needs.whole}
+    uncut = {name for name, resource in plan.inputs.items() if resource in needs.uncut}
     _check_blocks([sources[name] for name in plan.inputs if name not in uncut], memory_limit)
     sinks = sinks_for(plan, sources)
     cost = _cost(plan, needs, sources, sinks)
@@ -76,7 +76,7 @@ def prepared(
         needs=needs,
         grid=grid_of(result_size(plan), needs, cost, memory_limit, block, tile),
         sources={name: sources[name] for name in plan.inputs if name not in uncut},
-        whole={name: _read_uncut(name, sources[name], bound_graph) for name in uncut},
+        uncut={name: _read_uncut(name, sources[name], bound_graph) for name in uncut},
         sinks=sinks,
         values=_values(request.values),
         paths={name: Path(picture) for name, picture in pictures.items() if isinstance(picture, (str, PathLike))},
@@ -165,7 +165,7 @@ def _values(values: object) -> Mapping[str, object]:
 
 def _cost(plan: Plan, needs: Footprint, sources: Mapping[str, Source], sinks: Mapping[str, Sink]) -> Cost:
     """Estimate the memory of a tile; see docs/large-pictures.md."""
-    inside = {r.memory: Memory(r.format, (1, 1)) for r in plan.resources if r.id not in needs.whole}
+    inside = {r.memory: Memory(r.format, (1, 1)) for r in plan.resources if r.id not in needs.uncut}
     pixel = sum(_pixel_bytes(memory.format) for memory in inside.values())
     fixed = RESERVE + sum(
         _pixel_bytes(m.format) * m.size[0] * m.size[1] for n, m in enumerate(plan.memories) if n not in inside
@@ -175,7 +175,7 @@ def _cost(plan: Plan, needs: Footprint, sources: Mapping[str, Source], sinks: Ma
         stored = source.shape[2] * source.dtype.itemsize
         # During the upload of an 8- or 16-bit format, its integers and the float values exist together.
         uploading = 0 if format_.number == "f4" else format_.bytes_per_pixel + 4 * format_.channels
-        if resource in needs.whole:
+        if resource in needs.uncut:
             fixed += (stored + uploading + 4 * format_.channels) * source.shape[0] * source.shape[1]
         else:
             fixed += source.cost

@@ -35,12 +35,12 @@ class _Run:
         values = serializable_values(job.values, "tiled")
         graph = digest_and_text(to_data(job.bound.outputs), job.bound.settings())
         shapes = {name: (source.shape, source.dtype.str) for name, source in job.sources.items()}
-        shapes |= {name: (picture.shape, picture.dtype.str) for name, picture in job.whole.items()}
+        shapes |= {name: (picture.shape, picture.dtype.str) for name, picture in job.uncut.items()}
         # The results of tasks are sent to each worker once, and recomputed if the worker that holds them is lost.
         shared = worker.SharedData(*graph, shapes, values, cache_bytes=cache_bytes)
         self.shared = client.submit(identity, shared, pure=False)
-        self.whole = client.submit(identity, dict(job.whole), pure=False)
-        self.files = {name: Named.of(path) for name, path in job.paths.items() if name in job.sources}
+        self.uncut = client.submit(identity, dict(job.uncut), pure=False)
+        self.files = {name: Named.from_path(path) for name, path in job.paths.items() if name in job.sources}
         self.done: Any = cast("Any", as_completed)(loop=client.loop)
         self.tiles: dict[Any, Tile] = {}
 
@@ -70,7 +70,7 @@ class _Run:
             name: (None if read_here else self.files.get(name)) or source.read(tile.window)
             for name, source in self.job.sources.items()
         }
-        future = self.client.submit(self._worker.computed, self.shared, tile, pictures, self.whole, pure=False)
+        future = self.client.submit(self._worker.computed, self.shared, tile, pictures, self.uncut, pure=False)
         self.tiles[future] = tile
         self.done.add(future)
 

@@ -74,7 +74,7 @@ class _Compiled:
     sources: dict[Named, Source] = field(default_factory=dict)
 
     @staticmethod
-    def of(shared: SharedData, window: tuple[int, int]) -> _Compiled:
+    def compile(shared: SharedData, window: tuple[int, int]) -> _Compiled:
         with ExitStack() as stack:
             program = stack.enter_context(compiled(shared.text))
             bound_program = bound(program, None, None, program._non_finite, stack)
@@ -96,7 +96,7 @@ class _Compiled:
 
 
 def computed(
-    shared: SharedData, tile: Tile, pictures: Mapping[str, Numbers | Named], whole: Mapping[str, Any]
+    shared: SharedData, tile: Tile, pictures: Mapping[str, Numbers | Named], uncut: Mapping[str, Any]
 ) -> dict[str, NDArray[Any]] | None:
     """Return the core of a tile's results; None if this worker does not see the same files as the caller."""
     files = [picture for picture in pictures.values() if isinstance(picture, Named)]
@@ -105,9 +105,9 @@ def computed(
     top, bottom, left, right = tile.window
     key = f"{shared.digest} {sorted(shared.shapes.items())} {bottom - top} {right - left}"
     programs = Programs.here(WINDOWS, MOST_WINDOWS)
-    with programs.using(key, lambda: _Compiled.of(shared, (right - left, bottom - top))) as compiled:
+    with programs.using(key, lambda: _Compiled.compile(shared, (right - left, bottom - top))) as compiled:
         windows = compiled.windows
-        inputs = {name: admitted_part(windows.bound, name, picture) for name, picture in whole.items()}
+        inputs = {name: admitted_part(windows.bound, name, picture) for name, picture in uncut.items()}
         for name, picture in pictures.items():
             if isinstance(picture, Named):
                 picture = compiled.source(name, picture, shared.cache_bytes).read(tile.window)
@@ -124,14 +124,14 @@ class Chunk:
 
     tile: Tile
     pieces: Mapping[str, Pieces]
-    whole: tuple[str, ...]
+    uncut: tuple[str, ...]
 
 
-def chunk(shared: SharedData, spec: Chunk, pieces: Sequence[Sequence[Any]], whole: Sequence[Any]) -> NDArray[Any]:
+def chunk(shared: SharedData, spec: Chunk, pieces: Sequence[Sequence[Any]], uncut: Sequence[Any]) -> NDArray[Any]:
     """Compute a chunk of a picture's only result, from pieces and full inputs in the order of ``spec``."""
     layouts = spec.pieces.items()
     windows = {name: layout.joined(arrays) for (name, layout), arrays in zip(layouts, pieces, strict=True)}
-    results = computed(shared, spec.tile, windows, dict(zip(spec.whole, whole, strict=True)))
+    results = computed(shared, spec.tile, windows, dict(zip(spec.uncut, uncut, strict=True)))
     assert results is not None  # no input is a file
     return next(iter(results.values()))
 

@@ -189,7 +189,7 @@ class Job:
     needs: Footprint
     grid: Grid
     sources: Mapping[str, Source]  # inputs that tiles read in windows
-    whole: Mapping[str, Any]  # pictures of the inputs that tiles read whole
+    uncut: Mapping[str, Any]  # pictures of the inputs that tiles read whole
     sinks: Mapping[str, Sink]
     values: Mapping[str, object]
     paths: Mapping[str, Path]  # paths of the sources that are files
@@ -209,7 +209,7 @@ class Job:
 
     def compute(self, windows: Windows, tile: Tile, pictures: Pictures) -> Pictures:
         """Compute the results of a tile, in the size of its window."""
-        return windows.compute(tile.window, {**self.whole, **pictures}, self.values)
+        return windows.compute(tile.window, {**self.uncut, **pictures}, self.values)
 
     def write(self, tile: Tile, results: Pictures) -> None:
         """Write the core of a tile's results."""

@@ -117,8 +117,8 @@ def _results(
     picture = np.zeros((side, side, 4), np.float32)
     for channel, numbers in enumerate(arguments):
         picture[..., channel] = numbers.reshape(side, side)
-    made = kernel(source=text)(Input("samples", "rgba32f"))
-    with compile(made, backend, options=Options(math=math), non_finite="keep") as program:
+    result = kernel(source=text)(Input("samples", "rgba32f"))
+    with compile(result, backend, options=Options(math=math), non_finite="keep") as program:
         return np.asarray(program(samples=picture)["measured"], np.float32).reshape(-1)
 
 

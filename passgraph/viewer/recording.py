@@ -34,7 +34,7 @@ class _Pictures:
 
     def __iter__(self) -> Iterator[Frame]:
         for place, number in enumerate(self._numbers, 1):
-            yield Frame.of(place, f"frame {number + 1}", self._read(number))
+            yield Frame.from_picture(place, f"frame {number + 1}", self._read(number))
 
 
 def record(view: View, inputs: Inputs, first: int, last: int, rate: Fraction, path: Path) -> None:

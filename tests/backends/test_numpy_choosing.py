@@ -37,7 +37,7 @@ def chosen(channels: int, text: str) -> Any:
 def layout(made: pg.Target) -> Layout:
     (step,) = build({"made": made}).steps
     assert isinstance(step, PixelStep)
-    return Layout.of(single_stage(step), lanes())
+    return Layout.for_chain(single_stage(step), lanes())
 
 
 def at(picture: Picture, dx: int, dy: int, border: str) -> Picture:

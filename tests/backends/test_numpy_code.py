@@ -68,13 +68,13 @@ def pixel_step(text: str) -> PixelStep:
 
 def emitted(text: str) -> str:
     """LLVM text of a pass as this backend writes it: its body, and what is around."""
-    layout = Layout.of(single_stage(pixel_step(text)), native.lanes())
+    layout = Layout.for_chain(single_stage(pixel_step(text)), native.lanes())
     return body_text(layout.stages[0], "body") + pixel_text(layout, "pieces")
 
 
 def machine_code(text: str) -> str:
     """Assembly of a pass's body."""
-    layout = Layout.of(single_stage(pixel_step(text)), native.lanes())
+    layout = Layout.for_chain(single_stage(pixel_step(text)), native.lanes())
     return str(compiler.machine().emit_assembly(compiler.optimised(body_text(layout.stages[0], "body"))))
 
 

@@ -46,7 +46,7 @@ def taps(count: int) -> pg.Program:
 
 
 def text_of(program: pg.Program) -> str:
-    return body_text(Layout.of(single_stage(step_of(program)), 16).stages[0], "body")
+    return body_text(Layout.for_chain(single_stage(step_of(program)), 16).stages[0], "body")
 
 
 BRANCHED = "for i in range(40):\n        if t > c[0, 0].x:\n            break\n        t *= 2.0\n   "
@@ -164,7 +164,7 @@ def test_passes_alike_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_pat
     with curves(60) as program:
         steps = program.plan.steps
         assert len(steps) > 8
-        layouts = {id(Layout.of(single_stage(step), 16)) for step in steps if isinstance(step, PixelStep)}
+        layouts = {id(Layout.for_chain(single_stage(step), 16)) for step in steps if isinstance(step, PixelStep)}
         assert len(layouts) <= 3
         np.testing.assert_array_equal(program(frame=picture)["last"], want)
     assert len(list((tmp_path / "code").glob("*.o"))) <= 4
@@ -203,7 +203,9 @@ def test_what_the_language_says_of_rounding_is_not_compiled(format_: str) -> Non
     for stored in ("rgba32f", format_):
         with pg.compile(kernel(pg.Input("frame", "rgba32f", SIZE), into=pg.target("out", stored))) as program:
             step = step_of(program)
-        lengths.append((s.count(Layout.of(single_stage(step), 16).stages[0].program.body), s.count(step.program.body)))
+        lengths.append(
+            (s.count(Layout.for_chain(single_stage(step), 16).stages[0].program.body), s.count(step.program.body))
+        )
     (exact, said_exact), (made, said) = lengths
     assert made == exact == said_exact < said
 

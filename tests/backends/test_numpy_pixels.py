@@ -84,10 +84,10 @@ def test_slender_pictures_have_vectors_that_fit_their_rows(kernel: pg.Kernel, wi
             found = program(frame=picture)["out"]
         np.testing.assert_array_equal(found, expected(kernel.name, picture.astype(np.float32), "clamp"))
         assert isinstance(step, PixelStep)
-        layout = Layout.of(single_stage(step), 16)
+        layout = Layout.for_chain(single_stage(step), 16)
         alike = 1 << min(4 * width, 16).bit_length() - 1  # of four channels
         assert layout.stages[0].lanes == (lanes if kernel is MIXED else alike)
-        assert Layout.of(single_stage(replace(step, size=(width, 9))), 16).stages[0].lanes == 16
+        assert Layout.for_chain(single_stage(replace(step, size=(width, 9))), 16).stages[0].lanes == 16
 
 
 @pytest.mark.parametrize("width", [2, 5, 13])

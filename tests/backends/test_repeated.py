@@ -124,7 +124,7 @@ def test_each_function_is_printed_once_and_called_from_everywhere() -> None:
     with pg.compile(long()(pg.Input("color", "rgba32f", (64, 48)), k=(1.0,) * 4, turn=0.5), backend="null") as program:
         (step,) = program.plan.steps
     assert isinstance(step, PixelStep)
-    text = body_text(Layout.of(single_stage(step), 16).stages[0], "body")
+    text = body_text(Layout.for_chain(single_stage(step), 16).stages[0], "body")
     assert len(re.findall(r"^define internal .*@call_", text, re.MULTILINE)) == 2
     assert len(re.findall(r" = call .*@call_", text)) == 40 + 3
     layout = ImageLayout(format_named("rgba32f"), (64, 48))

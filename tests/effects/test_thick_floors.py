@@ -77,7 +77,7 @@ def frustum_of(scene: pg.Scene, seen: Seen | None) -> NDArray[np.float64]:
     from passgraph.effects.surfaces.map_fit import Fit
     from passgraph.effects.surfaces.views import MapView
 
-    casters, camera = Casters.of(scene), pg.Value("camera", pg.Camera)
+    casters, camera = Casters.in_scene(scene), pg.Value("camera", pg.Camera)
     receivers = pieces_of([node for node in scene.nodes if node.receives], casters.origin)
     fit = Fit(camera, casters.origin, receivers, casters.pieces_for, 1024)
     look = MapView(pg.Value("light", pg.Light, default=scene.lights[0]), casters, fit=fit)
@@ -118,9 +118,9 @@ def test_a_scene_two_hundred_wide_gets_the_texels_of_what_is_seen() -> None:
 
 
 def test_a_thick_floor_is_a_ground_and_a_box_on_it_is_not() -> None:
-    casters = Casters.of(scene_named("slab"))
+    casters = Casters.in_scene(scene_named("slab"))
     assert [index for index, _, _ in casters.grounds] == [0]
-    assert Casters.of(pg.Scene((floor(1.0), cube()), pg.Camera((3, 3, 3), (0, 0, 0)))).grounds[0][0] == 0
+    assert Casters.in_scene(pg.Scene((floor(1.0), cube()), pg.Camera((3, 3, 3), (0, 0, 0)))).grounds[0][0] == 0
 
 
 def test_what_the_camera_sees_of_a_box_ends_at_its_frustum() -> None:

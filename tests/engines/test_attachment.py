@@ -136,7 +136,7 @@ def by_distance(frame: pg.Target, depth: pg.Target) -> pg.Target:
 
 
 @pytest.mark.parametrize(
-    "camera", [CAMERA, lambda: CAMERA, (CAMERA.view_matrix(), CAMERA.projection_matrix(1.5)), View.of(CAMERA)]
+    "camera", [CAMERA, lambda: CAMERA, (CAMERA.view_matrix(), CAMERA.projection_matrix(1.5)), View.from_camera(CAMERA)]
 )
 def test_depth_comes_as_distances(engine: Engine, camera: Any) -> None:
     """The middle of the depth buffer is 1 / (0.5 / 1 + 0.5 / 9) = 1.8 away; nothing is at its end."""

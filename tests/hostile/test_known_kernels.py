@@ -81,7 +81,7 @@ def test_a_far_relative_read_finds_what_the_border_rule_says(backend: str) -> No
 def test_far_reads_take_no_memory_of_their_own(text: str) -> None:
     frame = pg.Input("frame", "rgba32f", (7, 5))
     with pg.compile(pg.kernel(source=body("return " + text), name="k")(frame), "numpy") as program:
-        layout = Layout.of(single_stage(program.plan.steps[0]), 16)  # type: ignore[arg-type]
+        layout = Layout.for_chain(single_stage(program.plan.steps[0]), 16)  # type: ignore[arg-type]
         assert (layout.scratch, layout.stages[0].views) == (0, ())
         tracemalloc.start()
         try:
@@ -184,7 +184,7 @@ def test_channels_are_compared_without_recursion() -> None:
     text = body("x = v\n" + "x = x * 0.5 + v\n" * 1200 + "return x")
     frame = pg.Input("frame", "rgba32f", (7, 5))
     with pg.compile(pg.kernel(source=text, name="k")(frame), "null") as program:
-        assert Layout.of(single_stage(program.plan.steps[0]), 16).stages[0].alike == 4  # type: ignore[arg-type]
+        assert Layout.for_chain(single_stage(program.plan.steps[0]), 16).stages[0].alike == 4  # type: ignore[arg-type]
 
 
 def test_structs_nest_to_a_limit() -> None:

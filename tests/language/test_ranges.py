@@ -93,7 +93,7 @@ class Watching(Evaluator):
 
     def put(self, to: s.Val, value: np.ndarray) -> None:
         super().put(to, value)
-        found, bounds = float(self.values[to.id][0]), self.drawn.emitter.bounds.of(to)
+        found, bounds = float(self.values[to.id][0]), self.drawn.emitter.bounds.range_of(to)
         if np.isnan(found):
             assert bounds.nan, (to, self.drawn.emitter.made.get(to.id))
         else:
@@ -152,7 +152,7 @@ def test_bounds_say_as_much_as_they_can() -> None:
     assert e.range_of(e.op("to_int", clamped(x, 1.5, 8.0))) == (0, 8)  # NaN gives 0
     assert e.range_of(e.op("to_int", e.op("mul", clamped(x, 0.0, 1.0), lit(8.5)))) == (0, 8)
     assert e.range_of(e.op("min", n, lit(9))) is None
-    assert e.bounds.of(e.op("min", n, lit(9))).high == 9
+    assert e.bounds.range_of(e.op("min", n, lit(9))).high == 9
     assert e.bounds.apart(e.op("add", n, lit(8)), n) == 8
     assert e.bounds.apart(e.op("min", e.op("add", n, lit(8)), e.op("neg", n)), e.op("max", n, lit(0))) == 8
     assert e.bounds.apart(e.op("sub", n, lit(8)), n) > 2**31  # where it wraps

@@ -110,7 +110,7 @@ def test_a_point_gives_hardly_more_than_the_row_allows(name: str) -> None:
     count = arity(name)
     if name == "smoothstep":
         columns[:2] = [np.full(500, 0.0, np.float32), np.full(500, 1.0, np.float32)]
-    width = allowed(name, [Interval.of(c) for c in columns[:count]]).width
+    width = allowed(name, [Interval.as_read(c) for c in columns[:count]]).width
     row = OPERATIONS[name]
     with np.errstate(all="ignore"):
         exact = np.asarray(row.reference(*(c.astype(np.float64) for c in columns[:count])))
@@ -136,7 +136,7 @@ def test_a_point_gives_hardly_more_than_the_row_allows(name: str) -> None:
     ],
 )  # fmt: skip
 def test_what_is_exact_everywhere_stays_exact(name: str, arguments: tuple[float, ...], result: float) -> None:
-    made = allowed(name, [Interval.of(np.float32([a])) for a in arguments])
+    made = allowed(name, [Interval.as_read(np.float32([a])) for a in arguments])
     assert (made.lo.item(), made.hi.item(), made.nan.item()) == (result, result, False)
 
 
@@ -172,13 +172,13 @@ def test_special_values(name: str, arguments: list[tuple[float, float]], inside:
 
 
 def test_atan2_on_its_cut_is_pi_and_nothing_else() -> None:
-    made = allowed("atan2", [Interval.of(np.float32([0.0])), Interval.of(np.float32([-1.0]))])
+    made = allowed("atan2", [Interval.as_read(np.float32([0.0])), Interval.as_read(np.float32([-1.0]))])
     assert np.pi - 1e-5 < made.lo.item() < np.pi < made.hi.item() < np.pi + 1e-5
 
 
 def test_min_and_max_keep_the_order_of_their_ternaries() -> None:
     """``b if b < a else a``: a NaN in b gives a, one in a stays."""
-    nan, two = Interval.of(np.float32([np.nan])), Interval.of(np.float32([2.0]))
+    nan, two = Interval.as_read(np.float32([np.nan])), Interval.as_read(np.float32([2.0]))
     for name in ("min", "max"):
         kept = allowed(name, [two, nan])
         assert (kept.lo.item(), kept.hi.item(), kept.nan.item()) == (2.0, 2.0, False)
@@ -188,8 +188,8 @@ def test_min_and_max_keep_the_order_of_their_ternaries() -> None:
 def test_of_two_numbers_too_small_to_be_normal_min_and_max_may_be_either() -> None:
     """What compares them may see two zeros and hand on the wrong one as it is; beside normal numbers it sees them."""
     small, normal = 2.0**-127, SMALLEST_NORMAL
-    below, above = Interval.of(np.float32([-small])), Interval.of(np.float32([small]))
-    zero, one = Interval.of(np.float32([0.0])), Interval.of(np.float32([1.0]))
+    below, above = Interval.as_read(np.float32([-small])), Interval.as_read(np.float32([small]))
+    zero, one = Interval.as_read(np.float32([0.0])), Interval.as_read(np.float32([1.0]))
 
     def ends(name: str, *arguments: Interval) -> tuple[float, float]:
         made = allowed(name, list(arguments))
@@ -200,8 +200,8 @@ def test_of_two_numbers_too_small_to_be_normal_min_and_max_may_be_either() -> No
     assert ends("min", zero, above) == ends("max", above, zero) == (0.0, small)
     assert ends("clamp", below, zero, one) == ends("saturate", below) == (-small, 0.0)
     for size in (normal, 1.0):
-        assert ends("min", above, Interval.of(np.float32([-size]))) == (-size, -size)
-        assert ends("max", below, Interval.of(np.float32([size]))) == (size, size)
+        assert ends("min", above, Interval.as_read(np.float32([-size]))) == (-size, -size)
+        assert ends("max", below, Interval.as_read(np.float32([size]))) == (size, size)
     # Of a wide interval only what is so small comes through.
     wide = Interval(np.float64([-1.0]), np.float64([1.0]), np.zeros(1, np.bool_))
     assert -normal < ends("max", wide, zero)[0] < 0.0 < ends("min", wide, zero)[1] < normal

@@ -15,12 +15,12 @@ POINTS = '"points"'
 class _Once(type):
     """Metaclass of types: equal types are the same object."""
 
-    made: dict[Any, Any] = {}  # noqa: RUF012 (of all classes together)
+    objects: dict[Any, Any] = {}  # noqa: RUF012 (of all classes together)
 
     def __call__(cls, *given: Any) -> Any:
         key = (cls, *(tuple(part) if isinstance(part, list) else part for part in given))
-        found = _Once.made.get(key)
-        return found or _Once.made.setdefault(key, super().__call__(*key[1:]))  # one object in all threads
+        found = _Once.objects.get(key)
+        return found or _Once.objects.setdefault(key, super().__call__(*key[1:]))  # one object in all threads
 
 
 class Type(metaclass=_Once):

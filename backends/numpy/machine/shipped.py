@@ -136,17 +136,17 @@ class Call:
         self.places = [0, *accumulate(sizes)]
         self.numbers = np.zeros(sum(sizes), np.int64)
         self.floats = self.numbers.view(np.float64)
-        self.held: list[Any] = [None] * len(sizes)
+        self.arguments: list[Any] = [None] * len(sizes)
 
     @cached_property
     def run(self) -> Callable[..., int]:
         """Return a function of a piece's numbers."""
         kind = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, *[ctypes.c_int64] * self.pieces)
-        return partial(self.code.function(kind, self.numbers, self.held), self.numbers.ctypes.data)
+        return partial(self.code.function(kind, self.numbers, self.arguments), self.numbers.ctypes.data)
 
     def bound(self, *arguments: Any) -> Callable[..., int]:
         """Return a function of a piece's numbers, valid until other arguments are bound; it keeps the arrays alive."""
-        for number, (current, argument) in enumerate(zip(self.held, arguments, strict=True)):
+        for number, (current, argument) in enumerate(zip(self.arguments, arguments, strict=True)):
             if current is not argument:
                 self._bind(number, argument)
         return self.run
@@ -158,7 +158,7 @@ class Call:
             self.numbers[place : place + 1 + argument.ndim] = (argument.ctypes.data, *argument.shape)
         else:
             (self.floats if self.kinds[number] == "f64" else self.numbers)[place] = argument
-        self.held[number] = argument
+        self.arguments[number] = argument
 
 
 def entry_text(name: str, inner: str, pieces: int, kinds: Sequence[str]) -> str:

@@ -206,6 +206,6 @@ class Choosing(PixelBody):
         self.values[i.to.id] = b.select(b.icmp_unsigned(sign, x, y), x, y)
 
     def loaded(self, row: Any, first: Any, view: View, wanted: Sequence[int]) -> list[Any]:
-        b, kind = self.builder, element(view.held)
+        b, kind = self.builder, element(view.stored)
         pointer = b.gep(row, [first], True, source_etype=kind)
-        return [b.load(pointer, typ=b.vector(kind), align=view.held.bits // 8)] * len(wanted)
+        return [b.load(pointer, typ=b.vector(kind), align=view.stored.bits // 8)] * len(wanted)

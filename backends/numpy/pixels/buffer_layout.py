@@ -91,7 +91,7 @@ class View:
     image: int
     border: str
     channels: int
-    held: Format
+    stored: Format
     up: int
     rows: int
     across: bool  # True if reads go left or right
@@ -101,7 +101,7 @@ class View:
     @property
     def read(self) -> Format:
         """Return the format in which the kernel's body loads the numbers."""
-        return FLOAT if self.decodes else self.held
+        return FLOAT if self.decodes else self.stored
 
 
 @dataclass(frozen=True)
@@ -293,7 +293,7 @@ class StageLayout:
     def shape(self) -> tuple[object, ...]:
         """Return the key of the code around the body."""
         views = [
-            (*_number_and_steps(v.held), v.image, v.border, v.channels, v.up, v.rows, v.across, v.decodes)
+            (*_number_and_steps(v.stored), v.image, v.border, v.channels, v.up, v.rows, v.across, v.decodes)
             for v in self.views
         ]
         outputs = [_number_and_steps(output) for output in self.outputs]
@@ -327,9 +327,9 @@ class Layout:
     stages: tuple[StageLayout, ...]
 
     @classmethod
-    def of(cls, chain: Sequence[Stage], lanes: int) -> Layout:
+    def for_chain(cls, chain: Sequence[Stage], lanes: int) -> Layout:
         """``lanes`` are those of float32."""
-        return _layout(tuple(replace(stage, step=_Step.of(stage.step)) for stage in chain), lanes)
+        return _layout(tuple(replace(stage, step=_Step.from_step(stage.step)) for stage in chain), lanes)
 
     @property
     def fixed(self) -> list[str]:
@@ -388,7 +388,7 @@ class _Step:
     program: s.ScalarProgram = field(compare=False)
 
     @classmethod
-    def of(cls, step: Work) -> _Step:
+    def from_step(cls, step: Work) -> _Step:
         program = step.program
         return cls(program.key, program.builtins, step.size, step.image_formats, step.output_formats, program)
 

@@ -75,7 +75,7 @@ def _shape(program: s.ScalarProgram, channel: int, result: s.Operand, numbering:
     """
     counts: dict[int, int | None] = {}
 
-    def of(value: s.Operand) -> int | None:
+    def number_of(value: s.Operand) -> int | None:
         return _numbered(("literal", repr(value)), numbering) if isinstance(value, s.Lit) else counts[value.id]
 
     for i in program.body:
@@ -83,11 +83,11 @@ def _shape(program: s.ScalarProgram, channel: int, result: s.Operand, numbering:
             own = _numbered(("texel", i.image, repr(i.x), repr(i.y), i.border), numbering)
             counts |= {v.id: own if number == channel else None for number, v in enumerate(i.to) if v is not None}
             continue
-        parts = [of(operand) for operand in s.operands_of(i)]
+        parts = [number_of(operand) for operand in s.operands_of(i)]
         key = None if None in parts else (type(i).__name__, *_detail(i), *_ordered(i, parts))
         for value in s.results_of(i):
             counts[value.id] = None if key is None else _numbered(key, numbering)
-    return of(result)
+    return number_of(result)
 
 
 def _numbered(key: tuple[object, ...], numbering: Numbering) -> int:

@@ -201,7 +201,7 @@ class StageRows:
         else:
             picture = f"im{n}_{view.image}"
             first = b.mul(b.mul(inner, memory[f"{picture}_p"]), number(view.channels))
-            row = b.gep(memory[picture], [first], False, source_etype=element(view.held))
+            row = b.gep(memory[picture], [first], False, source_etype=element(view.stored))
             # Memory behind the last row of a foreign picture may not be read: a padded copy replaces that row.
             row = b.select(b.icmp_signed("==", inner, memory[f"{picture}_last"]), memory[f"{picture}_row"], row)
         return b.select(inside, row, memory["zeros"]) if BORDERS[view.border].blank else row
@@ -232,7 +232,7 @@ class StageRows:
     def _take(self, view: View, row: Any, start: Any, count: Any, strip: Any) -> None:
         """Copy numbers of a row into a strip, as float32 if the strip holds these; up to a vector more than
         ``count``."""
-        b, element_type, read = self.b, element(view.held), element(view.read)
+        b, element_type, read = self.b, element(view.stored), element(view.read)
         with counting(b, number(0), count, number(b.lanes)) as i:
             place = b.gep(row, [b.add(start, i)], True, source_etype=element_type)
             if view.decodes:
@@ -240,8 +240,8 @@ class StageRows:
                 ahead = b.intrinsic("llvm.prefetch.p0", llvm.VoidType(), [POINTER, I32, I32, I32])
                 there = b.gep(place, [number(self.stage.segment * view.channels)], source_etype=element_type)
                 b.plain.call(ahead, [there, llvm.Constant(I32, 0), llvm.Constant(I32, 3), llvm.Constant(I32, 1)])
-            values = b.load(place, typ=b.vector(element_type), align=view.held.bits // 8)
-            values = decoded(b, values, view.held) if view.decodes else values
+            values = b.load(place, typ=b.vector(element_type), align=view.stored.bits // 8)
+            values = decoded(b, values, view.stored) if view.decodes else values
             b.plain.store(values, b.gep(strip, [i], True, source_etype=read), align=view.read.bits // 8)
 
     def _take_beyond(self, view: View, row: Any, start: Any, end: Any, strip: Any) -> None:
@@ -262,9 +262,9 @@ class StageRows:
         b, channels, kind = self.b, number(view.channels), element(view.read)
         inner = b.sext(border(b, view.border, b.trunc(x, I32), b.trunc(self.memory["width"], I32)), I64)
         for channel in range(view.channels):
-            value = b.load_at(row, b.add(b.mul(inner, channels), number(channel)), element(view.held))
+            value = b.load_at(row, b.add(b.mul(inner, channels), number(channel)), element(view.stored))
             if view.decodes:
-                value = decoded(b, value, view.held)
+                value = decoded(b, value, view.stored)
             if BORDERS[view.border].blank:
                 value = b.select(b.icmp_signed("==", inner, x), value, llvm.Constant(kind, 0))
             place = b.add(b.mul(i, channels), number(channel))

@@ -53,7 +53,7 @@ class PixelRun:
     @classmethod
     def compile(cls, chain: Sequence[Stage], workers: Workers) -> PixelRun | None:
         """Return the compiled chain; None if it has no advantage."""
-        layout = Layout.of(chain, lanes())
+        layout = Layout.for_chain(chain, lanes())
         least = MIN_PIXELS_A_PIECE
         if len(chain) == 1:
             least = min(least, max(1, MIN_WORK_A_PIECE // max(1, work(chain[0].step.program.body))))

@@ -56,7 +56,7 @@ class VertexStage:
         self.context[:] = [*(array.ctypes.data for array in arrays), *pictures]
         function, context = self.function, self.context.ctypes.data
 
-        def run(first: int, last: int, held: tuple[Any, ...] = (*arrays, *images)) -> None:
+        def run(first: int, last: int, kept_alive: tuple[Any, ...] = (*arrays, *images)) -> None:
             function(context, first, last)
 
         return run

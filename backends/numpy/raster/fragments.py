@@ -223,14 +223,14 @@ _FULL = llvm.Constant(I32, 255)
 _ONE, _NONE = llvm.Constant(I32, 1), llvm.Constant(I32, 0)
 #: New stencil value, by the operation's name; ``r`` is the reference.
 _STENCIL: dict[str, Callable[[Lanes, Any, Any], Any]] = {
-    "keep": lambda b, held, r: held,
-    "zero": lambda b, held, r: _NONE,
-    "replace": lambda b, held, r: r,
-    "increment": lambda b, held, r: b.select(b.icmp_signed("<", held, _FULL), b.add(held, _ONE), held),
-    "increment_wrap": lambda b, held, r: b.and_(b.add(held, _ONE), _FULL),
-    "decrement": lambda b, held, r: b.select(b.icmp_signed(">", held, _NONE), b.sub(held, _ONE), held),
-    "decrement_wrap": lambda b, held, r: b.and_(b.sub(held, _ONE), _FULL),
-    "invert": lambda b, held, r: b.xor(held, _FULL),
+    "keep": lambda b, stored, r: stored,
+    "zero": lambda b, stored, r: _NONE,
+    "replace": lambda b, stored, r: r,
+    "increment": lambda b, stored, r: b.select(b.icmp_signed("<", stored, _FULL), b.add(stored, _ONE), stored),
+    "increment_wrap": lambda b, stored, r: b.and_(b.add(stored, _ONE), _FULL),
+    "decrement": lambda b, stored, r: b.select(b.icmp_signed(">", stored, _NONE), b.sub(stored, _ONE), stored),
+    "decrement_wrap": lambda b, stored, r: b.and_(b.sub(stored, _ONE), _FULL),
+    "invert": lambda b, stored, r: b.xor(stored, _FULL),
 }
 
 

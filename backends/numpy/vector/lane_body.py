@@ -37,7 +37,7 @@ MAX_UNCONDITIONAL = 12
 
 
 class LaneBody:
-    """Emits a program; ``given`` are the builtins, ``memory`` pointers and sizes by name, ``held`` the images'
+    """Emits a program; ``given`` are the builtins, ``memory`` pointers and sizes by name, ``formats`` the images'
     formats."""
 
     def __init__(
@@ -45,7 +45,7 @@ class LaneBody:
         formats: Sequence[Format] = (),
     ) -> None:  # fmt: skip
         self.program, self.builder, self.given, self.memory = program, builder, builtins, memory
-        self.held = formats
+        self.formats = formats
         self.numbers = {use.name: i for i, use in enumerate(program.images)}
         self.values: dict[int, Any] = {}
         self.tables: dict[str, Any] = {}
@@ -251,7 +251,7 @@ class LaneBody:
         b.cbranch(b.all(b.or_(inside, b.not_(self._at_work()))), together, apart, (1000, 1))
         b.position_at_end(together)
         start = b.add(b.select(inside, x, least), llvm.Constant(I32, low))
-        format_ = self.held[number]
+        format_ = self.formats[number]
         texels = scattered(b, picture, b.add(row, start), 1, [offset - low for offset in window.offsets], format_)
         b.branch(behind)
         b.position_at_end(apart)
@@ -275,7 +275,7 @@ class LaneBody:
 
     def _channels(self, number: int, pixel: Any, channels_read: list[int]) -> list[Any]:
         b, picture, channels = self.builder, self.memory[f"im{number}"], self.program.images[number].channels
-        format_ = self.held[number]
+        format_ = self.formats[number]
         if is_vector(pixel):
             return scattered(b, picture, pixel, channels, channels_read, format_)
         first, kind = b.mul(b.sext(pixel, I64), llvm.Constant(I64, channels)), element(format_)

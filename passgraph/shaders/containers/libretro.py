@@ -449,7 +449,7 @@ class _Step:
     """A pass with its kernel, and the source of each sampler: a number (0 is the frame, n the result of pass n), or a
     word for earlier frames and feedback."""
 
-    told: PresetPass
+    settings: PresetPass
     shader: Shader
     kernel: PixelKernel[Target]
     names: Mapping[str, int]
@@ -522,7 +522,7 @@ def _built(
         frame = copy(
             t=frame, into=TargetSpec(f"{into.name}.frame", format_named("rgba32f"), Computed("width", "height"))
         )
-    results = [_read_as(frame, steps[0].told)]
+    results = [_read_as(frame, steps[0].settings)]
     for number, (step, spec) in enumerate(zip(steps, specs, strict=True), 1):
         samplers = {f"{name}Texture": results[i] for name, i in step.names.items()} | dict(textures)
         for name in _samplers(step):
@@ -530,10 +530,10 @@ def _built(
             if name in samplers:
                 continue
             if base in _EARLIER:
-                samplers[name] = _read_as(previous(frame, _EARLIER[base]), steps[0].told)
+                samplers[name] = _read_as(previous(frame, _EARLIER[base]), steps[0].settings)
             elif name == "FeedbackTexture" and preset.feedback_pass is not None:
                 at = preset.feedback_pass
-                samplers[name] = _read_as(previous(specs[at]), steps[at + 1].told if at + 1 < len(steps) else None)
+                samplers[name] = _read_as(previous(specs[at]), steps[at + 1].settings if at + 1 < len(steps) else None)
             else:
                 samplers[name] = results[number - 1]  # a sampler that is not set reads the first texture unit
         arguments: dict[str, Any] = {}
@@ -542,7 +542,7 @@ def _built(
             if isinstance(parameter.type, ImageType):
                 arguments[name] = samplers[name]
             elif name == "FrameCount":
-                most = step.told.frame_count_mod
+                most = step.settings.frame_count_mod
                 arguments[name] = FRAME_INDEX.map(partial(_begun_again, most)) if most else FRAME_INDEX
             elif name == "FrameDirection":
                 arguments[name] = 1
@@ -551,7 +551,7 @@ def _built(
                     name, parameter.default if parameter.has_default else zero_of_type(parameter.type)
                 )
         result = step.kernel.called(arguments, spec)
-        results.append(_read_as(result, steps[number].told) if number < len(steps) else result)
+        results.append(_read_as(result, steps[number].settings) if number < len(steps) else result)
     return results[-1]
 
 
@@ -576,11 +576,11 @@ def _specs(steps: list[_Step], scale: float, into: TargetSpec) -> list[TargetSpe
     size: tuple[Formula, Formula] = ("width", "height")
     specs = []
     for number, step in enumerate(steps, 1):
-        last, sides = number == len(steps), step.told.sides
+        last, sides = number == len(steps), step.settings.sides
         if sides is not None:
             size = (sides[0].formula(size[0], viewport[0]), sides[1].formula(size[1], viewport[1]))
         elif last:
             size = viewport
-        spec = into if last else target(f"{into.name}.{number}", step.told.format)
+        spec = into if last else target(f"{into.name}.{number}", step.settings.format)
         specs.append(replace(spec, size=Computed(*size)))
     return specs

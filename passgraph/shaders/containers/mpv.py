@@ -350,7 +350,7 @@ class _Chain:
     """Textures by name while the graph is built: their targets and sizes, and for the planes and the picture (``MAIN``)
     their offsets in texels (``//!OFFSET``)."""
 
-    held: dict[str, Target]
+    pictures: dict[str, Target]
     sizes: dict[str, tuple[Formula, Formula]]
     output: tuple[Formula, Formula]
     shown: dict[str, tuple[Target, tuple[Formula, Formula]]] = field(default_factory=dict)
@@ -358,7 +358,7 @@ class _Chain:
 
     def keep(self, names: Iterable[str], picture: Target, size: tuple[Formula, Formula]) -> None:
         for name in names:
-            self.held[name], self.sizes[name] = picture, size
+            self.pictures[name], self.sizes[name] = picture, size
 
     def show(self, own: str, hook: str, picture: Target, size: tuple[Formula, Formula]) -> None:
         """Set the current content of a plane, or of the picture from a stage on."""
@@ -502,9 +502,13 @@ def _add_pass(
         side_formula(one.block.first(side, f"HOOKED.{side[0].lower()}"), sizes, f"{where}: {side}", numbers)
         for side in ("WIDTH", "HEIGHT")
     )
-    known = {**chain.held, **{f"pg_of_{texture}": picture for texture, picture in chain.held.items()}, **uniforms}
+    known = {
+        **chain.pictures,
+        **{f"pg_of_{texture}": picture for texture, picture in chain.pictures.items()},
+        **uniforms,
+    }
     known |= {"pg_of_HOOKED": hooked, f"pg_of_{one.hook}": hooked, "pg_offset": chain.offsets[own]}
-    known |= {"pg_frame_before": frame, "pg_frame_now": chain.held["OUTPUT"]}
+    known |= {"pg_frame_before": frame, "pg_frame_now": chain.pictures["OUTPUT"]}
     arguments: dict[str, Any] = {}
     for parameter in one.kernel.parameters:
         if parameter.name not in known:

@@ -46,8 +46,8 @@ class TargetVerdict:
     ----------
     outside : share of pixels with a value that no conforming backend may have
     ambiguous : share of pixels where rounding may change a decision and the outcomes differ
-    told : share of values with finite and narrow bounds
-    known : True if the case has the exact picture, so that ``ambiguous`` and ``told`` do not matter
+    narrow : share of values with finite and narrow bounds
+    known : True if the case has the exact picture, so that ``ambiguous`` and ``narrow`` do not matter
     """
 
     frame: int
@@ -55,7 +55,7 @@ class TargetVerdict:
     target: str
     outside: float
     ambiguous: float
-    told: float
+    narrow: float
     known: bool
 
 
@@ -117,9 +117,9 @@ class Verdict:
         return max((target.ambiguous for target in self.targets if not target.known), default=0.0)
 
     @property
-    def told(self) -> float:
+    def narrow(self) -> float:
         """Return the smallest share of narrow bounds of any target without an exact picture."""
-        return min((target.told for target in self.targets if not target.known), default=1.0)
+        return min((target.narrow for target in self.targets if not target.known), default=1.0)
 
     def __str__(self) -> str:
         detail = str(self.divergence) if self.divergence else self.reason
@@ -193,8 +193,8 @@ class Judge:
                     f"{where}: {target.ambiguous:.2%} of the pixels are ambiguous, above {self.case.most_ambiguous:.2%}"
                 )
             least = self.case.told_less.get(target.target, self.case.least_told)
-            if target.told < least:
-                told_of = f"of {target.told:.1%} of the values something is known, below {least:.1%}"
+            if target.narrow < least:
+                told_of = f"of {target.narrow:.1%} of the values something is known, below {least:.1%}"
                 return "vacuous", f"{where}: {told_of}"
         return "passed", ""
 

@@ -130,7 +130,7 @@ def _entry(verdict: Verdict) -> dict[str, Any]:
         "outcome": verdict.outcome,
         "seconds": round(verdict.seconds, 4),
         "ambiguous": verdict.ambiguous,
-        "told": verdict.told,
+        "told": verdict.narrow,
     }
     if verdict.reason:
         entry["reason"] = verdict.reason

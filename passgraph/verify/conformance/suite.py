@@ -114,7 +114,7 @@ def _summary(group: str, verdicts: Sequence[Verdict]) -> Summary:
     passed = sum(verdict.outcome == "passed" for verdict in verdicts)
     return Summary(
         group, len(verdicts), passed, max(shares), sum(shares) / len(shares),
-        min(verdict.told for verdict in verdicts), sum(verdict.seconds for verdict in verdicts),
+        min(verdict.narrow for verdict in verdicts), sum(verdict.seconds for verdict in verdicts),
     )  # fmt: skip
 
 

@@ -122,7 +122,7 @@ class Expressions:
             return text
         return f"clamp({text}, {float(range_[0])!r}, {float(range_[1])!r})"
 
-    def of(self, type_: str, depth: int = 3, range_: Range = WHOLE) -> str:
+    def expr(self, type_: str, depth: int = 3, range_: Range = WHOLE) -> str:
         """Return an expression of a type; each component lies within ``range_``."""
         known = self.names.get(type_, [])
         kinds = ["literal", *["name"] * bool(known), *["operation"] * (3 if depth > 0 else 0)]
@@ -168,78 +168,78 @@ class Expressions:
 
     def _sum(self, d: int, range_: Range, type_: str = "float") -> str:
         middle, quarter = (range_[0] + range_[1]) / 2, (range_[1] - range_[0]) / 4
-        one = self.of(type_, d, (middle - quarter, middle + quarter) if not self.features.wild else WHOLE)
-        other = self.of(type_, d, (-quarter, quarter) if not self.features.wild else WHOLE)
+        one = self.expr(type_, d, (middle - quarter, middle + quarter) if not self.features.wild else WHOLE)
+        other = self.expr(type_, d, (-quarter, quarter) if not self.features.wild else WHOLE)
         return self.fit(f"({one} {self.pick('+', '-')} {other})", (-math.inf, math.inf), range_)
 
     def _product(self, d: int, range_: Range, type_: str = "float") -> str:
-        factor = self.of(self.pick("float", type_), d, (-1, 1))
-        return self.fit(f"({self.of(type_, d)} * {factor})", WHOLE, range_)
+        factor = self.expr(self.pick("float", type_), d, (-1, 1))
+        return self.fit(f"({self.expr(type_, d)} * {factor})", WHOLE, range_)
 
     def _quotient(self, d: int, range_: Range) -> str:
         divisor = (
-            self.of("float", d, (1, 8))
+            self.expr("float", d, (1, 8))
             if self.features.wild or self.pick("+", "-") == "+"
-            else (self.of("float", d, (-8, -1)))
+            else (self.expr("float", d, (-8, -1)))
         )
-        return self.fit(f"({self.of('float', d)} {self.pick('/', '/', '//')} {divisor})", WHOLE, range_)
+        return self.fit(f"({self.expr('float', d)} {self.pick('/', '/', '//')} {divisor})", WHOLE, range_)
 
     def _power(self, d: int, range_: Range) -> str:
-        return self.fit(f"({self.of('float', d, (-2, 2))} ** {self.pick('2', '3')})", WHOLE, range_)
+        return self.fit(f"({self.expr('float', d, (-2, 2))} ** {self.pick('2', '3')})", WHOLE, range_)
 
     def _call(self, d: int, range_: Range) -> str:
         name = self.pick(*CALLS)
         if name == "clamp":  # reversed constant bounds are an error
-            return f"clamp({self.of('float', d)}, {float(range_[0])!r}, {float(range_[1])!r})"
+            return f"clamp({self.expr('float', d)}, {float(range_[0])!r}, {float(range_[1])!r})"
         return self._function(name, "float", d, range_)
 
     def _function(self, name: str, type_: str, d: int, range_: Range) -> str:
         operands, result = CALLS[name]
-        texts = [self.of(type_, d, operand) for operand in operands]
+        texts = [self.expr(type_, d, operand) for operand in operands]
         return self.fit(OPERATIONS[name].as_written(*texts, by_name=True), result, range_)
 
     def _chosen(self, d: int, range_: Range, type_: str = "float") -> str:
-        return f"({self.of(type_, d, range_)} if {self.of('bool', d)} else {self.of(type_, d, range_)})"
+        return f"({self.expr(type_, d, range_)} if {self.expr('bool', d)} else {self.expr(type_, d, range_)})"
 
     def _part(self, d: int, range_: Range) -> str:
         type_ = self.pick("vec3", "vec2", "vec4")
         form = self.pick("swizzle", "index", "array", "matrix")
         if form == "swizzle":
-            return f"{self.of(type_, d, range_)}.{self.pick(*COMPONENTS[: SIZE[type_]])}"
+            return f"{self.expr(type_, d, range_)}.{self.pick(*COMPONENTS[: SIZE[type_]])}"
         # 0 + …: a literal out of range is an error.
-        index = f"[0 + {self.of('int', min(d, 1))}]"
+        index = f"[0 + {self.expr('int', min(d, 1))}]"
         if form == "index":
-            return f"{self.of(type_, d, range_)}{index}"
+            return f"{self.expr(type_, d, range_)}{index}"
         if form == "array":
             return self.fit(f"{self.pick(*self.names.get('array', ['[1.0, 2.0, 4.0]']))}{index}", WHOLE, range_)
-        return self.fit(f"{self.of('mat3', min(d, 1))}{index}.{self.pick('x', 'y', 'z')}", WHOLE, range_)
+        return self.fit(f"{self.expr('mat3', min(d, 1))}{index}.{self.pick('x', 'y', 'z')}", WHOLE, range_)
 
     def _of_vector(self, d: int, range_: Range) -> str:
         type_ = self.pick("vec3", "vec2", "vec4")
         form = self.pick("dot", "length", "distance", "determinant")
         if form == "determinant":
-            return self.fit(f"determinant({self.of(self.pick('mat2', 'mat3'), d)})", (-math.inf, math.inf), range_)
+            return self.fit(f"determinant({self.expr(self.pick('mat2', 'mat3'), d)})", (-math.inf, math.inf), range_)
         if form == "length":
-            return self.fit(f"length({self.of(type_, d, (-4, 4))})", (0, 8), range_)
-        one, other = self.of(type_, d, (-1, 1)), self.of(type_, d, (-2, 2))
+            return self.fit(f"length({self.expr(type_, d, (-4, 4))})", (0, 8), range_)
+        one, other = self.expr(type_, d, (-1, 1)), self.expr(type_, d, (-2, 2))
         return self.fit(f"{form}({one}, {other})", WHOLE, range_)
 
     def _derivative(self, d: int, range_: Range, type_: str = "float") -> str:
-        return self.fit(f"{self.pick(*DERIVATIVES)}({self.of(type_, d, (-2, 2))})", WHOLE, range_)
+        return self.fit(f"{self.pick(*DERIVATIVES)}({self.expr(type_, d, (-2, 2))})", WHOLE, range_)
 
     def _from_int(self, d: int, range_: Range) -> str:
         form = self.pick("float", "power", *["bits", "half"] * self.features.wild)
         if form == "power":
-            return self.fit(f"ldexp({self.of('float', d)}, {self.of('int', d)})", (-math.inf, math.inf), range_)
+            return self.fit(f"ldexp({self.expr('float', d)}, {self.expr('int', d)})", (-math.inf, math.inf), range_)
         if form in ("bits", "half"):
             name, type_ = ("float_from_bits", "int") if form == "bits" else ("float_of_half", "uint")
-            return f"{name}({self.of(type_, d)})"
-        return self.fit(f"float({self.of(self.pick('int', 'uint'), d)})", (-math.inf, math.inf), range_)
+            return f"{name}({self.expr(type_, d)})"
+        return self.fit(f"float({self.expr(self.pick('int', 'uint'), d)})", (-math.inf, math.inf), range_)
 
     def _helped(self, d: int, range_: Range) -> str:
         if self.pick("loop", "blend") == "loop":
-            return self.fit(f"helper({self.of('float', d)}, {self.of('int', d)})", (-math.inf, math.inf), range_)
-        call = f"blend({self.of('vec3', d)}, {self.of('vec3', d)}, {self.of('float', d, UNIT)})"
+            return self.fit(f"helper({self.expr('float', d)}, {self.expr('int', d)})", (-math.inf, math.inf), range_)
+        call = f"blend({self.expr('vec3', d)}, {self.expr('vec3', d)}, {self.expr('float', d, UNIT)})"
         return self.fit(f"{call}.{self.pick('x', 'y', 'z')}", WHOLE, range_)
 
     # Whole numbers and truth
@@ -252,36 +252,36 @@ class Expressions:
         if form in ("binary", "unary"):
             return self._applied(self.pick(*(PAIRS_OF_INTS if form == "binary" else INTS)), "int", d)
         if form == "chosen":
-            return f"({self.of('int', d)} if {self.of('bool', d)} else {self.of('int', d)})"
+            return f"({self.expr('int', d)} if {self.expr('bool', d)} else {self.expr('int', d)})"
         if form == "from":
             cast = self.pick("int", *["bits_from_float"] * self.features.wild)
-            return f"{cast}({self.of(self.pick('float', 'bool', 'uint') if cast == 'int' else 'float', d)})"
-        return f"{self.pick('pixel()', 'output_size()', 'd.size', self.of('ivec2', d))}.{self.pick('x', 'y')}"
+            return f"{cast}({self.expr(self.pick('float', 'bool', 'uint') if cast == 'int' else 'float', d)})"
+        return f"{self.pick('pixel()', 'output_size()', 'd.size', self.expr('ivec2', d))}.{self.pick('x', 'y')}"
 
     def _uint(self, d: int) -> str:
         form = self.pick("binary", "binary", "binary", "chosen", "from", "unary", "mixed", "clamp")
         if form == "mixed":
             return self._of_both("uint", d)
         if form == "clamp":
-            return f"clamp({self.of('uint', d)}, 1, 0x80000001)"
+            return f"clamp({self.expr('uint', d)}, 1, 0x80000001)"
         if form in ("binary", "unary"):
             return self._applied(self.pick(*(PAIRS_OF_UINTS if form == "binary" else UINTS)), "uint", d)
         if form == "chosen":
-            return f"({self.of('uint', d)} if {self.of('bool', d)} else {self.of('uint', d)})"
+            return f"({self.expr('uint', d)} if {self.expr('bool', d)} else {self.expr('uint', d)})"
         if self.features.wild and self.pick("uint", "half") == "half":
-            return f"half_bits({self.of('float', d)})"
-        return f"uint({self.of(self.pick('int', 'float', 'bool'), d)})"
+            return f"half_bits({self.expr('float', d)})"
+        return f"uint({self.expr(self.pick('int', 'float', 'bool'), d)})"
 
     def _of_both(self, kind: str, d: int) -> str:
         """Return an operation on ints and uints mixed."""
         name = self.pick(*MIXED[kind])
-        return OPERATIONS[name].as_written(*(self.of(type_, d) for type_ in MIXED[kind][name]))
+        return OPERATIONS[name].as_written(*(self.expr(type_, d) for type_ in MIXED[kind][name]))
 
     def _ivec2(self, d: int) -> str:
         if self.pick("make", "sum") == "make":
-            return f"ivec2({self.of('int', d)}, {self.of('int', d)})"
-        first = "pixel()" if self.features.reads else self.of("ivec2", d)
-        return f"({first} {self.pick('+', '-', '*', '&')} {self.of('ivec2', d)})"
+            return f"ivec2({self.expr('int', d)}, {self.expr('int', d)})"
+        first = "pixel()" if self.features.reads else self.expr("ivec2", d)
+        return f"({first} {self.pick('+', '-', '*', '&')} {self.expr('ivec2', d)})"
 
     def _bool(self, d: int) -> str:
         form = self.pick("float", "int", "uint", "logic", "nan", "vector")
@@ -301,7 +301,7 @@ class Expressions:
     def _applied(self, name: str, type_: str, d: int, by_name: bool = False) -> str:
         """Return an operation on operands of one type."""
         row = OPERATIONS[name]
-        return row.as_written(*(self.of(type_, d) for _ in row.operands), by_name=by_name)
+        return row.as_written(*(self.expr(type_, d) for _ in row.operands), by_name=by_name)
 
     # Vectors and matrices
 
@@ -320,7 +320,7 @@ class Expressions:
         if form == "swizzle":
             source = self.pick("vec3", "vec2", "vec4")
             letters = "".join(self.pick(*COMPONENTS[: SIZE[source]]) for _ in range(SIZE[type_]))
-            return f"{self.of(source, d, range_)}.{letters}"
+            return f"{self.expr(source, d, range_)}.{letters}"
         if form == "call":
             return self._function(self.pick(*(n for n in CALLS if n != "clamp")), type_, d, range_)
         if form == "derivative":
@@ -331,17 +331,17 @@ class Expressions:
 
     def _construct(self, type_: str, d: int, range_: Range) -> str:
         if type_ == "vec4" and self.pick("parts", "numbers") == "parts":
-            return f"vec4({self.of('vec3', d, range_)}, {self.of('float', d, range_)})"
-        return f"{type_}({', '.join(self.of('float', d, range_) for _ in range(SIZE[type_]))})"
+            return f"vec4({self.expr('vec3', d, range_)}, {self.expr('float', d, range_)})"
+        return f"{type_}({', '.join(self.expr('float', d, range_) for _ in range(SIZE[type_]))})"
 
     def _linear(self, type_: str, d: int, range_: Range) -> str:
         if type_ == "vec4":
             return self._construct(type_, d, range_)
-        matrix, vector = self.of("mat" + type_[3], d), self.of(type_, d, (-1, 1))
+        matrix, vector = self.expr("mat" + type_[3], d), self.expr(type_, d, (-1, 1))
         form = self.pick("times", "transposed", "outer", "inverse", "oblong")
         if form == "oblong":
             oblong, other = ("mat3x2", "vec3") if type_ == "vec2" else ("mat2x3", "vec2")
-            text = f"({self.of(oblong, d)} * {self.of(other, d, (-1, 1))})"
+            text = f"({self.expr(oblong, d)} * {self.expr(other, d, (-1, 1))})"
             return self.fit(text, (-math.inf, math.inf), range_)
         if form == "inverse":  # of a matrix whose diagonal is the largest
             return self.fit(f"(inverse({matrix} * 0.125 + {'mat' + type_[3]}(2.0)) * {vector})", WHOLE, range_)
@@ -356,13 +356,13 @@ class Expressions:
         """Return an expression that only vectors have."""
         form = self.pick(*OF_VECTORS, *["cross", "select"] * (type_ == "vec3"), "refract")
         if form == "cross":
-            return self.fit(f"cross({self.of(type_, d, (-2, 2))}, {self.of(type_, d, (-1, 1))})", WHOLE, range_)
+            return self.fit(f"cross({self.expr(type_, d, (-2, 2))}, {self.expr(type_, d, (-1, 1))})", WHOLE, range_)
         if form == "select":
-            return f"select({self.of('bvec3', d)}, {self.of(type_, d, range_)}, {self.of(type_, d, range_)})"
+            return f"select({self.expr('bvec3', d)}, {self.expr(type_, d, range_)}, {self.expr(type_, d, range_)})"
         if form == "refract":
-            unit = f"normalize({self.of(type_, d, (0.125, 1))})"
-            return self.fit(f"refract({unit}, normalize({self.of(type_, d, (-1, 1))}), 0.75)", (-2, 2), range_)
-        text = f"{form}({', '.join(self.of(type_, d, operand) for operand in OF_VECTORS[form])})"
+            unit = f"normalize({self.expr(type_, d, (0.125, 1))})"
+            return self.fit(f"refract({unit}, normalize({self.expr(type_, d, (-1, 1))}), 0.75)", (-2, 2), range_)
+        text = f"{form}({', '.join(self.expr(type_, d, operand) for operand in OF_VECTORS[form])})"
         return self.fit(text, (-math.inf, math.inf), range_)
 
     def _read(self, d: int) -> str:
@@ -372,42 +372,47 @@ class Expressions:
         if form == "near":
             return f"c[{self.draw(st.integers(-3, 3))}, {self.draw(st.integers(-3, 3))}]"
         if form == "chosen":
-            return f"lamps[{self.pick('0', '1', 'n', 'pixel().x')}].map.texel(pixel() - {self.of('ivec2', min(d, 1))})"
+            return (
+                f"lamps[{self.pick('0', '1', 'n', 'pixel().x')}].map.texel(pixel() - {self.expr('ivec2', min(d, 1))})"
+            )
         if form == "indexed" and self.indices:
             return f"c[{self.pick(*self.indices)} - 1, {self.pick(*self.indices, '0')} // 2]"
         if form == "texel":
-            return f"d.texel(pixel() - {self.of('ivec2', min(d, 1))})"
+            return f"d.texel(pixel() - {self.expr('ivec2', min(d, 1))})"
         if form == "far":
-            return f"d.texel({self.of('ivec2', d)})"
+            return f"d.texel({self.expr('ivec2', d)})"
         if form == "level":
-            return f"d.texel({self.of('ivec2', min(d, 1))}, {self.of('int', min(d, 1))})"
-        place = f"uv() * {self.number(-2, 2)} + {self.of('vec2', min(d, 2), UNIT)}"
+            return f"d.texel({self.expr('ivec2', min(d, 1))}, {self.expr('int', min(d, 1))})"
+        place = f"uv() * {self.number(-2, 2)} + {self.expr('vec2', min(d, 2), UNIT)}"
         if form == "volume":
-            return f"e.sample3(vec3({place}, {self.of('float', min(d, 1), UNIT)}))"
-        more = {"gather": f", {self.draw(st.integers(0, 3))}", "lod": f", {self.of('float', min(d, 1), (-1, 6))}"}
+            return f"e.sample3(vec3({place}, {self.expr('float', min(d, 1), UNIT)}))"
+        more = {
+            "gather": f", {self.draw(st.integers(0, 3))}",
+            "lod": f", {self.expr('float', min(d, 1), (-1, 6))}",
+        }
         called = form if form in ("nearest", "gather") else "sample"
         return f"d.{called}({place}{more.get(form, '')})"
 
     def _mat2(self, d: int) -> str:
-        return f"mat2({self.of('vec2', d, (-1, 1))}, {self.of('vec2', d, (-1, 1))})"
+        return f"mat2({self.expr('vec2', d, (-1, 1))}, {self.expr('vec2', d, (-1, 1))})"
 
     def _mat2x3(self, d: int) -> str:
         form = self.pick("columns", "outer", "product")
         if form == "outer":
-            return f"outer({self.of('vec3', d, (-1, 1))}, {self.of('vec2', d, (-1, 1))})"
+            return f"outer({self.expr('vec3', d, (-1, 1))}, {self.expr('vec2', d, (-1, 1))})"
         if form == "product":
-            return f"({self.of('mat3', d)} * {self.of('mat2x3', d)})"
-        return f"mat2x3({self.of('vec3', d, (-1, 1))}, {self.of('vec3', d, (-1, 1))})"
+            return f"({self.expr('mat3', d)} * {self.expr('mat2x3', d)})"
+        return f"mat2x3({self.expr('vec3', d, (-1, 1))}, {self.expr('vec3', d, (-1, 1))})"
 
     def _mat3x2(self, d: int) -> str:
-        return f"transpose({self.of('mat2x3', d)})"
+        return f"transpose({self.expr('mat2x3', d)})"
 
     def _mat3(self, d: int) -> str:
         form = self.pick("columns", "product", "outer", "transpose")
         if form == "columns":
-            return f"mat3({', '.join(self.of('vec3', d, (-1, 1)) for _ in range(3))})"
+            return f"mat3({', '.join(self.expr('vec3', d, (-1, 1)) for _ in range(3))})"
         if form == "product":
-            return f"({self.of('mat3', d)} * {self.of('mat3', d)})"
+            return f"({self.expr('mat3', d)} * {self.expr('mat3', d)})"
         if form == "outer":
-            return f"outer({self.of('vec3', d, (-1, 1))}, {self.of('vec3', d, (-1, 1))})"
-        return f"transpose({self.of('mat3', d)})"
+            return f"outer({self.expr('vec3', d, (-1, 1))}, {self.expr('vec3', d, (-1, 1))})"
+        return f"transpose({self.expr('mat3', d)})"

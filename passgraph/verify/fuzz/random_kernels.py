@@ -124,54 +124,58 @@ class Writer(Expressions):
         elif kind == "match":
             self._match(nest)
         elif kind == "return":
-            self.line(f"if {self.of('bool')}: return {self.of('vec4')}")
+            self.line(f"if {self.expr('bool')}: return {self.expr('vec4')}")
         elif kind == "discard":
-            self.line(f"if {self.of('bool')}: {self.pick('return p', 'discard()')}")
+            self.line(f"if {self.expr('bool')}: {self.pick('return p', 'discard()')}")
         elif kind == "jump":
-            self.line(f"if {self.of('bool')}: {self.pick('break', 'continue')}")
+            self.line(f"if {self.expr('bool')}: {self.pick('break', 'continue')}")
         else:
             getattr(self, f"_{kind}")()
 
     def _set(self) -> None:
         type_ = self.pick(*self.written)
-        self.line(f"{self.pick(*self.written[type_])} = {self.of(type_)}")
+        self.line(f"{self.pick(*self.written[type_])} = {self.expr(type_)}")
 
     def _new(self) -> None:
         self.count += 1
         type_ = self.pick("float", "vec3", "int", "vec2", "bool", "uint")
         name = f"{type_[0]}{self.count}"
-        self.line(f"{name} = {self.of(type_)}")
+        self.line(f"{name} = {self.expr(type_)}")
         self.names[type_] = [*self.names.get(type_, []), name]
 
     def _add(self) -> None:
         name = self.pick(*self.written["float"])
         if self.features.wild:
-            self.line(f"{name} {self.pick('+=', '-=', '*=')} {self.of('float')}")
+            self.line(f"{name} {self.pick('+=', '-=', '*=')} {self.expr('float')}")
         else:
-            self.line(f"{name} = clamp({name} {self.pick('+', '-', '*')} {self.of('float')}, -8.0, 8.0)")
+            self.line(f"{name} = clamp({name} {self.pick('+', '-', '*')} {self.expr('float')}, -8.0, 8.0)")
 
     def _element(self) -> None:
         # 0 + …: a literal out of range is an error.
-        index, other = f"[0 + {self.of('int', 2)}]", f"[0 + {self.of('int', 1)}]"
+        index, other = f"[0 + {self.expr('int', 2)}]", f"[0 + {self.expr('int', 1)}]"
         if self.pick("array", "rows") == "array":
-            self.line(f"a{index} = {self.of('float')}")
+            self.line(f"a{index} = {self.expr('float')}")
         elif self.pick("entry", "row") == "entry":
-            self.line(f"rows{index}{other} = {self.of('float')}")
+            self.line(f"rows{index}{other} = {self.expr('float')}")
         else:
-            self.line(f"rows{index} = [{self.of('float')}, {self.of('float')}]")
+            self.line(f"rows{index} = [{self.expr('float')}, {self.expr('float')}]")
 
     def _swizzle(self) -> None:
         self.line(
-            self.pick(f"v.xy = {self.of('vec3')}.zx", f"v.z = {self.of('float')}", f"p.gb = {self.of('vec3')}.xy")
+            self.pick(
+                f"v.xy = {self.expr('vec3')}.zx",
+                f"v.z = {self.expr('float')}",
+                f"p.gb = {self.expr('vec3')}.xy",
+            )
         )
 
     def _column(self) -> None:
-        self.line(f"m[0 + {self.of('int', 1)}] = {self.of('vec3', 2, (-1, 1))}")
+        self.line(f"m[0 + {self.expr('int', 1)}] = {self.expr('vec3', 2, (-1, 1))}")
 
     def _branch(self, nest: int) -> None:
-        self.inside(f"if {self.of('bool')}:", nest)
+        self.inside(f"if {self.expr('bool')}:", nest)
         if self.draw(st.booleans()):
-            self.inside(f"elif {self.of('bool')}:", nest)
+            self.inside(f"elif {self.expr('bool')}:", nest)
         if self.draw(st.booleans()):
             self.inside("else:", nest)
 
@@ -192,22 +196,22 @@ class Writer(Expressions):
 
     def _from_data(self) -> str:
         """Return loop bounds that depend on a pixel, with a limit to the trips and the index."""
-        ends = [f"clamp({self.of('int', 2)}, {low}, {low + self.draw(st.integers(0, 4))})" for low in (-2, 0)]
+        ends = [f"clamp({self.expr('int', 2)}, {low}, {low + self.draw(st.integers(0, 4))})" for low in (-2, 0)]
         form = self.pick("stop", "start", "steps", "masked")
         if form == "stop":
             return ends[1]
         if form == "masked":
-            return f"({self.of('int', 2)}) & 3"
+            return f"({self.expr('int', 2)}) & 3"
         if form == "start":
             return ", ".join(ends)
         # A step known to be 0 is an error.  A texel makes it unknown; no other text has this factor.
-        return f"{ends[0]}, {ends[1]}, clamp({self.of('int', 2)} + int(c[0, 0].w * 2.1), -2, 2)"
+        return f"{ends[0]}, {ends[1]}, clamp({self.expr('int', 2)} + int(c[0, 0].w * 2.1), -2, 2)"
 
     def _match(self, nest: int) -> None:
-        self.line(f"match {self.of('int', 2)}:")
+        self.line(f"match {self.expr('int', 2)}:")
         self.depth += 1
         for pattern in ("0", "1 | -2", "2 | 3"):
-            guard = f" if {self.of('bool', 1)}" if self.draw(st.booleans()) else ""
+            guard = f" if {self.expr('bool', 1)}" if self.draw(st.booleans()) else ""
             self.inside(f"case {pattern}{guard}:", min(nest, 1))
         if self.draw(st.booleans()):
             self.inside("case _:", min(nest, 1))
@@ -232,7 +236,7 @@ def kernel_texts(draw: st.DrawFn, features: Features = Features()) -> str:  # no
     writer.line("n, a, m = int(p.w), [p.x, p.y, 1.0, 4.0], mat3(p.z)")
     writer.line("rows = [[p.x, 2.0], [p.y, -0.5], [1.0, p.z]]")
     writer.block(5, 2)
-    writer.line(f"return {writer.of('vec4')}")
+    writer.line(f"return {writer.expr('vec4')}")
     body = "\n".join(writer.lines)
     if draw(st.booleans()):
         body += " + vec4(x, y, v.z, a[n]) + vec4(m * v, u.x)"

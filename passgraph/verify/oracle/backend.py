@@ -212,7 +212,7 @@ class DrawOracle:
         """Return middle and half width of every column; rows as in the reference: position, then all results."""
         count = len(self.geometry.positions)
         builtins: dict[str, Callable[[], Bounded]] = {
-            name: partial(Interval.of, values.astype(np.float64))
+            name: partial(Interval.as_read, values.astype(np.float64))
             for name, values in vertex_builtins(self.geometry).items()
         }
         builtins["output_size"] = lambda: np.array([self.step.size], np.int64)

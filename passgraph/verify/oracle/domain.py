@@ -59,7 +59,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
     def constant(self, type_: Type, numbers: Sequence[ir.Number]) -> Bounded:
         values = shaped(numbers, type_)
         # Literals are float32 on every backend.
-        return Interval.of(values.astype(np.float32)) if values.dtype.kind == "f" else values
+        return Interval.as_read(values.astype(np.float32)) if values.dtype.kind == "f" else values
 
     def widened(self, value: Bounded, slack: Bounded) -> Bounded:
         assert isinstance(value, Interval)

@@ -50,7 +50,7 @@ class Interval:
         return cls(exact, exact, np.isnan(exact))
 
     @classmethod
-    def of(cls, numbers: NDArray[Any]) -> Interval:
+    def as_read(cls, numbers: NDArray[Any]) -> Interval:
         """Return intervals of numbers that a backend reads: denormals may be flushed to 0."""
         return flushed(cls.point(numbers))
 

@@ -66,7 +66,7 @@ class StageOracle:
         """Return a parameter, floats as intervals; cached."""
         if expression.name not in self._uniforms:
             value = self.bound.uniform(expression)
-            exact = Interval.of(value.astype(np.float32)) if value.dtype.kind == "f" else value
+            exact = Interval.as_read(value.astype(np.float32)) if value.dtype.kind == "f" else value
             self._uniforms[expression.name] = exact
         return self._uniforms[expression.name]
 

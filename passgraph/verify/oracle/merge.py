@@ -81,7 +81,7 @@ class State:
                 values = _exactly(output.flat)
             else:
                 colour = np.broadcast_to(np.asarray(clear, np.float32), (1, channels))
-                values = stored(output.format, Interval.of(colour)).take(np.zeros(count, np.int64))
+                values = stored(output.format, Interval.as_read(colour)).take(np.zeros(count, np.int64))
             colours.append(Layer(output.format, values, blend, np.asarray(mask[:channels])))
         depths, stencils = None, None
         if depth is not None:

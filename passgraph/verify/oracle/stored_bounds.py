@@ -26,7 +26,7 @@ def loaded(
     texels: np.ndarray[tuple[int, ...], np.dtype[np.float64]], format_: Format | None, channels: int
 ) -> Interval:
     """Return what a backend may read where the reference reads these texels (lanes, 4)."""
-    exact = Interval.of(texels)
+    exact = Interval.as_read(texels)
     if format_ is None or not format_.steps:
         return exact
     read = as_read(exact)

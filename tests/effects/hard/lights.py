@@ -32,7 +32,7 @@ def wide_spots(backend: str) -> Case:
     for degrees in (60.0, 85.0, 89.9):
         scene = wide_spot(degrees)
         truth = traced(scene, samples=36)
-        projection = scene.lights[0].projection_matrix(Casters.of(scene).bounds_for(scene.lights[0]))
+        projection = scene.lights[0].projection_matrix(Casters.in_scene(scene).bounds_for(scene.lights[0]))
         scale, shift = float(projection[2, 2]), float(projection[2, 3])
         bad = naive(divided_depth, scene, backend, scale=scale, shift=shift, bias=2e-4)
         good = mask(scene, backend, filter=Hard(), map_size=512)

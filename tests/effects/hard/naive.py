@@ -131,7 +131,7 @@ def closer_soft(
 def frame(scene: pg.Scene, size: tuple[int, int] = SIZE, map_size: int = 256) -> dict[str, Any]:
     """What the kernels need to know of the first light: its matrices from the camera's frame, and its texel."""
     camera, light = scene.camera, scene.lights[0]
-    view, projection = light.frustum(Casters.of(scene).bounds_for(light))
+    view, projection = light.frustum(Casters.in_scene(scene).bounds_for(light))
     light_from_view = view @ translation(camera.eye) @ camera.view_rotation().T
     half = tan(0.5 * camera.vertical_fov_rad)
     return {

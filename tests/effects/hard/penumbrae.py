@@ -177,7 +177,7 @@ def floor_depth(scene: pg.Scene) -> float:
     from passgraph.effects.surfaces.views import Casters
 
     light = scene.lights[0]
-    view, _ = light.frustum(Casters.of(scene).bounds_for(light))
+    view, _ = light.frustum(Casters.in_scene(scene).bounds_for(light))
     return float(-view[2, 3])
 
 
