@@ -90,7 +90,7 @@ from passgraph.effects.light2d import (
     occlusion,
     smoothed,
 )
-from passgraph.effects.light2d.grid import reach
+from passgraph.effects.light2d.distance_grid import reach
 from passgraph.effects.light2d.lens_spots import dirty_lens_map, dirty_lens_spots, light_spots
 from passgraph.effects.light2d.light_map import PENUMBRAS
 from passgraph.effects.light2d.picture import light2d

@@ -22,7 +22,7 @@ from passgraph.backends.registry import open_backend
 from passgraph.effects import soft_shadow
 from passgraph.effects.effect_table import EFFECTS
 from passgraph.plan.data import PixelStep
-from passgraph.verify.functions import measure_functions
+from passgraph.verify.function_errors import measure_functions
 
 PAGE = Path(__file__).parent / "native-math.md"
 MARK = "<!-- docs/native_math.py writes what follows -->"

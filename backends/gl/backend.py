@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Backend, DeviceInfo, FloatBlock, PixelRunner, device_number
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl import transfers
 from passgraph.backends.gl.capabilities import count_group, loop_trips

@@ -15,8 +15,8 @@ from functools import cache
 from types import TracebackType
 from typing import Any
 
-from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl import gl_functions as g
+from passgraph.backends.gl.gl_functions import Functions
 from passgraph.backends.gl.state import Bound
 from passgraph.backends.gl.windowing import GONE, Egl, Glx, State, System, loaded_glx
 from passgraph.backends.turn import Turn, open_driver
@@ -313,7 +313,7 @@ class OwnContext(Context):
 
 def device_names() -> list[tuple[str, str, str]]:
     """Renderer, vendor and version of each device, in the order of their numbers."""
-    from passgraph.backends.gl import functions as g
+    from passgraph.backends.gl import gl_functions as g
 
     names: list[tuple[str, str, str]] = []
     for index in range(MAX_DEVICES if sys.platform.startswith("linux") else 1):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import ATTRIBUTES, Block, vertex_attribute
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.programs import LinkedProgram
 from passgraph.backends.gl.state import Bound

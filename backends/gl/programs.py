@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from passgraph.backends.base import Block
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl.counts_source import counting_dialect, counts_listing, sums_text
 from passgraph.backends.gl.dialect import Dialect, dialect_of
 from passgraph.backends.gl.glsl import GLSL, NAMES, in_vectors, region_name, vec4_count

@@ -8,8 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl import gl_functions as g
+from passgraph.backends.gl.gl_functions import Functions
 from passgraph.backends.gl.textures import Texture
 from passgraph.errors import BackendError
 from passgraph.formats import Format

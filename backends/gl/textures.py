@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import clear_colour
-from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl import gl_functions as g
+from passgraph.backends.gl.gl_functions import Functions
 from passgraph.backends.steps import quantised
 from passgraph.errors import BackendError
 from passgraph.formats import Format, format_spelling

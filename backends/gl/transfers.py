@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Block, FloatBlock
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.passes import run_pixels
 from passgraph.backends.gl.state import Rows

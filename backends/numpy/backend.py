@@ -95,7 +95,7 @@ class NumpyBackend(Backend):
         return mesh
 
     def compiling(self) -> AbstractContextManager[None]:
-        from passgraph.backends.numpy.machine.native import side_by_side
+        from passgraph.backends.numpy.machine.machine_code import side_by_side
 
         return side_by_side(self.workers.count)
 
@@ -114,7 +114,7 @@ class NumpyBackend(Backend):
         return "each texel adds to its bin in a table of its row"
 
     def code(self, step: PixelStep | DrawStep, sizes: Mapping[int, tuple[int, int]]) -> str:
-        from passgraph.backends.numpy.machine.native import lanes
+        from passgraph.backends.numpy.machine.machine_code import lanes
         from passgraph.backends.numpy.pixels.body import body_text
         from passgraph.backends.numpy.pixels.buffer_layout import Layout
         from passgraph.backends.numpy.pixels.chains import single_stage

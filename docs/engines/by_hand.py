@@ -14,7 +14,7 @@ import numpy as np
 
 import passgraph as pg
 from docs.engines.demo import functions, gray_and_soft
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl.context import Current
 from passgraph.effects.filters.blur import gaussian_weights
 from passgraph.hosts.gl_isolation import current_state

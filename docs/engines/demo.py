@@ -23,7 +23,7 @@ if sys.path[0] == str(root / "docs" / "engines"):
 
 import passgraph as pg
 from passgraph.backends.gl.context import Current
-from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.gl_functions import Functions
 from passgraph.effects import black_and_white, gaussian_blur
 from passgraph.effects.ambient.ambient_occlusion import occlusion
 from passgraph.effects.surfaces.depth_normals import depth_normals

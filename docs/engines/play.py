@@ -22,7 +22,7 @@ if sys.path[0] == str(root / "docs" / "engines"):
 import passgraph as pg
 from docs.engines.by_hand import ByHand
 from docs.engines.demo import Scene, functions, gray_and_soft, inverse
-from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.gl_functions import Functions
 from passgraph.engines.attachment import Attachment
 
 KINDS = ("Texture", "Buffer", "Framebuffer", "Program", "Renderbuffer", "Sampler", "Shader", "VertexArray")

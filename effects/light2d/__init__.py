@@ -4,7 +4,7 @@ Reading order: world, shapes, penumbra, tiles, smoothing, light_map, grid, sprit
 world_file, lens_spots, picture, bake.
 """
 
-from passgraph.effects.light2d.grid import distance_grid, occlusion
+from passgraph.effects.light2d.distance_grid import distance_grid, occlusion
 from passgraph.effects.light2d.light_map import light_map, lit
 from passgraph.effects.light2d.light_tiles import LiveLight, live_light_map
 from passgraph.effects.light2d.smoothing import smoothed

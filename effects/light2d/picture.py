@@ -11,7 +11,7 @@ from passgraph import Image, exp2, floor, ivec2, pixel, uv, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.color.tone_map import tone_map
 from passgraph.effects.lens.lens import dirt_texture, dirty_lens_bright
-from passgraph.effects.light2d.grid import distance_grid, occlusion, reach
+from passgraph.effects.light2d.distance_grid import distance_grid, occlusion, reach
 from passgraph.effects.light2d.lens_spots import dirty_lens_map, dirty_lens_spots, light_spots
 from passgraph.effects.light2d.light_map import Draws, Penumbra, light_map, lit
 from passgraph.effects.light2d.sprites import Near, moving_shadows

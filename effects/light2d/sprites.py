@@ -254,7 +254,7 @@ def moving_shadows(
     lights : the lamps, or a `LampCache` of them
     movers : a value set by runs: a sequence of `Mover`
     count : most things at once
-    reach : longest shadow from a place, world units, such as `passgraph.effects.light2d.grid.reach`
+    reach : longest shadow from a place, world units, such as `passgraph.effects.light2d.distance_grid.reach`
     share : fraction of the way from the last frame's shadows to the new ones; below 1 a shadow that jumps to another
         lamp cross-fades, and one that moves leaves a trail
     near : if a thing seen from its lamp spans more than 1 radian, two sprites separate: "fade" lets the shadow fade, to

@@ -22,6 +22,13 @@ from passgraph.commands.clips import (
     sources_of,
 )
 from passgraph.commands.color_spaces import color_space_options, take_color_spaces
+from passgraph.commands.command_graph import (
+    RENDER_SIZE,
+    generator_job,
+    picture_job,
+    picture_parameters,
+    pictures_beside,
+)
 from passgraph.commands.frames import Converted, FramesJob, Settings, colors_of, red_of, run_clips
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
@@ -39,7 +46,6 @@ from passgraph.commands.options import (
 )
 from passgraph.commands.parameter_options import Changing, FramesOption, check_no_ramps
 from passgraph.commands.running import RunOptions, check_one_picture, check_outputs, run_and_save
-from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job, picture_parameters, pictures_beside
 from passgraph.commands.written_files import (
     STREAM,
     check_apart,

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from passgraph.commands.command_graph import Job, generator_job, picture_job, scene_job, world_job
 from passgraph.commands.options import (
     BackendType,
     EffectCommand,
@@ -17,7 +18,6 @@ from passgraph.commands.options import (
     size_option,
 )
 from passgraph.commands.running import progress
-from passgraph.commands.sources import Job, generator_job, picture_job, scene_job, world_job
 from passgraph.commands.verdicts import console, most_ambiguous_option, most_seconds_option, say_equality, say_faults
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError

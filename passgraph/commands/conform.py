@@ -81,7 +81,7 @@ def _measure_functions(backend: str, math: Math) -> int:
     from rich.table import Table
 
     from passgraph.backends.registry import open_backend
-    from passgraph.verify.functions import measure_functions
+    from passgraph.verify.function_errors import measure_functions
 
     table = Table(box=box.SIMPLE_HEAD)
     table.add_column("function")

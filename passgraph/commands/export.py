@@ -10,6 +10,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from passgraph.commands.color_spaces import take_color_spaces
+from passgraph.commands.command_graph import (
+    RENDER_SIZE,
+    accepts,
+    effect_output,
+    input_of,
+    job_of_scene,
+    load_depth,
+    load_scene,
+    world_job,
+)
 from passgraph.commands.named import KernelEffect
 from passgraph.commands.options import (
     EffectCommand,
@@ -20,16 +30,6 @@ from passgraph.commands.options import (
     size_option,
 )
 from passgraph.commands.shader_files import ShaderFileEffect
-from passgraph.commands.sources import (
-    RENDER_SIZE,
-    accepts,
-    effect_output,
-    input_of,
-    job_of_scene,
-    load_depth,
-    load_scene,
-    world_job,
-)
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.graph.run_values import Derived, Value

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from passgraph.commands.clips import Clip
+from passgraph.commands.command_graph import as_distance, effect_output, in_bytes
 from passgraph.commands.options import check_computes
 from passgraph.commands.parameter_options import Changing
 from passgraph.commands.running import frame_progress, on_one_line
-from passgraph.commands.sources import as_distance, effect_output, in_bytes
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.files.film import Film

@@ -7,10 +7,10 @@ from typing import Any
 
 import click
 
+from passgraph.commands.command_graph import RENDER_SIZE
 from passgraph.commands.compare import job_of
 from passgraph.commands.options import EffectCommand, effect_option, given_parameters, named_or_refused, size_option
 from passgraph.commands.running import progress
-from passgraph.commands.sources import RENDER_SIZE
 
 
 class PixelType(click.ParamType[tuple[int, int]]):

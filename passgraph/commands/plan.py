@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
+from passgraph.commands.command_graph import RENDER_SIZE
 from passgraph.commands.compare import job_of
 from passgraph.commands.options import EffectCommand, effect_option, given_parameters, named_or_refused, size_option
-from passgraph.commands.sources import RENDER_SIZE
 from passgraph.commands.written_files import check_path
 from passgraph.writing import write_text
 

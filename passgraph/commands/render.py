@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 
 import click
 
+from passgraph.commands.command_graph import RENDER_SIZE, Job, accepts, job_of_scene, run_values, world_job
 from passgraph.commands.frames import complain_of, summary_line
 from passgraph.commands.options import (
     EffectCommand,
@@ -33,7 +34,6 @@ from passgraph.commands.running import (
     run_and_save,
 )
 from passgraph.commands.scene_view import VIEW_FIELDS, Seen, View, refuse_view, seen_by, view_options
-from passgraph.commands.sources import RENDER_SIZE, Job, accepts, job_of_scene, run_values, world_job
 from passgraph.commands.written_files import FLOAT_SUFFIXES, check_path, check_picture_path, rate_of
 from passgraph.errors import InputError
 from passgraph.graph.targets import MAX_SIDE, Target

@@ -14,8 +14,8 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.commands.command_graph import Job, in_bytes
 from passgraph.commands.options import check_computes
-from passgraph.commands.sources import Job, in_bytes
 from passgraph.commands.written_files import FLOAT_SUFFIXES, check_folder, check_picture_path
 from passgraph.errors import InputError
 from passgraph.language.native import Math

@@ -12,8 +12,8 @@ from typing import Any, Literal, TypeVar
 import click
 
 from passgraph.arguments import shown
+from passgraph.commands.command_graph import load_scene
 from passgraph.commands.options import FiniteRange
-from passgraph.commands.sources import load_scene
 from passgraph.errors import InputError
 from passgraph.scene import Camera, Light, Scene
 from passgraph.scene.camera import DEFAULT_AZIMUTH_RAD, DEFAULT_ELEVATION_RAD, DEFAULT_FOV_RAD

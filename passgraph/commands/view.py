@@ -12,10 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.commands.color_spaces import take_color_spaces
-from passgraph.commands.input_values import written_value
-from passgraph.commands.named import file_and_name, named_effect
-from passgraph.commands.options import backend_option, flag_of, size_option
-from passgraph.commands.sources import (
+from passgraph.commands.command_graph import (
     RENDER_SIZE,
     accepts,
     as_frame,
@@ -26,6 +23,9 @@ from passgraph.commands.sources import (
     load_scene,
     world_job,
 )
+from passgraph.commands.input_values import written_value
+from passgraph.commands.named import file_and_name, named_effect
+from passgraph.commands.options import backend_option, flag_of, size_option
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.files.open import open_source

@@ -19,7 +19,7 @@ from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, V
 from passgraph.language.values import ImageChoice, Part, StructValue, construct, part_type, settled, swizzle
 
 if TYPE_CHECKING:
-    from passgraph.glsl.body import Body
+    from passgraph.glsl.glsl_body import Body
 
 
 #: From this factor on, ``fract`` of a sine is noise.

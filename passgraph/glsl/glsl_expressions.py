@@ -32,7 +32,7 @@ from passgraph.language.typing_rules import apply, unify, widen
 from passgraph.language.values import COMPOSITE, ImageValue, Part, TupleValue, choose, constant, part_type, type_of
 
 if TYPE_CHECKING:
-    from passgraph.glsl.body import Body
+    from passgraph.glsl.glsl_body import Body
 
 
 class Expressions:

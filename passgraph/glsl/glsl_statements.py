@@ -20,7 +20,7 @@ from passgraph.language.types import INT, UINT
 from passgraph.language.values import constant
 
 if TYPE_CHECKING:
-    from passgraph.glsl.body import Body
+    from passgraph.glsl.glsl_body import Body
 
 
 class Statements:

@@ -22,7 +22,7 @@ from passgraph.language.value_ranges import ANY_FLOAT, TRUTH, Range, of_number, 
 from passgraph.language.values import constant, folded
 
 if TYPE_CHECKING:
-    from passgraph.glsl.body import Body
+    from passgraph.glsl.glsl_body import Body
     from passgraph.glsl.unit import Unit
 
 

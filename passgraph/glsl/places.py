@@ -30,7 +30,7 @@ from passgraph.language.values import (
 )
 
 if TYPE_CHECKING:
-    from passgraph.glsl.body import Body
+    from passgraph.glsl.glsl_body import Body
 
 #: A path: fields and swizzles by name, elements by index.
 Way: TypeAlias = tuple[str | ir.Expr, ...]

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from passgraph.errors import KernelError
 from passgraph.glsl import syntax as g
-from passgraph.glsl.body import Body
 from passgraph.glsl.builtins import overloads
+from passgraph.glsl.glsl_body import Body
 from passgraph.glsl.glsl_parser import Parser
 from passgraph.glsl.image_functions import STAGE, position
 from passgraph.glsl.operators import fitted, type_of_part
@@ -38,7 +38,7 @@ from passgraph.language.types import (
 from passgraph.language.values import COMPOSITE, Part, StructValue, constant
 
 if TYPE_CHECKING:
-    from passgraph.glsl.body import Body
+    from passgraph.glsl.glsl_body import Body
 
 
 #: The types of a function's parameters for comparison: by name, with the lengths of arrays.

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from passgraph import arguments
 from passgraph.backends.base import READ, DevicePicture, Use
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.gl.context import Current
 from passgraph.backends.gl.textures import PLAIN, Placement, Surface, Texture, in_words

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.context import (
     Canary,
@@ -19,7 +19,7 @@ from passgraph.backends.gl.context import (
     destroy_left,
     destroy_now,
 )
-from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.gl_functions import Functions
 from passgraph.backends.gl.windowing import State
 from passgraph.backends.turn import Turn, open_driver
 from passgraph.errors import BackendError

@@ -13,7 +13,7 @@ from passgraph import arguments
 from passgraph.backends.base import READ, DevicePicture, Use
 from passgraph.backends.opencl import transfers
 from passgraph.backends.opencl.backend import OpenCLBackend
-from passgraph.backends.opencl.pictures import (
+from passgraph.backends.opencl.caller_memory import (
     BufferPicture,
     OpenCLPicture,
     array_picture,
@@ -27,7 +27,7 @@ from passgraph.formats import Format, format_named
 from passgraph.hosts.opencl_borrowed import WRITTEN, Borrowed, as_held, check_room, check_source
 
 if TYPE_CHECKING:
-    from passgraph.backends.opencl.pictures import OpenCLPicture as Picture
+    from passgraph.backends.opencl.caller_memory import OpenCLPicture as Picture
 
 
 #: Longest side of a picture in the kernel language.

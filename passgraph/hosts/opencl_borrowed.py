@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from weakref import ReferenceType, WeakKeyDictionary, finalize, ref
 
 from passgraph.backends.base import Use
-from passgraph.backends.opencl.pictures import BufferPicture, ImagePicture, OpenCLPicture, array_picture, parent_of
+from passgraph.backends.opencl.caller_memory import BufferPicture, ImagePicture, OpenCLPicture, array_picture, parent_of
 from passgraph.backends.opencl.storage import Placement, Storage, tight
 from passgraph.errors import InputError
 from passgraph.formats import Format, as_many_channels

@@ -63,9 +63,9 @@ from passgraph.language.types import (
     sides_of,
 )
 from passgraph.language.uniform_layout import FLOAT_END
-from passgraph.serialize.document import VALUE_TYPES, Arrays, Document, described
 from passgraph.serialize.encode import VERSION
 from passgraph.serialize.kernel_text import KernelReader
+from passgraph.serialize.reader import VALUE_TYPES, Arrays, Document, described
 
 _HELD_AS: dict[Scalar, type[Any]] = {BOOL: bool, INT: int, UINT: int, FLOAT: float}
 

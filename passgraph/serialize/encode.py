@@ -37,8 +37,8 @@ from passgraph.language.meanings import uint_of_bits
 from passgraph.language.types import Array, Scalar, Struct, Type, element_of, innermost, is_plain
 from passgraph.language.uniform_layout import components
 from passgraph.plan.dependencies import passes_behind
-from passgraph.serialize.document import VALUE_TYPES, array_data, number_data
 from passgraph.serialize.kernel_text import KernelWriter
+from passgraph.serialize.reader import VALUE_TYPES, array_data, number_data
 
 #: Version of the document format; other versions are errors.
 VERSION = 4

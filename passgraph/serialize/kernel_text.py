@@ -27,7 +27,7 @@ from passgraph.language.source import MAX_SOURCE_CHARACTERS, Source, check_lengt
 from passgraph.language.symbols import TYPE_MARKERS, UINT_MAX
 from passgraph.language.types import UINT, ImageType, Matrix, Scalar, Struct, Type, Vector, innermost, sides_of
 from passgraph.ranges import Range
-from passgraph.serialize.document import Document
+from passgraph.serialize.reader import Document
 
 if TYPE_CHECKING:
     from passgraph.glsl import Shader

@@ -15,9 +15,9 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.gl import GLBackend, context
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl.context import Current
-from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.gl_functions import Functions
 from passgraph.backends.gl.windowing import State
 from passgraph.errors import BackendError
 from passgraph.formats import FORMATS

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.backends.numpy.machine.native import lanes
+from passgraph.backends.numpy.machine.machine_code import lanes
 from passgraph.backends.numpy.pixels.buffer_layout import Layout
 from passgraph.backends.numpy.pixels.chains import single_stage
 from passgraph.plan.build import build

@@ -17,7 +17,7 @@ import pytest
 import passgraph as pg
 from passgraph import disk_cache
 from passgraph.backends.numpy.backend import NumpyBackend
-from passgraph.backends.numpy.machine import compiler, native
+from passgraph.backends.numpy.machine import compiler, machine_code
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.pixels.body import body_text
 from passgraph.backends.numpy.pixels.buffer_layout import Layout
@@ -68,20 +68,20 @@ def pixel_step(text: str) -> PixelStep:
 
 def emitted(text: str) -> str:
     """LLVM text of a pass as this backend writes it: its body, and what is around."""
-    layout = Layout.for_chain(single_stage(pixel_step(text)), native.lanes())
+    layout = Layout.for_chain(single_stage(pixel_step(text)), machine_code.lanes())
     return body_text(layout.stages[0], "body") + pixel_text(layout, "pieces")
 
 
-def machine_code(text: str) -> str:
+def assembly(text: str) -> str:
     """Assembly of a pass's body."""
-    layout = Layout.for_chain(single_stage(pixel_step(text)), native.lanes())
+    layout = Layout.for_chain(single_stage(pixel_step(text)), machine_code.lanes())
     return str(compiler.machine().emit_assembly(compiler.optimised(body_text(layout.stages[0], "body"))))
 
 
 @pytest.mark.parametrize("text", [BLUR, BRANCHES])
 def test_compiled_code_is_of_vectors(text: str) -> None:
     """Packed products and sums only, where a kernel branches and loops too: a scalar one would have single ones."""
-    instructions = re.findall(r"^\t(v?f?[a-z0-9]+(?:\tv)?)", machine_code(text), re.MULTILINE)
+    instructions = re.findall(r"^\t(v?f?[a-z0-9]+(?:\tv)?)", assembly(text), re.MULTILINE)
     assert {"vmulps", "mulps", "fmul\tv"} & set(instructions)
     assert not {"vmulss", "mulss", "vaddss", "addss"} & set(instructions)
 
@@ -89,7 +89,7 @@ def test_compiled_code_is_of_vectors(text: str) -> None:
 @pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="about instructions of x86")
 def test_reads_anywhere_are_vectorised_without_gather_instructions() -> None:
     """The comparisons are packed, and so are the conversions to texel numbers; each texel is a load of its own."""
-    instructions = re.findall(r"^\t(v?[a-z0-9]+)\b", machine_code(GATHER), re.MULTILINE)
+    instructions = re.findall(r"^\t(v?[a-z0-9]+)\b", assembly(GATHER), re.MULTILINE)
     assert any(name.startswith(("vcmp", "cmp")) and name.endswith("ps") for name in instructions)
     assert {"vcvttps2dq", "cvttps2dq"} & set(instructions)
     assert not [name for name in instructions if "gather" in name]
@@ -178,7 +178,7 @@ def test_a_cache_that_others_may_write_to_is_refused(tmp_path: Path, monkeypatch
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
     monkeypatch.setattr(disk_cache, "_said", set())
     with pytest.warns(UserWarning, match=r"others may write.*chmod 700"):
-        assert native.function_code(("a test of its own", str(tmp_path)), returns).address
+        assert machine_code.function_code(("a test of its own", str(tmp_path)), returns).address
     assert not list((tmp_path / "code").iterdir())
 
 

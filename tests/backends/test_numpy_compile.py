@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.numpy.machine import compiler, llvm, native
+from passgraph.backends.numpy.machine import compiler, llvm, machine_code
 from passgraph.backends.numpy.pixels.body import body_text
 from passgraph.backends.numpy.pixels.buffer_layout import Layout
 from passgraph.backends.numpy.pixels.chains import single_stage
@@ -131,7 +131,7 @@ def curves(count: int) -> pg.Program:
 
 def test_code_does_not_know_the_names_of_images(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    monkeypatch.setattr(native, "_codes", {})
+    monkeypatch.setattr(machine_code, "_codes", {})
     for name in ("color", "picture"):
         text = f"def twice({name}: Image) -> vec4: return {name}[0, 0] * 2.0 + float({name}.size.x)"
         frame = pg.Input("frame", "rgba32f", SIZE)
@@ -142,7 +142,7 @@ def test_code_does_not_know_the_names_of_images(monkeypatch: pytest.MonkeyPatch,
 def test_passes_of_one_shape_share_what_is_around_their_bodies(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Whatever they compute, however many parameters they have."""
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    monkeypatch.setattr(native, "_codes", {})
+    monkeypatch.setattr(machine_code, "_codes", {})
     texts = ("c[0, 0] * 2.0", "sqrt(abs(c[0, 0]))", "vec4(1.0) if c[0, 0].x > 0.5 else c[0, 0]", "vec4(c[0, 0].x * by)")
     frame = pg.Input("frame", "rgba32f", SIZE)
     for text in texts:
@@ -158,7 +158,7 @@ def test_passes_alike_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_pat
     with curves(60) as program:
         want = program(frame=picture)["last"]
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    monkeypatch.setattr(native, "_codes", {})
+    monkeypatch.setattr(machine_code, "_codes", {})
     monkeypatch.setattr("passgraph.plan.fuse.MAX_FUSED_INSTRUCTIONS", 120)
     monkeypatch.setattr("passgraph.plan.fuse.MAX_INSTRUCTIONS", 120)
     with curves(60) as program:
@@ -177,7 +177,7 @@ def compiled_row(count: int, text: Callable[[int], str], cache: Path) -> int:
         last = pg.kernel(source=text(number))(last, into=pg.target(f"t{number}", "rgba16f"), name=f"pass {number}")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PASSGRAPH_CACHE", str(cache))
-        patch.setattr(native, "_codes", {})
+        patch.setattr(machine_code, "_codes", {})
         pg.compile({"last": last}, options=pg.Options(fuse=False)).close()
     return len(list((cache / "code").glob("*.o")))
 
@@ -240,7 +240,7 @@ def test_text_that_llvm_refuses_is_an_error_and_ends_before_its_context(monkeypa
 def test_compiling_gives_back_its_memory(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A service that compiles kernels all day does not grow: 100 compilations take less than 1 MB."""
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    monkeypatch.setattr(native, "_codes", WeakValueDictionary())
+    monkeypatch.setattr(machine_code, "_codes", WeakValueDictionary())
     texts: list[tuple[str, int]] = []
     compiled = compiler.compiled
 

@@ -19,7 +19,7 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.backends.numpy.machine.native import Code, function_code
+from passgraph.backends.numpy.machine.machine_code import Code, function_code
 from passgraph.backends.numpy.machine.numba_text import llvm_text
 from passgraph.backends.numpy.machine.shipped import Call, NumbaCode, Shipped, entry_text
 from passgraph.backends.numpy.raster import entries, generate, layout

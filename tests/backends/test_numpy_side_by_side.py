@@ -11,7 +11,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.numpy.backend import NumpyBackend
-from passgraph.backends.numpy.machine import compiler, native
+from passgraph.backends.numpy.machine import compiler, machine_code
 
 SIZE = (40, 30)
 
@@ -27,7 +27,7 @@ def compiled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[list[t
         return original(text, loops)
 
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    monkeypatch.setattr(native, "_codes", {})
+    monkeypatch.setattr(machine_code, "_codes", {})
     monkeypatch.setattr(compiler, "compiled", note)
     yield made
     assert not helpers_left()
@@ -43,8 +43,8 @@ def _stays(thread: threading.Thread) -> bool:
     return thread.is_alive()
 
 
-def asked(number: int) -> native.Code:
-    return native.function_code(("side by side", str(number)), lambda name: f"; {number}\n{_text(name, number)}")
+def asked(number: int) -> machine_code.Code:
+    return machine_code.function_code(("side by side", str(number)), lambda name: f"; {number}\n{_text(name, number)}")
 
 
 def _text(name: str, number: int) -> str:
@@ -52,7 +52,7 @@ def _text(name: str, number: int) -> str:
 
 
 def test_each_text_is_compiled_once_and_loaded(compiled: list[tuple[str, str]]) -> None:
-    with native.side_by_side(4):
+    with machine_code.side_by_side(4):
         codes = [asked(number) for number in (*range(12), *range(12))]
     assert sorted(text for text, _ in compiled) == sorted(f"; {number}" for number in range(12))
     addresses = [code._address for code in codes]
@@ -70,21 +70,21 @@ def test_two_texts_are_compiled_at_once(monkeypatch: pytest.MonkeyPatch) -> None
         return original(*given, **named)  # type: ignore[arg-type]
 
     monkeypatch.setattr(compiler, "optimised", wait)
-    with native.side_by_side(2):
+    with machine_code.side_by_side(2):
         asked(0), asked(1)
 
 
 def test_one_thread_compiles_by_itself(compiled: list[tuple[str, str]]) -> None:
-    with native.side_by_side(1):
+    with machine_code.side_by_side(1):
         for number in range(3):
             asked(number)
     assert [thread for _, thread in compiled] == [threading.current_thread().name] * 3
 
 
 def broken() -> None:
-    with native.side_by_side(3):
+    with machine_code.side_by_side(3):
         asked(1)
-        native.function_code(("side by side", "broken"), lambda name: f"define nonsense @{name}")
+        machine_code.function_code(("side by side", "broken"), lambda name: f"define nonsense @{name}")
 
 
 def test_what_cannot_be_compiled_is_told_to_who_asked() -> None:
@@ -93,7 +93,7 @@ def test_what_cannot_be_compiled_is_told_to_who_asked() -> None:
 
 
 def given_up() -> None:
-    with native.side_by_side(2):
+    with machine_code.side_by_side(2):
         for number in range(200):
             asked(number)
         raise KeyError
@@ -123,7 +123,7 @@ def test_a_program_is_whole_when_it_is_compiled(compiled: list[tuple[str, str]])
     picture = np.random.default_rng(0).random((SIZE[1], SIZE[0], 4), np.float32)
     with pg.compile(outputs, NumpyBackend("2"), options=None) as program:
         before = len(compiled)
-        assert all(code._address is not None for code in native._codes.values())
+        assert all(code._address is not None for code in machine_code._codes.values())
         result = program(frame=picture)
         assert len(compiled) == before >= 5
     for n in range(5):

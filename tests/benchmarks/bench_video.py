@@ -20,7 +20,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import passgraph as pg
-from passgraph.commands.sources import in_bytes
+from passgraph.commands.command_graph import in_bytes
 from passgraph.effects.color.black_and_white import black_and_white
 from passgraph.effects.filters.blur import gaussian_blur
 from passgraph.files import Pattern, Pictures, ToPictures, ToVideo, Video

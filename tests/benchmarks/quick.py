@@ -25,7 +25,7 @@ import cv2
 import numpy as np
 
 import passgraph as pg
-from passgraph.commands.sources import picture_job, scene_job, world_job
+from passgraph.commands.command_graph import picture_job, scene_job, world_job
 from passgraph.effects import black_and_white, gaussian_blur
 from passgraph.effects.effect_table import EFFECTS
 
@@ -117,7 +117,7 @@ def _command(arguments: list[str]) -> Callable[[], object]:
 COMPILE = """
 import re, sys, time
 import passgraph as pg
-from passgraph.commands.sources import load_scene, values_of
+from passgraph.commands.command_graph import load_scene, values_of
 from passgraph.effects import soft_shadow
 scene = load_scene(None)
 begin = time.perf_counter()

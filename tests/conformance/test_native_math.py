@@ -19,7 +19,7 @@ from passgraph.run.program import Program
 from passgraph.serialize import from_data, to_data
 from passgraph.verify.compare import compare
 from passgraph.verify.conformance import cases, judge
-from passgraph.verify.functions import MEASURED, measure_functions, ulp_errors
+from passgraph.verify.function_errors import MEASURED, measure_functions, ulp_errors
 
 #: Operations whose cases GLSL's precisions decide, so that they can fail.
 DECIDED = ("exp", "exp2", "inversesqrt")

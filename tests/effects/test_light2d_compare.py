@@ -8,7 +8,7 @@ import pytest
 import passgraph as pg
 from passgraph.effects.lens.lens import dirt_texture, dirty_lens
 from passgraph.effects.light2d import Light2D, Mover, Wall, Window, light_map, lit, moving_shadows, occlusion, smoothed
-from passgraph.effects.light2d.grid import distance_grid
+from passgraph.effects.light2d.distance_grid import distance_grid
 from passgraph.effects.light2d.lens_spots import dirty_lens_map, dirty_lens_spots, light_spots
 from tests.agreement import assert_within_bounds
 

@@ -8,7 +8,7 @@ import pytest
 import passgraph as pg
 from passgraph.effects.lens.lens import dirty_lens_bright
 from passgraph.effects.light2d import Light2D, Wall, Window, distance_grid, occlusion
-from passgraph.effects.light2d.grid import reach
+from passgraph.effects.light2d.distance_grid import reach
 from passgraph.effects.light2d.lens_spots import dirty_lens_map, dirty_lens_spots, light_spots
 from tests.effects.scenes import Picture
 

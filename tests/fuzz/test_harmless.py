@@ -25,7 +25,7 @@ import passgraph.backends.opencl.raster as opencl_raster
 import passgraph.plan.build
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
-from passgraph.commands.sources import Job, scene_job, world_job
+from passgraph.commands.command_graph import Job, scene_job, world_job
 from passgraph.effects.effect_table import EFFECTS, Effect
 from passgraph.graph.targets import named_outputs
 from passgraph.verify.fuzz.cases import EXACT, output_of, run, same_bits

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl.context import Current
-from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.gl_functions import Functions
 from passgraph.backends.gl.windowing import function
 
 RGBA, RED, RG, RGB, BYTES, FLOATS, HALVES, SHORTS = 0x1908, 0x1903, 0x8227, 0x1907, 0x1401, 0x1406, 0x140B, 0x1403

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions as g
 from tests.host.application import BYTES, DEPTH, HEIGHT, INTS, RGBA, SIZE, WIDTH, Application
 from tests.host.hostile import STATES, More, use_program
 

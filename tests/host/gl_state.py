@@ -5,8 +5,8 @@ from __future__ import annotations
 import ctypes
 from typing import Any, TypeAlias
 
-from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl import gl_functions as g
+from passgraph.backends.gl.gl_functions import Functions
 
 #: What was asked, and for which index or unit → what came back.
 State: TypeAlias = dict[tuple[str, int, int], bytes]

@@ -6,7 +6,7 @@ import ctypes
 from collections.abc import Callable
 from typing import Any
 
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions as g
 from tests.host.application import BYTES, RGBA, Application
 
 _SIGNATURES = {

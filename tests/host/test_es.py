@@ -356,10 +356,10 @@ def test_what_the_context_lacks_is_refused_by_its_name(
     app: EsApplication, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     names, graph, said = LACKING[name]
-    from passgraph.backends.gl import functions
+    from passgraph.backends.gl import gl_functions
 
-    asked = functions.capabilities_of
-    monkeypatch.setattr(functions, "capabilities_of", lambda gl: lean(asked(gl), *names))
+    asked = gl_functions.capabilities_of
+    monkeypatch.setattr(gl_functions, "capabilities_of", lambda gl: lean(asked(gl), *names))
     with pg.gl.Host.current() as host, pytest.raises(BackendError, match=said):
         pg.compile(graph(), backend=host, size=SIZE).run(frame=ROWS)
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.gl import functions
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions
+from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl.capabilities import NEVER_OURS, OFF
-from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.gl_functions import Functions
 from passgraph.errors import BackendError
 from passgraph.hosts.gl_isolation import Guard
 from tests.host.application import BYTES, HEIGHT, KEPT, NO_ERROR, RGBA, WIDTH, Application, Kept
@@ -207,7 +207,7 @@ def test_a_context_without_errors_is_asked_for_none(isolation: Any, monkeypatch:
 
     app = Application()
     engine = an_engine(app)
-    whole, prototype = Functions.integer, functions._prototype
+    whole, prototype = Functions.integer, gl_functions._prototype
     monkeypatch.setattr(Functions, "integer", lambda gl, what: whole(gl, what) | (8 if what == 0x821E else 0))
     errors: list[int] = []
 
@@ -217,7 +217,7 @@ def test_a_context_without_errors_is_asked_for_none(isolation: Any, monkeypatch:
             return name, kind
         return name, lambda address: lambda: errors.append(found := kind(address)()) or found
 
-    monkeypatch.setattr(functions, "_prototype", spying)
+    monkeypatch.setattr(gl_functions, "_prototype", spying)
     kept = all_kept(app)
     a_life(app, "guard", *engine)
     read_all(app, "guard", kept)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl.context import Current
 from passgraph.errors import BackendError, InputError
 from tests.host.application import BYTES, DEPTH, FLOATS, HEIGHT, RGBA, WIDTH, Application

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import gl_functions as g
 from passgraph.errors import BackendError, InputError
 from passgraph.hosts.gl import check_asked
 from passgraph.hosts.gl_pictures import EmptyPictureError

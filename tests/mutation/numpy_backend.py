@@ -264,8 +264,8 @@ MUTANTS = (
     ),
     Mutant(
         "_STENCIL",
-        'b.icmp_signed("<", stored, _FULL), b.add(stored, _ONE), held)',
-        'b.icmp_signed("<=", stored, _FULL), b.add(stored, _ONE), held)',
+        'b.icmp_signed("<", stored, _FULL), b.add(stored, _ONE), stored)',
+        'b.icmp_signed("<=", stored, _FULL), b.add(stored, _ONE), stored)',
         "numpy",
         ("draws/stencil",),
     ),

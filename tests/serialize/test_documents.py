@@ -14,8 +14,8 @@ import pytest
 import passgraph as pg
 from passgraph.language.facts import Facts
 from passgraph.language.lower_cache import Programs, lower_once
-from passgraph.serialize.document import MOST_PARTS
 from passgraph.serialize.encode import VERSION
+from passgraph.serialize.reader import MOST_PARTS
 from tests.serialize.documents import graph, places, spoiled
 
 FRAME = np.random.default_rng(7).random((6, 8, 4), np.float32)

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from passgraph.backends.numpy.machine.native import Code, function_code
+from passgraph.backends.numpy.machine.machine_code import Code, function_code
 from passgraph.cached import cached_property
 from passgraph.errors import BackendError
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from passgraph.backends.numpy.machine import llvm
 from passgraph.backends.numpy.machine.llvm import IRBuilder
-from passgraph.backends.numpy.machine.native import function_code, lanes
+from passgraph.backends.numpy.machine.machine_code import function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.vector.lanes import F32, I32, I64, Lanes, counting, zeros
 from passgraph.backends.numpy.vector.texels import element

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from passgraph.backends.base import Block, FloatBlock
-from passgraph.backends.numpy.machine.native import Code, function_code, lanes
+from passgraph.backends.numpy.machine.machine_code import Code, function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers, aligned_zeros
 from passgraph.backends.numpy.pixels.buffer_layout import Layout, StageLayout
 from passgraph.backends.numpy.pixels.chains import Stage, Tiling, pitch, tiling

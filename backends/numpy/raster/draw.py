@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from passgraph.backends.base import ATTRIBUTES, Block, vertex_attribute
 from passgraph.backends.numpy.machine import llvm
 from passgraph.backends.numpy.machine.llvm import IRBuilder
-from passgraph.backends.numpy.machine.native import function_code, lanes
+from passgraph.backends.numpy.machine.machine_code import function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.raster import entries, layout
 from passgraph.backends.numpy.raster.fragments import found_in, image_names, image_sizes, is_deferred

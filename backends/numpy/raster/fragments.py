@@ -7,7 +7,7 @@ from typing import Any
 
 from passgraph.backends.numpy.machine import llvm
 from passgraph.backends.numpy.machine.llvm import IRBuilder
-from passgraph.backends.numpy.machine.native import Code, function_code, lanes
+from passgraph.backends.numpy.machine.machine_code import Code, function_code, lanes
 from passgraph.backends.numpy.raster.layout import SPAN_ROWS, TILE, is_of_triangle
 from passgraph.backends.numpy.raster.planes import Blocks, interpolated, plane_numbers
 from passgraph.backends.numpy.storage import FLOAT

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Block, clear_colour, quantised
-from passgraph.backends.numpy.machine.native import Code
+from passgraph.backends.numpy.machine.machine_code import Code
 from passgraph.backends.numpy.machine.shipped import NumbaCode
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.raster import entries, layout

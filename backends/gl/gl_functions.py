@@ -135,7 +135,7 @@ class Functions:
                 setattr(self, name, kind(address) if address else None)
 
     def __getattr__(self, name: str) -> Any:
-        raise AttributeError(f"gl{name} is not in passgraph.backends.gl.functions.SIGNATURES or OPTIONAL")
+        raise AttributeError(f"gl{name} is not in passgraph.backends.gl.gl_functions.SIGNATURES or OPTIONAL")
 
     def integer(self, what: int) -> int:
         """Return the first number of a limit (for pairs the width)."""
