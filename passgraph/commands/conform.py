@@ -75,27 +75,32 @@ def conform(
 
 
 def _measure_functions(backend: str, math: Math) -> int:
-    """Print the errors of each function."""
+    """Print the errors of each function, then its results for zeros, a denormal, infinities and NaN."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
 
     from passgraph.backends.registry import open_backend
-    from passgraph.verify.function_errors import measure_functions
+    from passgraph.verify.function_errors import SPECIAL, measure_functions
 
-    table = Table(box=box.SIMPLE_HEAD)
+    table, special = Table(box=box.SIMPLE_HEAD), Table(box=box.SIMPLE_HEAD)
     table.add_column("function")
     for heading in ("largest error, ULP", "median", "at"):
         table.add_column(heading, justify="right")
     table.add_column("promised")
+    special.add_column("result of")
+    for argument in SPECIAL:
+        special.add_column(f"{argument:g}", justify="right")
     with open_backend(backend) as opened, progress("measuring") as say:
         for found in measure_functions(opened, math):
             say(f"measuring {found.name}")
             at = ", ".join(f"{x:.6g}" for x in found.worst_at)
             table.add_row(found.name, f"{found.worst:.2f}", f"{found.typical:.2f}", at, found.promised)
+            if found.special:
+                special.add_row(found.name, *(f"{result:g}" for _, result in found.special))
     if not table.row_count:
         raise InputError(f"{backend} has no functions of its own that are faster than the exact ones; leave out --math")
-    Console(highlight=False, soft_wrap=True).print(table)
+    Console(highlight=False, soft_wrap=True).print(table, special)
     return 0
 
 

@@ -19,7 +19,7 @@ from passgraph.run.program import Program
 from passgraph.serialize import from_data, to_data
 from passgraph.verify.compare import compare
 from passgraph.verify.conformance import cases, judge
-from passgraph.verify.function_errors import MEASURED, measure_functions, ulp_errors
+from passgraph.verify.function_errors import MEASURED, SPECIAL, measure_functions, ulp_errors
 
 #: Operations whose cases GLSL's precisions decide, so that they can fail.
 DECIDED = ("exp", "exp2", "inversesqrt")
@@ -168,6 +168,20 @@ def test_measured_errors_are_within_the_languages_own_promise(name: str) -> None
             unit = float(np.spacing(np.float32(abs(value))))
             assert found.worst * unit <= row.ulp * unit + row.absolute + 2.0**-149, found
             assert found.typical <= 1.0, found
+
+
+@pytest.mark.parametrize("name", ["numpy", "gl"])
+def test_results_of_zeros_denormals_infinities_and_nan_are_those_of_float64(name: str) -> None:
+    """Infinities and NaN where the functions of NumPy have them; the sign of zero is free, and denormals may count as zero."""
+    with open_backend(name) as backend:
+        measured = {found.name: found.special for found in measure_functions(backend, side=8)}
+    assert len(measured["exp"]) == len(SPECIAL)
+    for function, special in measured.items():
+        for x, result in special if function != "inversesqrt" else ():
+            arguments = [np.float64(np.float32(x)), np.float64(0.0 if abs(x) < 1e-38 else x)]
+            with np.errstate(all="ignore"):
+                allowed = [float(OPERATIONS[function].reference(argument)) for argument in arguments]
+            assert any(np.isclose(result, y, rtol=1e-5, atol=1e-37, equal_nan=True) for y in allowed), (function, x)
 
 
 def test_measured_native_errors_are_within_what_is_promised() -> None:
