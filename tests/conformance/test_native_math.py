@@ -172,7 +172,7 @@ def test_measured_errors_are_within_the_languages_own_promise(name: str) -> None
 
 @pytest.mark.parametrize("name", ["numpy", "gl"])
 def test_results_of_zeros_denormals_infinities_and_nan_are_those_of_float64(name: str) -> None:
-    """Infinities and NaN where the functions of NumPy have them; the sign of zero is free, and denormals may count as zero."""
+    """Infinities and NaN where NumPy has them; the sign of zero is free, and denormals may count as zero."""
     with open_backend(name) as backend:
         measured = {found.name: found.special for found in measure_functions(backend, side=8)}
     assert len(measured["exp"]) == len(SPECIAL)
