@@ -13,6 +13,7 @@
 #                     of the time of tests that draw; tests/conformance/test_driver.py, slow, has it as users do).
 #                     Empty, it is as users have it throughout, and so it is where the arguments choose marks, as
 #                     -m "" does: who waits for the slow tests waits for these too
+#   POCL_EXTRA_BUILD_FLAGS  the same for PoCL's compiler of OpenCL kernels (default: -cl-opt-disable, half of its time)
 #
 # Every step runs, also after one has failed; the exit status is 0 only if all passed.
 set -euo pipefail
@@ -30,7 +31,7 @@ fi
 
 case " $* " in
     *" -m"*) ;;
-    *) export GALLIVM_PERF=${GALLIVM_PERF-nopt} ;;
+    *) export GALLIVM_PERF=${GALLIVM_PERF-nopt} POCL_EXTRA_BUILD_FLAGS=${POCL_EXTRA_BUILD_FLAGS--cl-opt-disable} ;;
 esac
 
 heading() { printf '\n=== %s\n' "$*"; }

@@ -271,6 +271,7 @@ def test_darkness_at_a_place_depends_on_the_camera_but_not_that_of_contact() -> 
     ],
     ids=["gtao", "gtao-half", "ssao", "ssao-half"],
 )
+@pytest.mark.slow
 def test_every_target_agrees_with_the_reference(options: dict[str, object]) -> None:
     nodes = (floor(), cube((0, 0, 0)), pg.Node(cylinder(0.1, 1.5), WHITE, translation((1.0, 0.0, 0.6)), "leg"))
     scene = pg.Scene(nodes, pg.Camera((3, 3, 5), (0, 0.3, 0), vertical_fov_rad=0.6), ())

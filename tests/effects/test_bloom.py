@@ -72,6 +72,7 @@ def test_nan_and_infinity_do_not_spread() -> None:
 
 
 @pytest.mark.parametrize("options", [{}, {"levels": 1, "threshold": 0.0}, {"levels": 6, "intensity": 2.0}])
+@pytest.mark.slow
 def test_every_backend_agrees_with_the_reference(options: dict[str, Any]) -> None:
     assert_within_bounds(bloom(FRAME, **options), frame=noise())
 

@@ -98,6 +98,7 @@ def test_no_far_plane_is_needed(of: str) -> None:
     ],
     ids=["blur", "gtao"],
 )
+@pytest.mark.slow
 def test_devices_agree_under_parallel_rays(effect: Callable[[pg.Scene], pg.Target]) -> None:
     bare = pg.Scene((floor(), cube()), replace(NEAR, orthographic_height=3.2), (sun(50.0, 30.0),))
     assert_within_bounds(effect(bare), (9, 6))

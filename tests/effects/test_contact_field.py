@@ -185,6 +185,7 @@ def test_the_floor_drawn_over_itself_loses_no_pixel(far: float, backend_name: st
     assert not (around & ~dark[1:-1, 1:-1]).any()
 
 
+@pytest.mark.slow
 def test_every_target_agrees_with_the_reference() -> None:
     made = passes(waves, cube((0.8, -0.9, 0.4), 0.6), sphere((-0.6, -0.8, 0)), darkness=0.7)
     assert made.heights is not None

@@ -180,6 +180,7 @@ def test_morphology_is_that_of_scipy_to_the_bit(radius: int, size: tuple[int, in
     ],
     ids=lambda made: made.name,
 )
+@pytest.mark.slow
 def test_filters_within_bounds_of_the_reference(made: pg.Target) -> None:
     assert_within_bounds(made, frame=picture((17, 31)))
 

@@ -153,5 +153,6 @@ def test_what_is_no_number_does_not_spread(value: float) -> None:
         assert (~np.isfinite(program(frame=frame)["god_rays"])).sum() == 1
 
 
+@pytest.mark.slow
 def test_god_rays_within_bounds_of_the_reference() -> None:
     assert_within_bounds(god_rays(FRAME, 0.3, 0.2, occluders=DEPTH), frame=picture((9, 13)), depth=np.zeros((9, 13, 1)))

@@ -124,5 +124,6 @@ def test_what_is_no_number_does_not_spread(value: float) -> None:
         assert (~np.isfinite(program(frame=frame)["lens_flare"])).sum() == 1
 
 
+@pytest.mark.slow
 def test_lens_flare_within_bounds_of_the_reference() -> None:
     assert_within_bounds(lens_flare(FRAME, 0.5, ghosts=3), frame=picture((9, 13)))

@@ -75,5 +75,6 @@ def test_one_streak_runs_in_its_direction_and_keeps_its_light(angle: float, back
     assert light.sum() == pytest.approx(0.5 * frame[..., 0].sum(), rel=0.02)
 
 
+@pytest.mark.slow
 def test_streaks_within_bounds_of_the_reference() -> None:
     assert_within_bounds(light_streaks(FRAME, 0.5, 0.8, 0.2, 3, 0.4), frame=picture((17, 31)))

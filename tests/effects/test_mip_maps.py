@@ -95,6 +95,7 @@ def test_far_tiles_do_not_alias() -> None:
     assert abs((shown - truth)[far].mean()) < 0.01
 
 
+@pytest.mark.slow
 def test_backends_agree() -> None:
     pixels = noise().integers(0, 256, (16, 16, 4), np.uint8)
     normals = pg.Texture.make(pixels[::2, ::2, :3] // 4 + np.uint8(96), "linear")

@@ -146,6 +146,7 @@ def test_bright_pure_colours_turn_white(curve: Curve) -> None:
 
 
 @pytest.mark.parametrize("curve", CURVES)
+@pytest.mark.slow
 def test_every_curve_agrees_with_the_reference(curve: Curve) -> None:
     """Saturated ramps over 24 stops, with black and values below 0 among them."""
     levels = np.concatenate([[-1.0, 0.0], np.geomspace(2.0**-14, 2.0**10, 62)]).astype(np.float32)

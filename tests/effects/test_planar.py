@@ -185,6 +185,7 @@ def test_the_steps_keep_their_order() -> None:
     assert [int(name[0]) for name in names] == [1, 2, 3, 4, 6, 6, 7]
 
 
+@pytest.mark.slow
 def test_every_step_agrees_with_the_reference() -> None:
     """Of lights of three kinds, with a body that lets light through."""
     spot = pg.Light.spot((-2, 4, 2), (0.5, -1, -0.3), (1, 0.8, 0.6), 20.0, cone_outer_rad=0.5)

@@ -45,6 +45,7 @@ def shadows_of(
 
 
 @pytest.mark.parametrize(("light", "shadow_filter"), [("spot", "pcss"), ("cube", "pcf")])
+@pytest.mark.slow
 def test_every_filter_agrees_with_the_reference(light: str, shadow_filter: str) -> None:
     """Where maps are looked up in other ways than in the conformance suite, which has every filter under a sun."""
     settings = {"ambient": 0.0, "map_size": 32, "shadow_filter": shadow_filter, "pcf_size": 3, "taps": 4}

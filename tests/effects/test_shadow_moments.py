@@ -226,6 +226,7 @@ def read_packed(stored: Image) -> vec4:
         pytest.param("cube", {"filter": Msm()}, marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_every_target_is_within_its_bound(light: str, options: dict[str, object]) -> None:
     passes = soft_shadow_passes(scene(LIGHTS[light]), map_size=48, **options)  # type: ignore[arg-type]
     report = assert_within_bounds(passes.picture, (40, 24))

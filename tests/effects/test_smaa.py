@@ -80,6 +80,7 @@ def test_it_draws_what_its_shaders_draw(preset: str, picture: str, originals: di
 
 @every_backend
 @pytest.mark.parametrize("preset", ["medium", "high"])
+@pytest.mark.slow
 def test_every_backend_draws_the_same(preset: str, backend_name: str) -> None:
     """Edges and areas are of few bits: a step of them, and no more, hangs on rounding."""
     for name in ("lines", "dots", "one row", "one pixel"):
