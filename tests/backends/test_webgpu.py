@@ -101,7 +101,7 @@ def test_loops_give_the_same_with_wgpus_count_of_trips(opened: WebGPUBackend, mo
     results = []
     for kept in (True, False):
         if not kept:
-            opened.programs.made.clear()
+            opened.programs.cached.clear()
             monkeypatch.setattr(programs, "trusted_module", lambda device, code: None)
         with pg.compile(looped, backend=opened) as program:
             results.append(program(c=picture(1), n=11)["looped"])
