@@ -176,7 +176,7 @@ def caught_by(mistake: Mistake, tree: Path, tests: tuple[str, ...]) -> str:
     path.write_bytes(mistake.planted())
     environment = os.environ | {
         "PYTHONPATH": str(tree), "PASSGRAPH_CACHE": str(tree.parent / "cache"), "PYTHONDONTWRITEBYTECODE": "1",
-        "GALLIVM_PERF": "nopt",
+        "GALLIVM_PERF": "nopt", "POCL_EXTRA_BUILD_FLAGS": "-cl-opt-disable", "PASSGRAPH_EXPECT": "",
     }  # fmt: skip
     shutil.rmtree(tree.parent / "cache", ignore_errors=True)
     command = [
