@@ -6,6 +6,7 @@ import base64
 import io
 import json
 import logging
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -319,6 +320,32 @@ def test_specular_glossiness_gives_its_diffuse_colour(tmp_path: Path) -> None:
     assert texture is not None
     assert np.array_equal(texture.pixels[..., :3], PIXELS)
     assert scene.warnings == ()
+
+
+def test_specular_glossiness_without_a_colour_is_white(tmp_path: Path) -> None:
+    scene = plain(tmp_path, {"extensions": {"KHR_materials_pbrSpecularGlossiness": {}}}, UVS)
+    assert scene.nodes[0].material.base_color == (1, 1, 1, 1)
+
+
+def test_a_texture_of_16_bits_keeps_its_upper_8(tmp_path: Path) -> None:
+    deep = np.uint16([[0x12FF, 0xFF00], [0x0000, 0x8001]])
+    stream = io.BytesIO()
+    Image.fromarray(deep).save(stream, "PNG")
+    uri = "data:image/png;base64," + base64.b64encode(stream.getvalue()).decode()
+    material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+    texture = plain(tmp_path, material, UVS, **pictured(uri)).nodes[0].material.base_color_texture
+    assert texture is not None
+    assert np.array_equal(texture.pixels[..., 0], [[0x12, 0xFF], [0x00, 0x80]])
+
+
+@pytest.mark.parametrize("excess", ["total", "chunk"])
+def test_a_glb_file_that_ends_early_is_refused(tmp_path: Path, excess: str) -> None:
+    header = b'{"asset":{"version":"2.0"}} '
+    total, length = 20 + len(header), len(header)
+    total, length = (total + 1, length) if excess == "total" else (total, length + 1)
+    (tmp_path / "m.glb").write_bytes(b"glTF" + struct.pack("<III4s", 2, total, length, b"JSON") + header)
+    with pytest.raises(InputError, match="truncated"):
+        Scene.load(tmp_path / "m.glb")
 
 
 @pytest.mark.parametrize(("number", "wrap"), [(33071, "clamp"), (33648, "mirror"), (10497, "repeat")])
