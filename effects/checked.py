@@ -55,7 +55,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
         return get_type_hints(function, include_extras=True)
 
     @functools.wraps(function)
-    def made(*args: P.args, **options: P.kwargs) -> R:
+    def wrapper(*args: P.args, **options: P.kwargs) -> R:
         bound = signature.bind(*args, **options)
         for argument, value in bound.arguments.items():
             if value is not signature.parameters[argument].default:
@@ -65,7 +65,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
                     bound.arguments[argument] = value.item()
         return function(*bound.args, **bound.kwargs)
 
-    return made
+    return wrapper
 
 
 def with_surface_depth(function: Callable[P, R]) -> Callable[P, R]:
@@ -78,14 +78,14 @@ def with_surface_depth(function: Callable[P, R]) -> Callable[P, R]:
     signature = inspect.signature(function)
 
     @functools.wraps(function)
-    def made(*args: P.args, **options: P.kwargs) -> R:
+    def wrapper(*args: P.args, **options: P.kwargs) -> R:
         bound = signature.bind(*args, **options)
         depth = bound.arguments.get("depth")
         if isinstance(depth, Target) and depth.made_by is None and not depth.is_previous:
             bound.arguments["depth"] = _surface_depth(depth)
         return function(*bound.args, **bound.kwargs)
 
-    return made
+    return wrapper
 
 
 #: The largest float32 replaces infinity.

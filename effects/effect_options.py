@@ -38,11 +38,11 @@ def picture_of(passes: Callable[P, HasPicture]) -> Callable[[Callable[..., Any]]
 
     def decorate(described: Callable[..., Any]) -> Callable[P, pg.Target]:
         @functools.wraps(described, updated=())
-        def made(*args: P.args, **options: P.kwargs) -> pg.Target:
+        def wrapper(*args: P.args, **options: P.kwargs) -> pg.Target:
             return passes(*args, **options).picture
 
-        made.__signature__ = inspect.signature(passes).replace(return_annotation=pg.Target)  # type: ignore[attr-defined]
-        made.__annotations__ = {**passes.__annotations__, "return": pg.Target}
-        return made
+        wrapper.__signature__ = inspect.signature(passes).replace(return_annotation=pg.Target)  # type: ignore[attr-defined]
+        wrapper.__annotations__ = {**passes.__annotations__, "return": pg.Target}
+        return wrapper
 
     return decorate

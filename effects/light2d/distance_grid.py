@@ -12,7 +12,7 @@ import passgraph as pg
 from passgraph import arguments
 from passgraph.effects.checked import checked
 from passgraph.effects.light2d.world import Float64, Point, Wall, Window, all_edges, distance_to_edges
-from passgraph.effects.pictures.stretched import WHOLE_CLIP, copied, drawn, in_window, quads, whole
+from passgraph.effects.pictures.stretched import WHOLE_CLIP, copied, drawn, full_quad, in_window, quads
 from passgraph.effects.quantities import Share
 
 #: Side of a cell of a grid.
@@ -107,7 +107,7 @@ def occlusion(
     texels[:, :, 3] = np.where(grid < threshold, darkness, 0.0)
     rims = pg.Input(f"{name}_texels", "rgba8", (grid.shape[1], grid.shape[0]), static=True, default=texels)
     copy = drawn(scene, into or pg.target(name, "rgba16f", like=scene), f"{name}_scene")
-    shape, clip = whole(), WHOLE_CLIP
+    shape, clip = full_quad(), WHOLE_CLIP
     if over is not None:
         window, cell = over
         height, width = grid.shape

@@ -15,7 +15,7 @@ from passgraph.effects.light2d.penumbra import gradient
 from passgraph.effects.light2d.smoothing import mixed_light
 from passgraph.effects.light2d.sprites import around, shadow_of
 from passgraph.effects.light2d.world import Float64, Light2D, Point, Wall, Window, all_edges, in_reach
-from passgraph.effects.pictures.stretched import WHOLE_CLIP, black, drawn, in_window, whole
+from passgraph.effects.pictures.stretched import WHOLE_CLIP, black, drawn, full_quad, in_window
 from passgraph.effects.quantities import Color
 
 Penumbra = Literal["exact", "none", "rotate", "move", "mixed"]
@@ -76,7 +76,7 @@ def light_map(
     if penumbra == "exact":
         return tiled_light(window, lights, walls, size, ambient, format, tile_px, name)
     total: pg.Target = pg.draw(
-        whole(), vertex=in_window, fragment=black, into=pg.target(name, format, size, clear=(*ambient, 1.0)),
+        full_quad(), vertex=in_window, fragment=black, into=pg.target(name, format, size, clear=(*ambient, 1.0)),
         blend="add", name=f"{name}_ambient", values={"clip": WHOLE_CLIP},
     )  # fmt: skip
     every = all_edges(walls)

@@ -83,7 +83,7 @@ def on_straight_alpha(effect: Callable[..., pg.Target], alpha: Alpha | None = No
         into = pg.target(f"{picture.name}_{before.name}", "rgba32f", like=picture)
         return before(picture, into=into).border(picture.border_rule).filter(picture.filter_rule)
 
-    def made(color: pg.Target, *taken: Any, into: pg.TargetSpec | None = None, **given: Any) -> pg.Target:
+    def wrapper(color: pg.Target, *taken: Any, into: pg.TargetSpec | None = None, **given: Any) -> pg.Target:
         inner = converted(color)
         given = {name: converted(one) if isinstance(one, pg.Target) else one for name, one in given.items()}
         result = effect(inner, *taken, **given)
@@ -101,4 +101,4 @@ def on_straight_alpha(effect: Callable[..., pg.Target], alpha: Alpha | None = No
         into = into or pg.target(name, "rgba32f", like=result)
         return unpremultiply(result, into=into) if mode == "premultiplied" else with_alpha(result, color, into=into)
 
-    return made
+    return wrapper

@@ -79,7 +79,7 @@ def copied(spot: Spot, picture: Image, factor: float = 1.0) -> vec4:
     return picture.sample(spot.uv) * factor
 
 
-def whole() -> Shape:
+def full_quad() -> Shape:
     """Return a quad over the whole picture."""
     return quads([_CORNERS])
 
@@ -94,6 +94,6 @@ def drawn(
     """Draw a picture stretched over a target."""
     values: dict[str, object] = {"clip": WHOLE_CLIP, "picture": picture, "factor": factor}
     stretched: pg.Target = pg.draw(
-        whole(), vertex=in_window, fragment=copied, into=into, name=name, values=values, blend=blend
+        full_quad(), vertex=in_window, fragment=copied, into=into, name=name, values=values, blend=blend
     )
     return stretched

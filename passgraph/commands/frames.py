@@ -77,10 +77,10 @@ class FramesJob:
         if self.depth is not None:
             targets.append(as_distance(Input("depth", "r32f"), self.holds))
 
-        def made(changing: Mapping[str, Any]) -> Any:
+        def apply_effect(changing: Mapping[str, Any]) -> Any:
             return effect_output(self.effect, targets, {**self.parameters, **changing})
 
-        outputs = named_outputs(made({}) if self.changing is None else self.changing.graph(made))
+        outputs = named_outputs(apply_effect({}) if self.changing is None else self.changing.graph(apply_effect))
         first = dict(list(outputs.items())[:1])
         return in_bytes(first) if as_bytes else first
 

@@ -205,7 +205,7 @@ class _Graph:
             return Computed(_formula(width), _formula(height))
         if names == ["like", "blocks"]:
             counts = document.items(record["blocks"], f"{where}.blocks", exactly=3)
-            across, down, each = (document.whole(count, f"{where}.blocks", 1, MAX_SIDE) for count in counts)
+            across, down, each = (document.integer(count, f"{where}.blocks", 1, MAX_SIDE) for count in counts)
             return Blocks(self._lender(record["like"], f"{where}.like"), across, down, each)
         if names not in (["scale"], ["like", "scale"]):
             expected = "an object with pixels, with scale, with like and scale or blocks, or with formulas"

@@ -128,7 +128,7 @@ class Document:
             self.wrong(where, "true or false", value)
         return value
 
-    def whole(self, value: object, where: str, low: int, high: int) -> int:
+    def integer(self, value: object, where: str, low: int, high: int) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
             self.wrong(where, f"a whole number from {low} to {high}" if high >= low else "there", value)
         return value
@@ -235,7 +235,7 @@ class Arrays:
         if not isinstance(record["type"], str) or record["type"] not in types:
             document.wrong(f"{where}.type", f"one of {', '.join(types)}", record["type"])
         sides = document.items(record["shape"], f"{where}.shape", 3)
-        shape = tuple(document.whole(side, f"{where}.shape", 1, most) for side in sides)
+        shape = tuple(document.integer(side, f"{where}.shape", 1, most) for side in sides)
         type_ = np.dtype(record["type"]).newbyteorder("<")
         expected = math.prod(shape) * type_.itemsize
         self.bytes += expected

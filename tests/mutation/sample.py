@@ -65,7 +65,7 @@ TESTS = {
     "passgraph/viewer": ("tests/viewer",),
     "passgraph/web": ("tests/web",),
 }  # fmt: skip
-#: Sources whose results are cached on disk (code, and what the oracle allows): a mistake in them begins without a cache.
+#: Sources whose results are cached on disk, as code or as bounds: a mistake in them begins without a cache.
 CACHED = ("backends/", "passgraph/graph", "passgraph/language", "passgraph/plan", "passgraph/run", "passgraph/verify")
 #: A run that takes longer hangs, which counts as caught.
 TIMEOUT_S = 900

@@ -44,7 +44,7 @@ def quad(z: float = 0.0, color: tuple[float, ...] = (1, 1, 1, 1), half: float = 
     return Soup(positions, np.array([[0, 1, 2], [0, 2, 3]], np.int32), np.tile(np.array(color, np.float32), (4, 1)))
 
 
-def made(positions: object, triangles: object, colors: object = (1.0, 1.0, 1.0, 1.0)) -> Soup:
+def soup_of(positions: object, triangles: object, colors: object = (1.0, 1.0, 1.0, 1.0)) -> Soup:
     """Build a soup from nested numbers; one color for all corners, or one for each."""
     points = np.asarray(positions, np.float32).reshape(-1, 3)
     corner = np.broadcast_to(np.asarray(colors, np.float32), (len(points), 4)).copy()

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.verify.conformance.case import Case, Picture
-from passgraph.verify.conformance.case_inputs import Soup, made, quad, soup
+from passgraph.verify.conformance.case_inputs import Soup, quad, soup, soup_of
 from passgraph.verify.conformance.draw_state_cases import over, painted
 
 GROUP = "coverage"
@@ -41,7 +41,7 @@ def cases() -> Iterator[Case]:
         yield Case(GROUP, name, partial(counted, quad(color=(1, 0.5, 0.25, 1))), size, exact={"hits": _quad_color()})
     half = np.zeros((8, 8, 4), np.float32)
     half[:4] = 1.0
-    top = made([[-1, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    top = soup_of([[-1, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     yield Case(GROUP, "row 0 is on top", partial(counted, top, cull="back"), (8, 8), exact={"hits": half})
 
 
@@ -78,7 +78,7 @@ def _edges_on_centres() -> Iterator[Case]:
             yield Case(
                 GROUP,
                 f"edges on centres, {name}, {'front' if turn > 0 else 'back'}",
-                partial(counted, made(square, triangles)),
+                partial(counted, soup_of(square, triangles)),
                 (16, 16),
                 exact={"hits": spread(inside)},
             )
@@ -95,22 +95,22 @@ def _clipped() -> Iterator[Case]:
     yield Case(GROUP, "through the eye", partial(over, soup(16, 4, 3.0, (-3.0, 3.0)), vertex="lean"), SIZE)
     yield Case(GROUP, "beyond near and far", partial(over, soup(24, 8, 0.8, (-4.0, 4.0))), SIZE)
     for reach in (0.99 * GUARD, 1.01 * GUARD, 1e3):
-        mesh = made([[-reach, -reach, 0.2], [reach, -reach, 0.4], [0.1, reach, -0.3]], [[0, 1, 2]], np.eye(4)[:3])
+        mesh = soup_of([[-reach, -reach, 0.2], [reach, -reach, 0.4], [0.1, reach, -0.3]], [[0, 1, 2]], np.eye(4)[:3])
         yield Case(GROUP, f"one triangle reaches to {reach:g}", partial(over, mesh), SIZE)
     # w = 1.5 + x: at x = -1.5 a vertex is at the eye, beyond it behind.
     for x in (-1.4, -1.5, -1.6, -4.0):
-        mesh = made([[x, -0.6, 0.1], [0.9, -0.7, 0.2], [0.7, 0.9, -0.1]], [[0, 1, 2]], np.eye(4)[:3])
+        mesh = soup_of([[x, -0.6, 0.1], [0.9, -0.7, 0.2], [0.7, 0.9, -0.1]], [[0, 1, 2]], np.eye(4)[:3])
         yield Case(GROUP, f"a vertex at w = {1.5 + x:g}", partial(over, mesh, vertex="lean"), SIZE)
-    behind = made([[-1.6, -0.6, 0.1], [-3.0, -0.7, 0.2], [-2.0, 0.9, -0.1]], [[0, 1, 2]])
+    behind = soup_of([[-1.6, -0.6, 0.1], [-3.0, -0.7, 0.2], [-2.0, 0.9, -0.1]], [[0, 1, 2]])
     yield Case(GROUP, "all behind the eye", partial(counted, behind, vertex="lean"), SIZE, exact={"hits": 0.0})
 
 
 def _nothing() -> Iterator[Case]:
-    point = made(np.zeros((3, 3)), [[0, 1, 2], [0, 0, 1]])
-    line = made([[-0.9, -0.9, 0], [0.9, 0.9, 0], [0.1, 0.1, 0]], [[0, 1, 2], [0, 1, 1]])
-    outside = made([[2, 2, 0], [3, 2, 0], [2, 3, 0], [0, 0, 2], [0.5, 0, 2], [0, 0.5, 2]], [[0, 1, 2], [3, 4, 5]])
+    point = soup_of(np.zeros((3, 3)), [[0, 1, 2], [0, 0, 1]])
+    line = soup_of([[-0.9, -0.9, 0], [0.9, 0.9, 0], [0.1, 0.1, 0]], [[0, 1, 2], [0, 1, 1]])
+    outside = soup_of([[2, 2, 0], [3, 2, 0], [2, 3, 0], [0, 0, 2], [0.5, 0, 2], [0, 0.5, 2]], [[0, 1, 2], [3, 4, 5]])
     # Between the centers of an 8 x 8 picture.
-    small = made([[0.01, 0.01, 0], [0.1, 0.01, 0], [0.01, 0.1, 0]], [[0, 1, 2]])
+    small = soup_of([[0.01, 0.01, 0], [0.1, 0.01, 0], [0.01, 0.1, 0]], [[0, 1, 2]])
     for name, mesh in (("point", point), ("line", line), ("outside", outside), ("between centres", small)):
         yield Case(GROUP, f"{name}, nothing drawn", partial(counted, mesh), (8, 8), exact={"hits": 0.0})
     culled = partial(counted, quad(), cull="front")
@@ -135,7 +135,7 @@ def fan(count: int, middle: tuple[float, float], reach: float = 3.0, first: floa
         rim = np.rint(rim / np.abs(rim).max(axis=1, keepdims=True) * reach)
     rim[:, :2] += middle
     k = np.arange(count)
-    return made([[*middle, 0.0], *rim], np.stack([np.zeros_like(k), 1 + k, 1 + (k + 1) % count], -1))
+    return soup_of([[*middle, 0.0], *rim], np.stack([np.zeros_like(k), 1 + k, 1 + (k + 1) % count], -1))
 
 
 def grid(columns: int, rows: int, jitter: float) -> Soup:
@@ -147,7 +147,7 @@ def grid(columns: int, rows: int, jitter: float) -> Soup:
     at = np.arange(rows * columns).reshape(rows, columns)
     corners = [at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1]]
     a, b, c, d = (corner.ravel() for corner in corners)
-    return made(points, np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]))
+    return soup_of(points, np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]))
 
 
 def slivers(count: int) -> Soup:
@@ -159,7 +159,7 @@ def slivers(count: int) -> Soup:
     high[:, 0] = np.sort(high[:, 0])
     k = np.arange(len(x) - 1)
     n = len(x)
-    return made(
+    return soup_of(
         np.concatenate([low, high]),
         np.concatenate([np.stack([k, k + 1, n + k + 1], -1), np.stack([k, n + k + 1, n + k], -1)]),
     )

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.verify.conformance.case import Case, Picture
-from passgraph.verify.conformance.language_cases import SIZE, whole
+from passgraph.verify.conformance.language_cases import SIZE, whole_numbers
 
 GROUP = "derivatives"
 
@@ -169,10 +169,10 @@ def cases() -> Iterator[Case]:
     """Yield each kernel with its expected result; width and height are odd."""
     y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
     for name, (text, expected) in KERNELS.items():
-        exact = {"result": np.asarray(expected(whole(), x, y), np.float32)}
-        yield Case(GROUP, name, partial(_graph, text), SIZE, ({"color": whole()},), exact=exact)
-    exact = {"result": np.asarray(_drawn(whole(), x, y), np.float32)}
-    yield Case(GROUP, "beside a triangle", _draw, SIZE, ({"color": whole()},), exact=exact)
+        exact = {"result": np.asarray(expected(whole_numbers(), x, y), np.float32)}
+        yield Case(GROUP, name, partial(_graph, text), SIZE, ({"color": whole_numbers()},), exact=exact)
+    exact = {"result": np.asarray(_drawn(whole_numbers(), x, y), np.float32)}
+    yield Case(GROUP, "beside a triangle", _draw, SIZE, ({"color": whole_numbers()},), exact=exact)
 
 
 def _graph(text: str) -> Mapping[str, pg.Target]:

@@ -203,7 +203,7 @@ def run(a: Image, b: Image) -> tuple[vec4, vec4]:
 """
 
 
-def whole(size: tuple[int, int] = SIZE) -> Picture:
+def whole_numbers(size: tuple[int, int] = SIZE) -> Picture:
     """Return whole numbers from 0 to 7."""
     return np.random.default_rng(9).integers(0, 8, (size[1], size[0], 4)).astype(np.float32)
 
@@ -267,8 +267,8 @@ def cases() -> Iterator[Case]:
     """Yield each kernel with its expected result."""
     y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
     for name, (text, expected) in KERNELS.items():
-        result = np.asarray(expected(whole(), x, y), np.float32)
-        yield Case(GROUP, name, partial(_graph, text), SIZE, ({"color": whole()},), exact={"result0": result})
+        result = np.asarray(expected(whole_numbers(), x, y), np.float32)
+        yield Case(GROUP, name, partial(_graph, text), SIZE, ({"color": whole_numbers()},), exact={"result0": result})
     yield from control_cases.cases()
     yield _parameters(x)
     yield from whole_number_cases.cases(_graph)
@@ -279,8 +279,8 @@ def cases() -> Iterator[Case]:
     yield Case(GROUP, "written zeros", partial(_graph, ZEROS), (64, 8), (_specials(),), most_ambiguous=0.3)
     yield Case(GROUP, "unrolled zeros", partial(_graph, UNROLLED_ZEROS), (64, 8), (_specials(),), most_ambiguous=0.3)
     for border in PADS:
-        frames = ({"color": whole(WIDE)},)
-        exact = {"result0": _blur(whole(WIDE), border)}
+        frames = ({"color": whole_numbers(WIDE)},)
+        exact = {"result0": _blur(whole_numbers(WIDE), border)}
         yield Case(GROUP, f"a wide neighbourhood, {border}", partial(_wide, border), WIDE, frames, exact=exact)
 
 
@@ -299,12 +299,12 @@ def _parameters(x: NDArray[Any]) -> Case:
         _graph, PARAMETERS, one=5.0, few=few, flag=True, whole=41, turn=turn, many=many, steps=steps, by=by, pairs=pairs
     )
     one = np.full(x.shape, 5.0)
-    first = np.stack([one, few[x % 5], many[np.minimum(x * 13, 299)], np.array(steps)[x % 6]], -1) + whole()
+    first = np.stack([one, few[x % 5], many[np.minimum(x * 13, 299)], np.array(steps)[x % 6]], -1) + whole_numbers()
     turned = np.broadcast_to(turn @ by, (*x.shape, 3))
     second = np.concatenate([turned, pairs[x % 3][..., 1:]], -1)
     third = np.broadcast_to([many[257], many[299], 41.0, few[3]], (*x.shape, 4))
     exact = {f"result{k}": np.asarray(v, np.float32) for k, v in enumerate((first, second, third))}
-    return Case(GROUP, "parameters of every kind", graph, SIZE, ({"color": whole()},), exact=exact)
+    return Case(GROUP, "parameters of every kind", graph, SIZE, ({"color": whole_numbers()},), exact=exact)
 
 
 #: Numbers to round: halves of steps, range ends, numbers beyond them, and non-finite ones.

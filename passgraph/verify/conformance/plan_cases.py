@@ -15,7 +15,7 @@ from passgraph.verify.conformance import reduction_cases
 from passgraph.verify.conformance.case import Case
 from passgraph.verify.conformance.case_inputs import quad
 from passgraph.verify.conformance.draw_state_cases import painted
-from passgraph.verify.conformance.sequence_cases import KERNELS, SIZE, shift, whole
+from passgraph.verify.conformance.sequence_cases import KERNELS, SIZE, shift, whole_numbers
 
 GROUP = "plans"
 #: More equal passes than a backend compiles separately.
@@ -47,15 +47,15 @@ def row() -> dict[str, pg.Target]:
 
 def cases() -> Iterator[Case]:
     """Yield each case with its exact result after the last frame."""
-    frames = tuple({"frame": whole(seed)} for seed in range(3))
+    frames = tuple({"frame": whole_numbers(seed)} for seed in range(3))
     total = np.sum([frame["frame"] for frame in frames], axis=0)
     yield Case(GROUP, "history that is no result", hidden_history, SIZE, frames, exact={"out": shift(shift(total))})
-    lone = whole(0)
+    lone = whole_numbers(0)
     wanted = {"half way": lone * 2.0, "out": lone * 2.0 + lone}
     yield Case(GROUP, "a result on the way", on_the_way, SIZE, frames[:1], exact=wanted)
-    tables = {"one": whole(5), "two": whole(6)}
+    tables = {"one": whole_numbers(5), "two": whole_numbers(6)}
     changing: tuple[Mapping[str, Any], ...] = tuple(
-        {**tables, "frame": whole(seed), "factor": float(seed + 1)} for seed in range(3)
+        {**tables, "frame": whole_numbers(seed), "factor": float(seed + 1)} for seed in range(3)
     )
     last = frames[-1]["frame"]
     apart = shift(shift(tables["one"]) + last) + shift(shift(tables["two"]))

@@ -28,7 +28,7 @@ KERNELS = {
 }
 
 
-def whole(seed: int, size: tuple[int, int] = SIZE) -> Picture:
+def whole_numbers(seed: int, size: tuple[int, int] = SIZE) -> Picture:
     """Return whole numbers from 0 to 7."""
     return np.random.default_rng(seed).integers(0, 8, (size[1], size[0], 4)).astype(np.float32)
 
@@ -42,7 +42,7 @@ def _call(name: str, *arguments: object, into: str | pg.TargetSpec, **values: ob
 
 def cases() -> Iterator[Case]:
     """Yield each case with its exact result after the last frame."""
-    frames = tuple({"frame": whole(seed)} for seed in range(4))
+    frames = tuple({"frame": whole_numbers(seed)} for seed in range(4))
     pictures = [frame["frame"] for frame in frames]
     total = np.sum(pictures, axis=0)
     for form in ("rgba32f", "rgba16f"):
@@ -55,7 +55,7 @@ def cases() -> Iterator[Case]:
     yield Case(GROUP, "history read beside the pixel", moving, SIZE, frames, exact={"moved": shifted})
     lagging = {"late": pictures[-2] * 2.0}
     yield Case(GROUP, "last frame's picture", one_late, SIZE, frames, exact=lagging)
-    began = whole(9)
+    began = whole_numbers(9)
     lags = {"late": began + 10.0 * pictures[0] + 100.0 * pictures[2], "now": pictures[3]}
     yield Case(GROUP, "pictures of several runs ago", partial(several_ago, began), SIZE, frames, exact=lags)
     yield Case(GROUP, "what history starts from", started, SIZE, frames, exact={"out": total + np.array([3, 2, 1, 0])})

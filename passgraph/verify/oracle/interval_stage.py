@@ -51,7 +51,7 @@ class StageOracle:
                 low, high = (x.reshape(storage.pixels.shape).astype(np.float32) for x in (interval.lo, interval.hi))
                 self.uncertain[name] = SampledImage(low, facts), SampledImage(high, facts)
 
-    def whole(self, image: str) -> Interval:
+    def all_texels(self, image: str) -> Interval:
         """Return the bounds of all texels together, (1, 4)."""
         if image not in self._whole:
             ends = []
@@ -114,7 +114,7 @@ class _Around(Surroundings[Bounded]):
     """The inputs of some of the lanes."""
 
     def __init__(self, oracle: StageOracle, builtin: Callable[[str], Bounded], domain: IntervalDomain) -> None:
-        self.oracle, self.whole, self.domain = oracle, builtin, domain
+        self.oracle, self.builtin_of_all, self.domain = oracle, builtin, domain
 
     def uniform(self, expression: ir.Uniform) -> Bounded:
         return self.oracle.uniform(expression)
@@ -123,7 +123,7 @@ class _Around(Surroundings[Bounded]):
         return self._builtin(expression.name)
 
     def _builtin(self, name: str) -> Bounded:
-        value = self.whole(name)
+        value = self.builtin_of_all(name)
         if len(value) == 1:
             return value
         lanes = self.domain.track.lanes
@@ -138,7 +138,7 @@ class _Around(Surroundings[Bounded]):
             x, y = x + pixel[:, 0], y + pixel[:, 1]
         read = self._read(image, x, y)
         vague = self.domain.track.vague
-        return iv.where(vague[:, None], self.oracle.whole(image), read) if vague.any() else read
+        return iv.where(vague[:, None], self.oracle.all_texels(image), read) if vague.any() else read
 
     def _read(self, image: str, x: Numbers, y: Numbers) -> Interval:
         if image in self.oracle.uncertain:
