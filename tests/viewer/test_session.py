@@ -407,6 +407,9 @@ def test_an_orbit_keeps_the_target_and_the_distance() -> None:
     camera = pg.Camera((0, 1, 5), (0, 0, 0))
     turned = orbited(camera, 0.4, -0.1, 2.0)
     assert turned.target == camera.target
+    azimuths = [np.arctan2(x, z) for x, _, z in (camera.eye, turned.eye)]
+    elevations = [np.arcsin(y / np.hypot(np.hypot(x, y), z)) for x, y, z in (camera.eye, turned.eye)]
+    assert (azimuths[1] - azimuths[0], elevations[1] - elevations[0]) == pytest.approx((0.4, -0.1))
     assert np.linalg.norm(turned.eye) == pytest.approx(2 * np.linalg.norm(camera.eye))
     assert orbited(camera, 0.0, 0.0, 1.0) is camera
 

@@ -98,6 +98,13 @@ def test_the_command_exports_kernels_and_shaders(tmp_path: Path) -> None:
     assert feed["high"] == pytest.approx(0.06)
 
 
+@pytest.mark.parametrize(("name", "decoded"), [("color-grade", "rgba8_srgb"), ("sepia", "rgba8")])
+def test_photographs_are_decoded_for_effects_in_linear_light(name: str, decoded: str, tmp_path: Path) -> None:
+    assert run(["export", name, "--web", str(tmp_path / "out"), "--size", "32x24"]) == 0
+    [frame] = (one for one in document(tmp_path / "out")["resources"] if one["name"] == "frame")
+    assert frame["format"] == decoded
+
+
 def test_an_effect_that_takes_no_such_input_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["export", "vignette", "a.png", "b.png", "--web", str(tmp_path / "out")]) == 2
     assert "takes 1 INPUT, got 2" in capsys.readouterr().err
