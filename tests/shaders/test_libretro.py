@@ -10,6 +10,7 @@ from original_libretro import Chain, Drawn, Picture
 
 import passgraph as pg
 from passgraph.errors import InputError, KernelError
+from passgraph.shaders.containers.libretro import MAX_CLIMB, _Values
 
 _BOTH = """
 #pragma parameter GAIN "Gain" 1.0 0.0 4.0 0.1
@@ -261,6 +262,20 @@ def test_a_preset_goes_before_what_it_refers_to(tmp_path) -> None:
     (tmp_path / "base" / "b.glslp").write_text("shaders = 1\nshader0 = ../one.glsl\nGAIN = 3.0\nfilter_linear0 = true")
     made = effect(tmp_path, '#reference "base/b.glslp"\nGAIN = 2.0\n# shaders = 4', one=shader("vec4(1.0)"))
     assert made.parameters["GAIN"].default == 2.0
+
+
+def test_files_of_a_preset_lie_some_folders_above_it_but_never_under_the_root_alone(tmp_path) -> None:
+    (tmp_path / "one.glsl").write_text(shader("vec4(1.0)"))
+    for depth in range(1, MAX_CLIMB + 2):
+        preset = tmp_path.joinpath(*"abcde"[:depth], "p.glslp")
+        preset.parent.mkdir(exist_ok=True)
+        preset.write_text(f"shaders = 1\nshader0 = {'../' * depth}one.glsl")
+        if depth <= MAX_CLIMB:
+            assert pg.load_shader(preset).kind == "libretro"
+    with pytest.raises(InputError, match="lies outside"):
+        pg.load_shader(preset)
+    assert _Values(Path("/top/p.glslp"), {}).root == Path("/top")
+    assert _Values(Path("/top/below/p.glslp"), {}).root == Path("/top")
 
 
 def test_a_shader_by_itself_is_one_pass(tmp_path) -> None:
