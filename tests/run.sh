@@ -67,9 +67,10 @@ as_root() {
 installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
 missing=()
 if ! command -v dpkg-query >/dev/null; then
-    echo "not Debian or Ubuntu: install OpenGL with EGL and Vulkan (Mesa), an OpenCL loader and PoCL, and oclgrind yourself"
+    echo "not Debian or Ubuntu: install OpenGL with EGL and Vulkan (Mesa), an OpenCL loader and PoCL, oclgrind and Chromium yourself"
 else
-    for package in libegl1 libgl1 libgl1-mesa-dri libgles2 mesa-vulkan-drivers ocl-icd-libopencl1 pocl-opencl-icd oclgrind xvfb; do
+    for package in libegl1 libgl1 libgl1-mesa-dri libgles2 mesa-vulkan-drivers ocl-icd-libopencl1 pocl-opencl-icd oclgrind xvfb \
+        chromium; do
         installed "$package" || missing+=("$package")
     done
     if lacks_venv && [ ! -x "$venv/bin/pip" ]; then missing+=("python$version-venv"); fi
@@ -87,7 +88,7 @@ else
             left=("${missing[@]}")
         fi
         if [ ${#left[@]} -gt 0 ]; then
-            echo "could not install them here; tests that need one of them will fail. Install them with:"
+            echo "could not install them here; tests that need one of them fail, and without Chromium are skipped. Install them with:"
             echo "    sudo apt-get update && sudo apt-get install ${left[*]}"
         fi
     fi

@@ -22,7 +22,7 @@ from tests.viewer.subjects import KERNEL, files
 
 api = pytest.importorskip("playwright.sync_api")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")]
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 
 
 @contextmanager
@@ -95,6 +95,7 @@ def test_a_slider_an_edit_and_an_error(page: Any, tmp_path: Path) -> None:
     until(page, 2, 1, [0, 102, 204])
 
 
+@pytest.mark.slow
 def test_a_click_shows_the_lines_of_a_pixel(page: Any) -> None:
     box = page.locator("#picture").bounding_box()
     page.mouse.click(box["x"] + box["width"] * 2.5 / 8, box["y"] + box["height"] * 1.5 / 4)
@@ -110,6 +111,7 @@ def test_a_click_shows_the_lines_of_a_pixel(page: Any) -> None:
     assert page.locator("#pixel-panel").is_hidden()
 
 
+@pytest.mark.slow
 def test_a_pass_is_chosen_in_the_plan_by_keys(page: Any) -> None:
     page.locator("#plan-panel summary").click()
     page.locator("#profile").click()
@@ -121,6 +123,7 @@ def test_a_pass_is_chosen_in_the_plan_by_keys(page: Any) -> None:
     assert "def tint" in page.locator("#pass pre").inner_text()
 
 
+@pytest.mark.slow
 def test_the_verdict_lies_over_the_picture_until_it_changes(page: Any) -> None:
     page.locator("#compare").select_option("verdict")
     page.wait_for_selector("#mask:not([hidden])", state="attached")
@@ -130,6 +133,7 @@ def test_the_verdict_lies_over_the_picture_until_it_changes(page: Any) -> None:
     assert page.locator("#compare").input_value() == ""
 
 
+@pytest.mark.slow
 def test_a_picture_is_compared_with(page: Any, tmp_path: Path) -> None:
     page.locator("#compare").select_option("difference")
     with page.expect_file_chooser() as chooser:
@@ -139,6 +143,7 @@ def test_a_picture_is_compared_with(page: Any, tmp_path: Path) -> None:
     page.wait_for_function("() => document.getElementById('status').textContent.includes('difference 0.800')")
 
 
+@pytest.mark.slow
 def test_two_sets_of_parameters_are_compared(page: Any) -> None:
     page.locator("#compare").select_option("difference")
     page.locator("#other").select_option("kept")
@@ -147,6 +152,7 @@ def test_two_sets_of_parameters_are_compared(page: Any) -> None:
     page.wait_for_function("() => document.getElementById('status').textContent.includes('difference 0.400')")
 
 
+@pytest.mark.slow
 def test_pictures_and_videos_are_saved(page: Any, tmp_path: Path) -> None:
 
     page.locator("#save-as").select_option("png16")
@@ -163,6 +169,7 @@ def test_pictures_and_videos_are_saved(page: Any, tmp_path: Path) -> None:
         assert (made.size, made.convert("RGB").getpixel((2, 1))) == ((8, 4), (0, 102, 204))
 
 
+@pytest.mark.slow
 def test_results_in_linear_light_are_shown_encoded(tmp_path: Path) -> None:
     """As `apply` writes them into a PNG: an even gray stays as it is."""
     Image.new("RGB", (8, 4), (128, 128, 128)).save(tmp_path / "gray.png")
@@ -173,6 +180,7 @@ def test_results_in_linear_light_are_shown_encoded(tmp_path: Path) -> None:
         until(page, 2, 1, [55, 55, 55])
 
 
+@pytest.mark.slow
 def test_a_drag_moves_the_mouse_of_a_shadertoy_and_time_is_sought(tmp_path: Path) -> None:
     shader = tmp_path / "mouse.glsl"
     shader.write_text(
@@ -195,6 +203,7 @@ def test_a_drag_moves_the_mouse_of_a_shadertoy_and_time_is_sought(tmp_path: Path
         until(page, 0, 0, [0, 0, 255])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_text_has_contrast(page: Any, scheme: str) -> None:
     """4.5 to 1, as WCAG 2 asks of text, for each color of text on each ground of the page."""
@@ -226,6 +235,7 @@ def drop(page: Any, path: Path) -> None:
     page.evaluate(code, [list(path.read_bytes()), path.name])
 
 
+@pytest.mark.slow
 def test_a_picture_is_dropped_on_the_page(page: Any, tmp_path: Path) -> None:
     Image.new("RGB", (5, 6), (7, 8, 9)).save(tmp_path / "other.png")
     drop(page, tmp_path / "other.png")
@@ -237,6 +247,7 @@ def test_a_picture_is_dropped_on_the_page(page: Any, tmp_path: Path) -> None:
     until(page, 2, 1, [0, 102, 204])
 
 
+@pytest.mark.slow
 def test_random_use_leaves_the_page_working(page: Any, tmp_path: Path) -> None:
     """Clicks, drags, choices, drops and saves in random order.
 
@@ -302,6 +313,7 @@ def resources(pid: int) -> dict[str, int]:
     return {**held, "files": len(list(Path(f"/proc/{pid}/fd").iterdir()))}
 
 
+@pytest.mark.slow
 def test_backends_are_compared(page: Any) -> None:
     for choice in ("backend", "other"):
         names = page.locator(f"#{choice} option").all_inner_texts()
@@ -314,6 +326,7 @@ def test_backends_are_compared(page: Any) -> None:
     until(page, 7, 3, [51, 51, 51])
 
 
+@pytest.mark.slow
 def test_the_look_fits_the_range_and_is_reset(page: Any) -> None:
     page.locator("#channel").select_option("red")
     until(page, 2, 1, [0, 0, 0])
@@ -324,6 +337,7 @@ def test_the_look_fits_the_range_and_is_reset(page: Any) -> None:
     until(page, 2, 1, [0, 102, 204])
 
 
+@pytest.mark.slow
 def test_the_picture_is_used_by_keys(page: Any) -> None:
     page.locator("#stage").focus()
     page.keyboard.press("ArrowRight")
@@ -345,6 +359,7 @@ def test_the_picture_is_used_by_keys(page: Any) -> None:
     page.wait_for_function("() => document.getElementById('texel').textContent.startsWith('(2, 3)')")
 
 
+@pytest.mark.slow
 def test_an_input_is_replaced_by_keys(page: Any, tmp_path: Path) -> None:
     Image.new("RGB", (5, 6), (7, 8, 9)).save(tmp_path / "other.png")
     page.locator("#input-open").focus()
@@ -354,12 +369,14 @@ def test_an_input_is_replaced_by_keys(page: Any, tmp_path: Path) -> None:
     until(page, 4, 5, [7, 8, 9])
 
 
+@pytest.mark.slow
 def test_a_map_of_seen_differences_is_shown(page: Any) -> None:
     pytest.importorskip("flip_evaluator")
     page.locator("#compare").select_option("flip")
     page.wait_for_function("() => document.getElementById('status').textContent.includes('mean FLIP 0.00')")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing(page: Any, scheme: str) -> None:
     """axe-core's rules, contrast among them, with every panel open."""
@@ -381,6 +398,7 @@ def test_axe_finds_nothing(page: Any, scheme: str) -> None:
     assert found.violations_count == 0, found.generate_report()
 
 
+@pytest.mark.slow
 def test_everything_is_reached_by_keys_and_has_a_name(page: Any) -> None:
     page.keyboard.press("Tab")
     reached = set()

@@ -42,6 +42,7 @@ class _Quiet(SimpleHTTPRequestHandler):
 def opened(folder: Path, page_name: str = "library.html") -> Iterator[Any]:
     """A page of the folder; ``page.asked`` lists the hosts that it asked, ``page.faults`` what went wrong on it."""
     (folder / "library.html").write_text(LIBRARY)
+    (folder / "blank.html").write_text('<!doctype html><link rel="icon" href="data:,">')
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(_Quiet, directory=str(folder)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
@@ -53,6 +54,9 @@ def opened(folder: Path, page_name: str = "library.html") -> Iterator[Any]:
             page.on("console", lambda message: page.faults.append(message.text) if message.type == "error" else None)
             page.on("pageerror", lambda error: page.faults.append(str(error)))
             page.host = f"127.0.0.1:{server.server_port}"
+            page.goto(f"http://{page.host}/blank.html")
+            # Chromium offers no adapter while its GPU process begins anew, as it does on a busy machine.
+            page.wait_for_function("() => navigator.gpu.requestAdapter().then(Boolean)", timeout=60_000)
             page.goto(f"http://{page.host}/{page_name}")
             page.wait_for_selector(
                 "body[data-ready], body[data-shown], body[data-failed]", state="attached", timeout=120_000

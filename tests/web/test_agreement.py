@@ -19,7 +19,7 @@ from passgraph.verify.report import MOST_AMBIGUOUS
 from passgraph.web import export_web
 from tests.web.browser import CHROMIUM, opened, read, run
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")]
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 
 SHADERS = Path(__file__).resolve().parents[2] / "docs" / "shaders"
 
@@ -75,6 +75,7 @@ def test_a_picture_effect_with_a_parameter(tmp_path: Path) -> None:
     assert held(outputs, tmp_path, {"frame": picture()}, {"strength": 0.5}) == 1
 
 
+@pytest.mark.slow
 def test_bloom(tmp_path: Path) -> None:
     outputs = bloom(pg.Input("frame", "rgba8_srgb"), threshold=pg.Value("threshold", default=1.0), levels=2)
     assert held(outputs, tmp_path, {"frame": picture()}, {"threshold": 0.25}) > 3
@@ -84,12 +85,14 @@ def test_history(tmp_path: Path) -> None:
     assert held(auto_exposure(pg.Input("frame", "rgba8_srgb")), tmp_path, {"frame": picture()}, {}, runs=3) > 6
 
 
+@pytest.mark.slow
 def test_a_shadertoy_whose_buffer_goes_on(tmp_path: Path) -> None:
     shader = pg.load_shader(SHADERS / "ripples.json")
     images = {name: picture() for name in shader.images}
     assert held(shader(*map(pg.Input, images)), tmp_path, images, {}, runs=2) >= 4
 
 
+@pytest.mark.slow
 def test_soft_shadows_of_the_shipped_scene(tmp_path: Path) -> None:
     scene = pg.Scene.shipped()
     given = {"camera": scene.camera, "light": scene.lights[0]}

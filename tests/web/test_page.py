@@ -18,7 +18,7 @@ from passgraph.web import export_web
 from passgraph.web.export import Described
 from tests.web.browser import CHROMIUM, opened, read, run
 
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")]
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 
 dim = pg.kernel(source="def dim(color: Image, by: float) -> vec4: return color[0, 0] * by")
 
@@ -54,6 +54,7 @@ def test_the_page_runs_and_asks_no_other_host(folder: Path) -> None:
         assert (page.asked, page.faults) == ({page.host}, [])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_page_is_accessible(folder: Path, scheme: str) -> None:
     axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
@@ -80,6 +81,7 @@ def test_what_is_drawn_is_the_picture(folder: Path) -> None:
         assert page.evaluate(code) == pytest.approx([41, 41, 41, 102], abs=1)
 
 
+@pytest.mark.slow
 def test_a_picture_of_another_size_and_wrong_values(folder: Path) -> None:
     with opened(folder) as page:
         raw = "{ data: new Float32Array(24).fill(0.5), width: 3, height: 2 }"
@@ -96,6 +98,7 @@ def test_a_picture_of_another_size_and_wrong_values(folder: Path) -> None:
             assert message in said
 
 
+@pytest.mark.slow
 def test_without_webgpu_the_page_says_so(folder: Path) -> None:
     with opened(folder) as page:
         page.add_init_script("Object.defineProperty(navigator, 'gpu', { value: undefined });")
@@ -134,6 +137,7 @@ DAMAGES = {
 }
 
 
+@pytest.mark.slow
 def test_damaged_documents_are_errors_that_name_the_place(folder: Path) -> None:
     whole = json.loads((folder / "effect.json").read_text())
     code = """async () => {
