@@ -76,11 +76,11 @@ def mirrors() -> list[Panel]:
     floor = np.where(np.isclose(seen.holds.depth(bare), seen.depth, rtol=1e-3), np.float32(bare > 0.0), np.float32(0.0))
     given, depth = {"frame": seen.color, "depth": seen.depth, "floor": floor}, distances(pg.Input("depth"), seen.holds)
     options = {"reflectance": 0.4, "reach": 2.0, "thickness": 0.06, "steps": 256, "camera": seen.scene.camera}
-    made = ssr(FRAME, depth, mask=pg.Input("floor"), **options)  # type: ignore[arg-type]
-    return [
-        Panel("without", tone_map(FRAME, curve="linear"), {"frame": seen.color}),
-        Panel("a polished floor", tone_map(made, curve="linear"), given),
-    ]
+    panels = [Panel("without", tone_map(FRAME, curve="linear"), {"frame": seen.color})]
+    for label, roughness in (("a polished floor", 0.0), ("roughness 0.1", 0.1), ("roughness 0.25", 0.25)):
+        made = ssr(FRAME, depth, mask=pg.Input("floor"), roughness=roughness, **options)  # type: ignore[arg-type]
+        panels.append(Panel(label, tone_map(made, curve="linear"), given))
+    return panels
 
 
 def flares() -> list[Panel]:
@@ -114,7 +114,7 @@ LIGHT: tuple[Entry, ...] = (
     Entry(
         "Screen-space reflections", TABLE,
         "The floor mirrors what the picture shows along reflected rays, most at grazing angles. What is hidden or "
-        "outside is missing.",
+        "outside is missing. A rough floor blurs reflections with their distance.",
         mirrors, 2,
     ),
     Entry(

@@ -35,6 +35,15 @@ def linearised_half(depth: Image, normals: Image, frame: ViewFrame) -> tuple[flo
     return linear_on_planes(frame, depth.texel(p).r), normals.texel(p)
 
 
+@pg.function
+def along_plane(frame: ViewFrame, packed: vec2, linear: float, radius: float, dx: int, dy: int) -> vec2:
+    """Return by how much `linear_on_planes` grows per pixel on the plane through this one, and the `sharpness`."""
+    far = linear_on_planes(frame, linear)
+    size = pixel_step(frame, output_size(), 1.0)
+    step = plane_step(frame, packed, line_of_sight(frame, uv()), far, size)
+    return vec2(step.x * float(dx) + step.y * float(dy), sharpness(frame, far, radius, size.y))
+
+
 @pg.kernel
 def denoise(mask: Image, normals: Image, frame: ViewFrame, radius: float, dx: Const[int], dy: Const[int]) -> vec2:
     """Average over one period of the noise along a row or column, for taps on the plane through the center.
@@ -45,11 +54,7 @@ def denoise(mask: Image, normals: Image, frame: ViewFrame, radius: float, dx: Co
     here = mask[0, 0].rg
     if here.y <= 0.0:
         return here
-    far = linear_on_planes(frame, here.y)
-    size = pixel_step(frame, output_size(), 1.0)
-    step = plane_step(frame, normals[0, 0].zw, line_of_sight(frame, uv()), far, size)
-    slope = step.x * float(dx) + step.y * float(dy)
-    scale = sharpness(frame, far, radius, size.y)
+    plane = along_plane(frame, normals[0, 0].zw, here.y, radius, dx, dy)
     total = here.x
     weight = 1.0
     for i in range(1, 3):
@@ -57,10 +62,31 @@ def denoise(mask: Image, normals: Image, frame: ViewFrame, radius: float, dx: Co
         for side in range(2):
             s = i - 2 * i * side
             tap = mask[s * dx, s * dy].rg
-            w = window * max(1.0 - abs(tap.y - here.y - slope * float(s)) * scale, 0.0)
+            w = window * max(1.0 - abs(tap.y - here.y - plane.x * float(s)) * plane.y, 0.0)
             total += tap.x * w
             weight += w
     return vec2(total / weight, here.y)
+
+
+@pg.kernel
+def denoise_light(
+    light: Image, linear_depth: Image, normals: Image, frame: ViewFrame, radius: float, dx: Const[int], dy: Const[int]
+) -> vec4:
+    """`denoise` for pictures of four channels, whose linear depth is another picture."""
+    total, linear = light[0, 0], linear_depth[0, 0].r
+    if linear <= 0.0:
+        return total
+    plane = along_plane(frame, normals[0, 0].zw, linear, radius, dx, dy)
+    weight = 1.0
+    for i in range(1, 3):
+        window = 1.0 if i == 1 else 0.5
+        for side in range(2):
+            s = i - 2 * i * side
+            off = linear_depth[s * dx, s * dy].r - linear - plane.x * float(s)
+            w = window * max(1.0 - abs(off) * plane.y, 0.0)
+            total += light[s * dx, s * dy] * w
+            weight += w
+    return total / weight
 
 
 @pg.kernel
