@@ -15,7 +15,6 @@ from passgraph import (
     cos,
     dot,
     floor,
-    fract,
     isfinite,
     ivec2,
     length,
@@ -31,11 +30,10 @@ from passgraph import (
     vec4,
 )
 from passgraph.effects.ambient.occlusion_filter import denoise_light, linearised
-from passgraph.effects.ambient.occlusion_search import facing_normal, pattern
+from passgraph.effects.ambient.occlusion_search import facing_normal, pattern, spread_point
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import FieldOfView, Reach, Share
-from passgraph.effects.screen.seen_by import camera_of
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.geometry import (
     ViewFrame,
@@ -46,6 +44,7 @@ from passgraph.effects.surfaces.geometry import (
     unpack_normal,
     view_position,
 )
+from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.surfaces.views import View
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
@@ -53,8 +52,6 @@ from passgraph.scene.camera import DEFAULT_FOV_RAD
 START_PX, NEAREST = 0.5, 0.05
 #: Halvings of the step that hit a surface; fraction of the reach over which reflections fade at its end.
 HALVINGS, END = 6, 0.2
-#: Steps of a sequence of well-spread points in the unit square (M. Roberts, "R2", 2018).
-SPREAD_X, SPREAD_Y = 0.7548776662, 0.5698402910
 #: Smoother surfaces than this are denoised less: their rays are close together, and what they reflect is sharp.
 SMOOTH = 0.1
 
@@ -190,8 +187,7 @@ def reflected(
     for i in range(rays if rays > 0 else 1):
         m = n
         if rays > 0:
-            at = float(first + i) + 0.5
-            m = facet(n, v, alpha, fract(vec2(at * SPREAD_X, at * SPREAD_Y)))
+            m = facet(n, v, alpha, spread_point(float(first + i) + 0.5))
         cosine = dot(m, v)
         ray = m * (2.0 * cosine) - v
         n_l = dot(n, ray)

@@ -83,7 +83,10 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
         {"method": "gtao", "slices": 1, "steps": 2, "radius": 0.6, "half_resolution": True, "bounces": True},
         {"method": "ssao", "taps": 4, "radius": 0.6},
     ],
-    "occluded": [{"slices": 1, "steps": 2}, {"slices": 1, "steps": 2, "half_resolution": True}],
+    "occluded": [
+        {"slices": 1, "steps": 2, **more}
+        for more in ({}, {"half_resolution": True}, {"most_frames": 4, "previous_camera": BEFORE})
+    ],
     "contact-shadow": [{"steps": 4}, {"steps": 2, "denoised": False}],
     "fog": [{}, {"falloff": 0.3, "start": 1.0, "sky": True}],
     "light2d": [{"penumbra": name, "draws": 2} for name in ("mixed", "none", "rotate", "move", "exact")],
