@@ -4,6 +4,8 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
+from typing import Any
+
 import passgraph as pg
 from passgraph import Const, Image, dot, ivec2, output_size, pixel, uv, vec2, vec4
 from passgraph.effects.ambient.occlusion_search import plane_step
@@ -87,6 +89,18 @@ def denoise_light(
             total += light[s * dx, s * dy] * w
             weight += w
     return total / weight
+
+
+def denoised_light(
+    light: pg.Target, depth: pg.Target, normals: pg.Target, frame: Any, radius: Any, name: str
+) -> pg.Target:
+    """Return a picture of four channels, averaged over one period of the noise along both axes by `denoise_light`."""
+    linear = linearised(depth, frame, into=pg.target(f"{name}_linear_depth", "r32f", like=depth))
+    for axis, direction in (("x", (1, 0)), ("y", (0, 1))):
+        label = f"{name}_denoised_{axis}"
+        into = pg.target(label, "rgba32f", like=light)
+        light = denoise_light(light, linear, normals, frame, radius, *direction, into=into, name=label)
+    return light
 
 
 @pg.kernel

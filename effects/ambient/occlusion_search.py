@@ -70,19 +70,20 @@ def pattern(p: ivec2) -> vec2:
 
 
 @pg.function
-def spread_point(number: float) -> vec2:
+def spread_point(number: int) -> vec2:
     """Return a point of the unit square; those of successive numbers are far apart.
 
-    Source: M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018, R2.
+    Source: M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018, R2, in integers that wrap.
     """
-    return fract(vec2(number * 0.7548776662, number * 0.5698402910))
+    x, y = number * 0xC13FA9A9, number * 0x91E10DA6
+    return vec2(float((x >> 8) & 0xFFFFFF), float((y >> 8) & 0xFFFFFF)) / 16777216.0
 
 
 @pg.function
 def noise_of(number: Image, is_moving: Const[bool]) -> vec2:
     """Return this pixel's `pattern`, in each frame another one if its number (one texel) is given."""
     noise = pattern(pixel())
-    return fract(noise + spread_point(number.texel(ivec2(0)).r)) if is_moving else noise
+    return fract(noise + spread_point(int(number.texel(ivec2(0)).r))) if is_moving else noise
 
 
 @pg.function

@@ -29,7 +29,7 @@ from passgraph import (
     vec3,
     vec4,
 )
-from passgraph.effects.ambient.occlusion_filter import denoise_light, linearised
+from passgraph.effects.ambient.occlusion_filter import denoised_light
 from passgraph.effects.ambient.occlusion_search import facing_normal, pattern, spread_point
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
@@ -187,7 +187,7 @@ def reflected(
     for i in range(rays if rays > 0 else 1):
         m = n
         if rays > 0:
-            m = facet(n, v, alpha, spread_point(float(first + i) + 0.5))
+            m = facet(n, v, alpha, spread_point(first + i + 1))
         cosine = dot(m, v)
         ray = m * (2.0 * cosine) - v
         n_l = dot(n, ray)
@@ -288,11 +288,7 @@ def ssr(
     )  # fmt: skip
     smooth = sharp
     if not is_mirror:
-        linear = linearised(depth, frame, into=pg.target(f"{name}_linear depth", "r32f", like=depth))
-        for axis, direction in (("x", (1, 0)), ("y", (0, 1))):
-            label = f"{name}_smooth_{axis}"
-            into_ = pg.target(label, "rgba32f", like=color)
-            smooth = denoise_light(smooth, linear, normals, frame, thickness, *direction, into=into_, name=label)
+        smooth = denoised_light(sharp, depth, normals, frame, thickness, name)
     result: pg.Target = with_reflections(
         light, sharp, smooth, *rough, into=into or pg.target(name, "rgba32f"), name=name
     )

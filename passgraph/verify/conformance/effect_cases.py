@@ -50,6 +50,10 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
     "glitch": [{"shift_px": 4, "band_px": 2, "block_px": 8}],
     "lens-flare": [{"threshold": 0.3, "ghosts": 2}],
     "light-streaks": [{"threshold": 0.3, "length": 0.1, "angle_rad": 0.5}],
+    "ssgi": [
+        {"steps": 4, "rays": 1},
+        {"steps": 4, "rays": 1, "denoise": False, "most_frames": 4, "previous_camera": BEFORE},
+    ],
     "ssr": [{"steps": 8}, {"steps": 4, "roughness": 0.4, "rays": 2}],
     "crt": [{"pixel_px": 2}, {"pixel_px": 3, "mask": "tv", "curve": 0.0}],
     "radial-blur": [{"spin_rad": 0.1}],
