@@ -43,7 +43,7 @@ def gathered(
     search, total = Search(reach, thickness, 0.0), vec4(0.0)
     for i in range(rays):
         point = spread_point(first + i + 1)
-        # the normal plus a point of the unit sphere
+        # the normal plus a point of the unit sphere, and a little more, so that the sum is not 0
         z = 1.0 - 2.0 * point.y
         flat = sqrt(clamp(1.0 - z * z, 0.0, 1.0))
         ray = normalize(n * 1.0001 + vec3(flat * cos(2.0 * pi * point.x), flat * sin(2.0 * pi * point.x), z))
