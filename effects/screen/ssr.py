@@ -241,7 +241,7 @@ def ssr(
     reflectance : reflected fraction of the light at normal incidence, 1 at grazing angles: 0.04 is water, glass and
         lacquer, 0.5 to 1 metal
     mask : reflecting surfaces; red is a factor of their reflectance, 0 to 1. Default: all reflect
-    roughness : of the reflecting surfaces, 0 (mirrors) to 1, as in glTF: its square is GGX's alpha. Or a picture with it
+    roughness : of the reflecting surfaces, 0 (mirrors) to 1 as in glTF: its square is GGX's alpha. Or a picture with it
         in red, of the size of ``color``
     rays : rays of each pixel, for rough surfaces; 4 by 4 pixels share theirs
     reach : length of the reflected rays; they fade over the last fifth
