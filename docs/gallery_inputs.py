@@ -18,6 +18,7 @@ from docs.gallery_page import InputMissing
 from passgraph.effects.light2d import Light2D, Mover, Wall, Window
 from passgraph.scene.ground import floor_node
 from passgraph.scene.matrices import translation
+from passgraph.scene.shipped_scene import box
 from passgraph.srgb import srgb_to_linear
 
 Picture = NDArray[np.float32]
@@ -168,6 +169,30 @@ def engine_pictures(size: tuple[int, int] = (960, 540)) -> EnginePictures:
         color, distance = seen["unshadowed"].copy(), seen["depth"][:, :, 0].copy()
     holds = standing().camera.hardware_depth(reversed_z=True)
     return EnginePictures(standing(), color, holds.depth(distance).astype(np.float32), holds)
+
+
+def colored_room() -> pg.Scene:
+    """Two white boxes in a white room with a red and a green wall, as in the Cornell box, under a lamp of some size."""
+
+    def block(
+        size: tuple[float, float, float], at: tuple[float, float, float], color: str, turn: float = 0.0
+    ) -> pg.Node:
+        tint = {"white": (0.75, 0.75, 0.75), "red": (0.63, 0.06, 0.05), "green": (0.14, 0.45, 0.09)}[color]
+        c, s = math.cos(turn), math.sin(turn)
+        sides = np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0], [0, 0, 0, 1.0]]) @ np.diag((*size, 1.0))
+        return pg.Node(box(1.0), pg.Material(color, (*tint, 1.0)), translation(at) @ sides, color)
+
+    nodes = (
+        block((2.2, 0.1, 2.2), (0.0, -0.1, 0.0), "white"),
+        block((2.2, 2.0, 0.1), (0.0, 0.0, -1.05), "white"),
+        block((0.1, 2.0, 2.2), (-1.05, 0.0, 0.0), "red"),
+        block((0.1, 2.0, 2.2), (1.05, 0.0, 0.0), "green"),
+        block((0.55, 1.2, 0.55), (-0.35, 0.0, -0.35), "white", 0.3),
+        block((0.55, 0.6, 0.55), (0.4, 0.0, 0.3), "white", -0.3),
+    )
+    camera = pg.Camera((0.0, 1.25, 3.9), (0.0, 0.78, 0.0), vertical_fov_rad=0.55, near=0.5, far=10.0)
+    lamp = pg.Light.spot((0.3, 3.6, 1.4), (-0.1, -1.0, -0.4), (1.0, 0.95, 0.85), 10.0, radius=0.25, cone_outer_rad=0.8)
+    return pg.Scene(nodes, camera, (lamp,), "room")
 
 
 @lru_cache

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import passgraph as pg
-from docs.gallery_inputs import engine_pictures, monastery, photograph
+from docs.gallery_inputs import colored_room, engine_pictures, monastery, photograph
 from docs.gallery_looks import MOTORCYCLE, TABLE, street_light
 from docs.gallery_page import Entry, Panel
 from passgraph.effects import (
@@ -14,6 +14,7 @@ from passgraph.effects import (
     light_streaks,
     radial_blur,
     soft_shadow_passes,
+    ssgi,
     ssr,
     tilt_shift,
     tone_map,
@@ -76,11 +77,25 @@ def mirrors() -> list[Panel]:
     floor = np.where(np.isclose(seen.holds.depth(bare), seen.depth, rtol=1e-3), np.float32(bare > 0.0), np.float32(0.0))
     given, depth = {"frame": seen.color, "depth": seen.depth, "floor": floor}, distances(pg.Input("depth"), seen.holds)
     options = {"reflectance": 0.4, "reach": 2.0, "thickness": 0.06, "steps": 256, "camera": seen.scene.camera}
-    made = ssr(FRAME, depth, mask=pg.Input("floor"), **options)  # type: ignore[arg-type]
-    return [
-        Panel("without", tone_map(FRAME, curve="linear"), {"frame": seen.color}),
-        Panel("a polished floor", tone_map(made, curve="linear"), given),
-    ]
+    panels = [Panel("without", tone_map(FRAME, curve="linear"), {"frame": seen.color})]
+    for label, roughness in (("a polished floor", 0.0), ("roughness 0.1", 0.1), ("roughness 0.25", 0.25)):
+        made = ssr(FRAME, depth, mask=pg.Input("floor"), roughness=roughness, **options)  # type: ignore[arg-type]
+        panels.append(Panel(label, tone_map(made, curve="linear"), given))
+    return panels
+
+
+def bounces() -> list[Panel]:
+    seen, ambient = (soft_shadow_passes(colored_room(), ambient=one, display=False) for one in (0.0, 0.2))
+    camera = pg.Value("camera", pg.Camera)
+    options = {"albedo": seen.base_color, "reach": 3.0, "steps": 64, "thickness": 0.3, "camera": camera}
+    made = {
+        "direct light": seen.picture,
+        "direct and constant ambient light": ambient.picture,
+        "ssgi": ssgi(seen.picture, seen.depth, **options),  # type: ignore[arg-type]
+        "ssgi, the mean of 16 frames": ssgi(seen.picture, seen.depth, most_frames=16, **options),  # type: ignore[arg-type]
+    }
+    given = {"camera": colored_room().camera}
+    return [Panel(label, tone_map(one, curve="aces"), given, LARGE, frames=15) for label, one in made.items()]
 
 
 def flares() -> list[Panel]:
@@ -114,8 +129,14 @@ LIGHT: tuple[Entry, ...] = (
     Entry(
         "Screen-space reflections", TABLE,
         "The floor mirrors what the picture shows along reflected rays, most at grazing angles. What is hidden or "
-        "outside is missing.",
+        "outside is missing. A rough floor blurs reflections with their distance.",
         mirrors, 2,
+    ),
+    Entry(
+        "Screen-space global illumination", "two boxes in a room, described in Python",
+        "The walls color what is near them, where constant ambient light is gray. A mean over 4 by 4 pixels hides most "
+        "of the noise of a frame, and one over frames the rest.",
+        bounces, 2,
     ),
     Entry(
         "Radial blur", MOTORCYCLE, "A camera that zooms, and one that rolls, while its shutter is open.", exposures, 2

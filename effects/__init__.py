@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from passgraph.effects.screen.occluded import occluded
     from passgraph.effects.screen.outlines import outlines
     from passgraph.effects.screen.shadowed import shadowed
+    from passgraph.effects.screen.ssgi import ssgi
     from passgraph.effects.screen.ssr import ssr
     from passgraph.effects.shadows.five_pass import FivePass, five_pass, five_pass_targets
     from passgraph.effects.shadows.shadow_choice import (
@@ -206,6 +207,7 @@ __all__ = [
     "sobel",
     "soft_shadow",
     "soft_shadow_passes",
+    "ssgi",
     "ssr",
     "supersampled",
     "taa",

@@ -22,6 +22,7 @@ from passgraph.effects.shadows.shadow_light import ambient_light
 from passgraph.effects.shadows.soft_shadow import soft_shadow_passes
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.views import Casters, View
+from passgraph.effects.temporal.accumulate import MostFrames, accumulate, frame_number
 
 Method = Literal["gtao", "ssao"]
 #: Limits of slices, taps and points of a search, and fractions of its radius.
@@ -126,6 +127,8 @@ def occlusion(
     power: NotNegative | pg.Value = 1.0,
     half_resolution: bool = False,
     denoise: bool = True,
+    most_frames: MostFrames = 1,
+    previous_camera: pg.Camera | pg.Value | None = None,
     prefix: str = "",
 ) -> Occlusion:
     """Compute the ambient visibility of every pixel from depth and normals, for any graph that has them.
@@ -138,6 +141,9 @@ def occlusion(
     radius : reach of occluders, scene units
     method, slices, steps, falloff, thickness, taps, bias, range_check, power, half_resolution, denoise :
         see `ambient_occlusion`
+    most_frames : from 2 on, the result is the mean over this many frames
+        (`passgraph.effects.temporal.accumulate.accumulate`), with other noise in each: fewer slices suffice
+    previous_camera : with ``most_frames``, the camera of the frame before; default: it does not move
     prefix : prefix of all names, for graphs that use this several times
 
     Examples
@@ -162,21 +168,28 @@ def occlusion(
         searched = linearised(depth, frame, into=pg.target(f"{prefix}linear depth", "r32f")), normals
     # outside of the picture nothing is known, so nothing occludes
     seen = (searched[0].border("zero"), searched[1], frame, radius)
+    is_moving = most_frames > 1
+    frames = frame_number(f"{prefix}frame number") if is_moving else searched[0], is_moving
     into = pg.target(f"{prefix}raw visibility", "rg32f", like=searched[0])
     if method == "gtao":
-        raw = horizon_visibility(*seen, falloff, thickness, power, slices, steps, into=into, name="horizons")
+        raw = horizon_visibility(*seen, falloff, thickness, power, slices, steps, *frames, into=into, name="horizons")
     else:
-        raw = hemisphere_visibility(taps)(*seen, bias, power, range_check, into=into, name="hemisphere")
+        raw = hemisphere_visibility(taps)(*seen, bias, power, range_check, *frames, into=into, name="hemisphere")
     clean = raw
     if denoise:
         for axis, direction in (("x", (1, 0)), ("y", (0, 1))):
             into = pg.target(f"{prefix}denoised_{axis}", "rg32f", like=searched[0])
             clean = denoise_line(clean, searched[1], frame, radius, *direction, into=into, name=f"denoise {axis}")
     into = pg.target(f"{prefix}visibility", "r16f", like=depth)
+    visibility = clean
     if half_resolution:
-        visibility = enlarge(clean, depth, normals, frame, radius, into=into, name="full size")
-    else:
-        visibility = first_channel(clean, into=into, name="visibility")
+        full = pg.target(f"{prefix}full size", "r32f", like=depth) if is_moving else into
+        visibility = enlarge(clean, depth, normals, frame, radius, into=full, name="full size")
+    if is_moving:
+        label = f"{prefix}accumulated"
+        visibility = accumulate(visibility, depth, camera, previous_camera, most_frames, name=label)
+    if is_moving or not half_resolution:
+        visibility = first_channel(visibility, into=into, name="visibility")
     return Occlusion(visibility, raw, clean, *searched)
 
 
@@ -267,8 +280,8 @@ def ambient_occlusion() -> None:
     the line of sight, not on the screen; a pixel's sum is divided by the sum for an open hemisphere, so that open
     surfaces stay at 1; a tap's depth is moved from its texel's center along the receiver's plane, so that planes do not
     occlude themselves at any angle; normals come from the depth, since interpolated ones make the triangles of a coarse
-    model occlude themselves; there is no temporal filter; ssao rotates its points by a pattern computed from the
-    pixel's position, not by a texture.
+    model occlude themselves; the temporal filter is an option of `occlusion`; ssao rotates its points by a pattern
+    computed from the pixel's position, not by a texture.
 
     Limits of screen space: hidden objects and those outside of the picture do not occlude, and visible objects count as
     infinitely deep.  `passgraph.effects.ambient.contact.contact` has neither limit, on floors.

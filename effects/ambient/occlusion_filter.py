@@ -4,6 +4,8 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
+from typing import Any
+
 import passgraph as pg
 from passgraph import Const, Image, dot, ivec2, output_size, pixel, uv, vec2, vec4
 from passgraph.effects.ambient.occlusion_search import plane_step
@@ -35,6 +37,15 @@ def linearised_half(depth: Image, normals: Image, frame: ViewFrame) -> tuple[flo
     return linear_on_planes(frame, depth.texel(p).r), normals.texel(p)
 
 
+@pg.function
+def along_plane(frame: ViewFrame, packed: vec2, linear: float, radius: float, dx: int, dy: int) -> vec2:
+    """Return by how much `linear_on_planes` grows per pixel on the plane through this one, and the `sharpness`."""
+    far = linear_on_planes(frame, linear)
+    size = pixel_step(frame, output_size(), 1.0)
+    step = plane_step(frame, packed, line_of_sight(frame, uv()), far, size)
+    return vec2(step.x * float(dx) + step.y * float(dy), sharpness(frame, far, radius, size.y))
+
+
 @pg.kernel
 def denoise(mask: Image, normals: Image, frame: ViewFrame, radius: float, dx: Const[int], dy: Const[int]) -> vec2:
     """Average over one period of the noise along a row or column, for taps on the plane through the center.
@@ -45,11 +56,7 @@ def denoise(mask: Image, normals: Image, frame: ViewFrame, radius: float, dx: Co
     here = mask[0, 0].rg
     if here.y <= 0.0:
         return here
-    far = linear_on_planes(frame, here.y)
-    size = pixel_step(frame, output_size(), 1.0)
-    step = plane_step(frame, normals[0, 0].zw, line_of_sight(frame, uv()), far, size)
-    slope = step.x * float(dx) + step.y * float(dy)
-    scale = sharpness(frame, far, radius, size.y)
+    plane = along_plane(frame, normals[0, 0].zw, here.y, radius, dx, dy)
     total = here.x
     weight = 1.0
     for i in range(1, 3):
@@ -57,10 +64,43 @@ def denoise(mask: Image, normals: Image, frame: ViewFrame, radius: float, dx: Co
         for side in range(2):
             s = i - 2 * i * side
             tap = mask[s * dx, s * dy].rg
-            w = window * max(1.0 - abs(tap.y - here.y - slope * float(s)) * scale, 0.0)
+            w = window * max(1.0 - abs(tap.y - here.y - plane.x * float(s)) * plane.y, 0.0)
             total += tap.x * w
             weight += w
     return vec2(total / weight, here.y)
+
+
+@pg.kernel
+def denoise_light(
+    light: Image, linear_depth: Image, normals: Image, frame: ViewFrame, radius: float, dx: Const[int], dy: Const[int]
+) -> vec4:
+    """`denoise` for pictures of four channels, whose linear depth is another picture."""
+    total, linear = light[0, 0], linear_depth[0, 0].r
+    if linear <= 0.0:
+        return total
+    plane = along_plane(frame, normals[0, 0].zw, linear, radius, dx, dy)
+    weight = 1.0
+    for i in range(1, 3):
+        window = 1.0 if i == 1 else 0.5
+        for side in range(2):
+            s = i - 2 * i * side
+            off = linear_depth[s * dx, s * dy].r - linear - plane.x * float(s)
+            w = window * max(1.0 - abs(off) * plane.y, 0.0)
+            total += light[s * dx, s * dy] * w
+            weight += w
+    return total / weight
+
+
+def denoised_light(
+    light: pg.Target, depth: pg.Target, normals: pg.Target, frame: Any, radius: Any, name: str
+) -> pg.Target:
+    """Return a picture of four channels, averaged over one period of the noise along both axes by `denoise_light`."""
+    linear = linearised(depth, frame, into=pg.target(f"{name}_linear_depth", "r32f", like=depth))
+    for axis, direction in (("x", (1, 0)), ("y", (0, 1))):
+        label = f"{name}_denoised_{axis}"
+        into = pg.target(label, "rgba32f", like=light)
+        light = denoise_light(light, linear, normals, frame, radius, *direction, into=into, name=label)
+    return light
 
 
 @pg.kernel

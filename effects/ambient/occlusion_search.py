@@ -20,6 +20,7 @@ from passgraph import (
     dot,
     exp2,
     floor,
+    fract,
     inversesqrt,
     ivec2,
     length,
@@ -69,6 +70,23 @@ def pattern(p: ivec2) -> vec2:
 
 
 @pg.function
+def spread_point(number: int) -> vec2:
+    """Return a point of the unit square; those of successive numbers are far apart.
+
+    Source: M. Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018, R2, in integers that wrap.
+    """
+    x, y = number * 0xC13FA9A9, number * 0x91E10DA6
+    return vec2(float((x >> 8) & 0xFFFFFF), float((y >> 8) & 0xFFFFFF)) / 16777216.0
+
+
+@pg.function
+def noise_of(number: Image, is_moving: Const[bool]) -> vec2:
+    """Return this pixel's `pattern`, in each frame another one if its number (one texel) is given."""
+    noise = pattern(pixel())
+    return fract(noise + spread_point(int(number.texel(ivec2(0)).r))) if is_moving else noise
+
+
+@pg.function
 def unit(v: vec3) -> vec3:
     """`normalize` for vectors that are not near zero, by one division instead of three."""
     return v * inversesqrt(dot(v, v))
@@ -114,7 +132,7 @@ def plane_step(frame: ViewFrame, packed: vec2, ray: vec3, far: float, pixel: vec
 @pg.kernel
 def horizon_visibility(
     linear_depth: Image, normals: Image, frame: ViewFrame, radius: float, falloff: float, thickness: float,
-    power: float, slices: Const[int], steps: Const[int],
+    power: float, slices: Const[int], steps: Const[int], number: Image, is_moving: Const[bool],
 ) -> vec2:  # fmt: skip
     """Return the cosine-weighted fraction of ambient light that arrives (1 without a surface); and the linear depth."""
     linear = linear_depth[0, 0].r
@@ -141,7 +159,7 @@ def horizon_visibility(
     step_of_plane = linear_depth_step(frame, n, ray, far, size)
     reach_px = min(radius / (pixel_width * spread(frame, far)), float(output_size().x + output_size().y))
     full = 1.0 / falloff  # occluders nearer than radius * (1 - falloff) count in full
-    noise = pattern(here)
+    noise = noise_of(number, is_moving)
     seen = 0.0
     unoccluded = 0.0
     for i in range(slices):
@@ -230,7 +248,7 @@ def hemisphere_visibility(taps: int) -> Any:
     @pg.kernel
     def visibility(
         linear_depth: Image, normals: Image, frame: ViewFrame, radius: float, bias: float, power: float,
-        range_check: Const[bool],
+        range_check: Const[bool], number: Image, is_moving: Const[bool],
     ) -> vec2:  # fmt: skip
         """Return the fraction of the points that is visible (1 without a surface); and the linear depth."""
         linear = linear_depth[0, 0].r
@@ -240,7 +258,7 @@ def hemisphere_visibility(taps: int) -> Any:
         ray = line_of_sight(frame, uv())
         n = facing_normal(normals[0, 0].zw, unit(-ray))
         step_of_plane = linear_depth_step(frame, n, ray, far, pixel_step(frame, output_size(), 1.0))
-        noise = pattern(pixel())
+        noise = noise_of(number, is_moving)
         # a frame around the normal, rotated by the noise
         turn = vec2(cos(TURN * noise.x), sin(TURN * noise.x))
         start = vec3(turn, 0.0) if abs(n.z) > 0.7 else vec3(turn.x, 0.0, turn.y)

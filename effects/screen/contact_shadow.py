@@ -14,7 +14,6 @@ from passgraph.effects.ambient.occlusion_filter import denoise, linearised
 from passgraph.effects.ambient.occlusion_search import facing_normal, linear_depth_step, pattern
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import FieldOfView, Reach, Share, combined
-from passgraph.effects.screen.seen_by import camera_of
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.geometry import (
     ViewFrame,
@@ -26,6 +25,7 @@ from passgraph.effects.surfaces.geometry import (
     toward_eye,
     view_position,
 )
+from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.surfaces.views import View
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 

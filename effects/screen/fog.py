@@ -10,8 +10,8 @@ import passgraph as pg
 from passgraph import Image, clamp, dot, exp, length, uv, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import Color, FieldOfView, Height, NotNegative, Share, Width
-from passgraph.effects.screen.seen_by import camera_of
 from passgraph.effects.surfaces.geometry import ViewFrame, line_of_sight, view_position
+from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.surfaces.views import View
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 

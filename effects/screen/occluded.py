@@ -9,8 +9,9 @@ from passgraph import Image, vec4
 from passgraph.effects.ambient.ambient_occlusion import Method, Slices, Steps, occlusion
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import FieldOfView, NotNegative, Reach, Share
-from passgraph.effects.screen.seen_by import camera_of
 from passgraph.effects.surfaces.depth_normals import depth_normals
+from passgraph.effects.surfaces.seen_by import camera_of
+from passgraph.effects.temporal.accumulate import MostFrames
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
 
@@ -33,7 +34,9 @@ def occluded(
     thickness: Share = 0.0,
     power: NotNegative | pg.Value = 1.0,
     half_resolution: bool = False,
+    most_frames: MostFrames = 1,
     camera: pg.Camera | pg.Value | None = None,
+    previous_camera: pg.Camera | pg.Value | None = None,
     vertical_fov_rad: FieldOfView = DEFAULT_FOV_RAD,
     into: pg.TargetSpec | None = None,
     name: str = "occluded",
@@ -52,8 +55,11 @@ def occluded(
     thickness : for gtao: by how much a horizon sinks again toward each lower tap behind it
     power : exponent of the visibility: 1 is physical, more is darker
     half_resolution : search at half the width and height, then upsample along surfaces
+    most_frames : from 2 on, average over frames, with other noise in each: 1 slice of 8 steps is nearer
+        to the truth then than 2 of 4 in one frame
     camera : the camera of both, from `passgraph.Camera.from_matrices` for an engine's, or its run value. Default: one
         with ``vertical_fov_rad``
+    previous_camera : with ``most_frames``, the camera of the frame before; default: it does not move
     vertical_fov_rad : full vertical angle of view, without ``camera``
     into : destination target; default: float32 named ``name``
     name : name of the last pass and target
@@ -74,7 +80,7 @@ def occluded(
     found = occlusion(
         depth, depth_normals(depth, seen_by, f"{name} normals"), seen_by, prefix=f"{name} ", radius=radius,
         method=method, slices=slices, steps=steps, thickness=thickness, power=power,
-        half_resolution=half_resolution,
+        half_resolution=half_resolution, most_frames=most_frames, previous_camera=previous_camera,
     )  # fmt: skip
     dimmed: pg.Target = dim(color, found.visibility, into=into or pg.target(name, "rgba32f"), name=name)
     return dimmed

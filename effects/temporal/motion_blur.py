@@ -11,7 +11,7 @@ from passgraph import Const, Image, clamp, dot, floor, isfinite, ivec2, length, 
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import FieldOfView, Share
-from passgraph.effects.screen.seen_by import camera_of
+from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.temporal.velocity import camera_velocity
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 

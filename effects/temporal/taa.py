@@ -10,7 +10,7 @@ import passgraph as pg
 from passgraph import Const, Image, dot, floor, ivec2, mix, pixel, sqrt, vec2, vec3, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import FieldOfView
-from passgraph.effects.screen.seen_by import camera_of
+from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.temporal.velocity import camera_velocity
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 

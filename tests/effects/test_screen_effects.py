@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.effects import contact_shadow, fog, occluded, shadowed, ssr
+from passgraph.effects import contact_shadow, fog, occluded, shadowed, ssgi, ssr
 from passgraph.effects.surfaces.engine_depth import distances
 from tests.effects.engine import EngineView
 from tests.effects.scenes import Picture, cube, floor, render, sun
@@ -24,6 +24,7 @@ EFFECTS: dict[str, Callable[[pg.Target, pg.Target, Any], pg.Target]] = {
     "ssao": lambda color, depth, camera: occluded(color, depth, camera=camera, method="ssao"),
     "contact shadow": lambda color, depth, camera: contact_shadow(color, depth, camera=camera),
     "fog": lambda color, depth, camera: fog(color, depth, camera=camera, falloff=0.3),
+    "ssgi": lambda color, depth, camera: ssgi(color, depth, camera=camera),
     "ssr": lambda color, depth, camera: ssr(color, depth, camera=camera, reflectance=0.6),
     "shadowed": lambda color, depth, camera: shadowed(color, depth, SCENE, camera=camera, map_size=128),
 }  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.effects import ssr
 from passgraph.truth import Tracer
+from passgraph.truth.rays import strata
 from passgraph.truth.surfaces import seen_triangles
 from tests.agreement import assert_within_bounds
 from tests.conftest import DEVICES
@@ -82,11 +84,11 @@ class Reflection:
         return cls(paint(place), number >= 0, inside, inside & same & (dot(seen.normals[row, column], ray) < 0.0))
 
 
-def shown(view: EngineView, backend: str = "numpy", **options: Any) -> tuple[Float64, Picture]:
-    """Its mirror alone, with a mask of the floor, and what was there before."""
+def shown(view: EngineView, backend: str = "numpy", base: float = -1.0, **options: Any) -> tuple[Float64, Picture]:
+    """Its mirror alone, with a mask of the floor, whose own light is ``base``, and what was there before."""
     frame = np.ones((SIZE[1], SIZE[0], 4), np.float32)
     frame[..., :3] = np.where(view.shown[..., None], paint(np.nan_to_num(view.surfaces.positions)), 0.0)
-    frame[view.surfaces.node == 0, :3] = -1.0
+    frame[view.surfaces.node == 0, :3] = base
     given = {"reflectance": 1.0, "fade": 0.0, "reach": 1e3, "thickness": 0.1, "steps": 256, **options}
     mask = (view.surfaces.node == 0).astype(np.float32)[..., None]
     made = ssr(pg.Input("frame"), view.distance(), mask=pg.Input("mask"), camera=view.camera, **given)
@@ -142,6 +144,137 @@ def test_reach_fade_and_reflectance() -> None:
     np.testing.assert_allclose(share, 0.1 + 0.9 * (1.0 - cosine) ** 5, atol=2e-3)
 
 
+# Rough surfaces
+
+
+def test_a_rough_mirror_blurs_an_edge_as_its_facets_spread() -> None:
+    """The edge of a wall's two halves, seen in a rough floor by parallel rays.
+
+    The slopes s of GGX facets across the line of sight have the density 1 / (2 (1 + s²)^1.5) for alpha 1.  A slope
+    moves the ray's hit on a wall at distance d by 2 s alpha d tan(elevation).  So the edge is the integral of the
+    density: its width grows with the distance and with the square of the roughness.
+    """
+    elevation = np.radians(40.0)
+    view, _ = beside_wall(elevation)
+    places = view.surfaces.positions + view.surfaces.origin
+    for roughness in (0.3, 0.4):
+        # some rays leave the picture: compare with a wall that is white all over
+        white, edge = (rough_floor(view, wall, roughness) for wall in (1.0, np.float32(places[..., 0] > 0.0)))
+        away = places[..., 2] + 1.0
+        for near, far in ((0.4, 0.5), (0.6, 0.7)):
+            chosen = (view.surfaces.node == 0) & (away > near) & (away < far)
+            u = places[..., 0][chosen] / (2.0 * np.tan(elevation) * roughness**2 * away[chosen])
+            off = edge[chosen] / white[chosen] - (0.5 + 0.5 * u / np.hypot(1.0, u))
+            assert np.abs(u).min() < 0.2
+            # the mean over 4 by 4 pixels, and 1024 rays
+            assert np.sqrt(np.mean(off[np.abs(u) < 3.0] ** 2)) < 0.025, (roughness, near)
+
+
+def test_facets_hide_light_from_one_another() -> None:
+    """A white wall in a floor so rough that half of the light is lost, as rays to what the picture shows of it say."""
+    view, scene = beside_wall(np.radians(15.0))
+    to_origin = np.subtract(view.surfaces.origin, view.camera.eye)
+    half, _ = view.camera.window(view.depth.shape[1] / view.depth.shape[0])
+
+    def in_picture(places: Float64) -> Float64:
+        turned = (places + to_origin) @ view.camera.view_rotation()[:3, :3].T
+        return np.float64(np.abs(turned[..., :2] / half).max(axis=-1, keepdims=True) < 1.0)
+
+    away = (view.surfaces.positions + view.surfaces.origin)[..., 2] + 1.0
+    chosen = (view.surfaces.node == 0) & (away > 0.4) & (away < 0.8)
+    truth = facets_seen(view, scene, 0.8, in_picture)[chosen].mean()
+    # without the factor a third more than the truth
+    assert rough_floor(view, 1.0, 0.8)[chosen].mean() == pytest.approx(truth, rel=0.06)
+
+
+def beside_wall(elevation: float) -> tuple[EngineView, pg.Scene]:
+    """A floor from this far above it, in parallel rays, up to a wall at z = -1 across the picture."""
+    eye = (0.0, 5.0 * np.sin(elevation), 5.0 * np.cos(elevation))
+    camera = pg.Camera(eye, (0, 0, 0), near=0.1, far=50.0, orthographic_height=3.0)
+    sides = np.array([[30, 0, 0, 0], [0, 30, 0, 0], [0, 0, 0.2, -1.1], [0, 0, 0, 1.0]])
+    scene = pg.Scene((floor(20.0), replace(cube((0.0, 0.0, 0.0)), transform=sides)), camera, ())
+    return EngineView.of(scene, (240, 120)), scene
+
+
+def rough_floor(view: EngineView, wall: float | Picture, roughness: float) -> Float64:
+    """(h, w) what the floor reflects of a wall of this light."""
+    mask = np.float32(view.surfaces.node == 0)
+    made = ssr(
+        pg.Input("frame"), view.distance(), mask=pg.Input("mask"), camera=view.camera, reflectance=1.0, fade=0.0,
+        reach=1e3, thickness=0.1, steps=256, roughness=roughness, rays=64,
+    )  # fmt: skip
+    frame = np.repeat(((1.0 - mask) * wall)[..., None], 4, axis=2).astype(np.float32)
+    with pg.compile(made, "numpy") as program:
+        picture = program(frame=frame, depth=view.depth, mask=mask[..., None])["ssr"]
+    return picture[..., 0].astype(np.float64)
+
+
+def facets_seen(
+    view: EngineView, scene: pg.Scene, roughness: float, light: Callable[[Float64], Float64] = paint, side: int = 16
+) -> Float64:
+    """What a rough floor reflects of all that rays find, black where they find nothing.
+
+    Facets are drawn from their own density, visible or not, and weighted by what is visible and lit: B. Walter et al.,
+    "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007, equations 20 and 35.
+    """
+    seen, on_floor, alpha = view.surfaces, view.surfaces.node == 0, roughness**2
+    triangles = seen_triangles(scene, seen.origin).corners
+    start = seen.positions[on_floor][:, None] + np.array([0.0, 1e-4, 0.0])
+    toward_eye = np.subtract(view.camera.eye, seen.origin) - start
+    toward_eye /= np.linalg.norm(toward_eye, axis=-1, keepdims=True)
+    points = strata(np.random.default_rng(1), len(start), side)
+    cosine = 1.0 / np.sqrt(1.0 + alpha**2 * points[..., 0] / (1.0 - points[..., 0]))
+    flat, turn = np.sqrt(1.0 - cosine**2), 2.0 * np.pi * points[..., 1]
+    facet = np.stack([flat * np.cos(turn), cosine, flat * np.sin(turn)], axis=-1)
+    along = dot(toward_eye, facet)
+    ray = 2.0 * along[..., None] * facet - toward_eye
+    above = (along > 0.0) & (ray[..., 1] > 0.0)
+
+    def hidden(cosine: Float64) -> Float64:
+        return 0.5 * np.sqrt(1.0 + alpha**2 * (1.0 / cosine**2 - 1.0)) - 0.5
+
+    up, down = toward_eye[..., 1], np.where(above, ray[..., 1], 1.0)
+    weight = np.where(above, along / (up * cosine * (1.0 + hidden(up) + hidden(down))), 0.0)
+    start = np.broadcast_to(start, ray.shape)
+    number = Tracer(triangles).closest(start.reshape(-1, 3), ray.reshape(-1, 3)).reshape(above.shape)
+    a, b, c = triangles[number].transpose(2, 0, 1, 3)
+    normal = np.cross(b - a, c - a)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        place = np.nan_to_num(start + (dot(normal, a - start) / dot(normal, ray))[..., None] * ray)
+    made = np.zeros((*on_floor.shape, 3))
+    made[on_floor] = (light(place) * (weight * (number >= 0))[..., None]).mean(axis=1)
+    return made
+
+
+@pytest.mark.parametrize(("roughness", "of_mirror"), [(0.3, 0.6), (0.5, 0.25)])
+def test_a_rough_floor_is_nearer_to_rays_than_a_mirror(roughness: float, of_mirror: float) -> None:
+    """Rays of the truth also find what the picture does not have, which is most of the error that is left."""
+    scene = room()
+    view = EngineView.of(scene, SIZE)
+    chosen = (view.surfaces.node == 0) & Reflection.of(view, scene).in_picture
+    truth = facets_seen(view, scene, roughness)[chosen]
+    error = {
+        given: np.sqrt(np.mean((shown(view, base=0.0, roughness=given)[0][chosen] - truth) ** 2))
+        for given in (0.0, roughness)
+    }
+    assert error[roughness] < of_mirror * error[0.0], error
+
+
+def test_roughness_as_a_picture() -> None:
+    """One value everywhere is that number; where the picture is 0, pixels are those of a mirror."""
+    view = EngineView.of(room(), SIZE)
+    ways = np.full((SIZE[1], SIZE[0], 1), 0.4, np.float32)
+    mirror, rough, by_value = (shown(view, roughness=one)[0] for one in (0.0, 0.4, pg.Value("rough", default=0.4)))
+    np.testing.assert_array_equal(by_value, rough)
+    np.testing.assert_array_equal(shown(view, roughness=pg.Input("roughness", default=ways))[0], rough)
+    ways[:, : SIZE[0] // 2] = 0.0
+    halves, _ = shown(view, roughness=pg.Input("roughness", default=ways))
+    left = np.s_[:, : SIZE[0] // 2]
+    # facets that are all alike, whose normals are rounded
+    assert (np.abs(halves - mirror)[left] < 1e-3).mean() > 0.99
+    assert np.abs(mirror - rough)[left].mean() > 0.1
+
+
 def test_alpha_and_what_is_no_number_stay() -> None:
     view = EngineView.of(room(), SIZE)
     frame = np.random.default_rng(3).random((SIZE[1], SIZE[0], 4), np.float32)
@@ -156,6 +289,8 @@ def test_alpha_and_what_is_no_number_stay() -> None:
 def test_devices_agree_on_reflections() -> None:
     scene = pg.Scene((floor(1.0), cube((0.0, 0.25, 0.0), 0.5)), CAMERA, ())
     view, size = EngineView.of(scene, (21, 13)), (13, 21, 4)
-    made = ssr(pg.Input("frame"), pg.Input("depth"), camera=pg.Value("camera", pg.Camera, default=CAMERA), steps=8)
     frame = np.random.default_rng(1).random(size, np.float32)
-    assert_within_bounds(made, frame=frame, depth=view.surfaces.depth[..., None].astype(np.float32))
+    for options in ({}, {"roughness": 0.4, "rays": 2}):
+        camera = pg.Value("camera", pg.Camera, default=CAMERA)
+        made = ssr(pg.Input("frame"), pg.Input("depth"), camera=camera, steps=8, **options)  # type: ignore[arg-type]
+        assert_within_bounds(made, frame=frame, depth=view.surfaces.depth[..., None].astype(np.float32))

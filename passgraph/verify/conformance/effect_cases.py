@@ -50,7 +50,11 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
     "glitch": [{"shift_px": 4, "band_px": 2, "block_px": 8}],
     "lens-flare": [{"threshold": 0.3, "ghosts": 2}],
     "light-streaks": [{"threshold": 0.3, "length": 0.1, "angle_rad": 0.5}],
-    "ssr": [{"steps": 8}],
+    "ssgi": [
+        {"steps": 4, "rays": 1},
+        {"steps": 4, "rays": 1, "denoise": False, "most_frames": 4, "previous_camera": BEFORE},
+    ],
+    "ssr": [{"steps": 8}, {"steps": 4, "roughness": 0.4, "rays": 2}],
     "crt": [{"pixel_px": 2}, {"pixel_px": 3, "mask": "tv", "curve": 0.0}],
     "radial-blur": [{"spin_rad": 0.1}],
     "fill": [{"levels": 3}],
@@ -83,7 +87,10 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
         {"method": "gtao", "slices": 1, "steps": 2, "radius": 0.6, "half_resolution": True, "bounces": True},
         {"method": "ssao", "taps": 4, "radius": 0.6},
     ],
-    "occluded": [{"slices": 1, "steps": 2}, {"slices": 1, "steps": 2, "half_resolution": True}],
+    "occluded": [
+        {"slices": 1, "steps": 2, **more}
+        for more in ({}, {"half_resolution": True}, {"most_frames": 4, "previous_camera": BEFORE})
+    ],
     "contact-shadow": [{"steps": 4}, {"steps": 2, "denoised": False}],
     "fog": [{}, {"falloff": 0.3, "start": 1.0, "sky": True}],
     "light2d": [{"penumbra": name, "draws": 2} for name in ("mixed", "none", "rotate", "move", "exact")],
