@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from passgraph.hosts import gl, opencl, webgpu
     from passgraph.pictures import load, save
     from passgraph.scene import Camera, HardwareDepth, Light, Material, Mesh, Node, Scene, Texture
-    from passgraph.serialize import from_data, load_graph, save_graph, to_data
+    from passgraph.serialize import from_data, to_data
     from passgraph.shaders.shader_file import load_shader
     from passgraph.tiles.chunks import map_blocks
     from passgraph.tiles.lazy_array import lazily_tiled
@@ -65,8 +65,7 @@ _LATER = {
     "tiled": "passgraph.tiles.tiled", "lazily_tiled": "passgraph.tiles.lazy_array",
     "map_blocks": "passgraph.tiles.chunks",
     "histogram": "passgraph.graph.reductions", "reduce": "passgraph.graph.reductions",
-    **dict.fromkeys(("from_data", "load_graph", "save_graph", "to_data"), "passgraph.serialize"),
-    "stacked": "passgraph.volumes",
+    "from_data": "passgraph.serialize", "to_data": "passgraph.serialize", "stacked": "passgraph.volumes",
     "view": "passgraph.viewer.show",
     **dict.fromkeys(
         ("Camera", "HardwareDepth", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"
@@ -100,8 +99,8 @@ __all__ = [
     "HardwareDepth", "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options",
     "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil", "Target", "TargetSpec", "Texture", "Value",
     "combine", "compile", "draw", "fragment", "frames", "from_data", "function", "gl", "graph", "histogram", "kernel",
-    "lazily_tiled", "load", "load_graph", "load_shader", "map_blocks", "opencl", "previous", "reduce", "save",
-    "save_graph", "stacked", "struct", "target", "tiled", "to_data", "vertex", "view", "webgpu",
+    "lazily_tiled", "load", "load_shader", "map_blocks", "opencl", "previous", "reduce", "save", "stacked",
+    "struct", "target", "tiled", "to_data", "vertex", "view", "webgpu",
 ]  # fmt: skip
 # Names of the kernel language, written by docs/stubs.py.
 __all__ += [

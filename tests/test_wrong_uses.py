@@ -63,9 +63,7 @@ def test_the_calls_of_the_sweep_are_right_as_they_are() -> None:
         "struct",
         "load",
         "load_shader",
-        "load_graph",
         "save",
-        "save_graph",
         "Result.save",
         "Scene.load",
     }

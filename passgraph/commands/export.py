@@ -1,4 +1,4 @@
-"""``passgraph export``: an effect as a folder that runs in a browser, or as a file that runs in Python."""
+"""``passgraph export``: an effect as a folder that runs in a browser."""
 
 from __future__ import annotations
 
@@ -32,13 +32,12 @@ from passgraph.commands.options import (
 from passgraph.commands.shader_files import ShaderFileEffect
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
-from passgraph.graph.run_values import OUTPUT_SIZE, Derived, Value
+from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import Input, Target, named_outputs
 from passgraph.language import symbols
 from passgraph.language.native import Math
 from passgraph.plan.data import Options
 from passgraph.plan.dependencies import passes_behind
-from passgraph.serialize import save_graph
 from passgraph.viewer.subject import Control, Drawing, Loaded, run_values_of
 from passgraph.web import export_web
 from passgraph.web.export import Described
@@ -64,15 +63,10 @@ class _Export(EffectCommand):
 @effect_option("Effect to export")
 @click.option(
     "--web",
+    required=True,
     type=click.Path(path_type=Path),
     metavar="DIR",
     help="Folder to write: a page, the effect as data, and the modules that run it.",
-)
-@click.option(
-    "--graph",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE.json",
-    help="File to write: the graph, which passgraph.load_graph reads without the code that made it.",
 )
 @math_option
 @size_option()
@@ -81,10 +75,10 @@ class _Export(EffectCommand):
 )
 @click.pass_context
 def export(
-    ctx: click.Context, /, inputs: tuple[Path, ...], web: Path | None, graph: Path | None, math: Math,
-    size: tuple[int, int] | None, linear: bool | None, **_: Any,
+    ctx: click.Context, /, inputs: tuple[Path, ...], web: Path, math: Math, size: tuple[int, int] | None,
+    linear: bool | None, **_: Any,
 ) -> None:  # fmt: skip
-    """Export EFFECT to a folder that runs in a browser with WebGPU, or to a file that runs in Python on any backend.
+    """Export EFFECT to a folder that runs in a browser with WebGPU.
 
     EFFECT is an effect, a FILE.py of yours (it is run), or a shader file. INPUT is the picture that the page begins
     with, then its depth for effects on depth; a scene for effects that render one. Parameters given here are the
@@ -93,34 +87,11 @@ def export(
     The folder needs no server of its own: python -m http.server --directory DIR. The page loads nothing from elsewhere.
     """
     effect = named_or_refused(ctx, inputs[0] if inputs else None)
-    if web is None and graph is None:
-        raise InputError("export: give --web DIR for a page, or --graph FILE.json for a graph to load in Python")
     parameters = given_parameters(ctx)
     if effect.takes in ("scene", "world2d"):
         exported = _of_scene(effect, inputs, size or RENDER_SIZE, parameters)
     else:
         exported = _OfPictures(effect, inputs, size, linear).exported(parameters)
-    if graph is not None:
-        _save_graph(exported, graph)
-    if web is not None:
-        _write_page(exported, web, math)
-
-
-def _save_graph(exported: Exported, file: Path) -> None:
-    """Write the graph; values that Python functions compute are those of one frame of the export's size."""
-    outputs, size = named_outputs(exported.drawing.outputs), exported.drawing.size
-    passes = passes_behind(list(outputs.values()))
-    computed = [v for node in passes for v in {**node.values, **node.constants}.values() if isinstance(v, Derived)]
-    sources = {source.name: source for value in computed for source in value.sources}
-    known = {name: size if source is OUTPUT_SIZE else source.default for name, source in sources.items()}
-    constants = {name: value for name, value in known.items() if value is not None}
-    save_graph(file, outputs, **constants)
-    click.echo(f"{file}: {len(passes)} passes; run it with pg.compile(pg.load_graph({str(file)!r}))")
-    if exported.described.fixed or constants:
-        click.echo(f"- constant in this file: {', '.join([*exported.described.fixed, *constants])}")
-
-
-def _write_page(exported: Exported, web: Path, math: Math) -> None:
     written = export_web(
         exported.drawing.outputs,
         web,

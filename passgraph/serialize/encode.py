@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.arguments import numbers, shown
-from passgraph.errors import GraphError, InputError
+from passgraph.errors import GraphError
 from passgraph.formats import FORMATS
 from passgraph.graph.calls import leaves
 from passgraph.graph.draw_state import ATTRIBUTE_TYPES, DrawState
-from passgraph.graph.run_values import FILLED_IN, Derived, Value, check_object, sources_of
+from passgraph.graph.run_values import FILLED_IN, Derived, Value
 from passgraph.graph.targets import (
     OPEN_SRGB,
     READING,
@@ -51,7 +51,7 @@ _PLAIN: dict[str, Callable[[float], bool | int | float]] = {
 }
 
 
-def to_data(outputs: Outputs, /, **constants: object) -> dict[str, Any]:
+def to_data(outputs: Outputs) -> dict[str, Any]:
     """Encode the outputs for :func:`passgraph.compile` as plain data for JSON: no Python functions, no pickle.
 
     The data contain inputs, targets, passes with the text of their kernels, numbers and run values, and draws with
@@ -60,8 +60,6 @@ def to_data(outputs: Outputs, /, **constants: object) -> dict[str, Any]:
     Parameters
     ----------
     outputs : one target, several, or ``{name: target}``, as for `passgraph.compile`
-    constants : run values to replace by numbers, such as ``camera=`` and ``output_size=(width, height)``; what Python
-        functions compute from them alone is computed now
 
     Returns
     -------
@@ -72,9 +70,7 @@ def to_data(outputs: Outputs, /, **constants: object) -> dict[str, Any]:
     ------
     GraphError
         For values that cannot be serialized, with the pass and the parameter: values computed by Python functions
-        (`Value.map`, `combine`) and values of classes such as `Camera`, if they are not constants; custom formats.
-    InputError
-        For a constant that is no run value of the graph, or of another type.
+        (`Value.map`, `combine`), values of classes such as `Camera`, and custom formats.
 
     Examples
     --------
@@ -88,15 +84,8 @@ def to_data(outputs: Outputs, /, **constants: object) -> dict[str, Any]:
     True
     """
     named = named_outputs(outputs)
-    passes = passes_behind(list(named.values()))
-    known = {value.name: value.type for node in passes for value in sources_of({**node.values, **node.constants})}
-    for name, constant in constants.items():
-        if name not in known:
-            have = ", ".join(sorted(known)) or "none"
-            raise InputError(f"to_data: there is no run value {name!r} in this graph; it has {have}")
-        check_object(name, known[name], constant)
-    writer = _Writer(constants)
-    for node in passes:
+    writer = _Writer()
+    for node in passes_behind(list(named.values())):
         writer.add_pass(node)
     outputs_data = [[name, writer.handle(target)] for name, target in named.items()]
     return {"passgraph": "graph", "version": VERSION, **writer.sections, "outputs": outputs_data}
@@ -105,8 +94,7 @@ def to_data(outputs: Outputs, /, **constants: object) -> dict[str, Any]:
 class _Writer:
     """The sections of a document; each object is written once, and referred to by its number."""
 
-    def __init__(self, run_constants: Mapping[str, object]) -> None:
-        self.run_constants = run_constants
+    def __init__(self) -> None:
         self.sections: dict[str, list[Any]] = {
             "inputs": [], "targets": [], "values": [], "definitions": [], "kernels": [], "meshes": [], "passes": [],
         }  # fmt: skip
@@ -217,15 +205,10 @@ class _Writer:
 
     def _parameter(self, value: object, type_: Type, where: str) -> Any:
         if isinstance(value, Derived):
-            if missing := [source.name for source in value.sources if source.name not in self.run_constants]:
-                raise GraphError(
-                    f"{where}: its value is computed from {value.name!r} by a Python function, which cannot be "
-                    f"serialized; give {', '.join(dict.fromkeys(missing))} as constants, or compute the number where "
-                    "the graph runs and give it as a pg.Value"
-                )
-            value = value.function(*(self.run_constants[source.name] for source in value.sources))
-        elif isinstance(value, Value) and value.name in self.run_constants:
-            value = self.run_constants[value.name]
+            raise GraphError(
+                f"{where}: its value is computed from {value.name!r} by a Python function, which cannot be serialized; "
+                "compute the number where the graph runs and give it as a pg.Value"
+            )
         if isinstance(value, Value):
             filled_in = FILLED_IN.get(value.name) is value
             return {"value": value.name if filled_in else self._value(value, where)}
