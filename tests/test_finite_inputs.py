@@ -227,6 +227,20 @@ def test_history_that_spreads_is_not_blamed_in_the_next_run() -> None:
     assert np.isnan(shown[7, 11, 1])
 
 
+def test_a_reset_keeps_the_check_and_adds_none() -> None:
+    spec = pg.target("state", "r32f", initial=(2.0,))
+    grow = pg.kernel(source="def grow(before: Image, by: Image) -> float: return before[0, 0].r * by[0, 0].r")
+    made = grow(pg.previous(spec), pg.Input("by", "r32f"), into=spec)
+    huge = np.full((1, 1, 1), 3e38, np.float32)
+    with pg.compile(made, "numpy", check_finite=True) as checked, pg.compile(made, "numpy") as unchecked:
+        for _ in range(2):
+            with pytest.raises(pg.GraphError, match="pass 'state' makes values that are not finite"):
+                checked(by=huge)
+            checked.reset()
+            assert np.isinf(unchecked(by=huge)["state"]).all()
+            unchecked.reset()
+
+
 @pytest.mark.parametrize("backend_name", SLOW_ON_OPENCL)
 @pytest.mark.parametrize("effect", [soft_shadow, planar])
 def test_whole_effects_make_none(effect: Any, backend: Backend) -> None:

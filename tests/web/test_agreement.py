@@ -51,7 +51,7 @@ def held(outputs: Any, folder: Path, given: dict[str, Any], values: dict[str, An
     return within(passes, got)
 
 
-def within(passes: Passes, got: dict[Key, Picture]) -> int:
+def within(passes: Passes, got: dict[Key, Picture], most_ambiguous: float = MOST_AMBIGUOUS) -> int:
     """Assert that pictures are within bounds; passes read what the browser made of the passes before."""
     expected, _ = passes.allowed(Promises(snaps=False))
     oracle, count = OracleBackend(Promises(snaps=False)), 0
@@ -65,7 +65,7 @@ def within(passes: Passes, got: dict[Key, Picture]) -> int:
             # Chromium's software adapter snaps corners to 1/16 pixel, and bounds of draws allow for 1/256.
             most = 0.05 if isinstance(step, DrawStep) else 0.0
             assert outside.mean() <= most, f"{step.name}: {int(outside.sum())} pixels outside of their bounds"
-            assert allowed.ambiguous.mean() <= MOST_AMBIGUOUS, step.name
+            assert allowed.ambiguous.mean() <= most_ambiguous, step.name
             count += 1
     return count
 
