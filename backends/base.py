@@ -135,17 +135,19 @@ class Promises:
 
     Attributes
     ----------
-    snaps : True if vertices are snapped to the grid of docs/rasterisation.md before anything is computed from them.
-        If the driver chooses the grid, bounds allow for one step of it
+    corner_px : how far from its place on the screen a corner of a triangle may lie, in pixels, where the driver chooses
+        its grid; 0 if corners are snapped to the grid of docs/rasterization.md before anything is computed from them
     native : functions that it computes itself under ``math="native"``, with their accuracy
     """
 
-    snaps: bool = True
+    corner_px: float = 0.0
     native: tuple[tuple[str, Accuracy], ...] = ()
 
 
 #: Of most backends.
 SNAPPED = Promises()
+#: One step of the grid of docs/rasterization.md, and of those of most drivers, in pixels.
+SNAP_PX = 1.0 / 256.0
 
 
 class Backend(ABC):
@@ -158,7 +160,7 @@ class Backend(ABC):
     name: ClassVar[str]
     #: True if plans may fuse passes and skip static ones; the reference runs everything as written.
     optimises: ClassVar[bool] = True
-    #: See :class:`Promises`.
+    #: True if corners of triangles are snapped to the grid of docs/rasterization.md, and not to one of the driver's.
     snaps: ClassVar[bool] = True
     #: True if it computes pictures; a backend that only plans has none to show.
     computes: ClassVar[bool] = True
@@ -177,7 +179,7 @@ class Backend(ABC):
     @property
     def promises(self) -> Promises:
         """Return what the bounds of its results depend on."""
-        return Promises(self.snaps, tuple(self.limits.native.items()))
+        return Promises(0.0 if self.snaps else SNAP_PX, tuple(self.limits.native.items()))
 
     def __init__(self, device: str | None = None) -> None:
         """Open ``device`` (a number or a part of its name; None for the first).

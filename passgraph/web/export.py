@@ -96,7 +96,7 @@ def export_web(
         Is created.  Files of an earlier export there are replaced.
     size
         (width, height) of the output, and of open inputs without a picture; default: the size of the first picture,
-        else 1280x720.
+        else 1280x720.  An output of another size than a picture has this size alone.
     described
         Name, controls and constants that the page shows; by default found in the graph.
     options
@@ -134,10 +134,11 @@ def export_web(
     bound, arrays = _bound(named, specs, pictures, wanted)
     options, limits = options or Options(), RecordingBackend().limits
     has_open = any(spec.default is None for spec in specs.values())
-    plan = build(named, None if has_open else wanted or SIZE, bound, options, limits)
+    is_scaled = wanted is not None and any(np.shape(picture)[1::-1] != wanted for picture in pictures.values())
+    plan = build(named, None if has_open and not is_scaled else wanted or SIZE, bound, options, limits)
     check_memory(plan, None)
     constants = _constants(plan, {n: v for n, v in given.items() if n not in specs})
-    rules = resizable_rules(named, plan, bound, options, limits)
+    rules = None if is_scaled else resizable_rules(named, plan, bound, options, limits)
     files = _files(plan, arrays, pictures)
     embedded = {
         n: arrays[n] for n, spec in specs.items() if n not in files and (n in pictures or spec.default is not None)

@@ -136,6 +136,8 @@ def resizable_rules(
     rules = rules_of(plan, sizes)
     if rules is None or any(isinstance(r.initial, np.ndarray) for r in plan.resources):
         return None
+    if not set(map(_input_of, rules)) <= {None, *plan.inputs}:  # the size of an input that no pass reads
+        return None
     for change in _CHANGES:
         changed = {name: (format_, change(size)) for name, (format_, size) in inputs.items()}
         output = change(plan.size)
@@ -152,6 +154,11 @@ def resizable_rules(
             if resource.kind != "buffer" and evaluated(rule, output, given) != resource.size:
                 return None
     return rules
+
+
+def _input_of(rule: Rule) -> str | None:
+    """Return the input whose size a rule begins with."""
+    return _input_of(rule["of"]) if "of" in rule else rule.get("input")
 
 
 def _scaled_by(across: float, down: float, more: int) -> Any:

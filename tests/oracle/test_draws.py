@@ -14,7 +14,7 @@ import pytest
 
 import passgraph as pg
 from passgraph import vec4
-from passgraph.backends.base import Promises
+from passgraph.backends.base import SNAP_PX, Promises
 from passgraph.backends.reference import ReferenceBackend, draw_pass
 from passgraph.backends.reference import draw_pass as reference_draw
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
@@ -272,7 +272,7 @@ def test_a_side_seen_edge_on_leaves_its_line_open_and_not_its_box() -> None:
     positions[2] = (positions[0] + positions[1]) / 2
     mesh = Soup(positions, np.array([[0, 1, 2]], np.int32), np.ones((3, 4), np.float32))
     made = pg.draw(mesh, vertex=place, fragment=paint, into=pg.target("color", "rgba32f"))
-    (allowed,) = Passes({"color": made}, SIZE, [{}]).allowed(Promises(snaps=False))[1].values()
+    (allowed,) = Passes({"color": made}, SIZE, [{}]).allowed(Promises(SNAP_PX))[1].values()
     row, column = np.mgrid[0:height, 0:width]
     on_line = (row - column == 1) & (column >= 3) & (column <= 43)
     assert (allowed.ambiguous == on_line).all()

@@ -16,7 +16,7 @@ import pytest
 
 import passgraph as pg
 from passgraph import disk_cache
-from passgraph.backends.base import Promises
+from passgraph.backends.base import SNAP_PX, Promises
 from passgraph.backends.registry import open_backend
 from passgraph.verify.compare import compare
 from passgraph.verify.conformance import Case, cases
@@ -228,7 +228,7 @@ def test_all_code_that_finds_bounds_is_in_their_name() -> None:
         for cls in finds:
             patch.setattr(cls, "_find", watched)
         for case in of_every_kind():
-            Passes(dict(case.graph()), case.size, case.frames).allowed(Promises(snaps=False))
+            Passes(dict(case.graph()), case.size, case.frames).allowed(Promises(SNAP_PX))
     texts = [path.resolve() for path in kept.texts()]
     root = Path(disk_cache.__file__).parents[1].resolve()
     parts = [root / part for part in ("passgraph", "backends", "effects")]

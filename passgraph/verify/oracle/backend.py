@@ -58,7 +58,7 @@ class OracleBackend(ReferenceBackend):
     ) -> None:
         super().__init__()
         self.limit = limit or TimeLimit()
-        self.snapped = promises.snaps
+        self.corner_px = promises.corner_px
         self.limits = Limits(native=dict(promises.native))
         self.watches = {id(watch.step): watch for watch in watches}
         self.kept = kept or Kept()
@@ -140,7 +140,7 @@ class _DrawPass(ReferenceDrawPass):
         oracle = self.oracle
         if oracle.wants(self.step):
             call = DrawCall(outputs, depth, images, geometry, vertex, fragment)
-            deciding = decides_draw(self, call, oracle.snapped, oracle.carried, oracle.stencils)
+            deciding = decides_draw(self, call, oracle.corner_px, oracle.carried, oracle.stencils)
             found = oracle.bounds(deciding, partial(self._find, call))
             oracle.found[id(self.step)] = found.allowed
             if depth is not None and found.stencil is not None:
@@ -165,7 +165,7 @@ class DrawOracle:
 
     def __init__(self, draw_pass: ReferenceDrawPass, call: DrawCall, oracle: OracleBackend) -> None:
         self.pass_, self.step = draw_pass, draw_pass.step
-        self.geometry, self.snapped = call.geometry, oracle.snapped
+        self.geometry, self.corner_px = call.geometry, oracle.corner_px
         self.limit, self.untried = oracle.limit, 0
         pictures = [name for name, _ in draw_pass.step.images], call.images, oracle.carried
         self.vertex = StageOracle(draw_pass.vertex, call.vertex, *pictures, limit=self.limit)
@@ -203,7 +203,7 @@ class DrawOracle:
         self.limit.begin(step.name)
         with np.errstate(all="ignore"):
             indices = np.asarray(self.geometry.triangles, np.int64).reshape(-1, 3)
-            found = triangles(vertices, indices, step.size, step.state, self.snapped)
+            found = triangles(vertices, indices, step.size, step.state, self.corner_px)
             for fragments in cover(found, step.size):
                 self._merge(found, fragments)
         self.untried = self.limit.end()

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.backends.base import SNAP_PX
 from passgraph.backends.reference.rasterizer import FARTHEST, Vertices, clip_triangles, expand
 from passgraph.graph.draw_state import DrawState
 from passgraph.verify.oracle.interval import Float64, Interval, Lanes, rounded
@@ -22,8 +23,6 @@ from passgraph.verify.oracle.interval import Float64, Interval, Lanes, rounded
 Ints = NDArray[np.int64]
 
 ULP = 2.0**-23
-#: The grid of positions, in pixels (rule 2 of docs/rasterisation.md).
-SNAP_PX = 1.0 / 256.0
 #: Error of the window transform in ULP in any rounding mode, relative to |x/w| / 2 + 1/2: a quotient (2.5), two
 #: products (1 each), a sum (1).
 WINDOW_ULP = 5.5
@@ -100,8 +99,9 @@ class Triangles:
         return len(self.area)
 
 
-def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: DrawState, snapped: bool) -> Triangles:
-    """Clip, project, and drop triangles that are certainly culled; ``snapped`` corners lie on the grid."""
+def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: DrawState, corner_px: float) -> Triangles:
+    """Clip, project, and drop triangles that are certainly culled; ``corner_px`` as in `Promises`."""
+    snapped = corner_px == 0.0
     rows, corners = _clipped(vertices, indices, snapped)
     values, errors = rows.values, rows.errors
     width, height = size
@@ -117,7 +117,7 @@ def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: Dr
         x, y, off = _snapped(x, y, off)
     else:
         # Drivers may flush a 1/w below the smallest normal float to 0, which leaves no screen position.
-        off = np.where(np.abs(w) + w_off > LARGEST_W, ANYWHERE_PX, off + SNAP_PX)
+        off = np.where(np.abs(w) + w_off > LARGEST_W, ANYWHERE_PX, off + corner_px)
     depth, depth_off = ratio[:, 2] * 0.5 + 0.5, ratio_off[:, 2] * 0.5 + WINDOW_ULP * ULP
     inverse_w, inverse_w_off = 1.0 / w, w_off / (np.abs(w) * least_w) + 2.5 * ULP / np.abs(w)
     at = [a[corners] for a in (x, y, off, depth, depth_off, inverse_w, inverse_w_off)]

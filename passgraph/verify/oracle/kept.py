@@ -133,14 +133,14 @@ def decides_pixels(
 def decides_draw(
     draw_pass: ReferenceDrawPass,
     call: DrawCall,
-    snapped: bool,
+    corner_px: float,
     carried: Mapping[int, Interval],
     stencils: Mapping[int, tuple[Ints, Ints]],
 ) -> Iterator[object]:
     """Yield everything that determines the allowed results of a draw."""
     step, depth = draw_pass.step, call.depth
     yield "draw"
-    yield step.size, step.state, step.clears, step.depth_clear, snapped
+    yield step.size, step.state, step.clears, step.depth_clear, corner_px
     for stage, block in ((draw_pass.vertex, call.vertex), (draw_pass.fragment, call.fragment)):
         if stage is None:
             yield "none"

@@ -135,7 +135,7 @@ class Passes:
     def allowed(self, promises: Promises = SNAPPED) -> tuple[dict[Key, Picture], dict[Key, Allowed]]:
         """Return the reference's pictures, and the bounds for backends that promise this."""
         if not any(isinstance(step, DrawStep) for step in self.plan.steps):
-            promises = replace(promises, snaps=True)
+            promises = replace(promises, corner_px=0.0)
         if not self._may_be_native():
             promises = replace(promises, native=())
         if promises not in self.found:
