@@ -1,4 +1,4 @@
-"""`passgraph export --program` and `load_program`: the same bits without the code, and errors for files of strangers."""
+"""`passgraph export --program` and `load_program`: the same bits without the code; untrusted files."""
 
 from __future__ import annotations
 
