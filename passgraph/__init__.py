@@ -44,6 +44,7 @@ from passgraph.run.program import Program
 from passgraph.run.result import Result
 
 if TYPE_CHECKING:
+    from passgraph.files.program_folder import load_program
     from passgraph.files.run import frames
     from passgraph.graph.reductions import histogram, reduce
     from passgraph.hosts import gl, opencl, webgpu
@@ -61,7 +62,7 @@ __version__ = "0.1.0"
 
 _LATER = {
     "frames": "passgraph.files.run", "load": "passgraph.pictures", "save": "passgraph.pictures",
-    "load_shader": "passgraph.shaders.shader_file",
+    "load_program": "passgraph.files.program_folder", "load_shader": "passgraph.shaders.shader_file",
     "tiled": "passgraph.tiles.tiled", "lazily_tiled": "passgraph.tiles.lazy_array",
     "map_blocks": "passgraph.tiles.chunks",
     "histogram": "passgraph.graph.reductions", "reduce": "passgraph.graph.reductions",
@@ -99,8 +100,8 @@ __all__ = [
     "HardwareDepth", "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options",
     "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil", "Target", "TargetSpec", "Texture", "Value",
     "combine", "compile", "draw", "fragment", "frames", "from_data", "function", "gl", "graph", "histogram", "kernel",
-    "lazily_tiled", "load", "load_shader", "map_blocks", "opencl", "previous", "reduce", "save", "stacked",
-    "struct", "target", "tiled", "to_data", "vertex", "view", "webgpu",
+    "lazily_tiled", "load", "load_program", "load_shader", "map_blocks", "opencl", "previous", "reduce", "save",
+    "stacked", "struct", "target", "tiled", "to_data", "vertex", "view", "webgpu",
 ]  # fmt: skip
 # Names of the kernel language, written by docs/stubs.py.
 __all__ += [

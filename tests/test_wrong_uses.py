@@ -62,6 +62,7 @@ def test_the_calls_of_the_sweep_are_right_as_they_are() -> None:
         "function",
         "struct",
         "load",
+        "load_program",
         "load_shader",
         "save",
         "Result.save",

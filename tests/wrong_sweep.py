@@ -307,6 +307,8 @@ CALLS: list[Call] = [
     *(call(f"a mesh's {name}", _array(name), value=getattr(triangle(), name))
       for name in ("positions", "triangles", "normals", "uvs", "colors", "tangents")),
     call("load_shader", pg.load_shader, path=f"{_FOLDER}/x.glsl"),
+    call("load_program", pg.load_program, folder=_FOLDER, backend="numpy", size=(4, 4), non_finite="error",
+                                          check_finite=False, results="float32", memory=None),
     call("load", _load, path=f"{_FOLDER}/x.png", max_bytes=1 << 20, linear=False),
     call("save", pg.save, path=f"{_FOLDER}/x.npy", picture=FRAME, linear=False),
     call("frames", _framed, program=None, source=Arrays([FRAME]), sink=ToArrays(), values=None, output="copy", jobs=1,

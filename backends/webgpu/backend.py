@@ -31,7 +31,7 @@ _EMPTY = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
 class WebGPUBackend(Backend):
     """Runs passes on a WebGPU device.
 
-    ``device`` is a number, or a part of a device's or driver's name.
+    ``device`` is a number, or a part of a device's or driver's name, or "chromium" for a device of headless Chromium.
     """
 
     name: ClassVar[str] = "webgpu"
@@ -40,6 +40,12 @@ class WebGPUBackend(Backend):
     def __init__(self, device: str | None = None) -> None:
         super().__init__(device)
         check_driver(self.name)
+        if device == "chromium":
+            from passgraph.backends.webgpu import chromium
+
+            page = chromium.Device(devices.FEATURES)
+            self._open(page, page.name)
+            return
         adapter = devices.choose(device)
         open_driver(self.name)
         self._open(devices.open_device(adapter), devices.name_of(adapter))

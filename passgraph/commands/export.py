@@ -1,4 +1,4 @@
-"""``passgraph export``: an effect as a folder that runs in a browser."""
+"""``passgraph export``: an effect as a folder that runs in a browser, or in Python without its code."""
 
 from __future__ import annotations
 
@@ -32,12 +32,13 @@ from passgraph.commands.options import (
 from passgraph.commands.shader_files import ShaderFileEffect
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
+from passgraph.files.program_folder import export_program
 from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import Input, Target, named_outputs
 from passgraph.language import symbols
 from passgraph.language.native import Math
 from passgraph.plan.data import Options
-from passgraph.plan.dependencies import passes_behind
+from passgraph.plan.dependencies import inputs_behind, passes_behind
 from passgraph.viewer.subject import Control, Drawing, Loaded, run_values_of
 from passgraph.web import export_web
 from passgraph.web.export import Described
@@ -63,10 +64,15 @@ class _Export(EffectCommand):
 @effect_option("Effect to export")
 @click.option(
     "--web",
-    required=True,
     type=click.Path(path_type=Path),
     metavar="DIR",
     help="Folder to write: a page, the effect as data, and the modules that run it.",
+)
+@click.option(
+    "--program",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Folder to write for Python: pg.load_program(DIR) runs it without the effect's code.",
 )
 @math_option
 @size_option()
@@ -75,10 +81,10 @@ class _Export(EffectCommand):
 )
 @click.pass_context
 def export(
-    ctx: click.Context, /, inputs: tuple[Path, ...], web: Path, math: Math, size: tuple[int, int] | None,
-    linear: bool | None, **_: Any,
+    ctx: click.Context, /, inputs: tuple[Path, ...], web: Path | None, program: Path | None, math: Math,
+    size: tuple[int, int] | None, linear: bool | None, **_: Any,
 ) -> None:  # fmt: skip
-    """Export EFFECT to a folder that runs in a browser with WebGPU.
+    """Export EFFECT to a folder that runs in a browser with WebGPU (--web), or in Python without its code (--program).
 
     EFFECT is an effect, a FILE.py of yours (it is run), or a shader file. INPUT is the picture that the page begins
     with, then its depth for effects on depth; a scene for effects that render one. Parameters given here are the
@@ -87,11 +93,22 @@ def export(
     The folder needs no server of its own: python -m http.server --directory DIR. The page loads nothing from elsewhere.
     """
     effect = named_or_refused(ctx, inputs[0] if inputs else None)
+    if web is None and program is None:
+        raise click.UsageError("expected --web DIR for a page, or --program DIR for Python")
     parameters = given_parameters(ctx)
-    if effect.takes in ("scene", "world2d"):
-        exported = _of_scene(effect, inputs, size or RENDER_SIZE, parameters)
-    else:
-        exported = _OfPictures(effect, inputs, size, linear).exported(parameters)
+
+    def exported(for_python: bool) -> Exported:
+        if effect.takes in ("scene", "world2d"):
+            return _of_scene(effect, inputs, size or RENDER_SIZE, dict(parameters))
+        return _OfPictures(effect, inputs, size, linear, for_python).exported(parameters)
+
+    if web is not None:
+        _write_page(exported(for_python=False), web, math)
+    if program is not None:
+        _write_program(exported(for_python=True), program, math)
+
+
+def _write_page(exported: Exported, web: Path, math: Math) -> None:
     written = export_web(
         exported.drawing.outputs,
         web,
@@ -110,6 +127,18 @@ def export(
     if not written.resizable:
         click.echo("- sizes are fixed: other pictures are scaled to this size")
     click.echo(f"serve it: python -m http.server --bind 127.0.0.1 --directory {web}")
+
+
+def _write_program(exported: Exported, folder: Path, math: Math) -> None:
+    outputs, given = exported.drawing.outputs, exported.drawing.run_inputs
+    open_inputs = [name for name, spec in inputs_behind(list(outputs.values())).items() if spec.default is None]
+    constants = {name: value for name, value in given.items() if name not in open_inputs}
+    export_program(outputs, folder, size=exported.drawing.size, options=Options(math=math), **constants)
+    values = [c.name for c in exported.described.controls]
+    shown = [*(f"{name}=picture" for name in open_inputs), *(f"{name}=..." for name in values)]
+    click.echo(f"{folder}: with pg.load_program({str(folder)!r}) as program: program({', '.join(shown)})")
+    if fixed := [*exported.described.fixed, *constants]:
+        click.echo(f"- constant in this export: {', '.join(fixed)}")
 
 
 @dataclass(frozen=True)
@@ -141,9 +170,12 @@ class _OfPictures:
     """An effect on pictures, or one that makes its own, whose inputs stay open."""
 
     def __init__(
-        self, effect: Effect, inputs: Sequence[Path], size: tuple[int, int] | None, linear: bool | None
-    ) -> None:
+        self, effect: Effect, inputs: Sequence[Path], size: tuple[int, int] | None, linear: bool | None,
+        for_python: bool,
+    ) -> None:  # fmt: skip
         self.effect, self.is_linear = effect, effect.linear if linear is None else linear
+        # A browser has pictures of 8 bits; Python has those of every format.
+        self.formats = ("srgb", None) if for_python else ("rgba8_srgb", "rgba8")
         most = {"picture": 1, "picture+depth": 2}.get(effect.takes, 0)
         if len(inputs) > most:
             raise InputError(
@@ -220,7 +252,7 @@ class _OfPictures:
     def _draw(self, values: Mapping[str, Any]) -> Drawing:
         targets: list[Target] = []
         if self.effect.takes != "nothing":
-            targets.append(Input("frame", "rgba8_srgb" if self.is_linear else "rgba8"))
+            targets.append(Input("frame", self.formats[0] if self.is_linear else self.formats[1]))
         if self.effect.takes == "picture+depth":
             targets.append(Input("depth", "r32f"))
         outputs = named_outputs(effect_output(self.converted, targets, dict(values)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -14,7 +14,7 @@ from passgraph.errors import GraphError
 from passgraph.formats import FORMATS
 from passgraph.graph.calls import leaves
 from passgraph.graph.draw_state import ATTRIBUTE_TYPES, DrawState
-from passgraph.graph.run_values import FILLED_IN, Derived, Value
+from passgraph.graph.run_values import FILLED_IN, Derived, Value, sources_of
 from passgraph.graph.targets import (
     OPEN_SRGB,
     READING,
@@ -51,7 +51,7 @@ _PLAIN: dict[str, Callable[[float], bool | int | float]] = {
 }
 
 
-def to_data(outputs: Outputs) -> dict[str, Any]:
+def to_data(outputs: Outputs, **given: object) -> dict[str, Any]:
     """Encode the outputs for :func:`passgraph.compile` as plain data for JSON: no Python functions, no pickle.
 
     The data contain inputs, targets, passes with the text of their kernels, numbers and run values, and draws with
@@ -60,6 +60,8 @@ def to_data(outputs: Outputs) -> dict[str, Any]:
     Parameters
     ----------
     outputs : one target, several, or ``{name: target}``, as for `passgraph.compile`
+    given : run values that become constants, by name, such as ``camera=``; what Python functions compute from them is
+        a constant too
 
     Returns
     -------
@@ -70,7 +72,8 @@ def to_data(outputs: Outputs) -> dict[str, Any]:
     ------
     GraphError
         For values that cannot be serialized, with the pass and the parameter: values computed by Python functions
-        (`Value.map`, `combine`), values of classes such as `Camera`, and custom formats.
+        (`Value.map`, `combine`) and values of classes such as `Camera` unless they are given, and custom formats.
+        For a name in ``given`` that no run value has.
 
     Examples
     --------
@@ -84,8 +87,11 @@ def to_data(outputs: Outputs) -> dict[str, Any]:
     True
     """
     named = named_outputs(outputs)
-    writer = _Writer()
-    for node in passes_behind(list(named.values())):
+    writer, nodes = _Writer(given), passes_behind(list(named.values()))
+    known = {source.name for node in nodes for source in sources_of(node.values)}
+    for name in given.keys() - known:
+        raise GraphError(f"there is no value {name!r} in this graph; it takes {', '.join(sorted(known)) or 'none'}")
+    for node in nodes:
         writer.add_pass(node)
     outputs_data = [[name, writer.handle(target)] for name, target in named.items()]
     return {"passgraph": "graph", "version": VERSION, **writer.sections, "outputs": outputs_data}
@@ -94,7 +100,8 @@ def to_data(outputs: Outputs) -> dict[str, Any]:
 class _Writer:
     """The sections of a document; each object is written once, and referred to by its number."""
 
-    def __init__(self) -> None:
+    def __init__(self, given: Mapping[str, object]) -> None:
+        self.given = given
         self.sections: dict[str, list[Any]] = {
             "inputs": [], "targets": [], "values": [], "definitions": [], "kernels": [], "meshes": [], "passes": [],
         }  # fmt: skip
@@ -204,6 +211,9 @@ class _Writer:
         return self._numbers[id(mesh)]
 
     def _parameter(self, value: object, type_: Type, where: str) -> Any:
+        if isinstance(value, (Value, Derived)) and all(source.name in self.given for source in value.sources):
+            known = [self.given[source.name] for source in value.sources]
+            value = value.function(*known) if isinstance(value, Derived) else known[0]
         if isinstance(value, Derived):
             raise GraphError(
                 f"{where}: its value is computed from {value.name!r} by a Python function, which cannot be serialized; "

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
+from passgraph.files.program_folder import FILE as PROGRAM
 from passgraph.formats import FORMATS, Format
 from passgraph.graph.run_values import FILLED_IN, Value
 from passgraph.graph.targets import InputSpec, Outputs, Target, checked_size, named_outputs
@@ -236,9 +237,8 @@ def _write(folder: Path, document: Mapping[str, Any], data: bytes, files: Mappin
     place = place_of(folder, is_folder=True)
     pages = {path.name: path.read_bytes() for path in sorted(PAGE.iterdir()) if path.is_file()}
     if place.exists():
-        other = [
-            p.name for p in place.iterdir() if p.name not in {*pages, DOCUMENT, DATA} and not _PICTURE.match(p.name)
-        ]
+        ours = {*pages, DOCUMENT, DATA, PROGRAM}
+        other = [p.name for p in place.iterdir() if p.name not in ours and not _PICTURE.match(p.name)]
         if other:
             raise InputError(
                 f"{folder}: has other files, such as {sorted(other)[0]!r}; expected a new folder, or one of an earlier "

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import shutil
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -39,7 +39,7 @@ class _Quiet(SimpleHTTPRequestHandler):
 
 
 @contextmanager
-def opened(folder: Path, page_name: str = "library.html") -> Iterator[Any]:
+def opened(folder: Path, page_name: str = "library.html", flags: Sequence[str] = ()) -> Iterator[Any]:
     """A page of the folder; ``page.asked`` lists the hosts that it asked, ``page.faults`` what went wrong on it."""
     (folder / "library.html").write_text(LIBRARY)
     (folder / "blank.html").write_text('<!doctype html><link rel="icon" href="data:,">')
@@ -47,7 +47,7 @@ def opened(folder: Path, page_name: str = "library.html") -> Iterator[Any]:
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
         with api.sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=[*FLAGS, *flags])
             page = browser.new_page(viewport={"width": 1000, "height": 700})
             page.asked, page.faults = set(), []
             page.on("request", lambda request: page.asked.add(request.url.split("/")[2]))
