@@ -160,8 +160,8 @@ class Backend(ABC):
     name: ClassVar[str]
     #: True if plans may fuse passes and skip static ones; the reference runs everything as written.
     optimises: ClassVar[bool] = True
-    #: True if corners of triangles are snapped to the grid of docs/rasterization.md, and not to one of the driver's.
-    snaps: ClassVar[bool] = True
+    #: See :class:`Promises`.
+    corner_px: float = 0.0
     #: True if it computes pictures; a backend that only plans has none to show.
     computes: ClassVar[bool] = True
     #: The limits of the open device.  Fusion respects them, and a plan that exceeds them is rejected before allocation.
@@ -179,7 +179,7 @@ class Backend(ABC):
     @property
     def promises(self) -> Promises:
         """Return what the bounds of its results depend on."""
-        return Promises(0.0 if self.snaps else SNAP_PX, tuple(self.limits.native.items()))
+        return Promises(self.corner_px, tuple(self.limits.native.items()))
 
     def __init__(self, device: str | None = None) -> None:
         """Open ``device`` (a number or a part of its name; None for the first).

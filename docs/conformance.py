@@ -28,7 +28,8 @@ from tests.mutation.places import places
 PAGE, MUTANTS, RECORDS = DOCS / "conformance.md", DOCS / "mutants.json", DOCS / "conformance.json"
 INTEL = "libintelocl.so"
 #: Row of the table → backend.
-ROWS = {"numpy": "numpy", "gl": "gl", "opencl (PoCL)": "opencl", "opencl (Intel)": "opencl", "webgpu": "webgpu"}
+ROWS = {"numpy": "numpy", "gl": "gl", "opencl (PoCL)": "opencl", "opencl (Intel)": "opencl", "webgpu": "webgpu",
+        "webgpu (Chromium)": "webgpu:chromium"}  # fmt: skip
 #: Part of the sources → beginnings of the paths that belong to it; the first that fits.
 PARTS = {
     "functions written in the kernel language": (

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, DeviceInfo, FloatBlock, PixelRunner, device_number
+from passgraph.backends.base import SNAP_PX, Backend, DeviceInfo, FloatBlock, PixelRunner, device_number
 from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl import transfers
@@ -47,7 +47,7 @@ class GLBackend(Backend):
     previous one."""
 
     name: ClassVar[str] = "gl"
-    snaps: ClassVar[bool] = False
+    corner_px = SNAP_PX
 
     def __init__(self, device: str | None = None) -> None:
         self._open(OwnContext(_device_number(device), self.turn))

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, Block, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
+from passgraph.backends.base import SNAP_PX, Backend, Block, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
 from passgraph.backends.steps import numbers_of
 from passgraph.backends.turn import check_driver, open_driver
 from passgraph.backends.webgpu import devices, transfers
@@ -35,7 +35,7 @@ class WebGPUBackend(Backend):
     """
 
     name: ClassVar[str] = "webgpu"
-    snaps: ClassVar[bool] = False
+    corner_px = SNAP_PX
 
     def __init__(self, device: str | None = None) -> None:
         super().__init__(device)
@@ -45,6 +45,8 @@ class WebGPUBackend(Backend):
 
             page = chromium.Device(devices.FEATURES)
             self._open(page, page.name)
+            if "swiftshader" in page.name.lower():
+                self.corner_px = 1.0 / 16.0  # the coarsest grid that Vulkan allows
             return
         adapter = devices.choose(device)
         open_driver(self.name)

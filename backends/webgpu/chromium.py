@@ -7,6 +7,7 @@ object of the page, and sends them together when a result is read back, or when 
 from __future__ import annotations
 
 import base64
+import os
 import shutil
 from collections.abc import Mapping
 from typing import Any
@@ -18,6 +19,8 @@ from passgraph.errors import DeviceMissingError
 #: Without the last three, drawing ends Chromium's GPU process where there is no display.
 FLAGS = ("--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable-features=Vulkan",
          "--use-vulkan=swiftshader", "--use-angle=swiftshader", "--disable-vulkan-surface")  # fmt: skip
+#: Chromium does not run as root with its sandbox; the page that it opens is ours alone.
+_ROOT = ("--no-sandbox",) if hasattr(os, "geteuid") and os.geteuid() == 0 else ()
 #: A page of no server: WebGPU takes a secure origin, and the route below answers for it.
 _ORIGIN = "https://passgraph.invalid/"
 #: Calls that are sent together at most.
@@ -75,7 +78,7 @@ class Page:
         path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
         self._playwright = sync_playwright().start()
         try:
-            self._browser = self._playwright.chromium.launch(executable_path=path, args=["--no-sandbox", *FLAGS])
+            self._browser = self._playwright.chromium.launch(executable_path=path, args=[*_ROOT, *FLAGS])
             self._page = self._browser.new_page()
             self._page.route("**", lambda route: route.fulfill(body="<!doctype html>", content_type="text/html"))
             self._page.goto(_ORIGIN)

@@ -20,7 +20,7 @@ from passgraph.run.finite_checks import NonFinite
 from passgraph.run.program import Program
 from passgraph.run.result import Results
 from passgraph.serialize import from_data, to_data
-from passgraph.serialize.document import MOST_ARRAY_BYTES, MOST_PARTS, VALUE_TYPES, described
+from passgraph.serialize.reader import MOST_ARRAY_BYTES, MOST_PARTS, VALUE_TYPES, described
 from passgraph.writing import NewFile, place_of
 
 if TYPE_CHECKING:

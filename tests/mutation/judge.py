@@ -43,7 +43,7 @@ def chosen(request: dict[str, Any]) -> Iterator[Case]:
 def verdict(case: Case, backend: Backend, anew: bool) -> Verdict:
     """By the bounds that a tree without a mistake left, see :class:`Kept`."""
     try:
-        made = Judge(case, Kept() if anew else Kept(on_disk=True, case=f"{case.id}, {backend.snaps}"))
+        made = Judge(case, Kept() if anew else Kept(on_disk=True, case=f"{case.id}, {backend.corner_px}"))
     except Exception:
         return judge(case, [backend])[0]  # it fails there too, and says why
     return made.verdict(backend)

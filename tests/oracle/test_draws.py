@@ -258,7 +258,7 @@ def test_a_mistake_is_caught_where_the_grid_is_open_too(mistake: str) -> None:
     graph, module, part, wrong = MISTAKES[mistake]
 
     class Open(Mistaken):
-        snaps = False
+        corner_px = SNAP_PX
 
     (backend,) = compare(graph(), [Open(module, part, wrong)], size=SIZE).backends
     assert backend.first_divergence is not None, "not caught"

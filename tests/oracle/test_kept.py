@@ -75,9 +75,9 @@ def of_every_kind() -> list[Case]:
     return [*every[::50], *(case for case in every if case.id in names)]
 
 
-def bits(passes: Passes, snaps: bool) -> list[Any]:
+def bits(passes: Passes, corner_px: float) -> list[Any]:
     """All that was found, as bytes."""
-    expected, allowed = passes.allowed(Promises(snaps))
+    expected, allowed = passes.allowed(Promises(corner_px))
     told: list[Any] = []
     for key in expected:
         one = allowed[key]
@@ -91,14 +91,16 @@ def test_a_second_run_looks_for_nothing_and_says_the_same(looked: list[str]) -> 
     """Bounds, verdicts and figures, snapped and not, to the bit; against those found without keeping anything."""
     with open_backend("reference") as backend:
         for case in of_every_kind():
-            afresh = [bits(Passes(dict(case.graph()), case.size, case.frames), snaps) for snaps in (True, False)]
+            afresh = [
+                bits(Passes(dict(case.graph()), case.size, case.frames), corner_px) for corner_px in (0.0, SNAP_PX)
+            ]
             first = Judge(case)
             verdict = first.verdict(backend)
-            assert [bits(first.passes, snaps) for snaps in (True, False)] == afresh, case.id
+            assert [bits(first.passes, corner_px) for corner_px in (0.0, SNAP_PX)] == afresh, case.id
             looked.clear()
             again = Judge(case)
             assert replace(again.verdict(backend), seconds=0.0) == replace(verdict, seconds=0.0)
-            assert [bits(again.passes, snaps) for snaps in (True, False)] == afresh, case.id
+            assert [bits(again.passes, corner_px) for corner_px in (0.0, SNAP_PX)] == afresh, case.id
             assert looked == [], case.id
 
 
@@ -123,10 +125,10 @@ def planned(held: Kept, frames: int = 1, **changes: Any) -> Passes:
     return Passes({"dimmed": dimmed, "drawn": over}, None, [{"frame": given["frame"]}] * frames, kept=held)
 
 
-def named(snaps: bool = True, **changes: Any) -> dict[str, str]:
+def named(corner_px: float = 0.0, **changes: Any) -> dict[str, str]:
     """Under which name the bounds of each step are kept."""
     passes = planned(Kept(), **changes)
-    passes.allowed(Promises(snaps))
+    passes.allowed(Promises(corner_px))
     return dict(zip((step.name for step in passes.plan.steps), passes.kept._held, strict=True))
 
 
@@ -160,7 +162,7 @@ def one_bit_apart() -> np.ndarray[Any, Any]:
         ({"compare": "greater"}, {"drawn", "over"}),
         ({"mesh": pg.Mesh.make([[-1, -1, 0], [1, -1, 0.5], [0, 0.5, 0]], [[0, 1, 2]])}, {"drawn", "over"}),
         # What is on the grid may be what is beside it: of these pictures the bounds say so.
-        ({"snaps": False}, {"drawn", "over"}),
+        ({"corner_px": SNAP_PX}, {"drawn", "over"}),
         # Neither where a kernel stands nor a default that is not taken decides what it does.
         ({"kernel": pg.kernel(source="\n\n" + DIM.replace("0.5", "0.25"))}, set()),
     ],

@@ -16,7 +16,7 @@ import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.effects import vignette
 from passgraph.files.program_folder import FILE, MOST_BYTES, export_program
-from passgraph.serialize.document import MOST_PARTS
+from passgraph.serialize.reader import MOST_PARTS
 
 FRAME = np.random.default_rng(3).random((6, 8, 4), np.float32)
 KERNEL = '''import passgraph as pg

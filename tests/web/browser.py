@@ -16,11 +16,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from passgraph.backends.webgpu.chromium import FLAGS
+
 api = pytest.importorskip("playwright.sync_api")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-#: Without the last three, drawing on a canvas ends Chromium's GPU process where there is no display.
-FLAGS = ["--no-sandbox", "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable-features=Vulkan",
-         "--use-vulkan=swiftshader", "--use-angle=swiftshader", "--disable-vulkan-surface"]  # fmt: skip
 #: Ten lines that use the runtime as a library.
 LIBRARY = """<!doctype html><html lang="en"><title>library</title><link rel="icon" href="data:,">
 <script type="module">
@@ -47,7 +46,7 @@ def opened(folder: Path, page_name: str = "library.html", flags: Sequence[str] =
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
         with api.sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=[*FLAGS, *flags])
+            browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", *FLAGS, *flags])
             page = browser.new_page(viewport={"width": 1000, "height": 700})
             page.asked, page.faults = set(), []
             page.on("request", lambda request: page.asked.add(request.url.split("/")[2]))
