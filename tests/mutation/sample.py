@@ -37,6 +37,8 @@ TESTS = {
     "effects/filters": ("tests/effects",),
     "effects/lens": ("tests/effects",),
     "effects/light2d": ("tests/effects",),
+    "effects/pictures": ("tests/effects",),
+    "effects/planar_shadows": ("tests/effects",),
     "effects/screen": ("tests/effects",),
     "effects/shadows": ("tests/effects",),
     "effects/style": ("tests/effects",),
@@ -112,7 +114,7 @@ def changed(node: ast.AST) -> ast.expr | None:
     if isinstance(node, ast.Constant) and isinstance(node.value, bool):
         return ast.Constant(not node.value)
     if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
-        return ast.Constant(node.value + 1)
+        return ast.Constant(node.value + 1 if node.value + 1 != node.value else node.value / 2)
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("min", "max"):
         return ast.Call(ast.Name("max" if node.func.id == "min" else "min"), node.args, node.keywords)
     if isinstance(node, ast.IfExp):
