@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias, get_origin
 
 from passgraph import arguments
-from passgraph.errors import GraphError
+from passgraph.errors import GraphError, InputError
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,18 @@ def sources_of(parameters: Mapping[str, object]) -> Iterator[Value]:
     for parameter in parameters.values():
         if isinstance(parameter, (Value, Derived)):
             yield from parameter.sources
+
+
+def check_object(name: str, type_: object, value: object) -> None:
+    """Raise InputError for a run value of a class, such as `Camera`, that is not of this class."""
+    if is_object_type(type_) and not isinstance(value, type_):  # type: ignore[arg-type]
+        raise InputError(f"value {name!r} must be a {type_.__name__}, got {type(value).__name__}")  # type: ignore[attr-defined]
+
+
+def is_object_type(type_: object) -> bool:
+    """Return True if a value's type is a class of its own, such as Camera; other types are checked when packed."""
+    plain = type_ in (int, float, bool) or getattr(type_, "__module__", "") == "passgraph.language.symbols"
+    return isinstance(type_, type) and not plain
 
 
 #: (width, height) of the output in pixels as a value, set by the program: for effects that depend on the aspect ratio.

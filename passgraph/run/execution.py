@@ -15,7 +15,7 @@ from passgraph.arguments import text
 from passgraph.backends.base import DevicePicture
 from passgraph.errors import BackendError, GraphError, InputError
 from passgraph.graph.draw_state import is_fixed
-from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value
+from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, check_object
 from passgraph.language.long_arrays import picture_of
 from passgraph.language.scalar import ScalarProgram
 from passgraph.language.uniform_layout import in_range
@@ -408,8 +408,7 @@ class Execution:
             value = run_values.get(name, self._default_value(handle))
             if value is None:
                 raise InputError(f"value {name!r} is missing; run the program as program({name}=...)")
-            if is_object_type(handle.type) and not isinstance(value, handle.type):  # type: ignore[arg-type]
-                raise InputError(f"value {name!r} must be a {handle.type.__name__}, got {type(value).__name__}")  # type: ignore[attr-defined]
+            check_object(name, handle.type, value)
             values[name] = value
         return values
 
@@ -519,12 +518,6 @@ def _contents(value: object) -> object:
     if isinstance(value, np.ndarray) or not hasattr(value, "__dict__"):
         return np.asarray(value, np.float64).tobytes()
     return tuple(_contents(part) for part in vars(value).values())
-
-
-def is_object_type(type_: object) -> bool:
-    """Return True if a value's type is a class of its own, such as Camera; other types are checked when packed."""
-    plain = type_ in (int, float, bool) or getattr(type_, "__module__", "") == "passgraph.language.symbols"
-    return isinstance(type_, type) and not plain
 
 
 class Uniforms:

@@ -14,7 +14,7 @@ from passgraph.errors import GraphError
 from passgraph.formats import FORMATS
 from passgraph.graph.calls import leaves
 from passgraph.graph.draw_state import ATTRIBUTE_TYPES, DrawState
-from passgraph.graph.run_values import FILLED_IN, Derived, Value, sources_of
+from passgraph.graph.run_values import FILLED_IN, Derived, Value, check_object, sources_of
 from passgraph.graph.targets import (
     OPEN_SRGB,
     READING,
@@ -74,6 +74,8 @@ def to_data(outputs: Outputs, **given: object) -> dict[str, Any]:
         For values that cannot be serialized, with the pass and the parameter: values computed by Python functions
         (`Value.map`, `combine`) and values of classes such as `Camera` unless they are given, and custom formats.
         For a name in ``given`` that no run value has.
+    InputError
+        For a value in ``given`` of another class.
 
     Examples
     --------
@@ -88,9 +90,11 @@ def to_data(outputs: Outputs, **given: object) -> dict[str, Any]:
     """
     named = named_outputs(outputs)
     writer, nodes = _Writer(given), passes_behind(list(named.values()))
-    known = {source.name for node in nodes for source in sources_of(node.values)}
-    for name in given.keys() - known:
-        raise GraphError(f"there is no value {name!r} in this graph; it takes {', '.join(sorted(known)) or 'none'}")
+    known = {source.name: source.type for node in nodes for source in sources_of(node.values)}
+    for name, value in given.items():
+        if name not in known:
+            raise GraphError(f"there is no value {name!r} in this graph; it takes {', '.join(sorted(known)) or 'none'}")
+        check_object(name, known[name], value)
     for node in nodes:
         writer.add_pass(node)
     outputs_data = [[name, writer.handle(target)] for name, target in named.items()]

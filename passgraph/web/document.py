@@ -19,12 +19,12 @@ from passgraph.backends.webgpu.wgsl import FULLSCREEN, HEAD
 from passgraph.errors import InputError
 from passgraph.formats import Format
 from passgraph.graph.draw_state import Geometry
-from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value
+from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, is_object_type
 from passgraph.language.long_arrays import picture_of
 from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.types import element_of
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Resource, Step
-from passgraph.run.execution import Uniforms, earliest_first, is_object_type, picked, resolve
+from passgraph.run.execution import Uniforms, earliest_first, picked, resolve
 from passgraph.web.recorder import DEFAULT_LIMITS, RecordingBackend
 from passgraph.web.size_rules import Rule
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from passgraph.errors import InputError
 from passgraph.files.program_folder import FILE as PROGRAM
 from passgraph.formats import FORMATS, Format
-from passgraph.graph.run_values import FILLED_IN, Value
+from passgraph.graph.run_values import FILLED_IN, Value, is_object_type
 from passgraph.graph.targets import InputSpec, Outputs, Target, checked_size, named_outputs
 from passgraph.language import symbols
 from passgraph.pictures import encode_png
@@ -25,7 +25,6 @@ from passgraph.plan.data import Options, Plan
 from passgraph.plan.dependencies import inputs_behind
 from passgraph.plan.limits import check_memory
 from passgraph.run.caller_arrays import Admission, bound_to
-from passgraph.run.execution import is_object_type
 from passgraph.viewer.subject import Control
 from passgraph.web.document import written_plan
 from passgraph.web.recorder import RecordingBackend

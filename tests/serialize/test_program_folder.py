@@ -14,7 +14,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.commands.entry import run
-from passgraph.effects import vignette
+from passgraph.effects import soft_shadow, vignette
 from passgraph.files.program_folder import FILE, MOST_BYTES, export_program
 from passgraph.serialize.reader import MOST_PARTS
 
@@ -95,6 +95,9 @@ def test_a_value_that_is_given_is_a_constant_and_others_are_errors() -> None:
     assert pg.to_data(made, stops=-1.0)["passes"][0]["values"] == {"by": 0.5}
     with pytest.raises(pg.GraphError, match="there is no value 'stop' in this graph; it takes stops"):
         pg.to_data(made, stops=1.0, stop=2.0)
+    scene = pg.Scene.shipped()
+    with pytest.raises(pg.InputError, match="value 'camera' must be a Camera, got int"):
+        pg.to_data(soft_shadow(scene), camera=1, light=scene.lights[0], output_size=(48, 32))
 
 
 def _entry(name: str, value: Any) -> Callable[[dict[str, Any]], None]:
