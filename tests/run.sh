@@ -31,7 +31,13 @@ fi
 
 case " $* " in
     *" -m"*) ;;
-    *) export GALLIVM_PERF=${GALLIVM_PERF-nopt} POCL_EXTRA_BUILD_FLAGS=${POCL_EXTRA_BUILD_FLAGS--cl-opt-disable} ;;
+    *)
+        export GALLIVM_PERF=${GALLIVM_PERF-nopt}
+        # Kernels that are not optimised keep all of a work-group's variables on the stacks of PoCL's threads.
+        if ulimit -s 65536 2>/dev/null; then
+            export POCL_EXTRA_BUILD_FLAGS=${POCL_EXTRA_BUILD_FLAGS--cl-opt-disable}
+        fi
+        ;;
 esac
 
 heading() { printf '\n=== %s\n' "$*"; }

@@ -16,7 +16,7 @@ from passgraph.graph.draw_state import DrawState
 if TYPE_CHECKING:
     from passgraph.backends.gl.backend import GLBackend
 
-#: Units of the measured offset; the depth, and the change of depth per unit (rule 5 of docs/rasterisation.md).
+#: Units of the measured offset; the depth, and the change of depth per unit (rule 5 of docs/rasterization.md).
 UNITS, DEPTH, STEP = 1024.0, 0.5, 2.0**-24
 
 

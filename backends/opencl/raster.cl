@@ -1,4 +1,4 @@
-// Triangles into tiles, tiles into pixels; docs/rasterisation.md has the rules by number.
+// Triangles into tiles, tiles into pixels; docs/rasterization.md has the rules by number.
 //
 // The host defines PG_TILE and PG_INTS before this text.  What draws differ in comes as arguments, so that compilers,
 // which take half a second here, meet one text: ``screen`` (width and height in pixels, tiles across and

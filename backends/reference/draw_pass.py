@@ -160,7 +160,7 @@ ALL_CHANNELS = (True, True, True, True)
 
 
 class ReferenceDrawPass:
-    """A draw, interpreted and rasterized by docs/rasterisation.md."""
+    """A draw, interpreted and rasterized by docs/rasterization.md."""
 
     def __init__(self, step: DrawStep) -> None:
         self.step = step

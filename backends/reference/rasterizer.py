@@ -1,4 +1,4 @@
-"""The exact rasterizer (docs/rasterisation.md, rules 1 to 5): clipping, setup and coverage in integers."""
+"""The exact rasterizer (docs/rasterization.md, rules 1 to 5): clipping, setup and coverage in integers."""
 
 from __future__ import annotations
 

@@ -167,7 +167,7 @@ class RemoteRun(Run):
         if values is None:
             with self._values_lock:  # the caller's function is called from one thread at a time
                 values = self._values(item.frame.number)
-        output_file = None if item.held else self._output_file(item.frame)
+        output_file = None if item.resumed else self._output_file(item.frame)
         future = self.client.submit(
             compute, self._graph, pictures, values, self.linear, self.output, output_file, pure=False
         )

@@ -1,4 +1,4 @@
-"""What draws do on OpenCL, rule by rule (docs/rasterisation.md)."""
+"""What draws do on OpenCL, rule by rule (docs/rasterization.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stencil, blending, masks, several targets and discarding on OpenCL (rasterisation.md, rules 6 and 7)."""
+"""Stencil, blending, masks, several targets and discarding on OpenCL (rasterization.md, rules 6 and 7)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A passgraph backend in one file of plain NumPy, written from docs/backends.md and docs/rasterisation.md alone.
+"""A passgraph backend in one file of plain NumPy, written from docs/backends.md and docs/rasterization.md alone.
 
 It interprets the scalar programs of a plan over many lanes (pixels, vertices, fragments) at once, in float32.
 It is slow and meant to be read: what it imports is what a backend may rely on.
@@ -204,7 +204,7 @@ def stage_values(size: tuple[int, int], images: Mapping[str, Picture]) -> dict[s
     return {"output_size.0": size[0], "output_size.1": size[1], **sizes}
 
 
-# Draws: numbers are the rules of docs/rasterisation.md
+# Draws: numbers are the rules of docs/rasterization.md
 
 
 def draw(

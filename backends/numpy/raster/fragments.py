@@ -327,7 +327,7 @@ class _Merge(Fragments):
         return self.run(self.given, mask)
 
     def _fragments(self, covered: Any) -> None:
-        """Emit rule 6 of docs/rasterisation.md.
+        """Emit rule 6 of docs/rasterization.md.
 
         A kernel that discards runs before the tests that it may prevent, but after the depth test if nothing else
         depends on the order.

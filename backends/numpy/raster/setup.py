@@ -1,6 +1,6 @@
 """Triangle setup: projection, clipping, snapping, culling and binning into tiles.
 
-The rules are in docs/rasterisation.md.  Work is divided into chunks of triangles in submission order; a tile's list is
+The rules are in docs/rasterization.md.  Work is divided into chunks of triangles in submission order; a tile's list is
 the concatenation of the chunks' lists, so order is kept without locks.  Written for numba; entries.py calls the
 functions.
 """

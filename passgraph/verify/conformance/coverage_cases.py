@@ -21,7 +21,7 @@ GROUP = "coverage"
 SIZE = (83, 61)
 #: A pixel, a column, a row, a tile, and slightly more than a tile.
 SIZES = ((1, 1), (1, 7), (65, 1), (64, 64), (129, 3))
-#: The rasterizer's guard band (rule 1 of docs/rasterisation.md).
+#: The rasterizer's guard band (rule 1 of docs/rasterization.md).
 GUARD = 8.0
 
 

@@ -1,7 +1,7 @@
 """Coverage and interpolation of triangles with uncertain corners.
 
 Rounding in the vertex kernel and in the window transform may move a corner slightly.  On backends that snap as in rule
-2 of docs/rasterisation.md, snapping removes most of that: a corner is on one grid point, or on one of a few.  OpenGL
+2 of docs/rasterization.md, snapping removes most of that: a corner is on one grid point, or on one of a few.  OpenGL
 leaves the grid and its rounding to the driver, and drivers interpolate from unsnapped corners: there a corner may be
 anywhere within a grid step.  Edge functions and barycentric weights are bounded over all such corners to first order,
 plus the products of two errors.

@@ -1,4 +1,4 @@
-"""Allowed contents of a draw's targets, fragment by fragment (rules 6 and 7 of docs/rasterisation.md)."""
+"""Allowed contents of a draw's targets, fragment by fragment (rules 6 and 7 of docs/rasterization.md)."""
 
 from __future__ import annotations
 
