@@ -52,7 +52,7 @@ def test_files_that_a_worker_sees_differently_are_sent(client: Any, tmp_path: Pa
     from passgraph.tiles.remote_windows import Named
 
     tifffile.imwrite(tmp_path / "in.tif", GIVEN, photometric="rgb")
-    monkeypatch.setattr(Named, "of", staticmethod(lambda path: Named("/elsewhere/in.tif", 1, 1)))
+    monkeypatch.setattr(Named, "from_path", staticmethod(lambda path: Named("/elsewhere/in.tif", 1, 1)))
     result = np.empty_like(GIVEN)
     pg.tiled(GRAPHS["blur"]("clamp"), tmp_path / "in.tif", result, tile=(20, 16), client=client, progress=False)
     assert same(result, untiled(GRAPHS["blur"]("clamp"), frame=GIVEN))
