@@ -36,7 +36,9 @@ def opened(*words: str) -> Iterator[Any]:
             found = re.search(r"http://\S+", process.stdout.readline())
             assert found is not None
             with api.sync_playwright() as playwright:
-                browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+                browser = playwright.chromium.launch(
+                    executable_path=CHROMIUM, args=["--no-sandbox", "--disable-dev-shm-usage"]
+                )
                 page = browser.new_page(viewport={"width": 1000, "height": 700})
                 page.server_pid = process.pid
                 page.on("console", lambda message: errors.append(message.text) if is_fault(message) else None)
