@@ -88,7 +88,7 @@ EVERY_THIRD = frozenset({
     "test_what_goes_in_comes_out_in_every_layout",
     "test_whatever_an_engine_keeps_its_picture_in",
 })  # fmt: skip
-_counts = Counter[str]()
+_counts = Counter[tuple[Path, str]]()
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
@@ -104,8 +104,9 @@ def pytest_itemcollected(item: pytest.Item) -> None:
     if ("webgpu" in names and folder not in ALWAYS_ON_WEBGPU) or (names & {"opencl", "gl"} and folder == "effects"):
         item.add_marker(pytest.mark.slow)
     elif item.originalname in EVERY_THIRD:
-        _counts[item.originalname] += 1
-        if _counts[item.originalname] % 3 != 1:
+        test = item.path, item.originalname
+        _counts[test] += 1
+        if _counts[test] % 3 != 1:
             item.add_marker(pytest.mark.slow)
 
 

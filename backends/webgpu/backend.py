@@ -45,8 +45,7 @@ class WebGPUBackend(Backend):
 
             page = chromium.Device(devices.FEATURES)
             self._open(page, page.name)
-            if "swiftshader" in page.name.lower():
-                self.corner_px = 1.0 / 16.0  # the coarsest grid that Vulkan allows
+            self.corner_px = page.corner_px
             return
         adapter = devices.choose(device)
         open_driver(self.name)

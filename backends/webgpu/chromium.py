@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from passgraph.backends.base import SNAP_PX
 from passgraph.errors import DeviceMissingError
 
 #: Without the last three, drawing ends Chromium's GPU process where there is no display.
@@ -21,6 +22,8 @@ FLAGS = ("--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable
          "--use-vulkan=swiftshader", "--use-angle=swiftshader", "--disable-vulkan-surface")  # fmt: skip
 #: Chromium does not run as root with its sandbox; the page that it opens is ours alone.
 _ROOT = ("--no-sandbox",) if hasattr(os, "geteuid") and os.geteuid() == 0 else ()
+#: The grid of SwiftShader's triangle corners, the coarsest that Vulkan allows, in pixels.
+SWIFTSHADER_PX = 1.0 / 16.0
 #: A page of no server: WebGPU takes a secure origin, and the route below answers for it.
 _ORIGIN = "https://passgraph.invalid/"
 #: Calls that are sent together at most.
@@ -62,6 +65,11 @@ _READ = """async ([buffer, at, size]) => {
 }"""
 
 
+def executable() -> str | None:
+    """Return the path of Chromium, or of Chrome; None where neither is installed."""
+    return shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+
+
 class Page:
     """A page of Chromium with a WebGPU device, and the calls that it has not made yet.
 
@@ -75,10 +83,9 @@ class Page:
             raise DeviceMissingError(
                 f"webgpu:chromium needs playwright ({error}); install it: pip install 'passgraph[web]'"
             ) from None
-        path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
         self._playwright = sync_playwright().start()
         try:
-            self._browser = self._playwright.chromium.launch(executable_path=path, args=[*_ROOT, *FLAGS])
+            self._browser = self._playwright.chromium.launch(executable_path=executable(), args=[*_ROOT, *FLAGS])
             self._page = self._browser.new_page()
             self._page.route("**", lambda route: route.fulfill(body="<!doctype html>", content_type="text/html"))
             self._page.goto(_ORIGIN)
@@ -164,6 +171,7 @@ class Device(Remote):
         self.features = set(self.page.features)
         self.limits = {kebab(name): value for name, value in self.page.limits.items()}
         self.name = f"Chromium ({self.page.name.strip()})"
+        self.corner_px = SWIFTSHADER_PX if "swiftshader" in self.name.lower() else SNAP_PX
 
     def destroy(self) -> None:
         self.page.close()

@@ -4,11 +4,10 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
-from math import pi
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, cos, ivec2, normalize, pixel, sin, sqrt, uv, vec3, vec4
+from passgraph import Const, Image, clamp, ivec2, normalize, pixel, uv, vec3, vec4
 from passgraph.effects.ambient.occlusion_filter import denoised_light
 from passgraph.effects.ambient.occlusion_search import facing_normal, pattern, spread_point
 from passgraph.effects.checked import effect
@@ -16,7 +15,7 @@ from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import FieldOfView, Reach, Share
 from passgraph.effects.screen.ssr import Search, hit_by
 from passgraph.effects.surfaces.depth_normals import depth_normals
-from passgraph.effects.surfaces.geometry import ViewFrame, toward_eye, view_position
+from passgraph.effects.surfaces.geometry import ViewFrame, on_sphere, toward_eye, view_position
 from passgraph.effects.surfaces.seen_by import camera_of
 from passgraph.effects.surfaces.views import View
 from passgraph.effects.temporal.accumulate import MostFrames, accumulate, frame_number
@@ -44,9 +43,7 @@ def gathered(
     for i in range(rays):
         point = spread_point(first + i + 1)
         # the normal plus a point of the unit sphere, and a little more, so that the sum is not 0
-        z = 1.0 - 2.0 * point.y
-        flat = sqrt(clamp(1.0 - z * z, 0.0, 1.0))
-        ray = normalize(n * 1.0001 + vec3(flat * cos(2.0 * pi * point.x), flat * sin(2.0 * pi * point.x), z))
+        ray = normalize(n * 1.0001 + on_sphere(1.0 - 2.0 * point.y, point.x))
         found = hit_by(color, depth, normals, frame, position, n, ray, search, steps)
         total += vec4(found.rgb, 1.0) * found.a
     return total / float(rays)

@@ -4,7 +4,6 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
-from math import pi
 from typing import Annotated
 
 import passgraph as pg
@@ -12,7 +11,6 @@ from passgraph import (
     Const,
     Image,
     clamp,
-    cos,
     dot,
     floor,
     isfinite,
@@ -22,7 +20,6 @@ from passgraph import (
     normalize,
     output_size,
     pixel,
-    sin,
     sqrt,
     uv,
     vec2,
@@ -38,6 +35,7 @@ from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.geometry import (
     ViewFrame,
     linear_on_planes,
+    on_sphere,
     picture_place,
     pixel_step,
     toward_eye,
@@ -147,8 +145,7 @@ def facet(n: vec3, v: vec3, alpha: float, point: vec2) -> vec3:
     # the surface stretched to a hemisphere, on which visible normals are halfway to points of a spherical cap
     seen = normalize(vec3(dot(v, x) * alpha, dot(v, y) * alpha, dot(v, n)))
     z = (1.0 - point.y) * (1.0 + seen.z) - seen.z
-    flat = sqrt(clamp(1.0 - z * z, 0.0, 1.0))
-    half = vec3(flat * cos(2.0 * pi * point.x), flat * sin(2.0 * pi * point.x), z) + seen
+    half = on_sphere(z, point.x) + seen
     return normalize(x * (half.x * alpha) + y * (half.y * alpha) + n * half.z)
 
 

@@ -1,11 +1,13 @@
-"""Functions that several effects' kernels share: packed normals, positions from depth."""
+"""Functions that several effects' kernels share: packed normals, positions from depth, directions."""
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
+from math import pi
+
 import passgraph as pg
-from passgraph import dot, ivec2, normalize, output_size, vec2, vec3
+from passgraph import clamp, cos, dot, ivec2, normalize, output_size, sin, sqrt, vec2, vec3
 
 
 @pg.struct
@@ -112,6 +114,13 @@ def unpack_normal(p: vec2) -> vec3:
     z = 1.0 - abs(p.x) - abs(p.y)
     t = max(-z, 0.0)
     return normalize(vec3(p.x + (-t if p.x >= 0.0 else t), p.y + (-t if p.y >= 0.0 else t), z))
+
+
+@pg.function
+def on_sphere(z: float, turn: float) -> vec3:
+    """Return the point of the unit sphere at a height, -1 to 1, at a fraction of a full turn about z."""
+    flat = sqrt(clamp(1.0 - z * z, 0.0, 1.0))
+    return vec3(flat * cos(2.0 * pi * turn), flat * sin(2.0 * pi * turn), z)
 
 
 @pg.function

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from passgraph.arguments import flag
 from passgraph.errors import InputError, PassgraphError
-from passgraph.graph.run_values import OUTPUT_SIZE, Derived, sources_of
+from passgraph.graph.run_values import OUTPUT_SIZE, is_computed_from_size, sources_of
 from passgraph.graph.targets import Outputs, checked_size, named_outputs
 from passgraph.plan.data import Options
 from passgraph.plan.dependencies import inputs_behind, passes_behind
@@ -65,8 +65,7 @@ def export_program(
     """
     named, chosen = named_outputs(outputs), checked_size(size, "the output")
     nodes = passes_behind(list(named.values()))
-    computed = [value for node in nodes for value in node.values.values() if isinstance(value, Derived)]
-    fixed = any(source is OUTPUT_SIZE for value in computed for source in value.sources)
+    fixed = any(is_computed_from_size(node.values) for node in nodes)
     sources = [source for node in nodes for source in sources_of(node.values)]
     objects = {s.name: s.default for s in sources if s.type not in VALUE_TYPES.values() and s.default is not None}
     has_open = any(spec.default is None for spec in inputs_behind(list(named.values())).values())

@@ -110,6 +110,12 @@ FRAME_INDEX = Value("frame_index", int)
 FILLED_IN = {value.name: value for value in (OUTPUT_SIZE, FRAME_INDEX)}
 
 
+def is_computed_from_size(parameters: Mapping[str, object]) -> bool:
+    """Return True if a Python function computes one of these values from the output's size."""
+    computed = [parameter for parameter in parameters.values() if isinstance(parameter, Derived)]
+    return any(source is OUTPUT_SIZE for value in computed for source in value.sources)
+
+
 #: A number, "width" or "height" of the output in pixels, or one of :data:`OPERATIONS` applied to formulas.
 Formula: TypeAlias = "float | str | tuple[Formula | str, ...]"
 #: Largest nesting depth of formulas.

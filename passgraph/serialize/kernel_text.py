@@ -171,10 +171,8 @@ class KernelReader:
         """
         document = self.document
         record = document.record(data, where, "file", "line", "text", "names")
-        file, line = (
-            document.text(record["file"], f"{where}.file"),
-            document.integer(record["line"], where, 1, 1 << 31),
-        )
+        file = document.text(record["file"], f"{where}.file")
+        line = document.integer(record["line"], where, 1, 1 << 31)
         text = document.text(record["text"], f"{where}.text", MAX_SOURCE_CHARACTERS)
         document.count(_PARTS_OF_DEFINITION + len(text) // 4, where)
         names = document.entries(record["names"], f"{where}.names")

@@ -10,7 +10,7 @@ import numpy as np
 
 from passgraph.errors import PassgraphError
 from passgraph.formats import Format
-from passgraph.graph.run_values import OUTPUT_SIZE, Derived, computed_side
+from passgraph.graph.run_values import computed_side, is_computed_from_size
 from passgraph.graph.targets import (
     Absolute,
     Blocks,
@@ -130,7 +130,7 @@ def resizable_rules(
     The graph is planned for other sizes.  Steps, programs and allocations must be the same, and sizes those of the
     rules.  A value that Python computes from the output's size is a constant of the export, so it fixes the size.
     """
-    if any(map(_depends_on_size, plan.steps)):
+    if any(is_computed_from_size(step.values) for step in plan.steps):
         return None
     sizes = SizeRules(outputs)
     rules = rules_of(plan, sizes)
@@ -166,12 +166,6 @@ def _scaled_by(across: float, down: float, more: int) -> Any:
 
 
 _CHANGES = (_scaled_by(2, 2, 1), _scaled_by(0.37, 1.4, 0), _scaled_by(1, 0.5, 3))
-
-
-def _depends_on_size(step: Any) -> bool:
-    return any(
-        isinstance(v, Derived) and any(source is OUTPUT_SIZE for source in v.sources) for v in step.values.values()
-    )
 
 
 def _sizes_in_memory(plan: Plan, other: Plan) -> dict[int, set[Size]]:

@@ -65,8 +65,6 @@ def test_an_effect_gives_the_bits_of_its_export(backend: str, tmp_path: Path) ->
 
 @pytest.mark.parametrize("backend", ["numpy", "gl"])
 def test_a_scene_has_the_camera_and_size_of_its_export(backend: str, tmp_path: Path) -> None:
-    from passgraph.effects import soft_shadow
-
     outputs = soft_shadow(pg.Scene.shipped(), map_size=256)
     export_program(outputs, tmp_path, size=(64, 36))
     with pg.load_program(tmp_path, backend) as there, pg.compile(outputs, backend, (64, 36)) as here:

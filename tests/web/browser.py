@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import shutil
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -16,11 +15,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from passgraph.backends.webgpu.chromium import FLAGS
+from passgraph.backends.webgpu.chromium import FLAGS, executable
 from tests.conftest import expected_devices
 
 api = pytest.importorskip("playwright.sync_api")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+CHROMIUM = executable()
 #: Ten lines that use the runtime as a library.
 LIBRARY = """<!doctype html><html lang="en"><title>library</title><link rel="icon" href="data:,">
 <script type="module">

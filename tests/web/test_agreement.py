@@ -10,6 +10,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.base import Promises
+from passgraph.backends.webgpu.chromium import SWIFTSHADER_PX
 from passgraph.effects import auto_exposure, bloom, soft_shadow, vignette
 from passgraph.graph.targets import named_outputs
 from passgraph.plan.data import CopyStep
@@ -21,8 +22,7 @@ from tests.web.browser import CHROMIUM, opened, read, run
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 
-#: Chromium's software adapter has the coarsest grid that Vulkan allows, four bits of a pixel.
-BROWSER = Promises(corner_px=1.0 / 16.0)
+BROWSER = Promises(SWIFTSHADER_PX)
 SHADERS = Path(__file__).resolve().parents[2] / "docs" / "shaders"
 
 
@@ -40,17 +40,22 @@ def held(outputs: Any, folder: Path, given: dict[str, Any], values: dict[str, An
     pictures = {name: value for name, value in given.items() if isinstance(value, np.ndarray)}
     passes = Passes(named, None if pictures else (48, 32), [{**given, **values}] * runs)
     export_web(named, folder, size=None if pictures else (48, 32), options=OPTIONS, **given)
-    plan = passes.plan
-    last = {resource: number for number, step in enumerate(plan.steps) for resource in step.writes}
     got: dict[Key, Picture] = {}
     with opened(folder) as page:
         assert page.evaluate("globalThis.failed") is None
         for frame in range(runs):
             run(page, values)
-            for resource, number in last.items():
-                got[frame, number, resource] = read(page, plan.resources[resource].name)
+            got |= written_in(page, passes, frame)
         assert (page.asked, page.faults) == ({page.host}, [])
     return within(passes, got)
+
+
+def written_in(page: Any, passes: Passes, frame: int = 0) -> dict[Key, Picture]:
+    """What each target of a run holds at its end, by the step that wrote it last."""
+    last = {resource: number for number, step in enumerate(passes.plan.steps) for resource in step.writes}
+    return {
+        (frame, number, resource): read(page, passes.plan.resources[resource].name) for resource, number in last.items()
+    }
 
 
 def within(passes: Passes, got: dict[Key, Picture], most_ambiguous: float = MOST_AMBIGUOUS) -> int:
