@@ -34,60 +34,7 @@ GARBAGE_AFTER = 20_000
 #: beside the conformance suite, which holds each operation, state and effect, webgpu mostly adds time.
 ALWAYS_ON_WEBGPU = ("backends", "conformance")
 
-
-#: Tests that ask the same of many sizes, formats, seeds or settings; without slow tests, every third of these is tried.
-EVERY_THIRD = frozenset({
-    "test_a_draw_gives_the_same_bits_again",
-    "test_a_lit_plane_has_no_acne_at_grazing_light",
-    "test_a_lit_plane_has_no_acne_in_perspective_maps",
-    "test_a_point_becomes_what_the_blades_and_the_rim_leave",
-    "test_a_sequence_gives_what_single_pictures_give",
-    "test_a_spot_keeps_its_light_wherever_it_is",
-    "test_all_and_nothing",
-    "test_an_array_means_the_same_in_its_own_type_and_as_values",
-    "test_an_off_centre_picture_is_a_part_of_a_wide_one",
-    "test_any_layout_reads_and_writes_as_a_plain_copy",
-    "test_apply_writes_every_format",
-    "test_beams_are_the_published_sum",
-    "test_buffers_are_read_and_written_in_any_layout",
-    "test_bytes_are_counted_as_by_bincount",
-    "test_chance_over_threads_finds_only_what_the_rules_allow",
-    "test_each_channel_of_each_format_is_counted",
-    "test_every_backend_conforms_in_effects",
-    "test_every_case_in_an_engines_context",
-    "test_every_case_on_pictures_that_lie_elsewhere",
-    "test_every_effect_on_pictures_travels_to_the_same_bits",
-    "test_every_text_ends_quickly",
-    "test_floats_are_counted_as_by_numpy",
-    "test_formats_that_are_decoded_when_opened_are_refused_before",
-    "test_functions_of_one_variable_keep_their_bound",
-    "test_functions_of_several_variables_keep_their_bound",
-    "test_fused_passes_give_the_same_bits",
-    "test_groups_stay_within_what_the_device_takes",
-    "test_however_far_apart_corners_are_the_picture_is_that_of_exact_arithmetic",
-    "test_it_draws_what_its_shaders_draw",
-    "test_it_is_its_formulas",
-    "test_it_is_that_of_scikit_image",
-    "test_it_is_the_tube_of_its_author",
-    "test_loading_holds_what_the_header_foretells",
-    "test_memory_stays_below_what_was_counted",
-    "test_of_one_pixel_all_within_reach_are_exact",
-    "test_other_frames_do_not_change",
-    "test_parallel_rays_see_what_a_far_eye_sees",
-    "test_pictures_smaller_than_the_halo",
-    "test_pixels_are_those_of_pillow",
-    "test_results_come_in_the_targets_own_type",
-    "test_samples_beyond_all_ints_read_one_texel",
-    "test_squares_are_means_of_blocks",
-    "test_streaks_are_exponential_filters",
-    "test_streams_that_are_shut",
-    "test_texels_at_every_int",
-    "test_the_bits_are_those_of_an_array",
-    "test_tiles_are_the_whole_bit_for_bit",
-    "test_values_are_those_of_inspect_and_within_bounds",
-    "test_what_goes_in_comes_out_in_every_layout",
-    "test_whatever_an_engine_keeps_its_picture_in",
-})  # fmt: skip
+#: How many parameters of each test are collected.
 _counts = Counter[tuple[Path, str]]()
 
 
@@ -95,7 +42,7 @@ def pytest_itemcollected(item: pytest.Item) -> None:
     """Mark tests as slow that repeat, on another device, what the conformance suite holds there.
 
     So are tests with the parameter webgpu outside the folders above, and tests of effects with the parameters opencl
-    and gl; and two thirds of the parameters of tests that ask the same of many.
+    and gl; and two thirds of the parameters of tests with the marker every_third.
     """
     if not isinstance(item, pytest.Function) or not hasattr(item, "callspec"):
         return
@@ -103,7 +50,7 @@ def pytest_itemcollected(item: pytest.Item) -> None:
     names = {value.partition(":")[0] for value in item.callspec.params.values() if isinstance(value, str)}
     if ("webgpu" in names and folder not in ALWAYS_ON_WEBGPU) or (names & {"opencl", "gl"} and folder == "effects"):
         item.add_marker(pytest.mark.slow)
-    elif item.originalname in EVERY_THIRD:
+    elif item.get_closest_marker("every_third"):
         test = item.path, item.originalname
         _counts[test] += 1
         if _counts[test] % 3 != 1:

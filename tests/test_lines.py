@@ -91,6 +91,7 @@ def looked_at(backend: str | ReferenceBackend, x: int = 5, y: int = 7) -> Lines:
         return lines_at(target, opened, (x, y), {"frame": FRAME, "gain": 1.5})
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("backend", ["reference", "numpy", "gl", "opencl", "webgpu"])
 @pytest.mark.parametrize("pixel", [(5, 7), (0, 0), (15, 8)])
 def test_values_are_those_of_inspect_and_within_bounds(backend: str, pixel: tuple[int, int]) -> None:

@@ -444,7 +444,8 @@ class Lowering:
 
     def _function(self, name: str, arguments: list[s.Operand], span: Span) -> s.Operand:
         """Call the device's own function if the pass uses it, else inline the prelude's."""
-        if name not in self.facts.native or all(isinstance(a, s.Lit) for a in arguments):
+        is_native = name in self.facts.native and arguments[0].type == "float"
+        if not is_native or all(isinstance(a, s.Lit) for a in arguments):
             return self.prelude(name, arguments)
         power = whole_power(self.emitter, *arguments) if name == "pow" else None
         return power if power is not None else self.emitter.op(name, *arguments, span=span)

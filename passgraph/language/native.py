@@ -27,7 +27,8 @@ class Accuracy:
     ulp_by_size : units that are added for each unit of |x|
     absolute : largest error that is allowed instead where it is larger
     near_one : the same, for arguments in [1/2, 2] only
-    formula : kernel text in x (and y) from whose operations an error is inherited that is allowed too
+    formula : kernel text in x, y and z from whose operations an error is inherited that is allowed too
+    ordered : the promise holds only where the first argument is below the second
     low, high : first arguments for which the promise holds
     least : smallest size of an argument for which it holds
     """
@@ -37,6 +38,7 @@ class Accuracy:
     absolute: float = 0.0
     near_one: float = 0.0
     formula: str = ""
+    ordered: bool = False
     low: float = -math.inf
     high: float = math.inf
     least: float = 0.0
@@ -79,11 +81,19 @@ _WITH_PRECISION = {
 }  # fmt: skip
 #: Functions of GLSL "with undefined precision".
 _WITHOUT = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh"
-GLSL: Mapping[str, Accuracy] = {**_WITH_PRECISION, **dict.fromkeys(_WITHOUT.split(), NOTHING)}
+_FRACTION = Accuracy(formula="x - floor(x)")
+_STEP = "min(max((z - x) / (y - x), 0.0), 1.0)"
+GLSL: Mapping[str, Accuracy] = {
+    **_WITH_PRECISION, **dict.fromkeys(_WITHOUT.split(), NOTHING),
+    "fract": _FRACTION,
+    "mod": Accuracy(formula="x - y * floor(x / y)"),
+    "smoothstep": Accuracy(formula=f"{_STEP} * {_STEP} * (3.0 - 2.0 * {_STEP})", ordered=True),
+}  # fmt: skip
 
 #: WGSL, "Floating point accuracy".  Where it allows the worse of two errors, both are given.
 WGSL: Mapping[str, Accuracy] = {
     **_WITH_PRECISION,
+    "fract": _FRACTION,
     "sin": Accuracy(absolute=2.0**-11, low=_CIRCLE[0], high=_CIRCLE[1]),
     "cos": Accuracy(absolute=2.0**-11, low=_CIRCLE[0], high=_CIRCLE[1]),
     "tan": Accuracy(formula="sin(x) / cos(x)"),

@@ -63,6 +63,7 @@ LONG = tuple({case.name.split(" ")[0] for case in CASES if case.group == "effect
 FIRST = {case.id for case in first_of_each()}
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize(
     "case",
     [

@@ -339,6 +339,7 @@ def test_long_code_has_groups_of_one_run(device: OpenCLBackend, launched: Launch
     assert launched == [((2, 8), (2, 4)), ((2, 8), (1, 1))]
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("height", [12, 9, 10, 7])
 @pytest.mark.parametrize(
     ("sizes", "most"),

@@ -135,6 +135,7 @@ def passgraph(shell: str) -> tuple[int, str]:
     return done.returncode, done.stderr.decode(errors="replace")
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize(
     ("shell", "status", "words"),
     [

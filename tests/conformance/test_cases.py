@@ -36,6 +36,7 @@ def test_every_backend_conforms(case: Case, backends: list[Backend]) -> None:
     assert_all_conform(case, backends)
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("on_opencl", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["others", "opencl"])
 @pytest.mark.parametrize("case", list(filter(is_quick_effect, CASES)), ids=lambda case: case.id)
 def test_every_backend_conforms_in_effects(case: Case, backends: list[Backend], on_opencl: bool) -> None:

@@ -83,6 +83,34 @@ def test_a_wrong_spelling_is_found(name: str, wrong: str, monkeypatch: pytest.Mo
     assert verdict.outcome == "diverged"
 
 
+@pytest.mark.parametrize(
+    ("name", "call", "wrong"),
+    [
+        ("fract", "fract(c[0, 0])", "({0} - trunc({0}))"),
+        ("mod", "mod(c[0, 0], 0.7)", "({0} - {1} * trunc({0} / {1}))"),
+        ("smoothstep", "smoothstep(-1.5, 1.25, c[0, 0])", "clamp(({2} - {0}) / ({1} - {0}), 0.0, 1.0)"),
+    ],
+)
+def test_functions_that_glsl_defines_by_a_formula_have_its_bounds(
+    name: str, call: str, wrong: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    output = pg.kernel(source=f"def f(c: Image) -> vec4: return {call}")(pg.Input("c", "rgba32f"))
+    report = compare(output, ["gl", "webgpu"], math="native", c=picture())
+    assert report.passed, str(report)
+    with pg.compile(output, "gl", options=pg.Options(math="native")) as program:
+        program.run(c=picture())
+        assert f"{name}(" in "".join(program.backend.code(step, {}) or "" for step in program.plan.steps)
+    monkeypatch.setitem(SPELLED["float"], name, wrong)
+    assert not compare(output, ["gl"], math="native", c=picture()).passed
+
+
+def test_an_undefined_smoothstep_is_undecided() -> None:
+    """GLSL leaves it undefined where the first edge is not below the second."""
+    falling = pg.kernel(source="def f(c: Image) -> vec4: return smoothstep(1.25, -1.5, c[0, 0])")
+    report = compare(falling(pg.Input("c", "rgba32f")), ["gl"], math="native", c=picture())
+    assert "smoothstep of the device" in str(report)
+
+
 def test_native_functions_are_called_only_where_they_are_chosen() -> None:
     def code(output: pg.Target, math: str) -> str:
         with pg.compile(output, "gl", size=(8, 8), options=pg.Options(math=math)) as program:

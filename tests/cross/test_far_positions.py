@@ -70,6 +70,7 @@ def run(device: Backend, text: str, places: NDArray[np.float32], c: NDArray[np.f
         return program(places=places, c=c)["o"][0]
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("border", BORDERS)
 @pytest.mark.parametrize("width", WIDTHS)
 def test_texels_at_every_int(device: Backend, border: Border, width: int) -> None:
@@ -83,6 +84,7 @@ def test_texels_at_every_int(device: Backend, border: Border, width: int) -> Non
     np.testing.assert_array_equal(run(device, TEXEL, places, c, border), np.float32(want))
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("border", BORDERS)
 @pytest.mark.parametrize("width", WIDTHS)
 def test_samples_beyond_all_ints_read_one_texel(device: Backend, border: Border, width: int) -> None:

@@ -41,6 +41,7 @@ def device(request: pytest.FixtureRequest) -> Iterator[Backend]:
         yield opened
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("size", [(1, 1), (16384, 1), (3, 150), (130, 65)], ids=str)
 def test_bytes_are_counted_as_by_bincount(device: Backend, size: tuple[int, int]) -> None:
     picture = np.random.default_rng(1).integers(0, 256, (size[1], size[0], 3)).astype(np.uint8)
@@ -50,6 +51,7 @@ def test_bytes_are_counted_as_by_bincount(device: Backend, size: tuple[int, int]
     assert np.array_equal(counts[0, :, 0], np.bincount(picture[..., 2].ravel(), minlength=256))
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("bins", [1, 7, 2048])
 def test_floats_are_counted_as_by_numpy(device: Backend, bins: int) -> None:
     """Ends, beyond them and NaN; numbers lie in the middle of bins, so that no rounding moves one."""
@@ -65,6 +67,7 @@ def test_floats_are_counted_as_by_numpy(device: Backend, bins: int) -> None:
     assert np.array_equal(counts, np.histogram(picture[np.isfinite(picture)], bins, (low, high))[0])
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize(("format_", "kind"), [("rgba8", np.uint8), ("rgba16f", np.float16), ("rgba32f", np.float32)])
 def test_each_channel_of_each_format_is_counted(device: Backend, format_: str, kind: type) -> None:
     """Steps of an eighth, which all of these hold near enough to stay in their bins."""

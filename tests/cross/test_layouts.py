@@ -113,6 +113,7 @@ def converter(request: pytest.FixtureRequest) -> Iterator[Backend]:
         yield backend
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("name", FORMATS)
 def test_what_goes_in_comes_out_in_every_layout(name: str, converter: Backend) -> None:
     """Numbers in and out, and values in and out; bytes beside the array stay as they are."""

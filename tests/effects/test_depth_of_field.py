@@ -153,6 +153,7 @@ def middle(picture: Float64) -> Float64:
     return np.array([(picture * x).sum(), (picture * y).sum()]) / picture.sum()
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("distance", [10.0, 2.5])
 @pytest.mark.parametrize(
     ("blades", "turn", "eye"),

@@ -117,6 +117,7 @@ def test_the_width_of_a_disc_may_be_a_run_value() -> None:
     assert len(np.unique(hard)) < len(np.unique(soft))
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("shadow_filter", EVERY)
 @pytest.mark.parametrize("azimuth", [0.0, 33.0])
 @pytest.mark.parametrize("elevation", [1.0, 3.0, 5.0])
@@ -126,6 +127,7 @@ def test_a_lit_plane_has_no_acne_at_grazing_light(shadow_filter: str, azimuth: f
     assert shadows_of(of, shadow_filter, map_size=64, pcf_size=9, softness=0.5).min() == 1.0
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("shadow_filter", EVERY)
 @pytest.mark.parametrize(
     "light",

@@ -91,6 +91,7 @@ def expected() -> Any:
 # Reading
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("name", KINDS)
 def test_whatever_an_engine_keeps_its_picture_in(place: Place, name: str) -> None:
     has = place.app.gl.has
@@ -107,6 +108,7 @@ def test_whatever_an_engine_keeps_its_picture_in(place: Place, name: str) -> Non
     )
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("reader", READERS)
 def test_the_bits_are_those_of_an_array(place: Place, reader: str) -> None:
     whole = np.random.default_rng(2).normal(0, 1, (32, 64, 4)).astype(np.float32)
@@ -307,6 +309,7 @@ SHORT = {"draws/pictures and parameters"} | {
 }
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize(
     "case",
     [pytest.param(case, marks=[] if case.id in SHORT else [pytest.mark.slow]) for case in CASES if case.quick],

@@ -35,6 +35,7 @@ def of_host(app: Application, host: pg.gl.Host, kept: Kept, **asked: Any) -> pg.
     return picture
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("isolation", ISOLATIONS)
 @pytest.mark.parametrize("name", KEPT)
 def test_whatever_an_engine_keeps_its_picture_in(app: Application, name: str, isolation: Any) -> None:
@@ -52,6 +53,7 @@ def test_whatever_an_engine_keeps_its_picture_in(app: Application, name: str, is
     np.testing.assert_allclose(got, expected, rtol=0, atol=tolerance)
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("border", BORDERS)
 @pytest.mark.parametrize("reader", READERS)
 @pytest.mark.parametrize("placement", ["whole", "part", "from the top", "part from the top"])

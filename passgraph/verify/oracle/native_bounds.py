@@ -63,15 +63,17 @@ def _is_promised(accuracy: Accuracy, arguments: Sequence[Interval]) -> Lanes:
     promised = (x.lo >= accuracy.low) & (x.hi <= accuracy.high) & accuracy.promises
     for a in arguments:
         promised = promised & np.isfinite(a.magnitude) & ~a.nan & ((a.lo >= least) | (a.hi <= -least) | (least == 0.0))
+    if accuracy.ordered:
+        promised = promised & (x.hi < arguments[1].lo)
     return np.asarray(promised)
 
 
 def _inherited(domain: IntervalDomain, formula: str, arguments: Sequence[Interval]) -> Interval:
-    """Return the bound of a formula in x and y: each of its operations may be as wrong as a device's."""
+    """Return the bound of a formula in x, y and z: each of its operations may be as wrong as a device's."""
 
     def value(node: ast.expr) -> Bounded:
         if isinstance(node, ast.Name):
-            return arguments["xy".index(node.id)]
+            return arguments["xyz".index(node.id)]
         if isinstance(node, ast.Constant):
             return Interval.point(np.full(arguments[0].shape, float(str(node.value))))
         if isinstance(node, ast.UnaryOp):
@@ -82,4 +84,9 @@ def _inherited(domain: IntervalDomain, formula: str, arguments: Sequence[Interva
         assert isinstance(node.func, ast.Name)
         return domain.apply(node.func.id, [value(argument) for argument in node.args])
 
-    return as_interval(value(ast.parse(formula, mode="eval").body))
+    return as_interval(value(_parsed(formula)))
+
+
+@cache
+def _parsed(formula: str) -> ast.expr:
+    return ast.parse(formula, mode="eval").body
