@@ -106,17 +106,24 @@ class Original:
         framebuffer.clear()
         quad.render(moderngl.TRIANGLE_STRIP)
 
-    def __call__(self, frame: Picture) -> Picture:
-        """Of a picture (h, w, 4), row 0 on top and at the texture's begin."""
-        size = frame.shape[1], frame.shape[0]
-        color, result = (self.context.texture(size, 4, dtype="f4") for _ in range(2))
-        color.write(np.ascontiguousarray(frame, np.float32).tobytes())
-        edges, weights = (self.context.texture(size, 4) for _ in range(2))
+    def draw(
+        self, color: moderngl.Texture, edges: moderngl.Texture, weights: moderngl.Texture, result: moderngl.Texture
+    ) -> None:
+        """Draw the three passes."""
+        size = color.size
         for texture in (color, edges, weights):
             texture.repeat_x = texture.repeat_y = False
             texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         self._run(0, edges, size, inputBuffer=color)
         self._run(1, weights, size, inputBuffer=edges, areaTexture=self.area, searchTexture=self.search)
         self._run(2, result, size, inputBuffer=color, weightMap=weights)
+
+    def __call__(self, frame: Picture) -> Picture:
+        """Of a picture (h, w, 4), row 0 on top and at the texture's begin."""
+        size = frame.shape[1], frame.shape[0]
+        color, result = (self.context.texture(size, 4, dtype="f4") for _ in range(2))
+        color.write(np.ascontiguousarray(frame, np.float32).tobytes())
+        edges, weights = (self.context.texture(size, 4) for _ in range(2))
+        self.draw(color, edges, weights, result)
         self.edges, self.weights = edges, weights
         return np.frombuffer(result.read(), np.float32).reshape(frame.shape)
