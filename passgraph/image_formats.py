@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -10,18 +12,21 @@ from numpy.typing import NDArray
 
 Pixels = NDArray[Any]  # (h, w, channels) uint8, uint16, float16 or float32
 
-#: Formats that are read, by OpenImageIO's names. Its "null" reader is left out: it invents pixels from a file's
-#: name.
-READABLE = (
-    "png", "jpeg", "tiff", "openexr", "webp", "bmp", "gif", "targa", "hdr", "pnm", "dpx", "cineon", "jpegxl",
-    "jpeg2000", "psd", "dds", "fits", "ico", "iff", "rla", "sgi", "softimage",
-)  # fmt: skip
-#: Suffixes by which picture files in a folder are found.
-READ_SUFFIXES = (
-    ".png", ".apng", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".tga", ".exr", ".npy", ".hdr", ".pfm",
-    ".ppm", ".pgm", ".pbm", ".pnm", ".dpx", ".cin", ".jxl", ".jp2", ".j2k", ".psd", ".dds", ".sgi",
-)  # fmt: skip
-EXPECTED = "PNG, JPEG, TIFF, OpenEXR, WebP, BMP, GIF, TGA, HDR, PNM, PFM, DPX, Cineon, JPEG XL, JPEG 2000, PSD or npy"
+#: Formats that are read, by OpenImageIO's names, with the suffixes by which their files are found in a folder.  Its
+#: "null" reader is left out: it invents pixels from a file's name.
+READABLE: Mapping[str, tuple[str, ...]] = {
+    "png": (".png", ".apng"), "jpeg": (".jpg", ".jpeg"), "tiff": (".tif", ".tiff"), "openexr": (".exr",),
+    "webp": (".webp",), "bmp": (".bmp",), "gif": (".gif",), "targa": (".tga",), "hdr": (".hdr",),
+    "pnm": (".ppm", ".pgm", ".pbm", ".pnm", ".pfm"), "dpx": (".dpx",), "cineon": (".cin",), "jpegxl": (".jxl",),
+    "jpeg2000": (".jp2", ".j2k"), "psd": (".psd",), "dds": (".dds",), "fits": (".fits",), "ico": (".ico",),
+    "iff": (".iff",), "rla": (".rla",), "sgi": (".sgi",), "softimage": (".pic",),
+}  # fmt: skip
+#: NumPy's format is read by NumPy.
+READ_SUFFIXES = (".npy", *chain.from_iterable(READABLE.values()))
+EXPECTED = (
+    "PNG, JPEG, TIFF, OpenEXR, WebP, BMP, GIF, TGA, HDR, PNM, PFM, DPX, Cineon, JPEG XL, JPEG 2000, PSD, DDS, FITS, "
+    "ICO, IFF, RLA, SGI, Softimage PIC or npy"
+)
 
 
 @dataclass(frozen=True)

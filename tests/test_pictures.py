@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+from passgraph.image_formats import READABLE
 from passgraph.pictures import load, load_stored, save
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
 from tests.picture_files import bytes_of, png, png_16, refused
@@ -511,3 +512,12 @@ def test_permissions_follow_the_umask(tmp_path: Path) -> None:
     (tmp_path / "plain").touch()
     save(tmp_path / "a.png", bytes_of[1])
     assert (tmp_path / "a.png").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+def test_suffixes_are_those_of_openimageio() -> None:
+    import OpenImageIO as oiio
+
+    listed = str(oiio.get_string_attribute("extension_list")).split(";")
+    theirs = {name: suffixes.split(",") for name, _, suffixes in (entry.partition(":") for entry in listed)}
+    for name, suffixes in READABLE.items():
+        assert {suffix[1:] for suffix in suffixes} - {"apng"} <= set(theirs[name]), name

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -41,3 +42,19 @@ def test_a_public_docstring_is_plain(name: str) -> None:
     text = DOCSTRINGS[name]
     assert text.split()[0].strip(",.") not in OPENINGS
     assert OWN_WORDS.findall(text) == []
+
+
+ROOT = Path(pg.__file__).resolve().parent.parent
+#: Files of users that texts speak of.
+USERS = {"FILE.py", "mine.py", "own.py", "passgraph-script.py"}
+
+
+def test_files_that_the_source_speaks_of_exist() -> None:
+    files = {
+        folder: list((ROOT / folder).rglob("*.py")) for folder in ("passgraph", "backends", "effects", "docs", "tests")
+    }
+    known = {path.name for paths in files.values() for path in paths} | USERS
+    source = [path for folder in ("passgraph", "backends", "effects") for path in files[folder]]
+    spoken = {(path.name, name) for path in source for name in re.findall(r"\b[\w-]+\.py\b", path.read_text("utf-8"))}
+    assert len(spoken) > 20
+    assert [pair for pair in sorted(spoken) if pair[1] not in known] == []

@@ -28,7 +28,7 @@ class Storage:
     ----------
     numbers : (height, width, channels) in the format's dtype; pixels are contiguous, rows may have any stride
     stencil : height x width, flat
-    is_ours : True if the numbers are padded (machine/memory.py)
+    is_ours : True if the numbers are padded (machine/workers.py)
     """
 
     format: Format

@@ -16,7 +16,7 @@ from passgraph.plan.emit import emit
 from passgraph.plan.fuse import fuse
 from passgraph.plan.limits import Limits, check
 from passgraph.plan.order import order
-from passgraph.plan.specialise import specialise
+from passgraph.plan.specialize import specialize
 from passgraph.plan.trim import cull, trim
 
 
@@ -58,7 +58,7 @@ def build(
     limits = limits or Limits()
     work = collect(outputs, size, inputs or {}, options, in_windows)
     work.limits = limits
-    specialise(work)
+    specialize(work)
     if any(target.has_levels for node in work.passes for target in node.images.values()):
         from passgraph.plan.mipmaps import add_levels
 

@@ -15,7 +15,7 @@ from passgraph.graph.calls import PixelKernel, kernel
 from passgraph.graph.targets import Absolute, Target, TargetSpec
 from passgraph.language.ir import MIPS
 from passgraph.plan.sizes import level_sizes
-from passgraph.plan.specialise import specialise_pass
+from passgraph.plan.specialize import specialize_pass
 from passgraph.plan.work import Lowered, Work
 
 #: A side of even length is halved by means of two texels; a side of odd length 2m + 1 by m means of three, with weights
@@ -95,7 +95,7 @@ def _pass(
     work.sizes[spec] = size
     assert target.made_by is not None
     lowered = Lowered(target.made_by, size, 0)
-    specialise_pass(lowered, work)
+    specialize_pass(lowered, work)
     _add(lowered, work)
     return target
 

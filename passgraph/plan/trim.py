@@ -10,7 +10,7 @@ from passgraph.graph.targets import DrawPass, Pass, PixelPass, Target
 from passgraph.language.ir import TypedKernel
 from passgraph.language.kernel import Kernel
 from passgraph.language.lower_cache import lower_once
-from passgraph.plan.specialise import link, varyings_of
+from passgraph.plan.specialize import link, varyings_of
 from passgraph.plan.work import Lowered, Work
 
 

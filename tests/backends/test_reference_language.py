@@ -149,7 +149,7 @@ def field() -> vec4:
         assert got[x].tolist() == [read, sum(values), *v]
 
 
-def test_a_constant_specialises_a_loop() -> None:
+def test_a_constant_specializes_a_loop() -> None:
     text = (
         "def ramp(n: Const[int] = 3) -> float:\n    t = 0.0\n    for i in range(n):\n        t += 1.5\n    return t\n"
     )

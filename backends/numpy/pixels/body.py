@@ -1,6 +1,6 @@
 """LLVM text of the bodies of pixel passes: a kernel over part of a row, in vectors of pixels.
 
-The code around them (code.py) finds the start and the ends of rows, and passes them in a frame (frame.py).
+The code around them (code.py) finds the start and the ends of rows, and passes them in a `Frame` (buffer_layout.py).
 """
 
 from __future__ import annotations

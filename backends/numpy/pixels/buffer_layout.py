@@ -80,7 +80,7 @@ SLENDER, MANY = 16, 1 << 14
 #: Most reads of an image whose numbers the body decodes itself.
 MAX_READS = 3
 #: Facts about an image in the context: address, width and height, row stride in pixels, the number of the row that is
-#: last in memory, and the address of a copy of that row (see memory.py).
+#: last in memory, and the address of a copy of that row (see storage.py).
 PICTURE = ("", "_w", "_h", "_p", "_last", "_row")
 
 

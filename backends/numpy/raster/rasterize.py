@@ -79,7 +79,7 @@ def _call(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 def pg_shade(
     typing_context: Any, address: Any, context: Any, ids: Any, planes: Any, left: Any, top: Any, rows: Any
 ) -> Any:
-    """Write one tile's pixels (shade.py)."""
+    """Write one tile's pixels (`shade_code` of fragments.py)."""
     return types.void(types.int64, context, ids, planes, types.int64, types.int64, types.int64), _call
 
 

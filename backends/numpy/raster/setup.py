@@ -159,7 +159,7 @@ def _placed(v: Any, clip: Any) -> Any:
 
 
 def _holds(x0: Any, y0: Any, x1: Any, y1: Any, x2: Any, y2: Any, px: Any, py: Any) -> Any:
-    """Return True if a triangle of positive area covers a point (rule 4; as ``edges_at`` of triangle.py)."""
+    """Return True if a triangle of positive area covers a point (rule 4)."""
     return edge(x0, y0, x1, y1, px, py) >= 0 and edge(x1, y1, x2, y2, px, py) >= 0 and edge(x2, y2, x0, y0, px, py) >= 0
 
 

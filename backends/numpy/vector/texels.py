@@ -212,7 +212,7 @@ def scattered(
 def _fours(channels_read: Sequence[int]) -> Iterator[tuple[int, int, list[int]]]:
     """Yield each group of four numbers that is loaded at once: its first number, its length, and the wanted ones.
 
-    More may be loaded than wanted: pictures are padded behind their last pixel (machine/memory.py).
+    More may be loaded than wanted: pictures are padded behind their last pixel (machine/workers.py).
     """
     for first in range(0, max(channels_read) + 1, 4):
         here = [number for number in channels_read if first <= number < first + 4]

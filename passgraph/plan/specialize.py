@@ -50,12 +50,12 @@ def image_facts(target: Target, where: str, work: Work, sized: bool = False, rea
     )  # fmt: skip
 
 
-def specialise(work: Work) -> None:
+def specialize(work: Work) -> None:
     for lowered in work.passes.values():
-        specialise_pass(lowered, work)
+        specialize_pass(lowered, work)
 
 
-def specialise_pass(lowered: Lowered, work: Work) -> None:
+def specialize_pass(lowered: Lowered, work: Work) -> None:
     node = lowered.node
     lowered.values = dict(node.values)
     sized = _needs_sizes(node)
@@ -73,7 +73,7 @@ def specialise_pass(lowered: Lowered, work: Work) -> None:
         lowered.images = used_images(lowered.program, read, node, work)
         check_relative(lowered, work)
     else:
-        _specialise_draw(node, lowered, images, lowered.size if sized else None, work)
+        _specialize_draw(node, lowered, images, lowered.size if sized else None, work)
         for program in (lowered.vertex, lowered.fragment):
             lowered.images |= {} if program is None else used_images(program, read, node, work)
 
@@ -100,7 +100,7 @@ def _needs_sizes(node: Pass) -> bool:
     )
 
 
-def _specialise_draw(
+def _specialize_draw(
     node: DrawPass, lowered: Lowered, images: dict[str, ImageFacts], size: tuple[int, int] | None, work: Work
 ) -> None:
     blends = node.state.blend or (None,) * len(node.into)
