@@ -12,7 +12,6 @@ from typing import ClassVar
 import numpy as np
 
 from passgraph.language import scalar as s
-from passgraph.language.emitter import Call
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.source import NOWHERE, Span
 
@@ -50,8 +49,6 @@ class Printer(ABC):
         self.files = {span.file for span in program.sources}
         self.here = program.sources[0] if program.sources else NOWHERE
         self.names: dict[int, str] = {}  # value id → expression without side effects
-        self.calls: dict[int, Call] = {}  # calls printed as such, by their first value
-        self.in_calls: set[int] = set()  # values that these calls compute
         self.lines: list[str] = []
         self.spans: list[Span] = []
         self.depth = 0
@@ -186,20 +183,7 @@ class Printer(ABC):
 
     def block(self, body: Iterable[s.Instruction]) -> None:
         for instruction in body:
-            if not (isinstance(instruction, (s.Op, s.Choose)) and self._is_called(instruction)):
-                self.instruction(instruction)
-
-    def _is_called(self, i: s.Op | s.Choose) -> bool:
-        """Return True if an instruction is part of a call, which is printed at its first instruction."""
-        call = self.calls.get(i.to.id)
-        if call is not None:
-            self.call(call)
-            self.in_calls.update(instruction.to.id for instruction in call.instructions)
-        return i.to.id in self.in_calls
-
-    def call(self, call: Call) -> None:
-        """Print a call of one of the program's functions, and the :meth:`value` of its results."""
-        raise NotImplementedError
+            self.instruction(instruction)
 
     def instruction(self, i: s.Instruction) -> None:
         if isinstance(i, s.Op):

@@ -41,17 +41,15 @@ def counts_source(
         "STORE(x, y)": _store(outputs, counting.quarter),
     }
     lines = "".join(f"#define {name} {text}\n" for name, text in defined.items())
-    return join(prologue(constant), _number(image, on_cpu=items == 1), lines, package_text("counts.cl"))
+    return join(prologue(constant), _number(image), lines, package_text("counts.cl"))
 
 
-def _number(image: ImageLayout, on_cpu: bool) -> Listing:
+def _number(image: ImageLayout) -> Listing:
     """Return a function of column and row that gives the number of a pixel."""
     program = numbers_program()
     width, height = image.size
     builtins = {"pixel.0": "x", "pixel.1": "y", "output_size.0": str(width), "output_size.1": str(height)}
     printer = OpenCLPrinter(program, builtins, {program.images[0].name: ("image0", image)})
-    if on_cpu:
-        printer.functions()
     printer.open(f"float pg_number(int x, int y, {', '.join(inputs([image]))})")
     printer.variables()
     printer.block(program.body)

@@ -14,7 +14,6 @@ from passgraph.formats import Format, format_spelling
 from passgraph.language import native
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_name, border_program, nearer
-from passgraph.language.emitter import Call, repeated
 from passgraph.language.source import NOWHERE, Span
 
 #: Channel type (`Format.number`) → type in buffers.
@@ -108,7 +107,6 @@ class OpenCLPrinter(CLike):
         self.inner = inner
         self.prefix = prefix  # prefix of tables, so that two programs fit into one source
         self.indices = 0
-        self.named_calls: dict[object, str] = {}
 
     def float_from_bits(self, bits: int) -> str:
         return f"as_float({self.int_literal(bits)})"
@@ -179,7 +177,7 @@ class OpenCLPrinter(CLike):
         if operation is not None and (operation.operation, operation.on) == ("div", "float"):
             counted, steps = operation.arguments
             count = self._operations.get(counted.id) if isinstance(counted, s.Val) else None
-            rounded = count is not None and count.operation == "round" and count.to.id not in self.in_calls
+            rounded = count is not None and count.operation == "round"
             if rounded and isinstance(steps, s.Lit) and steps.value == format_.steps:
                 return f"({element(format_)})(int){self.operand(counted)}"
         return store_expression(format_, self.operand(value))
@@ -198,41 +196,6 @@ class OpenCLPrinter(CLike):
         self.line(head)
         self.line("{")
         self.depth += 1
-
-    def functions(self) -> None:
-        """Print a function for each repeated part of the program.
-
-        LLVM would inline them otherwise: 15,500 instructions take PoCL 9 seconds inlined, and 4 as calls.
-        """
-        self.calls = repeated(self.program)
-        for call in self.calls.values():
-            if call.key not in self.named_calls:
-                self.named_calls[call.key] = f"{self.prefix}call{len(self.named_calls)}"
-                self._function(call)
-
-    def _function(self, call: Call) -> None:
-        first, *rest = call.wanted
-        self.names |= {value.id: f"v{value.id}" for value in call.given}
-        arguments = [f"{value.type} v{value.id}" for value in call.given]
-        result_pointers = [f"{value.type}* o{place}" for place, value in enumerate(rest)]
-        name = self.named_calls[call.key]
-        self.line(f"__attribute__((noinline)) {first.type} {name}({', '.join(arguments + result_pointers)})\n{{")
-        self.depth += 1
-        for instruction in call.instructions:
-            self.instruction(instruction)
-        for place, value in enumerate(rest):
-            self.line(f"*o{place} = {self.operand(value)};")
-        self.line(f"return {self.operand(first)};")
-        self.depth -= 1
-        self.line("}")
-
-    def call(self, call: Call) -> None:
-        first, *rest = call.wanted
-        for value in rest:
-            self.name(value, f"v{value.id}")
-            self.line(f"{value.type} v{value.id};")
-        arguments = [self.operand(value) for value in call.given]
-        self.value(first, f"{self.named_calls[call.key]}({', '.join(arguments + [f'&v{v.id}' for v in rest])})")
 
     def close(self) -> Listing:
         self.depth -= 1

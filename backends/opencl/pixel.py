@@ -130,8 +130,6 @@ def _kernel(
     builtins = {"pixel.0": "x", "pixel.1": "y", "output_size.0": str(width), "output_size.1": str(height)}
     named = {image: (f"image{i}", layout) for i, (image, layout) in enumerate(images)}
     printer = OpenCLPrinter(program, builtins, named, inner=inner, prefix=f"{name}_")
-    if on_cpu:
-        printer.functions()
     printer.open(f"__kernel void {name}({parameters([layout for _, layout in images], outputs)})")
     if inner:
         printer.line(_inner_place(run))

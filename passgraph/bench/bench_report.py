@@ -116,9 +116,14 @@ def _plain_ticks(axis: Any) -> None:
 
 
 COLUMNS = (
-    "scene", "backend", "method", "map_size", "frame_ms", "frame_cpu_ms", "filter_ms", "filter_cpu_ms", "upload_ms",
-    "read_back_ms", "rmse", "penumbra_rmse", "ssim", "flip", "false_lit", "false_dark",
+    "scene", "backend", "method", "map_size", "frame_ms", "frame_cpu_ms", "filter_ms", "filter_cpu_ms", "rmse",
+    "penumbra_rmse", "ssim", "flip", "false_lit", "false_dark",
 )  # fmt: skip
+
+
+def _milliseconds(row: Row) -> dict[str, float]:
+    """Return the time of each pass, by its name."""
+    return {each.name: 1e3 * each.seconds for each in row.passes.passes}
 
 
 def flat(row: Row) -> dict[str, Any]:
@@ -128,7 +133,7 @@ def flat(row: Row) -> dict[str, Any]:
         "scene": row.scene, "backend": row.backend, "method": row.method, "map_size": row.map_size,
         "frame_ms": row.frame.wall, "frame_cpu_ms": row.frame.cpu,
         "filter_ms": row.filter.wall, "filter_cpu_ms": row.filter.cpu,
-        "upload_ms": row.passes.upload, "read_back_ms": row.passes.read_back, **errors,
+        **errors,
     }  # fmt: skip
 
 
@@ -168,7 +173,7 @@ def as_json(results: Sequence[SceneResult], settings: Settings) -> str:
                     "pixels": int(result.truth.counts.sum()),
                 },
                 "failed": list(result.failed),
-                "rows": [{**flat(row), "series": row.series, "passes_ms": row.passes.passes} for row in result.rows],
+                "rows": [{**flat(row), "series": row.series, "passes_ms": _milliseconds(row)} for row in result.rows],
             }
             for result in results
         ],
@@ -309,8 +314,7 @@ def _table(rows: Sequence[Row]) -> str:
     cells = ["<tr>" + "".join(f"<th>{escape(h)}</th>" for h in ("method", "map", *SHOWN, "passes, ms")) + "</tr>"]
     for number, row in enumerate(rows):
         shown = [row.method, str(row.map_size), *(show(row) for show in SHOWN.values())]
-        passes = ", ".join(f"{name} {spent:.1f}" for name, spent in row.passes.passes.items())
-        passes += f"; once: upload {row.passes.upload:.1f}; read back {row.passes.read_back:.1f}"
+        passes = ", ".join(f"{name} {spent:.1f}" for name, spent in _milliseconds(row).items())
         kind = " class='front'" if number in best else ""
         cells.append(
             f"<tr{kind}>"

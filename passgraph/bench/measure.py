@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,12 +14,13 @@ from passgraph.backends.registry import open_backend
 from passgraph.bench.bench_scenes import scene_named
 from passgraph.bench.methods import METHODS, Made, Method, frame_without_shadows, passes_of
 from passgraph.bench.metrics import Errors, compared
-from passgraph.bench.timing import FrameTime, PassTimes, frame_times, pass_times
+from passgraph.bench.timing import FrameTime, frame_times
 from passgraph.bench.truth import Float32, Mask, Truth, truth_of
 from passgraph.effects.shadows.shadow_choice import Hard
 from passgraph.errors import DeviceMissingError, PassgraphError
-from passgraph.graph.targets import Target
+from passgraph.plan.data import Options
 from passgraph.run.compile import compile
+from passgraph.run.profile import Profile
 from passgraph.run.program import Program
 from passgraph.scene import Scene
 
@@ -39,7 +39,7 @@ class Row:
     ----------
     frame : time of the whole frame: shadow map, surfaces, light, shadow, picture
     filter : time in addition to a frame that draws the same map and surfaces without a shadow lookup
-    passes : time of each pass, and of uploads and readback
+    passes : time of each pass, with a wait after each
     """
 
     scene: str
@@ -49,7 +49,7 @@ class Row:
     map_size: int
     frame: FrameTime
     filter: FrameTime
-    passes: PassTimes
+    passes: Profile
     errors: Errors
 
 
@@ -109,7 +109,7 @@ class _Drawn:
 
     shares: dict[tuple[str, str, int], Float32] = field(default_factory=dict)
     counts: dict[str, Mask] = field(default_factory=dict)
-    times: dict[tuple[str, str, int], tuple[FrameTime, FrameTime, PassTimes]] = field(default_factory=dict)
+    times: dict[tuple[str, str, int], tuple[FrameTime, FrameTime, Profile]] = field(default_factory=dict)
     failed: list[str] = field(default_factory=list)
 
 
@@ -181,13 +181,10 @@ def _measure_on(device: Backend, backend: str, scene: Scene, map_size: int, sett
     base = times.pop(NO_SHADOWS)
     for name, frame in times.items():
         over = FrameTime(frame.wall - base.wall, frame.cpu - base.cpu)
-        watched = partial(_compiled, graphs[name].picture, settings.size)
-        each = pass_times(watched, device, light, max(settings.frames // 3, 1))
+        # A light that moves draws its map again in each frame.
+        with compile(graphs[name].picture, device, settings.size, Options(static=False)) as program:
+            each = program.profile(max(settings.frames // 3, 1), light=light)
         drawn.times[backend, name, map_size] = frame, over, each
-
-
-def _compiled(picture: Target, size: tuple[int, int], device: Backend) -> Program:
-    return compile(picture, backend=device, size=size)
 
 
 def _graphs(scene: Scene, map_size: int, methods: Sequence[str], where: str, failed: list[str]) -> dict[str, Made]:

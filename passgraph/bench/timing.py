@@ -1,19 +1,14 @@
-"""Frame times: whole, pass by pass, and of uploads and readback."""
+"""Times of whole frames, and of one frame over another."""
 
 from __future__ import annotations
 
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from passgraph.backends.base import Backend, Block, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
-from passgraph.formats import Format
-from passgraph.graph.draw_state import Geometry
-from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.run.program import Program
 from passgraph.scene import Light
 
@@ -78,118 +73,3 @@ def nudged(light: Light, frame: int) -> Light:
     if light.kind == "directional":
         return replace(light, direction=tuple(np.add(light.direction, (by, 0.0, 0.0))))
     return replace(light, position=tuple(np.add(light.position, (by, 0.0, 0.0))))
-
-
-@dataclass
-class Tally:
-    """Seconds of every call, by kind."""
-
-    passes: dict[str, list[float]] = field(default_factory=dict)
-    uploads: list[float] = field(default_factory=list)
-    downloads: list[float] = field(default_factory=list)
-
-    def clear(self) -> None:
-        self.passes.clear()
-        self.uploads.clear()
-        self.downloads.clear()
-
-
-class Stopwatch(Backend):
-    """A backend that waits for each pass of another backend and times it."""
-
-    name = "stopwatch"
-
-    def __init__(self, inner: Backend) -> None:
-        self.inner, self.tally = inner, Tally()
-
-    @classmethod
-    def devices(cls) -> list[DeviceInfo]:
-        return []
-
-    def _timed(self, call: Callable[[], Any], into: list[float]) -> Any:
-        self.inner.finish()
-        begin = time.perf_counter()
-        result = call()
-        self.inner.finish()
-        into.append(time.perf_counter() - begin)
-        return result
-
-    def make(self, format: Format, size: tuple[int, int]) -> Any:
-        return self.inner.make(format, size)
-
-    def upload(self, storage: Any, picture: FloatBlock) -> None:
-        self._timed(lambda: self.inner.upload(storage, picture), self.tally.uploads)
-
-    def download(self, storage: Any) -> FloatBlock:
-        values: FloatBlock = self._timed(lambda: self.inner.download(storage), self.tally.downloads)
-        return values
-
-    def copy(self, source: Any, destination: Any) -> None:
-        self._timed(lambda: self.inner.copy(source, destination), self.tally.passes.setdefault("copy", []))
-
-    def geometry(self, mesh: Geometry) -> Any:
-        return self._timed(lambda: self.inner.geometry(mesh), self.tally.uploads)
-
-    def pixel_pass(self, step: PixelStep) -> PixelRunner:
-        run = self.inner.pixel_pass(step)
-
-        def timed(outputs: Sequence[Any], images: Sequence[Any], block: Block) -> None:
-            self._timed(lambda: run(outputs, images, block), self.tally.passes.setdefault(step.name, []))
-
-        return timed
-
-    def draw_pass(self, step: DrawStep) -> DrawRunner:
-        run = self.inner.draw_pass(step)
-
-        def timed(
-            outputs: Sequence[Any], depth: Any, images: Sequence[Any], geometry: Any, vertex: Block, fragment: Block
-        ) -> None:
-            into = self.tally.passes.setdefault(step.name, [])
-            self._timed(lambda: run(outputs, depth, images, geometry, vertex, fragment), into)
-
-        return timed
-
-    def finish(self) -> None:
-        self.inner.finish()
-
-    def release(self, storage: Any) -> None:
-        self.inner.release(storage)
-
-    def release_geometry(self, geometry: Any) -> None:
-        self.inner.release_geometry(geometry)
-
-    def close(self) -> None:
-        """Do nothing: the other backend belongs to its owner."""
-
-
-@dataclass(frozen=True)
-class PassTimes:
-    """Milliseconds of each pass, with a wait after each; their sum is longer than a frame without waits.
-
-    Attributes
-    ----------
-    passes : by name, in order; draws of one name are summed
-    upload : textures and meshes, once
-    read_back : download of the picture
-    """
-
-    passes: dict[str, float]
-    upload: float
-    read_back: float
-
-
-def pass_times(compiled: Callable[[Backend], Program], backend: Backend, light: Light, frames: int) -> PassTimes:
-    """Return the times of each pass of one program, medians over the frames."""
-    watch = Stopwatch(backend)
-    with compiled(watch) as program:
-        program.run(light=nudged(light, 0))
-        program.read()
-        upload, read_back = sum(watch.tally.uploads), sum(watch.tally.downloads)
-        rounds: list[dict[str, float]] = []
-        for frame in range(1, frames + 1):
-            watch.tally.clear()
-            program.run(light=nudged(light, frame))
-            rounds.append({name: sum(spent) for name, spent in watch.tally.passes.items()})
-    names = list(dict.fromkeys(name for each in rounds for name in each))
-    medians = {name: 1e3 * statistics.median(each.get(name, 0.0) for each in rounds) for name in names}
-    return PassTimes(medians, 1e3 * upload, 1e3 * read_back)

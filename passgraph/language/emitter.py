@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections import ChainMap, defaultdict
-from collections.abc import Iterator, Sequence
+from collections import ChainMap
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import cast
@@ -133,8 +133,6 @@ def _sweep(body: Sequence[s.Instruction], live: _Liveness) -> list[s.Instruction
 
 #: Branches of at most this length become selections, which vectorize; longer ones stay branches.
 MAX_SELECTED_INSTRUCTIONS = 12
-#: Prelude functions with at least this many values are recorded in the program: :attr:`Emitter.calls`.
-MIN_CALL = 12
 #: Most expressions lowered and instructions emitted for one kernel, loops unrolled.
 MAX_STEPS = 200_000
 _RESULT = {
@@ -159,7 +157,6 @@ class Emitter:
         self.table_names: dict[int, str] = {}  # by identity of the values, which the program keeps
         self.held_tables: dict[int, tuple[int | float, ...]] = {}  # uint tables, by identity of their values
         self.builtins: dict[str, str] = {}
-        self.calls: list[tuple[int, int]] = []  # calls of long prelude functions: first and last value
         self.steps = 0
         self.span = NOWHERE  # span of the statement being lowered, for errors
         self.made: dict[int, s.Op | s.Choose] = {}
@@ -189,8 +186,6 @@ class Emitter:
     def back_to(self, ids: int) -> None:
         """Reuse the numbers of values after this one: those values were dropped."""
         self.ids = ids
-        while self.calls and self.calls[-1][1] > ids:
-            self.calls.pop()
 
     def _forget(self, number: int) -> None:
         """Forget a value number that an abandoned unrolling returns for reuse."""
@@ -401,100 +396,3 @@ def fold(name: str, result: str, arguments: tuple[s.Lit, ...]) -> s.Lit:
         if result == "float":
             return s.Lit("float", float(np.float32(value)))
     return s.Lit(result, bool(value) if result == "bool" else int(value))
-
-
-__all__ = ["Emitter", "eliminate_dead", "fold"]
-
-
-#: Shorter programs compile fast anyway, and run up to a tenth faster without calls.
-MIN_PROGRAM = 4_000
-#: Least instructions of a function, and least number of its calls: below, LLVM saves nothing.
-MIN_LENGTH, MIN_CALLS = 12, 3
-
-
-@dataclass(frozen=True, slots=True)
-class Call:
-    """Consecutive instructions as a call: ``key`` identifies the computation on ``given``, with results ``wanted``."""
-
-    key: tuple[object, ...]
-    instructions: tuple[s.Op | s.Choose, ...]
-    given: tuple[s.Val, ...]
-    wanted: tuple[s.Val, ...]
-
-
-def repeated(program: s.ScalarProgram) -> dict[int, Call]:
-    """Return the calls worth a function, by the number of the first value of each."""
-    if not program.calls or s.count(program.body) < MIN_PROGRAM:
-        return {}
-    parts = list(_parts(program.body, _owners(program)))
-    inside = {i.to.id: number for number, part in enumerate(parts) for i in part}
-    wanted: dict[int, s.Val] = {}
-    for user, operand in _uses(program, inside):
-        if isinstance(operand, s.Val) and operand.id in inside and inside[operand.id] != user:
-            wanted[operand.id] = operand
-    calls = defaultdict(list)
-    for part in parts:
-        call = _call(part, wanted)
-        calls[call.key].append(call)
-    return {c.instructions[0].to.id: c for alike in calls.values() if len(alike) >= MIN_CALLS for c in alike}
-
-
-def _owners(program: s.ScalarProgram) -> dict[int, int]:
-    """Map each value that a call computes to the call's number."""
-    return {value: n for n, (first, last) in enumerate(program.calls) for value in range(first, last + 1)}
-
-
-def _parts(body: Sequence[s.Instruction], owners: dict[int, int]) -> Iterator[tuple[s.Op | s.Choose, ...]]:
-    """Yield the instructions of each call that remain in place, consecutively."""
-    part: list[s.Op | s.Choose] = []
-    for i in (*body, None):
-        owner = owners.get(i.to.id) if isinstance(i, (s.Op, s.Choose)) else None
-        if part and owners[part[0].to.id] != owner:
-            if len(part) >= MIN_LENGTH:
-                yield tuple(part)
-            part = []
-        if owner is not None:
-            assert isinstance(i, (s.Op, s.Choose))
-            part.append(i)
-        elif isinstance(i, s.If):
-            yield from _parts(i.then, owners)
-            yield from _parts(i.orelse, owners)
-        elif isinstance(i, s.For):
-            yield from _parts(i.body, owners)
-
-
-def _uses(program: s.ScalarProgram, inside: dict[int, int]) -> Iterator[tuple[int | None, s.Operand]]:
-    """Yield each operand, and the part that uses it."""
-    for i in s.walk(program.body):
-        user = inside.get(i.to.id) if isinstance(i, (s.Op, s.Choose)) else None
-        for operand in s.operands_of(i):
-            yield user, operand
-    for output in program.outputs:
-        for operand in (*output.values, *output.unrounded):
-            yield None, operand
-    if program.keep is not None:
-        yield None, program.keep
-
-
-def _call(part: tuple[s.Op | s.Choose, ...], numbered: dict[int, s.Val]) -> Call:
-    """Return a part with its values numbered by position, and its inputs by first use."""
-    numbers: dict[int, int] = {}
-    inputs: dict[int, s.Val] = {}
-    key: list[object] = []
-
-    def named(operand: s.Operand) -> object:
-        if isinstance(operand, s.Lit):
-            return repr(operand)
-        if operand.id in numbers:
-            return numbers[operand.id]
-        inputs.setdefault(operand.id, operand)
-        return -1 - list(inputs).index(operand.id), operand.type
-
-    for number, i in enumerate(part):
-        operand_keys = [named(operand) for operand in s.operands_of(i)]
-        if isinstance(i, s.Op) and i.operation in COMMUTATIVE:
-            operand_keys.sort(key=repr)
-        key.append((i.operation, i.on, *operand_keys) if isinstance(i, s.Op) else ("choose", *operand_keys))
-        numbers[i.to.id] = number
-    results = tuple([numbered[i.to.id] for i in part if i.to.id in numbered])
-    return Call((*key, *[numbers[value.id] for value in results]), part, tuple(inputs.values()), results)

@@ -138,7 +138,6 @@ class Shared:
             (program.source, *self.sources),
             tuple((n, t, length) for n, (t, length) in self.emitter.arrays.items() if n in arrays),
             tuple((n, t) for n, t in self.buffers.items() if n in read),
-            tuple(self.emitter.calls),
         )
 
     def _live_use(self, use: s.ImageUse, used: list[s.Instruction]) -> s.ImageUse:

@@ -12,7 +12,7 @@ from passgraph.errors import KernelError, KernelLengthError
 from passgraph.formats import Store
 from passgraph.language import ir, lower_arrays
 from passgraph.language import scalar as s
-from passgraph.language.emitter import MIN_CALL, Emitter, eliminate_dead
+from passgraph.language.emitter import Emitter, eliminate_dead
 from passgraph.language.evaluate import computed
 from passgraph.language.expand import EXPANSIONS, Steps, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared, inner_first
@@ -458,15 +458,11 @@ class Lowering:
             power = whole_power(self.emitter, *arguments)
             if power is not None:
                 return power
-        e, before = self.emitter, self.emitter.ids
+        e = self.emitter
         steps = _prelude_steps(name) if e.simplify and not isinstance(arguments[0], s.Lit) else None
         if steps is not None:
-            result = steps.repeated(e, arguments)
-        else:
-            result = _inlined(_prelude_program(name), arguments, self.shared, self.facts.simplify)
-        if not self.arguments and e.ids - before >= MIN_CALL:  # calls inside a call are part of it
-            e.calls.append((before + 1, e.ids))
-        return result
+            return steps.repeated(e, arguments)
+        return _inlined(_prelude_program(name), arguments, self.shared, self.facts.simplify)
 
     # Images
 

@@ -273,8 +273,6 @@ class ScalarProgram:
     arrays: tuple[tuple[str, str, int], ...] = ()  # name, scalar type, length
     #: Images that store long array parameters (:mod:`.long_arrays`): name, Array of passgraph.language.types.
     buffers: tuple[tuple[str, object], ...] = ()
-    #: Numbers of the first and the last value of each call of a long prelude function.
-    calls: tuple[tuple[int, int], ...] = field(default=(), compare=False, repr=False)
 
     @cached_property
     def key(self) -> str:

@@ -19,7 +19,6 @@ from passgraph.backends.numpy.vector.lanes import (
     TYPES,
     Lanes,
     border,
-    called,
     constant,
     emit_operation,
     is_vector,
@@ -30,7 +29,6 @@ from passgraph.backends.numpy.vector.texels import Window, decoded, element, rou
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
-from passgraph.language.emitter import repeated
 
 #: Branches with more instructions than this, or with loops, are skipped if no lane takes them.
 MAX_UNCONDITIONAL = 12
@@ -50,8 +48,6 @@ class LaneBody:
         self.values: dict[int, Any] = {}
         self.tables: dict[str, Any] = {}
         self.windows = windows_of(program)
-        self.calls = repeated(program)
-        self.called: set[int] = set()  # values inside functions
         self.slots = {name: self._slot(TYPES[kind]) for name, kind in program.variables}
         self.arrays = {name: self._array(HELD[kind], length) for name, kind, length in program.arrays}
         self.straight = s.is_straight(program)
@@ -78,24 +74,11 @@ class LaneBody:
         for instruction in instructions:
             if self.builder.block.is_terminated:
                 return
-            if isinstance(instruction, (s.Op, s.Choose)) and self._is_called(instruction):
-                continue
             if self.straight and self._is_steady(instruction):
                 with self.builder.goto_entry_block():
                     self.emit(instruction)
             else:
                 self.emit(instruction)
-
-    def _is_called(self, i: s.Op | s.Choose) -> bool:
-        """Return True if an instruction is part of a call, which is emitted at its first instruction."""
-        call = self.calls.get(i.to.id)
-        if call is not None:
-            arguments = [self.operand(value) for value in call.given]
-            if any(map(is_vector, arguments)):  # computing one number for all pixels costs little
-                self.called.update(instruction.to.id for instruction in call.instructions)
-                results = called(self.builder, call, arguments)
-                self.values |= {value.id: result for value, result in zip(call.wanted, results, strict=True)}
-        return i.to.id in self.called
 
     def _is_steady(self, i: s.Instruction) -> bool:
         """Return True if an instruction of a branchless program is uniform, and so is computed before the pixel

@@ -6,7 +6,6 @@ emitters of operations (operations.py) serve both, and uniform computations cost
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -16,11 +15,9 @@ from typing import Any
 import numpy as np
 
 from passgraph.backends.numpy.machine import llvm
-from passgraph.backends.numpy.machine.llvm import IRBuilder
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program, period_program
-from passgraph.language.emitter import Call
 
 F32, F64, I32, I64, BOOL = llvm.FloatType(), llvm.DoubleType(), llvm.IntType(32), llvm.IntType(64), llvm.IntType(1)
 I8 = llvm.IntType(8)
@@ -436,36 +433,3 @@ _WHOLE: dict[str, Callable[..., Any]] = {
     "add": lambda b, x, y: b.add(x, y), "sub": lambda b, x, y: b.sub(x, y), "mul": lambda b, x, y: b.mul(x, y),
     "neg": lambda b, x: b.sub(llvm.Constant(I32, 0), x), "min": _at_most, "max": _at_least, "int_mod": floor_modulo,
 }  # fmt: skip
-
-
-def called(b: Lanes, call: Call, arguments: Sequence[Any]) -> list[Any]:
-    """Emit a call of a function with these vectors and return the values that are used."""
-    name = f"call_{hashlib.sha256(repr(call.key).encode()).hexdigest()[:16]}"
-    function = b.module.globals.get(name) or _function(b, name, call)
-    result = b.plain.call(function, [b.spread(value) for value in arguments])
-    if len(call.wanted) == 1:
-        return [result]
-    return [b.extract_value(result, place) for place in range(len(call.wanted))]
-
-
-def _function(b: Lanes, name: str, call: Call) -> Any:
-    kinds = [b.vector(TYPES[value.type]) for value in call.wanted]
-    returned = kinds[0] if len(kinds) == 1 else llvm.LiteralStructType(kinds)
-    function = llvm.Function(b.module, llvm.FunctionType(returned, [b.vector(TYPES[v.type]) for v in call.given]), name)
-    function.linkage = "internal"
-    function.attributes.add("noinline")
-    inner = Lanes(IRBuilder(function), b.lanes)
-    values = dict(zip((value.id for value in call.given), function.args, strict=True))
-    for i in call.instructions:
-        parts = [constant(x) if isinstance(x, s.Lit) else values[x.id] for x in s.operands_of(i)]
-        values[i.to.id] = (
-            emit_operation(inner, i.operation, i.on, parts) if isinstance(i, s.Op) else inner.select(*parts)
-        )
-    results = [inner.spread(values[value.id]) for value in call.wanted]
-    packed = results[0]
-    if len(results) > 1:
-        packed = blank(returned)
-        for place, value in enumerate(results):
-            packed = inner.insert_value(packed, value, place)
-    inner.ret(packed)
-    return function
