@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from importlib import import_module
 
+from passgraph.arguments import near
 from passgraph.backends.base import Backend
 from passgraph.errors import BackendError
 
@@ -46,10 +47,7 @@ def backend_class(name: str) -> type[Backend]:
     """
     path = BUILT_IN.get(name) or _entry_points().get(name)
     if path is None:
-        import difflib
-
-        near = [_OTHER_NAMES[name]] if name in _OTHER_NAMES else difflib.get_close_matches(name, backend_names(), n=1)
-        hint = f" (did you mean {near[0]!r}?)" if near else ""
+        hint = near(_OTHER_NAMES.get(name, name), backend_names())
         raise BackendError(f"there is no backend {name!r}{hint}; there are {', '.join(backend_names())}")
     module, _, attribute = path.partition(":")
     try:

@@ -6,12 +6,11 @@ every backend, and a value read back is the value that the reference computes.
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
-from passgraph.arguments import among, shown
+from passgraph.arguments import among, near, shown
 from passgraph.cached import cached_property
 from passgraph.errors import BackendError, GraphError
 
@@ -121,9 +120,8 @@ def format_named(name: str | Format) -> Format:
     if isinstance(name, Format):
         return name
     if not among(name, FORMATS):
-        near = difflib.get_close_matches(shown(name), FORMATS, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else "."
-        raise GraphError(f"there is no format {shown(name)}{hint} Formats are {', '.join(FORMATS)}")
+        hint = near(shown(name), FORMATS)
+        raise GraphError(f"there is no format {shown(name)}{hint}; formats are {', '.join(FORMATS)}")
     return FORMATS[name]
 
 

@@ -254,16 +254,12 @@ def _boxes(outputs: Sequence[Target]) -> tuple[dict[Key, tuple[str, str, bool]],
 
 def _rows(boxes: Mapping[Key, object], reads: Mapping[Key, Sequence[Key]]) -> list[list[Key]]:
     """Arrange boxes in rows by their longest path from an input, each near the middle of those that it reads."""
-    ranks: dict[Key, int] = {}
-    waiting = list(boxes)
-    while waiting:
-        known = [key for key in waiting if all(source in ranks for source in reads[key])]
-        for key in known:
-            ranks[key] = 1 + max((ranks[source] for source in reads[key]), default=-1)
-        waiting = [key for key in waiting if key not in ranks]
-    rows: list[list[Key]] = [[] for _ in range(max(ranks.values(), default=0) + 1)]
-    for key, rank in ranks.items():
-        rows[rank].append(key)
+    import networkx as nx
+
+    graph = nx.DiGraph()
+    graph.add_nodes_from(boxes)
+    graph.add_edges_from((source, key) for key, sources in reads.items() for source in sources)
+    rows = [list(row) for row in nx.topological_generations(graph)]
     place: dict[Key, float] = {}
     for row in rows:
         row.sort(key=lambda key: sum(place[s] for s in reads[key]) / max(1, len(reads[key])))

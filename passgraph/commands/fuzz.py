@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from time import monotonic
@@ -12,16 +11,15 @@ from typing import TYPE_CHECKING
 import click
 
 from passgraph.backends.base import Backend
-from passgraph.backends.registry import open_backend
+from passgraph.commands.input_values import opened
 from passgraph.commands.options import BackendType, FiniteRange
 from passgraph.commands.written_files import check_folder
-from passgraph.errors import BackendError, DeviceMissingError
+from passgraph.errors import DeviceMissingError
 
 if TYPE_CHECKING:
     from passgraph.verify.fuzz.search import Failure
 
 INSTALL = "pip install 'passgraph[fuzz]'"
-BACKENDS = ("gl", "opencl", "webgpu", "numpy")
 #: Kinds of cases; ``variants`` are rewritten kernels that must give the same results.
 KINDS = ("kernels", "native", "graphs", "draws", "variants")
 
@@ -73,37 +71,20 @@ def fuzz(minutes: float, seed: int, backends: tuple[str, ...], what: str, failur
     except ImportError as error:
         raise DeviceMissingError(f"fuzzing needs hypothesis ({error}); install it: {INSTALL}") from None
     with ExitStack() as stack:
-        opened = list(_opened(backends, stack))
+        devices = [stack.enter_context(device) for device in opened(backends)]
         if replay is not None:
-            return _replay(replay, opened)
+            return _replay(replay, devices)
         is_new = not failures.exists()
         check_folder(failures)  # before the long run
         if is_new:
             stack.callback(_remove_empty, failures)
         kinds = KINDS if what == "all" else (what,)
-        return _hunt(kinds, opened, seed, minutes * 60, failures)
+        return _hunt(kinds, devices, seed, minutes * 60, failures)
 
 
 def _remove_empty(folder: Path) -> None:
     with suppress(OSError):
         folder.rmdir()
-
-
-def _opened(chosen: tuple[str, ...], stack: ExitStack) -> Iterator[Backend]:
-    """Yield the named backends, or all available ones."""
-    found = False
-    for name in chosen or BACKENDS:
-        try:
-            backend = stack.enter_context(open_backend(name))
-        except DeviceMissingError as error:
-            if chosen:
-                raise
-            click.echo(f"{name} is not here: {error}", err=True)
-            continue
-        found = True
-        yield backend
-    if not found:
-        raise BackendError("there is no backend to test; see: passgraph backends")
 
 
 def _hunt(kinds: tuple[str, ...], backends: list[Backend], seed: int, seconds: float, folder: Path) -> int:

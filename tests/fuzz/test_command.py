@@ -31,7 +31,7 @@ class Skewed(ReferenceBackend):
 
 @pytest.fixture
 def skewed(monkeypatch: pytest.MonkeyPatch) -> str:
-    monkeypatch.setattr("passgraph.commands.fuzz.open_backend", lambda _: Skewed())
+    monkeypatch.setattr("passgraph.backends.registry.open_backend", lambda _: Skewed())
     monkeypatch.setitem(BUILT_IN, "skewed", "passgraph.backends.reference:ReferenceBackend")
     return "skewed"
 

@@ -163,8 +163,11 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: Blend("two"), "blend source factor cannot be 'two'; it is one of zero, one"),
     (lambda: DrawState(cull="both"), "cull cannot be 'both'; it is one of none, back, front"),
     (lambda: Stencil(reference=256), "stencil reference must be a whole number from 0 to 255, got 256"),
-    (lambda: format_named("rgba8_srbg"), "there is no format 'rgba8_srbg'; did you mean 'rgba8_srgb'? Formats are r8"),
-    (lambda: format_named("x"), "there is no format 'x'. Formats are r8"),
+    (
+        lambda: format_named("rgba8_srbg"),
+        "there is no format 'rgba8_srbg' (did you mean 'rgba8_srgb'?); formats are",
+    ),
+    (lambda: format_named("x"), "there is no format 'x'; formats are r8"),
     # arguments of a kind that does not fit at all
     (lambda: Target(3), "a handle stands for pg.target(...) or pg.Input(...), got 3"),  # type: ignore[arg-type]
     (lambda: Target(target("t"), made_by=3), "a handle is made by a pass, got 3"),  # type: ignore[arg-type]

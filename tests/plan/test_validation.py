@@ -275,7 +275,7 @@ def test_a_plan_that_fails_leaves_a_usable_program() -> None:
 def test_a_format_that_is_not_there_is_close_to_one_that_is() -> None:
     with pytest.raises(
         pg.GraphError,
-        match="there is no format 'rgb_16f'; did you mean",
+        match="there is no format 'rgb_16f' \\(did you mean",
     ):
         format_named("rgb_16f")
 
