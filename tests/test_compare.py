@@ -69,6 +69,7 @@ def chain(fmt: str = "rgba32f") -> Target:
     return target
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize(
     ("kernel", "fmt"),
     [

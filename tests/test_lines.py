@@ -139,6 +139,7 @@ def test_the_pass_reads_what_the_backend_wrote_before_it() -> None:
     assert second.values[0].value[0] == pytest.approx(2 * np.cos(FRAME[3, 4, 0]), rel=1e-3)
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("rule", ["clamp", "zero", "mirror"])
 @pytest.mark.parametrize("kind", ["u8", "one channel", "nan"])
 def test_pictures_of_all_kinds_are_read_as_the_pass_reads_them(rule: str, kind: str) -> None:

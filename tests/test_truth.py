@@ -200,6 +200,7 @@ class EveryTriangle:
         return np.array(nearest) < lengths
 
 
+@pytest.mark.slow
 def test_shares_are_those_of_asking_every_triangle(monkeypatch: pytest.MonkeyPatch) -> None:
     scene, size = everything(*ALL_LIGHTS), (24, 16)
     traced = visible_shares(scene, size, samples=16)

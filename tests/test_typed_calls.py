@@ -6,12 +6,15 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import passgraph as pg
 from tests import typed_calls as calls
 
 root = Path(__file__).resolve().parent.parent
 
 
+@pytest.mark.slow
 def test_mypy_knows_what_calls_give(tmp_path: Path) -> None:
     """All is right in one file, a line is wrong in the other; mypy reads the package once for both.
 

@@ -236,6 +236,7 @@ def test_text_that_llvm_refuses_is_an_error_and_ends_before_its_context(monkeypa
     assert not left
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_compiling_gives_back_its_memory(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """A service that compiles kernels all day does not grow: 100 compilations take less than 1 MB."""

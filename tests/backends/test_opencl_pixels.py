@@ -46,6 +46,7 @@ def run(device: OpenCLBackend, text: str, picture: Picture, border: str = "clamp
 PAD = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric", "reflect-101": "reflect"}
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("size", [(1, 1), (3, 2), (130, 5), (300, 9)])
 @pytest.mark.parametrize("border", list(PAD))
 def test_neighbours_outside_follow_the_border_rule(device: OpenCLBackend, border: str, size: tuple[int, int]) -> None:

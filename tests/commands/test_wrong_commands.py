@@ -58,6 +58,7 @@ def options(name: str) -> Iterator[tuple[str, int]]:
                 yield option.opts[0], option.nargs
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("name", COMMANDS)
 def test_options_refuse_what_does_not_fit(name: str, capfd: pytest.CaptureFixture[str]) -> None:
     for option, count in options(name):

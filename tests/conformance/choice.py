@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from passgraph.verify.conformance import Case, cases
+from passgraph.backends.base import Backend
+from passgraph.verify.conformance import Case, cases, judge
 
 CASES = list(cases())
+
+
+def assert_all_conform(case: Case, backends: list[Backend]) -> None:
+    faults = [str(verdict) for verdict in judge(case, backends) if verdict.outcome != "passed"]
+    assert not faults, "\n".join(faults)
 
 
 def first_of_each() -> list[Case]:

@@ -5,13 +5,17 @@ The reference's work is done once for all of them.
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pytest
 
 from passgraph.backends.base import Backend
 from passgraph.language.operations import OPERATIONS
-from passgraph.verify.conformance import Case, cases, judge
-from tests.conformance.choice import CASES, first_of_each
+from passgraph.verify.conformance import Case, cases
+from tests.conformance.choice import CASES, assert_all_conform, first_of_each
 
+ROOT = Path(__file__).resolve().parents[2]
 FIRST = {case.id for case in first_of_each()}
 
 
@@ -19,17 +23,18 @@ def is_quick_effect(case: Case) -> bool:
     return case.group == "effects" and case.quick and case.id not in FIRST
 
 
-def assert_all_conform(case: Case, backends: list[Backend]) -> None:
-    faults = [str(verdict) for verdict in judge(case, backends) if verdict.outcome != "passed"]
-    assert not faults, "\n".join(faults)
+#: Cases that are neither the first of their kind nor quick ones of effects.
+OTHERS = [case for case in CASES if case.id not in FIRST and not is_quick_effect(case)]
+#: Cases that have caught a planted mistake.
+CATCHING = {row["case"] for row in json.loads((ROOT / "docs" / "mutants.json").read_text("utf-8"))}
 
 
 @pytest.mark.parametrize(
     "case",
     [
         pytest.param(case, id=case.id, marks=() if case.quick else pytest.mark.slow)
-        for case in CASES
-        if case.id not in FIRST and not is_quick_effect(case)
+        for case in OTHERS
+        if case.id in CATCHING
     ],
 )
 def test_every_backend_conforms(case: Case, backends: list[Backend]) -> None:
@@ -37,11 +42,23 @@ def test_every_backend_conforms(case: Case, backends: list[Backend]) -> None:
 
 
 @pytest.mark.every_third
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, id=case.id, marks=() if case.quick else pytest.mark.slow)
+        for case in OTHERS
+        if case.id not in CATCHING
+    ],
+)
+def test_every_backend_conforms_in_cases_like_these(case: Case, backends: list[Backend]) -> None:
+    assert_all_conform(case, backends)
+
+
+@pytest.mark.every_third
 @pytest.mark.parametrize("on_opencl", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["others", "opencl"])
 @pytest.mark.parametrize("case", list(filter(is_quick_effect, CASES)), ids=lambda case: case.id)
 def test_every_backend_conforms_in_effects(case: Case, backends: list[Backend], on_opencl: bool) -> None:
-    """PoCL compiles their many programs for seconds; what these are made of is in the other groups, and each effect's
-    first case in test_first_cases.py, on OpenCL too."""
+    """PoCL compiles their many programs for seconds: each effect's first case is in test_first_cases.py."""
     assert_all_conform(case, [backend for backend in backends if (backend.name == "opencl") == on_opencl])
 
 

@@ -101,6 +101,7 @@ def test_samples_beyond_all_ints_read_one_texel(device: Backend, border: Border,
     np.testing.assert_allclose(run(device, SAMPLE, places, c, border), np.float32(want), rtol=1e-6)
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("border", BORDERS)
 def test_a_sample_at_nan_is_nan(device: Backend, border: Border) -> None:
     places = np.full((1, 1, 4), np.nan, np.float32)

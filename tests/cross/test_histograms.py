@@ -83,6 +83,7 @@ def test_each_channel_of_each_format_is_counted(device: Backend, format_: str, k
         assert np.array_equal(result[f"counts {channel}"][0, :, 0], expected), channel
 
 
+@pytest.mark.every_third
 def test_counts_go_from_frame_to_frame(device: Backend) -> None:
     """Tables begin at nothing in each run, pictures that are bound anew are counted, and the target is that given."""
     spec = pg.target("counts", "r32f")
@@ -170,6 +171,7 @@ def test_the_counting_of_a_histogram_is_known() -> None:
         assert [step.known.bins for step in steps if step.known is not None] == [16]
 
 
+@pytest.mark.every_third
 def test_it_is_told_which_way_counts(device: Backend) -> None:
     made = pg.histogram(pg.Input("frame", "r8", (8, 8)), name="counts")
     for options in (pg.Options(), pg.Options(fuse=False)):
@@ -203,6 +205,7 @@ def looping(a: Image, b: Image) -> float:
 """
 
 
+@pytest.mark.every_third
 def test_what_is_fused_into_a_histogram_is_counted(device: Backend) -> None:
     """Of two pictures, one with a border and read by place, in a loop that uses up a device's trips."""
     random = np.random.default_rng(8)
@@ -219,6 +222,7 @@ def test_what_is_fused_into_a_histogram_is_counted(device: Backend) -> None:
     assert np.array_equal(made, given["counts"])
 
 
+@pytest.mark.every_third
 def test_every_texel_of_one_bin_is_counted(device: Backend) -> None:
     """All add to one entry of a table, in groups that share it."""
     with pg.compile(pg.histogram(pg.Input("frame", "r8"), 2048, channel=0), backend=device) as program:
@@ -227,6 +231,7 @@ def test_every_texel_of_one_bin_is_counted(device: Backend) -> None:
             assert counts[-1 if level else 0] == counts.sum() == 301 * 517
 
 
+@pytest.mark.every_third
 def test_histograms_of_one_picture_go_beside_one_another_and_in_threads(device: Backend) -> None:
     random = np.random.default_rng(9)
     pictures = [random.integers(0, 256, (33, 70, 4)).astype(np.uint8) for _ in range(4)]

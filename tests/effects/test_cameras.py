@@ -82,6 +82,7 @@ def test_an_off_centre_picture_is_a_part_of_a_wide_one(of: str) -> None:
     assert (abs(made - whole).max(axis=2)[inner] > 0.1).mean() < 0.01
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("of", EFFECTS)
 def test_no_far_plane_is_needed(of: str) -> None:
     endless = shown(of, replace(NEAR, far=np.inf))

@@ -74,6 +74,7 @@ def test_a_larger_map_costs_more_than_the_blur() -> None:
     assert hard[0] < blur < hard[-1]
 
 
+@pytest.mark.slow
 def test_with_a_constant_blur_shadows_vanish_in_the_distance_and_with_ours_they_stay(backend_name: str) -> None:
     case = blurring.dolly(backend_name)
     masses = [values(case, f"shadow mass from {distance:g} units away") for distance in blurring.DOLLY]

@@ -54,6 +54,7 @@ def test_every_filter_agrees_with_the_reference(light: str, shadow_filter: str) 
     assert_within_bounds(passes.shadows, (20, 12))
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("light", ["directional", "spot"])
 @pytest.mark.parametrize(
     "options",
@@ -83,6 +84,7 @@ def _width(row: Picture, places: Float64) -> float:
     return float(edges[1] - edges[0])
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("height", [0.7, 1.0, 1.4])
 def test_a_pcss_penumbra_is_as_wide_as_the_light_makes_it(height: float) -> None:
     """A disc of tangent R seen over an edge at distance g: half width R·g, 0.1 to 0.9 within 1.374 of that."""

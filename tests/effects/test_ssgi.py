@@ -67,6 +67,7 @@ def gathered_by_rays(view: EngineView, scene: pg.Scene) -> Float64:
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("camera", CAMERAS, ids=["perspective", "parallel", "off-centre"])
 def test_a_room_is_nearer_to_rays_than_without(camera: pg.Camera) -> None:
     """Rays of the truth also find what the picture does not show, which is most of the error that is left."""

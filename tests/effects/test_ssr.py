@@ -170,6 +170,7 @@ def test_a_rough_mirror_blurs_an_edge_as_its_facets_spread() -> None:
             assert np.sqrt(np.mean(off[np.abs(u) < 3.0] ** 2)) < 0.025, (roughness, near)
 
 
+@pytest.mark.slow
 def test_facets_hide_light_from_one_another() -> None:
     """A white wall in a floor so rough that half of the light is lost, as rays to what the picture shows of it say."""
     view, scene = beside_wall(np.radians(15.0))
@@ -246,6 +247,7 @@ def facets_seen(
     return made
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("roughness", "of_mirror"), [(0.3, 0.6), (0.5, 0.25)])
 def test_a_rough_floor_is_nearer_to_rays_than_a_mirror(roughness: float, of_mirror: float) -> None:
     """Rays of the truth also find what the picture does not have, which is most of the error that is left."""

@@ -451,6 +451,7 @@ FRAMES = "What it returns is written over the frame."
 library = {name: getattr(passgraph.effects, name) for name in passgraph.effects.__all__}
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("name", [name for name, value in library.items() if hasattr(value, "effect")])
 def test_effects_of_the_library_take_frames_or_say_that_they_take_none(engine: Engine, name: str) -> None:
     """Those that the page for engines lists do."""
@@ -629,6 +630,7 @@ def test_another_thread_may_set_or_close_while_a_frame_is_planned(engine: Engine
     assert count_objects() == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("isolation", ["sibling", "guard"])
 def test_attaching_and_closing_keeps_nothing(engine: Engine, isolation: str) -> None:
     def some(count: int) -> tuple[list[int], int, int]:

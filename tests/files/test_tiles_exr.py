@@ -168,7 +168,7 @@ print(len(grid), grid.bytes, held("VmHWM:") - before)
 """
 
 
-@pytest.mark.every_third
+@pytest.mark.slow
 @pytest.mark.parametrize("tile", [(0, 0), (256, 256)])
 def test_memory_stays_below_what_was_counted(tile: tuple[int, int], tmp_path: Path) -> None:
     """The picture alone takes 230 MB as float32."""

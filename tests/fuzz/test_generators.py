@@ -134,6 +134,7 @@ def test_one_seed_gives_the_same_cases() -> None:
 # Planted mistakes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "kind", "text"),
     [

@@ -166,6 +166,7 @@ def test_depth_comes_back_from_draws(place: Place) -> None:
         np.testing.assert_array_equal(got, wanted)
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("format_", ["r8", "rg8", "rgb8", "rgb8_srgb", "rgba16", "rgb16", "r16f", "rgb16f", "rgb32f"])
 def test_arrays_of_every_kind_go_in_and_come_back(place: Place, format_: str) -> None:
     stored = FORMATS[format_]
@@ -409,6 +410,7 @@ FEWEST = f"{FEWER} -GL_EXT_float_blend -GL_EXT_color_buffer_half_float -GL_EXT_c
 WITHOUT_FLOATS = "wherever or may_write_over or srgb or all_state or part_of_several or (draws and engines_picture)"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(IS_TOLD, reason="this is that other process")
 @pytest.mark.parametrize(
     ("version", "extensions", "which"),

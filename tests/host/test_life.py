@@ -116,6 +116,7 @@ def test_a_context_at_the_same_address_is_another(
     app.enter()
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("isolation", ISOLATIONS)
 @pytest.mark.parametrize("order", ["program first", "host first", "engine first", "nobody closes"])
 def test_nothing_of_ours_is_left(app: Application, isolation: Any, order: str) -> None:
@@ -165,6 +166,7 @@ def test_frames_of_another_size(app: Application, isolation: Any) -> None:
                 np.testing.assert_array_equal(got, own(frame=rows)["picture"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("isolation", ISOLATIONS)
 def test_frame_after_frame_nothing_grows(app: Application, isolation: Any) -> None:
     """Neither objects in the engine's context nor memory of ours; the engine makes its textures anew now and then."""

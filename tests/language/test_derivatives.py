@@ -164,6 +164,7 @@ def short(text: str) -> str:
     return text.replace("range(70)", "range(2)").replace("range(1, 6, 2)", "range(1, 4, 2)")
 
 
+@pytest.mark.slow
 @settings(BY_CHANCE, max_examples=40)
 @given(kernel_texts(Features()))
 def test_random_kernels_compute_what_quads_walking_through_them_do(text: str) -> None:
@@ -258,6 +259,7 @@ def k(c: Image) -> vec4:
 """)
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("name", INSIDE)
 def test_backends_agree_on_what_is_around_a_derivative(name: str) -> None:
     given = np.random.default_rng(3).integers(-8, 8, (5, 7, 4)).astype(np.float32) / 4

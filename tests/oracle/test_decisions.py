@@ -73,6 +73,7 @@ def kernel(body: str) -> pg.PixelKernel:
     return pg.kernel(source=f"def k(c: Image) -> vec4:\n    p = c[0, 0]\n{text}\n", name="k")
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize("ways", SEEDS)
 @pytest.mark.parametrize("name", FLOW)
 def test_every_way_that_rounding_turns_is_allowed(name: str, ways: int) -> None:
@@ -114,6 +115,7 @@ def test_a_jump_that_leads_to_no_other_result_is_not_ambiguous() -> None:
     assert found.values.width.max() < 2 * 2 * 8 * 20 * 2.0**-23
 
 
+@pytest.mark.slow
 def test_a_mean_of_many_filtered_texels_is_bounded() -> None:
     """At texel centres each read turns on rounding, by less than a unit in the last place; all together by some."""
     given = picture()

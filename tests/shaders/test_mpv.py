@@ -175,6 +175,7 @@ vec4 hook() {
 """
 
 
+@pytest.mark.every_third
 @pytest.mark.parametrize(
     ("hook", "offset"),
     [
