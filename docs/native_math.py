@@ -110,21 +110,23 @@ def _ulp(error: float) -> str:
     return f"{error:.2f}" if error < 1000 else f"{error:.2g}"
 
 
-def effects_table() -> Iterator[str]:
+def effects_table(device: str, truths: dict[str, NDArray[np.float32]]) -> Iterator[str]:
+    """Yield the lines of a device's table; ``truths`` keeps the reference's pictures for the next device."""
     yield "| effect | exact, ms | native, ms | native / exact | largest error, exact | native | RMS, exact | native |"
     yield "|---|---:|---:|---:|---:|---:|---:|---:|"
-    with open_backend("gl") as backend:
+    with open_backend(device) as backend:
         small = dict(graphs(SMALL))
         for name, output in graphs(SIZE):
             if programs_of(small[name], backend, "exact") == programs_of(small[name], backend, "native"):
                 continue
-            expected = picture_of(small[name], "reference", "exact")
-            errors = [np.abs(picture_of(small[name], backend, math) - expected) for math in ("exact", "native")]
+            if name not in truths:
+                truths[name] = picture_of(small[name], "reference", "exact")
+            errors = [np.abs(picture_of(small[name], backend, math) - truths[name]) for math in ("exact", "native")]
             exact, native = frame_times(output, backend)
             largest = " | ".join(f"{np.nanmax(error):.2g}" for error in errors)
             squares = " | ".join(f"{np.sqrt(np.nanmean(error**2)):.2g}" for error in errors)
             yield f"| `{name}` | {exact:.2f} | {native:.2f} | {native / exact:.2f} | {largest} | {squares} |"
-            print(name, f"{native / exact:.2f}", file=sys.stderr)
+            print(device, name, f"{native / exact:.2f}", file=sys.stderr)
 
 
 def main() -> None:
@@ -134,11 +136,13 @@ def main() -> None:
         lines += [*functions_table(name), ""]
     lines += ["## Effects\n"]
     lines += [
-        f"Frames of {SIZE[0]} × {SIZE[1]} on `gl`, medians of {ROUNDS} in turn; errors against the reference at "
+        f"Frames of {SIZE[0]} × {SIZE[1]}, medians of {ROUNDS} in turn; errors against the reference at "
         f"{SMALL[0]} × {SMALL[1]}, of an HDR picture with values up to 8. "
         "Effects with the same code in both are left out.\n",
-        *effects_table(),
     ]
+    truths: dict[str, NDArray[np.float32]] = {}
+    for name in DEVICES:
+        lines += [f"### On {name}\n", *effects_table(name, truths), ""]
     head = PAGE.read_text(encoding="utf-8").partition(MARK)[0]
     PAGE.write_text(f"{head}{MARK}\n\n" + "\n".join(lines) + "\n", encoding="utf-8")
 
