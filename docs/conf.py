@@ -25,6 +25,11 @@ from passgraph.language.library import written_function
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.symbols import WRITTEN
 
+#: Folders of docs/examples in the order of the gallery.
+FAMILIES = (
+    "color", "filters", "scaling", "shadows", "ambient", "depth", "lens", "temporal", "style", "flat_worlds", "shaders",
+)  # fmt: skip
+
 project = "passgraph"
 author = "The passgraph authors"
 version = release = passgraph.__version__
@@ -37,8 +42,9 @@ extensions = [
     "sphinx_click",
     "sphinx_copybutton",
     "sphinx_design",
+    "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_build", "site"]
+exclude_patterns = ["_build", "examples", "gallery/**/*.ipynb", "gallery/**/*.py", "site"]
 templates_path = ["site"]
 # A build from scratch finds every page; `nitpicky` is off, since docstrings name private types.
 nitpicky = False
@@ -52,6 +58,23 @@ nb_execution_in_temp = True
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_merge_streams = True
+
+# Scripts of docs/examples are run where they have changed, by the numpy backend.
+sphinx_gallery_conf = {
+    "examples_dirs": "examples",
+    "gallery_dirs": "gallery",
+    "subsection_order": [f"examples/{family}" for family in FAMILIES],
+    "within_subsection_order": "FileNameSortKey",
+    "image_scrapers": ("docs.example_pictures.saved_pictures",),
+    "reset_modules": (),
+    "capture_repr": (),
+    "thumbnail_size": (480, 270),
+    "abort_on_example_error": True,
+    "remove_config_comments": True,
+    "show_signature": False,
+    "write_computation_times": False,
+    "download_all_examples": False,
+}
 
 # Docstrings write names in single backticks; those that are no reference are shown as code.
 default_role = "code"
@@ -97,9 +120,16 @@ copyright = "The passgraph authors, MIT license"
 
 def setup(app: Sphinx) -> None:
     app.connect("source-read", fill_generated_lists)
+    app.connect("source-read", link_to_gallery)
     app.connect("autodoc-process-docstring", prepare_docstring, priority=400)  # before napoleon's 500
     app.connect("autodoc-process-signature", shorten_signature)
     app.connect("sphinx-click-process-description", escape_help)
+
+
+def link_to_gallery(app: Sphinx, page: str, source: list[str]) -> None:
+    """Turn links to scripts, which lead to their text in the repository, into links to their pages."""
+    source[0] = re.sub(r"\]\(examples/([\w/]+)\.py\)", r"](gallery/\1.rst)", source[0])
+    source[0] = source[0].replace("](examples/README.rst)", "](gallery/index.rst)")
 
 
 def fill_generated_lists(app: Sphinx, page: str, source: list[str]) -> None:

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-#: Needs Sphinx, and holds no examples.
-collect_ignore = ["conf.py"]
+#: The settings need Sphinx. Scripts of the gallery have a test of their own, and copies in the built gallery.
+collect_ignore = ["conf.py", "examples", "gallery"]
 
 
 @pytest.fixture(autouse=True)
