@@ -27,6 +27,6 @@ def saved_pictures(block: object, block_vars: dict[str, Any], gallery_conf: dict
     for file, path in zip(written, block_vars["image_path_iterator"], strict=False):
         shutil.move(file, path)
         source = Path(path).relative_to(gallery_conf["src_dir"]).as_posix()
-        figures.append(FIGURE.format(source=source, name=Path(path).name, caption=file.stem.replace("-", " ")))
+        figures.append(FIGURE.format(source=source, name=Path(path).name, caption=file.stem))
     kind = "pictures" if len(figures) > 1 else "picture"
     return f"\n.. container:: {kind}\n{''.join(figures)}\n" if figures else ""
