@@ -8,22 +8,28 @@ around everything that stands before the floor. ``bounces`` adds the light that 
 """
 
 import passgraph as pg
+from passgraph import Image, vec3, vec4
 from passgraph.effects import ambient_occlusion, ambient_occlusion_passes, soft_shadow, supersampled
 
 scene = pg.Scene.shipped()
 
 
+@pg.kernel
+def gray(share: Image) -> vec4:
+    return vec4(vec3(share[0, 0].r), 1.0)
+
+
 def visibility(**options):
-    return ambient_occlusion_passes(scene, radius=0.9, **options).occlusion.visibility
+    return gray(ambient_occlusion_passes(scene, radius=1.5, **options).occlusion.visibility)
 
 
 shown = {
     "GTAO": visibility(method="gtao"),
     "SSAO": visibility(method="ssao", taps=32),
     "SSAO without range check": visibility(method="ssao", taps=32, range_check=False),
-    "picture with constant ambient light": soft_shadow(scene, ambient=0.5),
-    "picture with GTAO": ambient_occlusion(scene, method="gtao", radius=0.9),
-    "picture with GTAO and bounces": ambient_occlusion(scene, method="gtao", radius=0.9, bounces=True),
+    "picture with constant ambient light": soft_shadow(scene, ambient=0.7),
+    "picture with GTAO": ambient_occlusion(scene, method="gtao", radius=1.5, ambient=0.7),
+    "picture with GTAO and bounces": ambient_occlusion(scene, method="gtao", radius=1.5, ambient=0.7, bounces=True),
 }
 
 for name, target in shown.items():

@@ -23,9 +23,9 @@ nodes = [pg.Node(ground, pg.Material(base_color=(0.45, 0.5, 0.3, 1.0)), name="hi
 torus = trimesh.creation.torus(0.2, 0.06)
 for row, column in ((64, 60), (50, 30), (32, 70), (75, 40)):
     place = np.eye(4)
-    place[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, 1, 0]]
+    place[:3, :3] = [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
     place[:3, 3] = axis[column], height[row - 5 : row + 6, column - 5 : column + 6].max() + 0.05, axis[row]
-    ring = pg.Mesh.make(torus.vertices, torus.faces[:, ::-1])
+    ring = pg.Mesh.make(torus.vertices, torus.faces)
     nodes.append(pg.Node(ring, pg.Material(base_color=(0.7, 0.25, 0.1, 1.0)), place))
 
 camera = pg.Camera((0.9, 2.1, 2.7), (0.0, 0.0, 0.1), vertical_fov_rad=0.5, near=0.5, far=30.0)

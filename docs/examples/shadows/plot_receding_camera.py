@@ -21,8 +21,7 @@ for width in ("world", "constant"):
         eye = np.array(camera.target) + factor * (np.array(camera.eye) - camera.target)
         moved = scene.with_(camera=replace(camera, eye=tuple(eye), far=factor * camera.far))
         shadows = soft_shadow_passes(moved, softness=0.1, filter=Blur(width, radius_px=12)).shadows_blurred
-        size = (1280, 720)
-        with pg.compile(supersampled(shadows), size=size) as program:
+        with pg.compile(supersampled(shadows), size=(1280, 720)) as program:
             picture = program()["supersampled"]
         x, y = 320 - 320 // factor, 180 - 180 // factor
         middle = picture[y : 360 - y, x : 640 - x].repeat(factor, axis=0).repeat(factor, axis=1)

@@ -11,7 +11,7 @@ import passgraph as pg
 from passgraph.effects import Blur, Disc, Evsm4, Hard, Msm, Pcf, Pcss, Penumbra, Vsm, soft_shadow, supersampled
 
 scene = pg.Scene.shipped()
-near = pg.Camera((0.5, 4.5, 8.0), (-0.6, 0.5, 0.2), vertical_fov_rad=0.45, near=1.0, far=60.0)
+near = pg.Camera((0.6, 3.4, 8.2), (-1.2, 0.35, 1.6), vertical_fov_rad=0.42, near=1.0, far=60.0)
 
 for filter in (Hard(), Pcf(), Disc(), Pcss(), Penumbra(), Vsm(), Evsm4(), Msm(), Blur()):
     target = soft_shadow(scene.with_(camera=near), filter=filter, softness=0.08)
