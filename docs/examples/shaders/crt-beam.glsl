@@ -1,0 +1,1 @@
+../../shaders/crt-beam.glsl

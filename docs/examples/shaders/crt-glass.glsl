@@ -1,0 +1,1 @@
+../../shaders/crt-glass.glsl

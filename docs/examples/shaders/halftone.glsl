@@ -1,0 +1,1 @@
+../../shaders/halftone.glsl

@@ -1,0 +1,1 @@
+../../shaders/hex-tiles.glsl

@@ -1,0 +1,1 @@
+../../shaders/night-vision.fs

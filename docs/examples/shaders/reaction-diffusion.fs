@@ -1,0 +1,1 @@
+../../shaders/reaction-diffusion.fs
