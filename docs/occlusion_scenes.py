@@ -1,4 +1,4 @@
-"""Legs before a wall: ambient occlusion on the screen beside the contact effect, for the gallery and its tests."""
+"""Legs before a wall: ambient occlusion on the screen beside the contact effect, for tests."""
 
 from __future__ import annotations
 

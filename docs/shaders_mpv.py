@@ -32,7 +32,7 @@ sys.path[:0] = [str(DOCS.parent), str(DOCS.parent / "tests" / "shaders")]
 from original_mpv import MpvFile, Original, Picture, Size
 
 import passgraph as pg
-from docs.gallery_page import machine
+from docs.effect_times import machine
 
 PAGE = DOCS / "shader-agreement.md"
 BEGIN, END = "<!-- mpv: written by docs/shaders_mpv.py -->", "<!-- end of mpv -->"

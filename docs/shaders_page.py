@@ -26,7 +26,7 @@ sys.path[:0] = [str(DOCS.parent), str(DOCS.parent / "tests" / "shaders")]
 
 from beside import FOLDER, MISSING, Case
 
-from docs.gallery_page import machine
+from docs.effect_times import machine
 from docs.shaders_figures import (
     BACKEND_RUNS,
     BESIDE,

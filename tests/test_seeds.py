@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import pytest
 
-from docs.gallery_page import MOST_BYTES
 from passgraph.backends.registry import backend_names
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -80,14 +79,3 @@ def test_backends_are_known(point: str) -> None:
     names = row(point).backends.split(", ")
     assert names == [OPEN] or set(names) <= set(backend_names())
     assert len(set(names)) == len(names)
-
-
-def test_every_picture_of_the_gallery_is_small_and_shown() -> None:
-    page = (DOCS / "gallery.md").read_text(encoding="utf-8")
-    pictures = sorted((DOCS / "images" / "gallery").iterdir())
-    assert pictures
-    for picture in pictures:
-        assert f"(images/gallery/{picture.name})" in page, f"{picture.name} is not on the page"
-        assert picture.stat().st_size <= MOST_BYTES, f"{picture.name} is larger than {MOST_BYTES} bytes"
-    for link in re.findall(r"\((images/gallery/[^)]+)\)", page):
-        assert (DOCS / link).is_file(), link

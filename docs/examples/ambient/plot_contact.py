@@ -15,7 +15,9 @@ from passgraph.effects import contact, contact_passes, planar, supersampled
 
 def node(shape, at, color, receives=True):
     shape.unmerge_vertices()  # flat sides
-    return pg.Node(pg.Mesh.make(shape.vertices + at, shape.faces), pg.Material(base_color=(*color, 1.0)), receives=receives)
+    return pg.Node(
+        pg.Mesh.make(shape.vertices + at, shape.faces), pg.Material(base_color=(*color, 1.0)), receives=receives
+    )
 
 
 wood, red, white = (0.5, 0.3, 0.15), (0.6, 0.12, 0.1), (0.8, 0.8, 0.8)

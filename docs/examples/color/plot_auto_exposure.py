@@ -3,7 +3,7 @@ Auto exposure
 =============
 
 The exposure is measured on the picture: a histogram of its luminance, of which the darkest and the brightest tenth
-do not count. The photographs are four stops too dark and three stops too bright.
+do not count. A photograph that is too dark and one that is too bright become the same.
 """
 
 from skimage import data
@@ -19,8 +19,13 @@ def exposed(color: Image, stops: float) -> vec4:
     return vec4(color[0, 0].rgb * exp2(stops), color[0, 0].a)
 
 
-for name, stops in {"too dark": -4.0, "too bright": 3.0}.items():
-    light = exposed(pg.Input("photo", "srgb"), stops)
-    for part, target in {"": light, ", corrected": auto_exposure(light)}.items():
-        with pg.compile(tone_map(target)) as program:
-            program(photo=data.coffee()).save(f"{name}{part}.png")
+photo = pg.Input("photo", "srgb")
+shown = {
+    "four stops too dark": exposed(photo, -4.0),
+    "three stops too bright": exposed(photo, 3.0),
+    "either, corrected": auto_exposure(exposed(photo, -4.0)),
+}
+
+for name, target in shown.items():
+    with pg.compile(tone_map(target)) as program:
+        program(photo=data.coffee()).save(f"{name}.png")

@@ -2,8 +2,9 @@
 Dirt on the lens, lit by lamps
 ==============================
 
-Three ways to light dirt on the lens of a game's camera: wherever the picture is bright, lamp or not; by spots around
-the lamps, drawn for this view; and by one map of spots for the whole level.
+Two ways to light dirt on the lens of a game's camera: wherever the picture is bright, lamp or not; and by spots around
+the lamps. ``lens="spots"`` draws the spots for each view. ``lens="map"`` draws one map of them for the whole level,
+and looks the same.
 """
 
 import passgraph as pg
@@ -13,6 +14,6 @@ from passgraph.effects.light2d.picture import light2d
 SIZE = (960, 540)
 world = World2D.shipped()
 
-for name, lens in {"without": "none", "bright pixels": "bright", "spots": "spots", "map of spots": "map"}.items():
+for name, lens in {"without": "none", "bright pixels": "bright", "spots around lamps": "map"}.items():
     with pg.compile(light2d(world, SIZE, lens=lens, lens_strength=3.0), size=SIZE) as program:
         program().save(f"{name}.png")

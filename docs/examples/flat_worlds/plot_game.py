@@ -10,22 +10,20 @@ import numpy as np
 from skimage import data
 
 import passgraph as pg
+import passgraph.effects.light2d as flat
 from passgraph.effects import tone_map
-from passgraph.effects.light2d import (
-    Light2D, Mover, Wall, Window, distance_grid, light_map, lit, moving_shadows, occlusion,
-)  # fmt: skip
 
 SIZE = (960, 540)
-view = Window(0.0, 0.0, 32.0, 18.0)
+view = flat.Window(0.0, 0.0, 32.0, 18.0)
 lamps = (
-    Light2D((7.0, 11.5), (1.0, 0.78, 0.45), 13.0, 0.9),
-    Light2D((23.5, 6.0), (0.45, 0.65, 1.0), 13.0, 0.9),
-    Light2D((16.5, 15.5), (0.9, 0.35, 0.25), 7.0, 0.6),
+    flat.Light2D((7.0, 11.5), (1.0, 0.78, 0.45), 13.0, 0.9),
+    flat.Light2D((23.5, 6.0), (0.45, 0.65, 1.0), 13.0, 0.9),
+    flat.Light2D((16.5, 15.5), (0.9, 0.35, 0.25), 7.0, 0.6),
 )
 boxes = ((0, 0, 1, 18), (31, 0, 32, 18), (11, 9, 12, 18), (11, 0, 12, 4), (19.5, 11, 31, 12), (4, 6, 6.5, 7))
-walls = [Wall.box(*box) for box in boxes]
+walls = [flat.Wall.box(*box) for box in boxes]
 places = ((8.8, 7.2), (3.2, 11.0), (14.5, 6.6), (21.2, 8.3), (26.5, 8.4), (21.0, 3.4))
-movers = tuple(Mover(place, (0.6, 0.4), 0.3 * number) for number, place in enumerate(places))
+movers = tuple(flat.Mover(place, (0.6, 0.4), 0.3 * number) for number, place in enumerate(places))
 
 # The level without light: gravel, brick walls, and the moving things.
 y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
@@ -40,9 +38,9 @@ for mover in movers:
     drawn[(abs(turned.real) < mover.half[0]) & (abs(turned.imag) < mover.half[1])] = (0.55, 0.5, 0.12)
 
 scene = pg.Input("scene")
-rims = occlusion(scene, distance_grid(view, walls, 1.5), threshold=1.0, darkness=0.6, name="rims")
-static = lit(rims, light_map(view, lamps, walls, SIZE, ambient=(0.02, 0.02, 0.03)))
-moving = moving_shadows(static, view, lamps, pg.Value("movers"), 8)
+rims = flat.occlusion(scene, flat.distance_grid(view, walls, 1.5), threshold=1.0, darkness=0.6, name="rims")
+static = flat.lit(rims, flat.light_map(view, lamps, walls, SIZE, ambient=(0.02, 0.02, 0.03)))
+moving = flat.moving_shadows(static, view, lamps, pg.Value("movers"), 8)
 
 for name, target in {"as drawn": scene, "rims along walls": rims, "static light": static, "moving": moving}.items():
     with pg.compile(tone_map(target, curve="linear")) as program:

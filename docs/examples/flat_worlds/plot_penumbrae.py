@@ -25,7 +25,7 @@ walls = [Wall.box(*box) for box in boxes]
 
 shown = {
     kind: light_map(view, lamps, walls, (640, 360), penumbra=kind, draws=12)
-    for kind in ("exact", "none", "rotated", "moved", "mixed")
+    for kind in ("exact", "none", "rotate", "move", "mixed")
 }
 shown["even blur"] = smoothed(light_map(view, lamps, walls, (640, 360), penumbra="none"), levels=4)
 

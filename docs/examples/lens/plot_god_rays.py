@@ -23,7 +23,7 @@ def before_sun(color: Image, depth: Image, at: vec2) -> vec4:
 camera = pg.Camera((1.0, 0.9, 9.5), (0.2, 1.75, 0.0), vertical_fov_rad=0.5, near=1.0, far=60.0)
 scene = soft_shadow_passes(pg.Scene.shipped().with_(camera=camera), display=False)
 light = before_sun(scene.picture, scene.depth, (0.195, 0.46))
-rays = god_rays(light, x=0.195, y=0.46, intensity=1.5, threshold=0.3, decay=0.3, occluders=scene.depth)
+rays = god_rays(light, x=0.195, y=0.46, intensity=0.5, threshold=0.3, decay=0.3, occluders=scene.depth)
 
 for name, target in {"without": light, "god rays": rays}.items():
     with pg.compile(supersampled(tone_map(target)), size=(1280, 720)) as program:

@@ -13,15 +13,16 @@ from skimage import data
 import passgraph as pg
 
 reaction, photo = pg.load_shader("reaction-diffusion.fs"), pg.Input("photo")
+picture = data.astronaut()[20:164, 112:368]
 shown = {
-    "frame 150": (reaction(photo), 150),
-    "frame 600": (reaction(photo), 600),
-    "feed 0.03, kill 0.062": (reaction(photo, feed=0.03, kill=0.062), 600),
-    "guided by the photograph": (reaction(photo, guided=1.0), 600),
+    "default": reaction(photo),
+    "feed 0.03, kill 0.062": reaction(photo, feed=0.03, kill=0.062),
+    "guided by the photograph": reaction(photo, guided=1.0),
 }
 
-for name, (target, frames) in shown.items():
+for name, target in shown.items():
     with pg.compile(target) as program:
-        for _ in range(frames - 1):
-            program.run(photo=data.astronaut()[20:200, 80:400])
-        program(photo=data.astronaut()[20:200, 80:400]).save(f"{name}.png")
+        for frame in range(1, 351):
+            program.run(photo=picture)
+            if frame == 350 or (frame == 100 and name == "default"):
+                pg.save(f"{name}, frame {frame}.png", program.read()[target.name])

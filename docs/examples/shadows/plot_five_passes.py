@@ -8,7 +8,7 @@ shifts the mask. The normalized kernel has neither fault.
 """
 
 import passgraph as pg
-from passgraph.effects import five_pass, five_pass_targets, supersampled
+from passgraph.effects import five_pass, five_pass_targets
 
 lamp = pg.Light.spot((-6.0, 8.0, 2.5), (6.0, -7.2, -2.5), intensity=90.0, cone_outer_rad=0.42)
 scene = pg.Scene.shipped().with_(lights=[lamp])

@@ -11,6 +11,6 @@ from skimage import data
 import passgraph as pg
 from passgraph.effects import kuwahara
 
-for radius in (3, 6):
+for radius in (4, 8):
     with pg.compile(kuwahara(pg.Input("photo"), radius_px=radius)) as program:
         program(photo=data.chelsea()).save(f"radius of {radius} pixels.png")
