@@ -6,10 +6,12 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-#: A figure; `target` is where Sphinx puts pictures, seen from a page of the gallery.
+#: A figure; `target` is where Sphinx puts pictures, seen from a page of the gallery, and the class keeps the theme from
+#: dimming the picture on dark pages.
 FIGURE = """
    .. figure:: /{source}
       :alt: {caption}
+      :class: dark-light
       :target: ../../_images/{name}
 
       {caption}

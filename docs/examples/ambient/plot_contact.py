@@ -40,3 +40,5 @@ shown = {
 for name, target in shown.items():
     with pg.compile(supersampled(target), size=(1280, 720)) as program:
         program().save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 2

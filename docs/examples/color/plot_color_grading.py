@@ -23,4 +23,6 @@ grades = {
 
 for name, controls in grades.items():
     with pg.compile(tone_map(color_grade(photo, **controls), curve="linear")) as program:
-        program(photo=data.coffee()).save(f"{name}.png")
+        program(photo=data.coffee()[31:369]).save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 4

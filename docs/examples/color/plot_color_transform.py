@@ -17,4 +17,4 @@ VIEWS = {"ACES 2.0": "ACES 2.0 - SDR 100 nits (Rec.709)", "without a tone curve"
 for name, view in VIEWS.items():
     shown = color_transform(photo, src="Linear Rec.709 (sRGB)", display="sRGB - Display", view=view, exposure_stops=1.5)
     with pg.compile(shown) as program:
-        program(photo=data.coffee()).save(f"{name}.png")
+        program(photo=data.coffee()[31:369]).save(f"{name}.png")

@@ -21,4 +21,4 @@ shown = {
 
 for name, target in shown.items():
     with pg.compile(target) as program:
-        program(photo=data.chelsea()).save(f"{name}.png")
+        program(photo=data.chelsea()[20:274]).save(f"{name}.png")

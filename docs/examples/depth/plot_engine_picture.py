@@ -36,3 +36,5 @@ shown = {
 for name, target in shown.items():
     with pg.compile(fxaa(tone_map(target, curve="linear"))) as program:
         program(**{key: inputs[key] for key in program.inputs}).save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 6

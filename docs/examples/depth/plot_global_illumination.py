@@ -46,3 +46,5 @@ for name, target in shown.items():
         for _ in range(16 if "16" in name else 1):
             picture = program()
     picture.save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 4

@@ -15,3 +15,5 @@ for name, width_px in {"1 pixel": 1, "2 pixels": 2}.items():
     lines = outlines(seen.picture, seen.depth, width_px=width_px, crease_rad=1.0, camera=scene.camera)
     with pg.compile(fxaa(lines), size=(640, 360)) as program:
         program().save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 2

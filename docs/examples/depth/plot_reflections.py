@@ -30,3 +30,5 @@ for roughness in (0.0, 0.1, 0.25):
 for name, target in shown.items():
     with pg.compile(fxaa(tone_map(target, curve="linear")), size=SIZE) as program:
         program().save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 2

@@ -25,3 +25,5 @@ with pg.compile(gaussian_blur(pg.Input("photo"), sigma_px=4.5, radius_px=9)) as 
 
 with pg.compile(depth_aware_blur(pg.Input("photo"), pg.Input("depth"), radius_px=9, tolerance=0.02)) as program:
     program(photo=photo, depth=depth[..., None]).save("depth-aware blur.png")
+
+# sphinx_gallery_thumbnail_number = 3

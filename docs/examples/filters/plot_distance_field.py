@@ -21,7 +21,7 @@ def contour_lines(distance: Image) -> vec4:
     return vec4(side * (0.6 + 0.4 * smoothstep(-0.6, 0.6, sin(0.6 * d) / 0.6)), 1.0)
 
 
-horse = np.float32(~np.pad(data.horse(), 20, constant_values=True))[..., None].repeat(3, axis=2)
+horse = np.float32(~np.pad(data.horse(), ((20, 20), (127, 127)), constant_values=True))[..., None].repeat(3, axis=2)
 shape = pg.Input("shape")
 shown = {
     "distance": distance_field(shape, unit_px=100.0),
@@ -32,3 +32,5 @@ pg.save("the shape.png", horse)
 for name, target in shown.items():
     with pg.compile(target) as program:
         program(shape=horse).save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 3

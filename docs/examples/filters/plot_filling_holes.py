@@ -12,14 +12,14 @@ from skimage import data
 import passgraph as pg
 from passgraph.effects import fill
 
-photo = np.dstack([data.chelsea() / 255.0, np.ones((300, 451))])
+photo = np.dstack([data.chelsea()[20:274] / 255.0, np.ones((254, 451))])
 random = np.random.default_rng(5)
 
-y, x = np.mgrid[:300, :451]
+y, x = np.mgrid[:254, :451]
 scratched = photo.copy()
-for left, top, angle, width in random.random((40, 4)) * (451.0, 300.0, 3.2, 2.5):
+for left, top, angle, width in random.random((40, 4)) * (451.0, 254.0, 3.2, 2.5):
     scratched[np.abs((x - left) * np.sin(angle) - (y - top) * np.cos(angle)) < width] = 0.0
-sparse = np.where(random.random((300, 451, 1)) < 0.15, photo, 0.0)
+sparse = np.where(random.random((254, 451, 1)) < 0.15, photo, 0.0)
 
 for name, picture in {"scratches": scratched, "15 % of the pixels": sparse}.items():
     pg.save(f"{name}.png", picture[..., :3])

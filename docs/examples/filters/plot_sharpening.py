@@ -17,3 +17,5 @@ shown = {"softened": soft, "unsharp mask": unsharp(soft, amount=1.5, sigma_px=1.
 for name, target in shown.items():
     with pg.compile(tone_map(target, curve="linear")) as program:
         program(photo=data.astronaut()[:225, 60:460]).save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 2

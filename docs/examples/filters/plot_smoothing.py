@@ -25,3 +25,5 @@ shown = {
 for name, target in shown.items():
     with pg.compile(target) as program:
         program(photo=noisy).save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 4

@@ -17,3 +17,5 @@ world = World2D.shipped()
 for name, lens in {"without": "none", "bright pixels": "bright", "spots around lamps": "map"}.items():
     with pg.compile(light2d(world, SIZE, lens=lens, lens_strength=3.0), size=SIZE) as program:
         program().save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 3

@@ -45,3 +45,5 @@ moving = flat.moving_shadows(static, view, lamps, pg.Value("movers"), 8)
 for name, target in {"as drawn": scene, "rims along walls": rims, "static light": static, "moving": moving}.items():
     with pg.compile(tone_map(target, curve="linear")) as program:
         program(scene=drawn, **({"movers": movers} if target is moving else {})).save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 4

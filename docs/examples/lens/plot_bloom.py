@@ -27,3 +27,5 @@ shown = {"without": light, "bloom": bloom(light, threshold=2.0, intensity=1.0, l
 for name, target in shown.items():
     with pg.compile(tone_map(target, curve="pbr-neutral")) as program:
         program(photo=data.rocket()[60:]).save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 2

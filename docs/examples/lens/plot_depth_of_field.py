@@ -25,3 +25,5 @@ shown = {
 for name, target in shown.items():
     with pg.compile(fxaa(tone_map(target, curve="linear")), size=(640, 360)) as program:
         program().save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 2

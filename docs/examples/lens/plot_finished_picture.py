@@ -23,3 +23,5 @@ finished = film_grain(fxaa(tone_map(light, exposure_stops=0.2)), strength=0.02)
 for name, target in {"as drawn": fxaa(tone_map(seen.picture, curve="linear")), "finished": finished}.items():
     with pg.compile(target, size=(640, 360)) as program:
         program().save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 2

@@ -28,3 +28,5 @@ rays = god_rays(light, x=0.195, y=0.46, intensity=0.5, threshold=0.3, decay=0.3,
 for name, target in {"without": light, "god rays": rays}.items():
     with pg.compile(supersampled(tone_map(target)), size=(1280, 720)) as program:
         program().save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 2

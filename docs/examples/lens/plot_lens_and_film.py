@@ -22,3 +22,5 @@ shown = {
 for name, target in shown.items():
     with pg.compile(target) as program:
         program(photo=data.stereo_motorcycle()[0][60:440, 40:716]).save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 2

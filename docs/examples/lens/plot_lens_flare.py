@@ -33,3 +33,5 @@ shown = {
 for name, target in shown.items():
     with pg.compile(supersampled(tone_map(target)), size=(1280, 720)) as program:
         program().save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 2

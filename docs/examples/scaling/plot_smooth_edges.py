@@ -24,3 +24,5 @@ for name, (target, size) in shown.items():
         picture = program()[target.name]
     enlarged = picture[95:140, 160:240].repeat(8, axis=0).repeat(8, axis=1)
     pg.save(f"{name}.png", enlarged)
+
+# sphinx_gallery_thumbnail_number = 5

@@ -23,4 +23,6 @@ shown = {
 
 for name, target in shown.items():
     with pg.compile(target) as program:
-        program(photo=data.coffee()).save(f"{name}.png")
+        program(photo=data.coffee()[31:369]).save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 2

@@ -29,3 +29,5 @@ shown = {
 for name, (target, picture) in shown.items():
     with pg.compile(target) as program:
         program(photo=picture).save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 3

@@ -17,3 +17,5 @@ kuwahara = pg.load_shader("kuwahara.glsl")
 for radius in (2, 6):
     with pg.compile(kuwahara(pg.Input("photo"), radius=radius, output_scale=1.0)) as program:
         program(photo=data.stereo_motorcycle()[0][60:440, 40:716]).save(f"radius {radius}.png")
+
+# sphinx_gallery_thumbnail_number = 2

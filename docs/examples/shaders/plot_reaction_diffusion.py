@@ -26,3 +26,5 @@ for name, target in shown.items():
             program.run(photo=picture)
             if frame == 350 or (frame == 100 and name == "default"):
                 pg.save(f"{name}, frame {frame}.png", program.read()[target.name])
+
+# sphinx_gallery_thumbnail_number = 2

@@ -20,3 +20,5 @@ with pg.compile(ripples(pg.Input("photo"))) as program:
         result = program(photo=photo)
         if frame in (30, 150):
             result.save(f"frame {frame}.png")
+
+# sphinx_gallery_thumbnail_number = 2

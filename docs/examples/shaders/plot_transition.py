@@ -16,5 +16,7 @@ dissolve = pg.load_shader("dissolve.glsl")
 
 for progress in (0.3, 0.5, 0.7):
     with pg.compile(dissolve(pg.Input("first"), pg.Input("second"), progress=progress)) as program:
-        result = program(first=data.coffee()[40:340, 75:526], second=data.chelsea())
+        result = program(first=data.coffee()[60:314, 75:526], second=data.chelsea()[20:274])
         result.save(f"progress {progress}.png")
+
+# sphinx_gallery_thumbnail_number = 2

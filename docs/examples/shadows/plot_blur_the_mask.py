@@ -20,3 +20,5 @@ for name, option in options.items():
     shadows = soft_shadow_passes(pg.Scene.shipped(), **option).shadows_blurred
     with pg.compile(supersampled(shadows), size=(1280, 720)) as program:
         program().save(f"{name}.png")
+
+# sphinx_gallery_thumbnail_number = 4

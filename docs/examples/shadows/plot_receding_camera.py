@@ -26,3 +26,5 @@ for width in ("world", "constant"):
         x, y = 320 - 320 // factor, 180 - 180 // factor
         middle = picture[y : 360 - y, x : 640 - x].repeat(factor, axis=0).repeat(factor, axis=1)
         pg.save(f"{width}, {factor} x as far.png", middle)
+
+# sphinx_gallery_thumbnail_number = 6

@@ -17,3 +17,5 @@ for filter in (Hard(), Pcf(), Disc(), Pcss(), Penumbra(), Vsm(), Evsm4(), Msm(),
     target = soft_shadow(scene.with_(camera=near), filter=filter, softness=0.08)
     with pg.compile(supersampled(target), size=(1280, 720)) as program:
         program().save(f"{type(filter).__name__}.png")
+
+# sphinx_gallery_thumbnail_number = 5

@@ -13,4 +13,4 @@ from passgraph.effects import kuwahara
 
 for radius in (4, 8):
     with pg.compile(kuwahara(pg.Input("photo"), radius_px=radius)) as program:
-        program(photo=data.chelsea()).save(f"radius of {radius} pixels.png")
+        program(photo=data.chelsea()[20:274]).save(f"radius of {radius} pixels.png")

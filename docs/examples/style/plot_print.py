@@ -26,3 +26,5 @@ for name, target in shown.items():
     with pg.compile(target) as program:
         picture = np.asarray(program(photo=data.astronaut()[10:190, 90:410]))
     pg.save(f"{name}.png", picture.repeat(2, axis=0).repeat(2, axis=1))
+
+# sphinx_gallery_thumbnail_number = 5

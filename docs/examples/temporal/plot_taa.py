@@ -20,3 +20,5 @@ with pg.compile(smooth, size=SIZE) as program:
         if number in (0, 3, 15):
             enlarged = picture[95:140, 160:240].repeat(8, axis=0).repeat(8, axis=1)
             pg.save(f"frame {number + 1}.png", enlarged)
+
+# sphinx_gallery_thumbnail_number = 3
