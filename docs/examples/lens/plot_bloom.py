@@ -22,7 +22,7 @@ def stretched(color: Image) -> vec4:
 
 
 light = stretched(pg.Input("photo", "srgb"))
-shown = {"without": light, "bloom": bloom(light, threshold=2.0, intensity=1.0, levels=5)}
+shown = {"without": light, "bloom": bloom(light, threshold=2.0, intensity=0.6, levels=5)}
 
 for name, target in shown.items():
     with pg.compile(tone_map(target, curve="pbr-neutral")) as program:
