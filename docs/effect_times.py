@@ -97,14 +97,14 @@ def table() -> str:
     names = [name for name in BACKENDS if any(name in row["ms"] for row in known["rows"])]
     lines = [
         f"Machine: {known['machine']}; taken {known['date']} by {known['command']}.\n",
-        f"| effect | options | input | size | {' | '.join(names)} | differ |",
-        f"|---|---|---|---|{'---:|' * (len(names) + 1)}",
+        f"| effect | options | input | {' | '.join(names)} | differ |",
+        f"|---|---|---|{'---:|' * (len(names) + 1)}",
     ]
     for row in known["rows"]:
         times = " | ".join(f"{row['ms'][name]:.1f}" if name in row["ms"] else "–" for name in names)
         options = f"`{row['options']}`" if row["options"] else "defaults"
         size = "×".join(map(str, row["size"]))
-        lines.append(f"| {row['effect']} | {options} | {row['input']} | {size} | {times} | {row['differ']:.2%} |")
+        lines.append(f"| {row['effect']} | {options} | {row['input']}, {size} | {times} | {row['differ']:.2%} |")
     return "\n".join(lines) + "\n"
 
 
