@@ -15,6 +15,6 @@ shown = {"without": photo, "tilt-shift": tilt_shift(photo, y=0.85, band=0.1, sig
 
 for name, target in shown.items():
     with pg.compile(tone_map(target, exposure_stops=1.0, curve="linear")) as program:
-        program(photo=data.rocket()[60:]).save(f"{name}.png")
+        program(photo=data.rocket()[67:]).save(f"{name}.png")
 
 # sphinx_gallery_thumbnail_number = 2

@@ -26,6 +26,6 @@ shown = {"without": light, "bloom": bloom(light, threshold=2.0, intensity=0.6, l
 
 for name, target in shown.items():
     with pg.compile(tone_map(target, curve="pbr-neutral")) as program:
-        program(photo=data.rocket()[60:]).save(f"{name}.png")
+        program(photo=data.rocket()[67:]).save(f"{name}.png")
 
 # sphinx_gallery_thumbnail_number = 2

@@ -16,6 +16,6 @@ light = bloom(pg.Input("photo", "srgb"), threshold=0.5, intensity=0.8, levels=5)
 
 for name, target in {"without": light, "dirty lens": dirty_lens(light, strength=4.0)}.items():
     with pg.compile(tone_map(target, exposure_stops=0.5)) as program:
-        program(photo=data.rocket()[60:]).save(f"{name}.png")
+        program(photo=data.rocket()[67:]).save(f"{name}.png")
 
 # sphinx_gallery_thumbnail_number = 2
