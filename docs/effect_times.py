@@ -1,7 +1,7 @@
 """Measure each effect with its defaults on every backend that is here: python docs/effect_times.py [WORD ...]
 
-writes docs/effect_times.json, which docs/effect-times.md shows as a table. With words, only effects whose name has one
-of them are measured; the rows of the others stay.
+writes docs/effect_times.json, which docs/effect-times.md shows as a table. With words, effects whose name has one of them
+are measured and printed, and the file stays as it is.
 """
 
 from __future__ import annotations
@@ -91,9 +91,9 @@ def _frame(program: pg.Program, given: dict[str, Any]) -> Callable[[int], None]:
     return run
 
 
-def table() -> str:
-    """Return the file as Markdown: where the figures come from, and a row for each measurement."""
-    known = json.loads(FILE.read_text(encoding="utf-8"))
+def table(known: dict[str, Any] | None = None) -> str:
+    """Return measurements, by default the file's, as Markdown: where they come from, and a row for each."""
+    known = known or json.loads(FILE.read_text(encoding="utf-8"))
     names = [name for name in BACKENDS if any(name in row["ms"] for row in known["rows"])]
     lines = [
         f"Machine: {known['machine']}; taken {known['date']} by {known['command']}.\n",
@@ -110,18 +110,17 @@ def table() -> str:
 
 def main() -> None:
     words = sys.argv[1:]
-    known = json.loads(FILE.read_text(encoding="utf-8")) if FILE.exists() else {"rows": []}
-    chosen = [effect for effect in EFFECTS.values() if not words or any(word in effect.name for word in words)]
-    names = {effect.name for effect in chosen}
-    rows = [row for row in known["rows"] if words and row["effect"] not in names]
-    for effect in chosen:
-        print(effect.name, flush=True)
-        rows.append(measured(effect))
-    order = list(EFFECTS)
-    rows.sort(key=lambda row: order.index(row["effect"]))
+    rows = []
+    for effect in EFFECTS.values():
+        if not words or any(word in effect.name for word in words):
+            print(effect.name, flush=True)
+            rows.append(measured(effect))
     where, _, day = machine().rpartition("; taken ")
     made = {"machine": where, "date": day, "command": "`python docs/effect_times.py`", "rows": rows}
-    FILE.write_text(json.dumps(made, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    if words:
+        print(table(made))
+    else:
+        FILE.write_text(json.dumps(made, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
