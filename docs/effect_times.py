@@ -1,7 +1,7 @@
 """Measure each effect with its defaults on every backend that is here: python docs/effect_times.py [WORD ...]
 
-writes docs/effect_times.json, which docs/effect-times.md shows as a table. With words, effects whose name has one of them
-are measured and printed, and the file stays as it is.
+writes docs/effect_times.json, which docs/effect-times.md shows as a table. With words, effects whose name has one of
+them are measured and printed, and the file stays as it is.
 """
 
 from __future__ import annotations
