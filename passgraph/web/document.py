@@ -25,6 +25,7 @@ from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.types import element_of
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Resource, Step
 from passgraph.run.execution import Uniforms, earliest_first, picked, resolve
+from passgraph.web.orbit import PoseTable
 from passgraph.web.recorder import DEFAULT_LIMITS, RecordingBackend
 from passgraph.web.size_rules import Rule
 
@@ -56,10 +57,13 @@ class PlanWriter:
     """Writes one plan.
 
     ``constants`` are values of this export by name, such as a camera: what depends on them alone is a constant too.
+    ``poses`` has what changes when the camera orbits.
     """
 
-    def __init__(self, plan: Plan, backend: RecordingBackend, constants: Mapping[str, object]) -> None:
-        self.plan, self.backend, self.blob = plan, backend, Blob()
+    def __init__(
+        self, plan: Plan, backend: RecordingBackend, constants: Mapping[str, object], poses: PoseTable | None
+    ) -> None:  # fmt: skip
+        self.plan, self.backend, self.blob, self.poses = plan, backend, Blob(), poses
         self.constants: dict[Any, object] = {**constants, OUTPUT_SIZE.name: plan.size}
         self.meshes: list[dict[str, Any]] = []
         self._mesh_numbers: dict[int, int] = {}
@@ -119,13 +123,12 @@ class PlanWriter:
         described: dict[str, Any] = {"name": step.name, "static": step.static, "outputs": list(step.outputs)}
         if isinstance(step, CopyStep):
             return {**described, "kind": "copy", "source": step.source_resource}
-        constant = replace(step, values={name: self._constant(step, name) for name in step.values})
         images = [resource for _, resource in step.images]
-        if isinstance(constant, PixelStep):
-            described |= {"kind": "pixel", "pipeline": self._pipeline(self.backend.pixel_pipeline(constant))}
-            return {**described, "stages": [self._stage(constant.program, constant, images)]}
-        assert isinstance(constant, DrawStep)
-        return {**described, **self._draw(constant, images)}
+        if isinstance(step, PixelStep):
+            described |= {"kind": "pixel", "pipeline": self._pipeline(self.backend.pixel_pipeline(step))}
+            return {**described, "stages": [self._stage(step.program, step, images)]}
+        assert isinstance(step, DrawStep)
+        return {**described, **self._draw(step, images)}
 
     def _draw(self, step: DrawStep, images: list[int]) -> dict[str, Any]:
         depth = None if step.depth is None else self.plan.resources[step.depth].format
@@ -196,21 +199,35 @@ class PlanWriter:
 
     def _stage(self, program: ScalarProgram, step: PixelStep | DrawStep, images: Sequence[int]) -> dict[str, Any]:
         """Return the images and parameters of one stage: a block of constants, and the places of run values in it."""
-        uniforms = Uniforms(program, step, {})
+        constant = replace(step, values={name: self._constant(step, name) for name in step.values})
+        uniforms = Uniforms(program, constant, {})
         block = packed(program, (1, 1), 1.0, uniforms.block)[HEAD:]
         ints_at = HEAD + 16 * max(1, -(-program.float_count // 4))
         values = [
-            _place(slot, step.values[key].name, fields, ints_at)  # type: ignore[attr-defined]
+            _place(slot, constant.values[key].name, fields, ints_at)  # type: ignore[attr-defined]
             for key, fields, _, slot, _ in uniforms.changing
         ]
-        return {"images": list(images), "constants": self.blob.add(block), "values": values}
+        described = {"images": list(images), "constants": self.blob.add(block), "values": values}
+        if self.poses is not None:
+            columns = [(slot, self.poses.column(slot, step.values)) for slot in program.uniforms]
+            described["poses"] = [
+                {"at": _offset(slot, ints_at), "count": slot.count, "column": column}
+                for slot, column in columns
+                if column is not None
+            ]
+        return described
+
+
+def _offset(slot: UniformSlot, ints_at: int) -> int:
+    """Return the place of a uniform in the bytes of its stage."""
+    return (HEAD if slot.block == "float" else ints_at) + 4 * slot.offset
 
 
 def _place(slot: UniformSlot, value: str, fields: Sequence[str], ints_at: int) -> dict[str, Any]:
     if fields:
         raise InputError(f"value {value!r} is a struct, which a page cannot set; give the export one")
     place: dict[str, Any] = {
-        "value": value, "at": (HEAD if slot.block == "float" else ints_at) + 4 * slot.offset, "count": slot.count,
+        "value": value, "at": _offset(slot, ints_at), "count": slot.count,
         "type": element_of(slot.type).name,  # type: ignore[arg-type]
     }  # fmt: skip
     if slot.range is not None:
@@ -220,8 +237,9 @@ def _place(slot: UniformSlot, value: str, fields: Sequence[str], ints_at: int) -
 
 
 def written_plan(
-    plan: Plan, rules: Sequence[Rule] | None, constants: Mapping[str, object], pictures: Mapping[str, NDArray[Any]]
-) -> tuple[dict[str, Any], bytes]:
+    plan: Plan, rules: Sequence[Rule] | None, constants: Mapping[str, object], pictures: Mapping[str, NDArray[Any]],
+    poses: PoseTable | None = None,
+) -> tuple[dict[str, Any], bytes]:  # fmt: skip
     """Return a plan as plain data and the bytes beside it.
 
     Parameters
@@ -229,6 +247,7 @@ def written_plan(
     rules : the size rule of each resource; None fixes the sizes
     constants : values of this export by name
     pictures : inputs whose picture is part of the export, by name
+    poses : of a camera that orbits; None for a camera that is a constant
 
     Raises
     ------
@@ -236,7 +255,7 @@ def written_plan(
         For a value that cannot be exported, with its name.
     """
     backend = RecordingBackend()
-    writer = PlanWriter(plan, backend, constants)
+    writer = PlanWriter(plan, backend, constants, poses)
     fixed = [{"fixed": list(resource.size)} for resource in plan.resources]
     resources = [writer.resource(r, rule) for r, rule in zip(plan.resources, rules or fixed, strict=True)]
     steps = [writer.step(step) for step in plan.steps]

@@ -11,6 +11,8 @@ const values = {};
 /** Pictures that change by themselves, by input. @type {Record<string, HTMLVideoElement>} */
 const films = {};
 const view = { x: 0, y: 0, zoom: 0 };
+/** The camera: radians to the right and up, and the factor of its distance, relative to the exported one. */
+const orbit = { azimuth: 0, elevation: 0, distance: 1 };
 let isPlaying = true, isDue = true, isBusy = false, last = 0, times = /** @type {number[]} */ ([]), pointer = /** @type {[number, number]|null} */ (null);
 
 /** @param {unknown} error */
@@ -131,6 +133,19 @@ function card([width, height]) {
   return canvas;
 }
 
+// Camera
+
+/** Turn the camera to the right and up, and away; the runtime takes the nearest exported pose.
+ *  @param {number} right @param {number} up @param {number} [factor] */
+function turn(right, up, factor = 1) {
+  const { elevations, distances } = program.effect.orbit, before = program.poseAt;
+  orbit.azimuth += right;
+  orbit.elevation = Math.min(Math.max(orbit.elevation + up, elevations[0]), elevations.at(-1));
+  orbit.distance = Math.min(Math.max(orbit.distance * factor, distances[0]), distances.at(-1));
+  program.pose(orbit);
+  isDue ||= program.poseAt !== before;
+}
+
 // Look
 
 const ratio = () => globalThis.devicePixelRatio || 1;
@@ -217,16 +232,23 @@ function listen() {
   $("save").onclick = () => save().catch(fail);
   $("play").onclick = () => { isPlaying = !isPlaying; $("play").ariaPressed = String(isPlaying); $("play").textContent = isPlaying ? "Pause" : "Play"; for (const one of Object.values(films)) isPlaying ? one.play() : one.pause(); };
   $("restart").onclick = () => { program.reset(); isDue = true; };
-  stage.onwheel = (/** @type {WheelEvent} */ event) => { event.preventDefault(); zoomTo(view.zoom * 2 ** (-event.deltaY / 240), event.offsetX * ratio(), event.offsetY * ratio()); };
+  const turns = (/** @type {MouseEvent} */ event) => Boolean(program.effect.orbit) && !event.altKey;
+  stage.onwheel = (/** @type {WheelEvent} */ event) => {
+    event.preventDefault();
+    if (turns(event)) turn(0, 0, 2 ** (event.deltaY / 240));
+    else zoomTo(view.zoom * 2 ** (-event.deltaY / 240), event.offsetX * ratio(), event.offsetY * ratio());
+  };
   stage.onpointermove = (/** @type {PointerEvent} */ event) => {
     pointer = [event.offsetX, event.offsetY];
-    if (event.buttons) { view.x -= event.movementX * ratio() / view.zoom; view.y -= event.movementY * ratio() / view.zoom; show(); }
+    if (event.buttons && turns(event)) turn(-event.movementX / 200, event.movementY / 200);
+    else if (event.buttons) { view.x -= event.movementX * ratio() / view.zoom; view.y -= event.movementY * ratio() / view.zoom; show(); }
     showTexel().catch(fail);
   };
   stage.onpointerleave = () => { pointer = null; };
   stage.onkeydown = (/** @type {KeyboardEvent} */ event) => {
     const ways = /** @type {Record<string, [number, number]>} */ ({ ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }), way = ways[event.key];
-    if (way) { view.x += way[0] * 32 / view.zoom; view.y += way[1] * 32 / view.zoom; show(); event.preventDefault(); }
+    if (way && event.ctrlKey && program.effect.orbit) { turn(0.1 * way[0], -0.1 * way[1]); event.preventDefault(); }
+    else if (way) { view.x += way[0] * 32 / view.zoom; view.y += way[1] * 32 / view.zoom; show(); event.preventDefault(); }
     else if ("+=".includes(event.key)) zoomTo(view.zoom * 1.25);
     else if (event.key === "-") zoomTo(view.zoom / 1.25);
     else if (event.key === "0") $("fit").click();
@@ -252,6 +274,8 @@ try {
   $("input-row").hidden = Object.keys(inputs).length < 2;
   $("target").append(...program.targets.map((/** @type {string} */ one) => element("option", { textContent: one })));
   $("time").hidden = !isAnimated() && !Object.keys(inputs).length;
+  if (program.effect.orbit) $("stage").ariaLabel = "Picture: drag or Ctrl and arrows turn the camera, wheel changes its distance; with Alt they move and zoom the picture, 0 fits it";
+  $("camera-help").hidden = !program.effect.orbit;
   showControls();
   listen();
   requestAnimationFrame(tick);
