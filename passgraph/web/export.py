@@ -80,7 +80,7 @@ class Written:
     constants: tuple[str, ...]
     resizable: bool
     plan: Plan
-    poses: tuple[int, int, int] | None = None
+    poses: tuple[int, ...] | None = None
 
 
 def export_web(

@@ -193,16 +193,29 @@ def test_a_static_pass_runs_again_when_its_pose_changes(tmp_path: Path) -> None:
 @in_chromium
 @pytest.mark.slow
 def test_poses_of_the_shipped_scene(tmp_path: Path) -> None:
-    """Each pose is within the bounds of the passes with Python's camera of that pose."""
+    """A pose is within the bounds of the passes with Python's camera; others equal an export of that camera alone."""
     scene = pg.Scene.shipped()
     outputs, light = named_outputs(soft_shadow(scene, display=True)), scene.lights[0]
-    export_web(outputs, tmp_path, size=SIZE, options=OPTIONS, orbit=FEW, camera=scene.camera, light=light)
-    poses = [(pi / 2, 0.15, 2**0.5), (3 * pi / 2, -0.15, 0.5**0.5)]
-    with opened(tmp_path) as page:
+
+    def export(folder: Path, camera: pg.Camera, orbit: Orbit | None = None) -> None:
+        export_web(outputs, folder, size=SIZE, options=OPTIONS, orbit=orbit, camera=camera, light=light)
+
+    poses = [(pi / 2, 0.15, 2**0.5), (3 * pi / 2, -0.15, 0.5**0.5), (pi, 0.0, 1.0)]
+    cameras = [scene.camera.orbited(*pose) for pose in poses]
+    passes = [Passes(outputs, SIZE, [{"camera": camera, "light": light}]) for camera in cameras]
+    export(tmp_path / "orbit", scene.camera, FEW)
+    posed = []
+    with opened(tmp_path / "orbit") as page:
         assert page.evaluate("globalThis.failed") is None
-        for azimuth, elevation, distance in poses:
+        for (azimuth, elevation, distance), of_pose in zip(poses, passes, strict=True):
             pose = {"azimuth": azimuth, "elevation": elevation, "distance": distance}
             page.evaluate("pose => { program.pose(pose); program.run(); }", pose)
-            camera = scene.camera.orbited(azimuth, elevation, distance)
-            passes = Passes(outputs, SIZE, [{"camera": camera, "light": light}])
-            assert within(passes, written_in(page, passes)) > 10
+            posed.append(written_in(page, of_pose))
+    assert within(passes[0], posed[0]) > 10
+    for number in (1, 2):
+        export(tmp_path / str(number), cameras[number])
+        with opened(tmp_path / str(number)) as page:
+            run(page, {})
+            alone = written_in(page, passes[number])
+        for key, picture in alone.items():
+            np.testing.assert_array_equal(posed[number][key], picture)
