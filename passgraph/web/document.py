@@ -17,7 +17,7 @@ from passgraph.backends.webgpu.textures import Stored, Texture
 from passgraph.backends.webgpu.transfers import texels
 from passgraph.backends.webgpu.wgsl import FULLSCREEN, HEAD
 from passgraph.errors import InputError
-from passgraph.formats import Format
+from passgraph.formats import FORMATS, Format
 from passgraph.graph.draw_state import Geometry
 from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, is_object_type
 from passgraph.language.long_arrays import picture_of
@@ -65,6 +65,8 @@ class PlanWriter:
     ) -> None:  # fmt: skip
         self.plan, self.backend, self.blob, self.poses = plan, backend, Blob(), poses
         self.constants: dict[Any, object] = {**constants, OUTPUT_SIZE.name: plan.size}
+        #: Depth targets beside the plan's, each with the resource whose size it has.
+        self.unread_depths: list[tuple[Resource, int]] = []
         self.meshes: list[dict[str, Any]] = []
         self._mesh_numbers: dict[int, int] = {}
         self.pipelines: list[dict[str, Any]] = []
@@ -133,7 +135,9 @@ class PlanWriter:
     def _draw(self, step: DrawStep, images: list[int]) -> dict[str, Any]:
         depth = None if step.depth is None else self.plan.resources[step.depth].format
         pipeline = self.backend.draw_pipeline(step, depth)
-        clears = pipeline.pop("clears")
+        clears, place, clear = pipeline.pop("clears"), step.depth, step.depth_clear
+        if pipeline.pop("lacks_depth"):
+            place, clear = self._unread_depth(step), 0.0
         count = len(step.vertex.images)
         stages = [self._stage(step.vertex, step, images[:count])]
         if step.fragment is not None:
@@ -141,11 +145,21 @@ class PlanWriter:
         stencil = step.state.stencil
         return {
             "kind": "draw", "pipeline": self._pipeline(pipeline), "stages": stages, "clears": clears,
-            "depth": step.depth, "depthClear": step.depth_clear, "stencilClear": step.state.clear_stencil,
+            "depth": place, "depthClear": clear, "stencilClear": step.state.clear_stencil,
             "stencilReference": 0 if stencil is None else stencil.reference,
             "mesh": self._mesh(step.source.geometry),
             "attributes": [name for name in ATTRIBUTES if name in step.vertex.attributes],
         }  # fmt: skip
+
+    def _unread_depth(self, step: DrawStep) -> int:
+        """Add a depth target of the size of a draw, and return its number."""
+        like, count = self.plan.resources[step.outputs[0]], len(self.unread_depths)
+        depth = replace(
+            like, id=len(self.plan.resources) + count, name=f"unread depth of {step.name}", kind="unread",
+            format=FORMATS["depth32f"], memory=len(self.plan.memories) + count,
+        )  # fmt: skip
+        self.unread_depths.append((depth, like.id))
+        return depth.id
 
     def _pipeline(self, described: dict[str, Any]) -> int:
         if described not in self.pipelines:
@@ -259,6 +273,7 @@ def written_plan(
     fixed = [{"fixed": list(resource.size)} for resource in plan.resources]
     resources = [writer.resource(r, rule) for r, rule in zip(plan.resources, rules or fixed, strict=True)]
     steps = [writer.step(step) for step in plan.steps]
+    resources += [writer.resource(r, resources[like]["rule"]) for r, like in writer.unread_depths]
     writer.add_attributes()
     inputs: dict[str, dict[str, Any]] = {}
     for name, resource in plan.inputs.items():
@@ -270,7 +285,8 @@ def written_plan(
         "format": "passgraph effect", "version": VERSION,
         "size": list(plan.size), "resizable": rules is not None,
         "features": _features(plan), "limits": _limits(plan, backend),
-        "memories": len(plan.memories), "resources": resources, "inputs": inputs, "outputs": dict(plan.outputs),
+        "memories": len(plan.memories) + len(writer.unread_depths),
+        "resources": resources, "inputs": inputs, "outputs": dict(plan.outputs),
         "history": [list(pair) for pair in earliest_first(plan)],
         "steps": steps, "pipelines": writer.pipelines, "modules": backend.device.modules,
         "fullscreen": backend.device.create_shader_module(code=FULLSCREEN), "meshes": writer.meshes,

@@ -92,6 +92,7 @@ function showControls() {
 /** @param {string} name @param {any} picture */
 function take(name, picture) {
   /** @type {any} */ (films[name]?.srcObject)?.getTracks().forEach((/** @type {MediaStreamTrack} */ track) => track.stop());
+  if (films[name]?.src) { films[name].pause(); URL.revokeObjectURL(films[name].src); }
   delete films[name];
   if (picture instanceof HTMLVideoElement) films[name] = picture;
   program.given[name] = picture;
@@ -110,10 +111,11 @@ async function film(from) {
 /** @param {File|undefined} file */
 async function openFile(file) {
   if (!file) return;
+  const src = file.type.startsWith("video/") && URL.createObjectURL(file);
   try {
-    take($("input-name").value, file.type.startsWith("video/") ? await film({ src: URL.createObjectURL(file) }) : await createImageBitmap(file, { colorSpaceConversion: "none", premultiplyAlpha: "none" }));
+    take($("input-name").value, src ? await film({ src }) : await createImageBitmap(file, { colorSpaceConversion: "none", premultiplyAlpha: "none" }));
     $("error").hidden = true;
-  } catch { fail(`${file.name}: this browser cannot read it as a picture or video`); }
+  } catch { if (src) URL.revokeObjectURL(src); fail(`${file.name}: this browser cannot read it as a picture or video`); }
 }
 
 async function useCamera() {
@@ -215,7 +217,9 @@ async function save() {
   for (let i = 0; i < width * height; i++) for (let c = 0; c < 4; c++) bytes[4 * i + c] = c === 3 ? (channels === 4 ? 255 * data[4 * i + 3] : 255) : 255 * data[channels * i + (channels < 3 ? Math.min(c, channels - 1) : c)];
   const canvas = new OffscreenCanvas(width, height);
   /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext("2d")).putImageData(new ImageData(bytes, width, height), 0, 0);
-  element("a", { href: URL.createObjectURL(await canvas.convertToBlob()), download: `${$("target").value}.png` }).click();
+  const link = element("a", { href: URL.createObjectURL(await canvas.convertToBlob()), download: `${$("target").value}.png` });
+  link.click();
+  URL.revokeObjectURL(link.href);
 }
 
 function listen() {

@@ -91,6 +91,8 @@ export class Program {
     this.sizes = [];
     /** @type {GPUTexture[]} */
     this.textures = [];
+    /** @type {any[]} */
+    this.pipelines = [];
     this.isStaticDone = false;
     this.staticKey = "";
     this.movesDue = false;
