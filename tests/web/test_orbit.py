@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -136,6 +137,35 @@ def test_poses_of_another_effect_are_errors(tmp_path: Path) -> None:
     with opened(tmp_path / "none") as page:
         said = page.evaluate("() => { try { program.pose({}); } catch (error) { return String(error); } }")
         assert "this effect has no poses of a camera; export it with --orbit" in said
+
+
+@in_chromium
+def test_damaged_entries_of_the_table_are_errors_that_name_the_place(tmp_path: Path) -> None:
+    eye_of(tmp_path)
+    path = tmp_path / "effect.json"
+    whole = path.read_text()
+    damages: dict[str, Callable[[Any], object]] = {
+        "orbit.file: expected the name of a file beside it": lambda one: one["orbit"].update(file="../orbit.bin"),
+        "orbit.azimuths: expected a whole number from 1": lambda one: one["orbit"].update(azimuths=0),
+        "orbit.elevations: expected numbers, got []": lambda one: one["orbit"].update(elevations=[], bytes=0),
+        "orbit.bytes: expected 576, 4 for each number": lambda one: one["orbit"].update(bytes=580),
+        "steps[0].stages[0].poses: expected a whole number from 0 to 1, got 2": (
+            lambda one: one["steps"][0]["stages"][0]["poses"][0].update(column=2)
+        ),
+        "steps[0].stages[0].poses: expected a whole number from 32": (
+            lambda one: one["steps"][0]["stages"][0]["poses"][0].update(at=0)
+        ),
+    }
+    code = """async () => {
+        const { load } = await import("./passgraph.js");
+        try { await load("effect.json"); return "loaded"; } catch (error) { return String(error); }
+    }"""
+    with opened(tmp_path) as page:
+        for message, damage in damages.items():
+            document = json.loads(whole)
+            damage(document)
+            path.write_text(json.dumps(document))
+            assert message in page.evaluate(code)
 
 
 @in_chromium
