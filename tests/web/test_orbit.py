@@ -158,7 +158,7 @@ def test_damaged_entries_of_the_table_are_errors_that_name_the_place(tmp_path: P
     }
     code = """async () => {
         const { load } = await import("./passgraph.js");
-        try { await load("effect.json"); return "loaded"; } catch (error) { return String(error); }
+        try { await load("effect.json?" + Math.random()); return "loaded"; } catch (error) { return String(error); }
     }"""
     with opened(tmp_path) as page:
         for message, damage in damages.items():
