@@ -15,7 +15,7 @@ from passgraph.graph.run_values import Derived, Value
 from passgraph.language.scalar import UniformSlot
 from passgraph.language.uniform_layout import in_range
 from passgraph.plan.data import CopyStep, DrawStep, Plan
-from passgraph.run.execution import picked, resolve
+from passgraph.run.execution import parameter_of, picked, resolve
 from passgraph.scene.camera import HIGHEST_RAD, Camera, angles_of
 
 #: Angle between two elevations, and factor between two distances.
@@ -83,14 +83,15 @@ class PoseTable:
         self.numbers = np.ascontiguousarray(table[:, kept])
 
     def _parameters(self, plan: Plan, constants: Mapping[Any, object]) -> Iterator[tuple[Any, Any, Any, str]]:
+        """Yield each parameter that depends on the camera: value, fields, uniform, and a name for errors."""
         for step in plan.steps:
             if isinstance(step, CopyStep):
                 continue
             drawn = (step.vertex, step.fragment) if isinstance(step, DrawStep) else (step.program,)
             for slot in [slot for program in drawn if program is not None for slot in program.uniforms]:
-                handle, fields = handle_of(slot, step.values)
-                if self._is_posed(handle, constants):
-                    yield handle, fields, slot, f"{slot.name} of pass {step.name!r}"
+                key, fields = parameter_of(slot)
+                if self._is_posed(step.values[key], constants):
+                    yield step.values[key], fields, slot, f"{slot.name} of pass {step.name!r}"
 
     def _is_posed(self, handle: object, constants: Mapping[Any, object]) -> bool:
         names = [one.name for one in handle.sources] if isinstance(handle, (Value, Derived)) else []
@@ -98,20 +99,14 @@ class PoseTable:
 
     def column(self, slot: UniformSlot, values: Mapping[str, object]) -> int | None:
         """Return the first column of a parameter; None for one that is the same in every pose."""
-        return self.columns.get(_key(*handle_of(slot, values), slot))
+        key, fields = parameter_of(slot)
+        return self.columns.get(_key(values[key], fields, slot))
 
     def described(self, file: str) -> dict[str, Any]:
         """Return the table's entry in effect.json."""
         azimuths, elevations, distances = self.axes
         return {"file": file, "bytes": self.numbers.nbytes, "columns": self.numbers.shape[1],
                 "azimuths": len(azimuths), "elevations": elevations, "distances": distances}  # fmt: skip
-
-
-def handle_of(slot: UniformSlot, values: Mapping[str, object]) -> tuple[object, Sequence[str]]:
-    """Return the value behind a uniform of a step, and the fields of it that are stored."""
-    base, _, path = slot.name.rpartition("/")
-    parameter, *fields = path.split(".")
-    return values[f"{base}/{parameter}" if base else parameter], fields
 
 
 def _key(handle: object, fields: Sequence[str], slot: UniformSlot) -> tuple[Any, ...]:
