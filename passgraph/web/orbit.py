@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from passgraph.arguments import shown
+from passgraph.arguments import instance, whole_number
 from passgraph.errors import InputError
 from passgraph.graph.run_values import Derived, Value
 from passgraph.language.scalar import UniformSlot
@@ -37,9 +37,8 @@ class Orbit:
     distances: int = 3
 
     def __post_init__(self) -> None:
-        for name, count in vars(self).items():
-            if not isinstance(count, int) or not 1 <= count <= 1000:
-                raise InputError(f"orbit: {name}: expected a whole number from 1 to 1000, got {shown(count)}")
+        for name, most in {"azimuths": 1000, "elevations": 99, "distances": 17}.items():
+            object.__setattr__(self, name, whole_number(getattr(self, name), f"orbit: {name}", 1, most, InputError))
 
 
 class PoseTable:
@@ -55,6 +54,7 @@ class PoseTable:
     def __init__(
         self, plan: Plan, constants: Mapping[Any, object], orbit: Orbit, progress: Callable[..., None]
     ) -> None:  # fmt: skip
+        instance(orbit, Orbit, "orbit", "passgraph.web.Orbit(...)", InputError)
         self.camera = _camera_of(constants)
         for spec in plan.buffers.values():
             if self._is_posed(spec.value, constants):

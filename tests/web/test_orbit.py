@@ -84,10 +84,15 @@ def test_an_effect_without_a_camera_is_an_error(tmp_path: Path) -> None:
         export_web(paint((0.0, 0.0, 0.0), 1), tmp_path, orbit=FEW)
 
 
-@pytest.mark.parametrize("count", [0, 1.5, 1001])
+@pytest.mark.parametrize("count", [0, 1.5, 100, True])
 def test_a_wrong_count_is_an_error_that_names_it(count: Any) -> None:
-    with pytest.raises(InputError, match=r"orbit: elevations: expected a whole number from 1 to 1000, got"):
+    with pytest.raises(InputError, match=r"orbit: elevations must be a whole number from 1 to 99, got"):
         Orbit(elevations=count)
+
+
+def test_an_orbit_of_another_class_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"orbit must be passgraph.web.Orbit\(...\), got True"):
+        eye_of(tmp_path, True)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
