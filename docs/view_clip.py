@@ -19,6 +19,8 @@ from typing import Any
 from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
+from passgraph.backends.webgpu.chromium import executable
+
 ROOT = Path(__file__).parent
 EFFECT = '''import passgraph as pg
 
@@ -88,7 +90,7 @@ def main() -> None:
             found = re.search(r"http://\S+", process.stdout.readline())
             assert found is not None
             with sync_playwright() as playwright:
-                browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+                browser = playwright.chromium.launch(executable_path=executable(), args=["--no-sandbox"])
                 page = browser.new_page(viewport={"width": 1120, "height": 700}, color_scheme="dark")
                 page.goto(found[0])
                 page.wait_for_selector("body[data-shown]")

@@ -1,4 +1,4 @@
-"""Makes docs/images/web-export.webp: the page of an exported effect, in headless Chromium.
+"""Makes docs/images/web-export.webp and web-orbit.webp: pages of exported effects, in headless Chromium.
 
     python docs/web_export_shot.py
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import sys
 import tempfile
+from math import cos, pi, sin
 from pathlib import Path
 
 from PIL import Image
@@ -46,7 +47,8 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
 """
 
 
-def main() -> None:
+def shoot_page() -> None:
+    """Save the page of an effect with its controls."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "out"
         photo = DOCS / "images" / "soft-shadow.png"
@@ -64,5 +66,36 @@ def main() -> None:
     Image.open(io.BytesIO(shot)).save(DOCS / "images" / "web-export.webp", quality=88)
 
 
+def shoot_orbit() -> None:
+    """Save an animation of a page while the mouse drags the camera once to the right and back."""
+    with tempfile.TemporaryDirectory() as name:
+        folder, frames = Path(name) / "out", []
+        assert run(["export", "soft-shadow", "--web", str(folder), "--orbit", "--size", "560x315"]) == 0
+        with opened(folder) as page:
+            page.add_init_script(SHIM)
+            page.set_viewport_size({"width": 890, "height": 401})
+            page.goto(f"http://{page.host}/index.html")
+            page.wait_for_selector("body[data-copied]", timeout=120_000)
+            page.mouse.move(280, 200)
+            page.mouse.down()
+            for number in range(18):
+                turn = 2 * pi * number / 18
+                page.mouse.move(280 - 160 * sin(turn), 200 + 60 * (1 - cos(turn)))
+                page.wait_for_timeout(3000)
+                frames.append(Image.open(io.BytesIO(page.screenshot())))
+            page.mouse.up()
+    first, *others = frames
+    first.save(
+        DOCS / "images" / "web-orbit.webp",
+        save_all=True,
+        append_images=others,
+        duration=120,
+        loop=0,
+        quality=50,
+        method=6,
+    )
+
+
 if __name__ == "__main__":
-    main()
+    shoot_page()
+    shoot_orbit()

@@ -78,3 +78,29 @@ def test_bad_fields_are_named(fields, text):
 def test_bad_aspect_is_named():
     with pytest.raises(InputError, match="aspect: expected a finite number"):
         Camera((0, 0, 5), (0, 0, 0)).projection_matrix(0.0)
+
+
+def test_an_orbit_keeps_the_target_and_the_distance():
+    camera = Camera((0, 1, 5), (0, 0, 0))
+    turned = camera.orbited(0.4, -0.1, 2.0)
+    assert turned.target == camera.target
+    azimuths = [np.arctan2(x, z) for x, _, z in (camera.eye, turned.eye)]
+    elevations = [np.arcsin(y / np.hypot(np.hypot(x, y), z)) for x, y, z in (camera.eye, turned.eye)]
+    assert (azimuths[1] - azimuths[0], elevations[1] - elevations[0]) == pytest.approx((0.4, -0.1))
+    assert np.linalg.norm(turned.eye) == pytest.approx(2 * np.linalg.norm(camera.eye))
+    assert camera.orbited(0.0, 0.0, 1.0) is camera
+
+
+@pytest.mark.parametrize(("azimuth", "elevation"), [(2.0, 0.3), (-1.2, 5.0), (0.1, -5.0)])
+def test_an_orbit_does_not_roll_a_camera_whose_up_is_tilted(azimuth, elevation):
+    """A vertical line through the target stays vertical in the picture."""
+    camera = Camera.orbit([[-1, -1, -1], [1, 1, 1]], 0.7, 0.5)
+    assert camera.up != (0.0, 1.0, 0.0)
+    sideways, upward, _ = camera.orbited(azimuth, elevation).view_rotation()[:3, 1]
+    assert abs(sideways) < 1e-9
+    assert upward > 0.05
+
+
+def test_an_orbit_of_a_flat_view_scales_its_height():
+    camera = Camera((0, 0, 5), (0, 0, 0), orthographic_height=3.0)
+    assert camera.orbited(0.0, 0.0, 2.0).orthographic_height == 6.0

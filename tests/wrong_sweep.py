@@ -24,6 +24,7 @@ from passgraph.graph.draw_state import DrawState
 from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
 from passgraph.verify.compare import compare
 from passgraph.verify.conformance import cases, run
+from passgraph.web import Orbit
 from tests.wrong_values import FRAME, KERNELS, frame, kernel, small_scene, stage, triangle
 
 
@@ -358,6 +359,8 @@ CALLS: list[Call] = [
     call("Camera.orbit", Camera.orbit, points=[[-1, -1, -1], [1, 1, 1]], azimuth_rad=0.1, elevation_rad=0.2,
                                        distance=None, aspect=1.5, vertical_fov_rad=0.7, depth_bounds=None),
     call("Camera.turned", small_scene().camera.turned, centre=(0, 0, 0), angle_rad=0.1),
+    call("Camera.orbited", small_scene().camera.orbited, azimuth_rad=0.1, elevation_rad=0.2, distance=2.0),
+    call("web.Orbit", Orbit, azimuths=8, elevations=3, distances=1),
     call("Camera.zoomed", small_scene().camera.zoomed, factor=2.0),
     call("Scene.seen_from", small_scene().seen_from, azimuth_rad=0.1, elevation_rad=0.2, distance=None, aspect=1.5,
                                                       vertical_fov_rad=0.7),

@@ -9,14 +9,17 @@ from __future__ import annotations
 import base64
 import os
 import shutil
+import subprocess
 from collections.abc import Mapping
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
 
-from passgraph.backends.base import SNAP_PX
+from passgraph.backends.base import SNAP_PX, DeviceInfo
 from passgraph.errors import DeviceMissingError
 
+INSTALL = "pip install 'passgraph[web]'"
 #: Without the last three, drawing ends Chromium's GPU process where there is no display.
 FLAGS = ("--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable-features=Vulkan",
          "--use-vulkan=swiftshader", "--use-angle=swiftshader", "--disable-vulkan-surface")  # fmt: skip
@@ -70,6 +73,20 @@ def executable() -> str | None:
     return shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 
+def device_info() -> DeviceInfo:
+    """Return Chromium as a device, without starting a page of it."""
+    path = executable()
+    if find_spec("playwright") is None:
+        return DeviceInfo("", "", "", f"webgpu:chromium needs playwright; install it: {INSTALL}")
+    if path is None:
+        return DeviceInfo("", "", "", "there is no Chromium or Chrome on PATH; install one: apt-get install chromium")
+    try:
+        said = subprocess.run([path, "--version"], capture_output=True, text=True, timeout=20, check=True).stdout
+    except (OSError, subprocess.SubprocessError) as error:
+        return DeviceInfo("", "", "", f"{path} cannot be started: {error}")
+    return DeviceInfo("SwiftShader in headless Chromium", path, said.strip())
+
+
 class Page:
     """A page of Chromium with a WebGPU device, and the calls that it has not made yet.
 
@@ -80,9 +97,7 @@ class Page:
         try:
             from playwright.sync_api import sync_playwright
         except ImportError as error:
-            raise DeviceMissingError(
-                f"webgpu:chromium needs playwright ({error}); install it: pip install 'passgraph[web]'"
-            ) from None
+            raise DeviceMissingError(f"webgpu:chromium needs playwright ({error}); install it: {INSTALL}") from None
         self._playwright = sync_playwright().start()
         try:
             self._browser = self._playwright.chromium.launch(executable_path=executable(), args=[*_ROOT, *FLAGS])
@@ -159,7 +174,8 @@ class Remote:
         return self.mapped
 
     def __del__(self) -> None:
-        self.page.drop(self.number)
+        if "page" in vars(self):  # else it could not be opened
+            self.page.drop(self.number)
 
 
 class Device(Remote):

@@ -65,7 +65,13 @@ class Combined:
         """Number equal computations and loads alike; values of variables are unknown."""
         if isinstance(i, s.Op):
             self.producers[i.to.id] = i
-            self.numbers[i.to.id] = i.operation, i.on, tuple([self._number_of(a) for a in i.arguments])
+            numbers = tuple([self._number_of(a) for a in i.arguments])
+            if i.operation in ("min", "max") and numbers[0] == numbers[1] and isinstance(i.arguments[0], s.Val):
+                # Compilers see through the least or greatest of one value; variables stay unknown.
+                if i.arguments[0].id in self.numbers:
+                    self.numbers[i.to.id] = self.numbers[i.arguments[0].id]
+            else:
+                self.numbers[i.to.id] = i.operation, i.on, numbers
         elif isinstance(i, s.LoadUniform):
             self.numbers[i.to.id] = i.block, self._number_of(i.index)
         elif isinstance(i, s.LoadBuiltin):

@@ -142,7 +142,8 @@ class DrawRun:
         ]
         #: WebGPU offsets depths only where there is a depth target, and kernels may read them without one.
         self.lacks_depth = step.depth is None and any(state.polygon_offset) and _reads_depth(step)
-        untested = replace(state, depth_compare="always", depth_write=False, stencil=None)
+        # It is written although nothing reads it: devices that neither test nor write depths may leave out the offset.
+        untested = replace(state, depth_compare="always", depth_write=True, stencil=None)
         self.state = untested if self.lacks_depth else state
         self.unread_depth: Texture | None = None
         self.fixed: dict[str, Any] = {"primitive": primitive(state)}

@@ -15,6 +15,7 @@ _BOUNDS_CHECKS = 1
 def trusted_module(device: Any, code: str) -> Any | None:
     """Return a module of WGSL that has already been validated; None if this version of wgpu has no call for it."""
     try:
+        internal = device._internal  # a device of a browser has none, and needs no wgpu
         from wgpu.backends.wgpu_native import GPUShaderModule, ffi, lib
 
         create = lib.wgpuDeviceCreateShaderModuleTrusted
@@ -25,7 +26,7 @@ def trusted_module(device: Any, code: str) -> Any | None:
         source.code.data, source.code.length = held, len(text)
         descriptor = ffi.new("WGPUShaderModuleDescriptor *")
         descriptor.nextInChain = ffi.cast("WGPUChainedStruct *", source)
-        module = create(device._internal, descriptor, _BOUNDS_CHECKS)
+        module = create(internal, descriptor, _BOUNDS_CHECKS)
     except (ImportError, AttributeError, TypeError):
         return None
     return None if module == ffi.NULL else GPUShaderModule("", module, device)

@@ -16,16 +16,21 @@ def backends() -> None:
 
     from passgraph.backends.base import DeviceInfo
     from passgraph.backends.registry import backend_class, backend_names
+    from passgraph.backends.webgpu import chromium
 
     table = Table()
     for heading in ("backend", "device", "driver", "version"):
         table.add_column(heading, overflow="fold")
     missing: list[str] = []
+    found: dict[str, list[DeviceInfo]] = {}
     for name in backend_names():
         try:
-            devices = backend_class(name).devices()
+            found[name] = backend_class(name).devices()
         except PassgraphError as error:
-            devices = [DeviceInfo("", "", "", str(error))]
+            found[name] = [DeviceInfo("", "", "", str(error))]
+        if name == "webgpu":
+            found["webgpu:chromium"] = [chromium.device_info()]
+    for name, devices in found.items():
         for number, device in enumerate(devices):
             if device.missing:
                 missing.append(f"{name}: {' '.join(device.missing.split())}")

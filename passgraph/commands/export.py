@@ -29,6 +29,7 @@ from passgraph.commands.options import (
     named_or_refused,
     size_option,
 )
+from passgraph.commands.running import progress
 from passgraph.commands.shader_files import ShaderFileEffect
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
@@ -40,7 +41,7 @@ from passgraph.language.native import Math
 from passgraph.plan.data import Options
 from passgraph.plan.dependencies import inputs_behind, passes_behind
 from passgraph.viewer.subject import Control, Drawing, Loaded, run_values_of
-from passgraph.web import export_web
+from passgraph.web import Orbit, export_web
 from passgraph.web.export import Described
 
 if TYPE_CHECKING:
@@ -74,6 +75,11 @@ class _Export(EffectCommand):
     metavar="DIR",
     help="Folder to write for Python: pg.load_program(DIR) runs it without the effect's code.",
 )
+@click.option(
+    "--orbit",
+    is_flag=True,
+    help="With --web and a scene: the page turns the camera. Writes a table of poses, which takes seconds.",
+)
 @math_option
 @size_option()
 @click.option(
@@ -81,7 +87,7 @@ class _Export(EffectCommand):
 )
 @click.pass_context
 def export(
-    ctx: click.Context, /, inputs: tuple[Path, ...], web: Path | None, program: Path | None, math: Math,
+    ctx: click.Context, /, inputs: tuple[Path, ...], web: Path | None, program: Path | None, orbit: bool, math: Math,
     size: tuple[int, int] | None, linear: bool | None, **_: Any,
 ) -> None:  # fmt: skip
     """Export EFFECT to a folder that runs in a browser with WebGPU (--web), or in Python without its code (--program).
@@ -95,6 +101,8 @@ def export(
     effect = named_or_refused(ctx, inputs[0] if inputs else None)
     if web is None and program is None:
         raise click.UsageError("expected --web DIR for a page, or --program DIR for Python")
+    if orbit and web is None:
+        raise click.UsageError("--orbit is for a page; give --web DIR too, or leave it out")
     parameters = given_parameters(ctx)
 
     def exported(for_python: bool) -> Exported:
@@ -103,23 +111,30 @@ def export(
         return _OfPictures(effect, inputs, size, linear, for_python).exported(parameters)
 
     if web is not None:
-        _write_page(exported(for_python=False), web, math)
+        _write_page(exported(for_python=False), web, math, Orbit() if orbit else None)
     if program is not None:
         _write_program(exported(for_python=True), program, math)
 
 
-def _write_page(exported: Exported, web: Path, math: Math) -> None:
-    written = export_web(
-        exported.drawing.outputs,
-        web,
-        size=exported.drawing.size,
-        described=exported.described,
-        options=Options(math=math),
-        **exported.drawing.run_inputs,
-    )
+def _write_page(exported: Exported, web: Path, math: Math, orbit: Orbit | None) -> None:
+    with progress("exporting") as say:
+        written = export_web(
+            exported.drawing.outputs,
+            web,
+            size=exported.drawing.size,
+            described=exported.described,
+            options=Options(math=math),
+            orbit=orbit,
+            progress=say,
+            **exported.drawing.run_inputs,
+        )
     click.echo(f"{web}: {len(written.plan.steps)} passes, {exported.drawing.size[0]}x{exported.drawing.size[1]}")
     if written.values:
         click.echo(f"- the page sets {', '.join(written.values)}")
+    if written.poses is not None:
+        click.echo(
+            f"- the page turns the camera: {' x '.join(map(str, written.poses))} azimuths, elevations, distances"
+        )
     if exported.described.fixed:
         click.echo(f"- constant in this export: {', '.join(exported.described.fixed)}")
     if written.constants:

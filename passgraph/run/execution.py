@@ -17,7 +17,7 @@ from passgraph.errors import BackendError, GraphError, InputError
 from passgraph.graph.draw_state import is_fixed
 from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, check_object
 from passgraph.language.long_arrays import picture_of
-from passgraph.language.scalar import ScalarProgram
+from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.uniform_layout import in_range
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
 from passgraph.plan.fuse import Chains
@@ -40,6 +40,13 @@ def picked(value: object, fields: Sequence[str], key: str) -> object:
             raise InputError(f"{key!r} needs a field {field!r}, which {type(value).__name__} lacks")
         value = getattr(value, field)
     return value
+
+
+def parameter_of(slot: UniformSlot) -> tuple[str, list[str]]:
+    """Return the key of the parameter that a uniform holds, and the fields of its value that are stored."""
+    base, _, path = slot.name.rpartition("/")
+    parameter, *fields = path.split(".")
+    return f"{base}/{parameter}" if base else parameter, fields
 
 
 def resolve(handle: object, values: dict[Any, object]) -> object:
@@ -533,9 +540,7 @@ class Uniforms:
         self.constant: list[Any] = []
         self.changing: list[Any] = []
         for slot in program.uniforms:
-            base, _, path = slot.name.rpartition("/")
-            parameter, *fields = path.split(".")
-            key = f"{base}/{parameter}" if base else parameter
+            key, fields = parameter_of(slot)
             block = self.floats if slot.block == "float" else self.ints
             place = block[slot.offset : slot.offset + slot.count]
             entry = (key, fields, place, slot, f"{slot.name} of pass {step.name!r}")

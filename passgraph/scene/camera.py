@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import atan, atan2, cos, hypot, pi, sin, tan
+from math import asin, atan, atan2, cos, hypot, isfinite, pi, sin, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -58,6 +58,11 @@ def aim_of(azimuth_rad: float, elevation_rad: float) -> Aim:
     """
     ca, sa, ce, se = cos(azimuth_rad), sin(azimuth_rad), cos(elevation_rad), sin(elevation_rad)
     return Aim((ce * sa, se, ce * ca), (-se * sa, ce, -se * ca))
+
+
+def angles_of(back: Float64) -> tuple[float, float]:
+    """Return azimuth and elevation of a unit vector from the target to the camera, as `aim_of` takes them."""
+    return atan2(back[0], back[2]), asin(min(max(float(back[1]), -1.0), 1.0))
 
 
 def eye_for(points: Float64, aim: Aim, half: tuple[float, float]) -> Float64:
@@ -124,6 +129,10 @@ def depths(eye: Float64, forward: Float64, points: Float64, lateral: Float64) ->
 DEFAULT_DIRECTION: Vec3 = (0.55, 0.5, 0.85)
 DEFAULT_AZIMUTH_RAD = atan2(DEFAULT_DIRECTION[0], DEFAULT_DIRECTION[2])
 DEFAULT_ELEVATION_RAD = atan2(DEFAULT_DIRECTION[1], hypot(DEFAULT_DIRECTION[0], DEFAULT_DIRECTION[2]))
+# Highest elevation of an orbit: at 90 degrees a turn would only roll the picture.
+HIGHEST_RAD = 1.5
+# Nearest and farthest of an orbit, in distances of the camera that it begins with.
+ORBIT_DISTANCES = (0.05, 20.0)
 # Widest angle of view; beyond it the middle of a picture degenerates to a point.
 WIDEST_FOV_RAD = 0.999 * pi
 # 40 degrees: close to a 50 mm lens on 35 mm film in height, little distortion of single objects.
@@ -403,6 +412,40 @@ class Camera:
         turn = rotation_y(number(angle_rad, "camera: angle_rad", -np.inf, np.inf))[:3, :3]
         eye, target = (tuple((middle + turn @ (np.array(p) - middle)).tolist()) for p in (self.eye, self.target))
         return replace(self, eye=eye, target=target, up=tuple((turn @ np.array(self.up)).tolist()))
+
+    def orbited(self, azimuth_rad: float = 0.0, elevation_rad: float = 0.0, distance: float = 1.0) -> Camera:
+        """Return the camera orbited round its target, as a drag and the wheel of a mouse do.
+
+        Parameters
+        ----------
+        azimuth_rad : to the right, counter-clockwise seen from above
+        elevation_rad : upward; the camera stops short of the vertical
+        distance : factor of the distance from the target; of the height of the picture, if orthographic
+
+        >>> [round(x, 6) for x in Camera((0, 0, 5), (0, 0, 0)).orbited(pi / 2, 0.0, 2.0).eye]
+        [10.0, 0.0, 0.0]
+        """
+        right = number(azimuth_rad, "camera: azimuth_rad", -np.inf, np.inf)
+        over = number(elevation_rad, "camera: elevation_rad", -np.inf, np.inf)
+        factor = number(distance, "camera: distance", 0.0, np.inf, open_low=True)
+        factor = min(max(factor, ORBIT_DISTANCES[0]), ORBIT_DISTANCES[1])
+        if (right, over, factor) == (0.0, 0.0, 1.0):
+            return self
+        azimuth, elevation = angles_of(-self.forward)
+        before = aim_of(azimuth, elevation)
+        after = aim_of(azimuth + right, min(max(elevation + over, -HIGHEST_RAD), HIGHEST_RAD))
+        # Up turns with the eye: a camera that is not rolled stays so.
+        first, then = (look_rotation(-np.array(aim.back), aim.up)[:3, :3] for aim in (before, after))
+        length = float(np.linalg.norm(np.subtract(self.eye, self.target)))
+        height = self.orthographic_height
+        return replace(
+            self,
+            eye=tuple((np.array(self.target) + np.array(after.back) * length * factor).tolist()),
+            up=tuple((then.T @ first @ np.array(self.up)).tolist()),
+            near=self.near * min(1.0, factor),
+            far=self.far * max(1.0, factor) if isfinite(self.far) else self.far,
+            orthographic_height=None if height is None else height * factor,
+        )
 
     def zoomed(self, factor: float) -> Camera:
         """Return the camera with a lens that magnifies by ``factor``.

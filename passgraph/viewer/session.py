@@ -22,7 +22,6 @@ from passgraph.errors import InputError, PassgraphError
 from passgraph.pictures import load_stored, scaled
 from passgraph.plan.dependencies import inputs_behind
 from passgraph.run.caller_arrays import format_of
-from passgraph.scene.camera import aim_of
 from passgraph.viewer.compiled import Compiled, Difference, flip_map, values_of
 from passgraph.viewer.debugger import Debugger, View
 from passgraph.viewer.display import Look, encode, histogram_of, range_of
@@ -419,7 +418,7 @@ class Session:
         run_inputs |= {name: value for name, value in settings.look.values().items() if name in run_values}
         camera = run_inputs.get("camera", getattr(run_values.get("camera"), "default", None))
         if isinstance(camera, pg.Camera):
-            run_inputs["camera"] = orbited(camera, *settings.orbit)
+            run_inputs["camera"] = camera.orbited(*settings.orbit)
         return run_inputs
 
     def _send(self, *, exact: bool) -> None:
@@ -497,17 +496,3 @@ def _defaults(loaded: Loaded) -> dict[str, Any]:
 def _json_number(number: float) -> Any:
     """Return a number for JSON; NaN and infinity become text."""
     return number if isinstance(number, int) or isfinite(number) else str(number)
-
-
-def orbited(camera: pg.Camera, right: float, up: float, distance: float) -> pg.Camera:
-    """Return the camera orbited round its target by angles in radians, at a multiple of its distance."""
-    if (right, up, distance) == (0.0, 0.0, 1.0):
-        return camera
-    away = np.subtract(camera.eye, camera.target)
-    length = float(np.linalg.norm(away))
-    azimuth = float(np.arctan2(away[0], away[2])) + right
-    elevation = float(np.clip(np.arcsin(np.clip(away[1] / length, -1, 1)) + up, -1.5, 1.5))
-    factor = float(np.clip(distance, 0.05, 20.0))
-    eye = np.asarray(camera.target) + np.array(aim_of(azimuth, elevation).back) * length * factor
-    far = camera.far if not isfinite(camera.far) else camera.far * max(1.0, factor)
-    return replace(camera, eye=tuple(eye.tolist()), far=far, near=camera.near * min(1.0, factor))

@@ -17,7 +17,7 @@ from passgraph.backends.webgpu.textures import Stored, Texture
 from passgraph.backends.webgpu.transfers import texels
 from passgraph.backends.webgpu.wgsl import FULLSCREEN, HEAD
 from passgraph.errors import InputError
-from passgraph.formats import Format
+from passgraph.formats import FORMATS, Format
 from passgraph.graph.draw_state import Geometry
 from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, is_object_type
 from passgraph.language.long_arrays import picture_of
@@ -25,6 +25,7 @@ from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.types import element_of
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Resource, Step
 from passgraph.run.execution import Uniforms, earliest_first, picked, resolve
+from passgraph.web.orbit import PoseTable
 from passgraph.web.recorder import DEFAULT_LIMITS, RecordingBackend
 from passgraph.web.size_rules import Rule
 
@@ -56,11 +57,16 @@ class PlanWriter:
     """Writes one plan.
 
     ``constants`` are values of this export by name, such as a camera: what depends on them alone is a constant too.
+    ``poses`` has what changes when the camera orbits.
     """
 
-    def __init__(self, plan: Plan, backend: RecordingBackend, constants: Mapping[str, object]) -> None:
-        self.plan, self.backend, self.blob = plan, backend, Blob()
+    def __init__(
+        self, plan: Plan, backend: RecordingBackend, constants: Mapping[str, object], poses: PoseTable | None
+    ) -> None:  # fmt: skip
+        self.plan, self.backend, self.blob, self.poses = plan, backend, Blob(), poses
         self.constants: dict[Any, object] = {**constants, OUTPUT_SIZE.name: plan.size}
+        #: Depth targets beside the plan's, each with the resource whose size it has.
+        self.unread_depths: list[tuple[Resource, int]] = []
         self.meshes: list[dict[str, Any]] = []
         self._mesh_numbers: dict[int, int] = {}
         self.pipelines: list[dict[str, Any]] = []
@@ -119,18 +125,19 @@ class PlanWriter:
         described: dict[str, Any] = {"name": step.name, "static": step.static, "outputs": list(step.outputs)}
         if isinstance(step, CopyStep):
             return {**described, "kind": "copy", "source": step.source_resource}
-        constant = replace(step, values={name: self._constant(step, name) for name in step.values})
         images = [resource for _, resource in step.images]
-        if isinstance(constant, PixelStep):
-            described |= {"kind": "pixel", "pipeline": self._pipeline(self.backend.pixel_pipeline(constant))}
-            return {**described, "stages": [self._stage(constant.program, constant, images)]}
-        assert isinstance(constant, DrawStep)
-        return {**described, **self._draw(constant, images)}
+        if isinstance(step, PixelStep):
+            described |= {"kind": "pixel", "pipeline": self._pipeline(self.backend.pixel_pipeline(step))}
+            return {**described, "stages": [self._stage(step.program, step, images)]}
+        assert isinstance(step, DrawStep)
+        return {**described, **self._draw(step, images)}
 
     def _draw(self, step: DrawStep, images: list[int]) -> dict[str, Any]:
         depth = None if step.depth is None else self.plan.resources[step.depth].format
         pipeline = self.backend.draw_pipeline(step, depth)
-        clears = pipeline.pop("clears")
+        clears, place, clear = pipeline.pop("clears"), step.depth, step.depth_clear
+        if pipeline.pop("lacks_depth"):
+            place, clear = self._unread_depth(step), 0.0
         count = len(step.vertex.images)
         stages = [self._stage(step.vertex, step, images[:count])]
         if step.fragment is not None:
@@ -138,11 +145,21 @@ class PlanWriter:
         stencil = step.state.stencil
         return {
             "kind": "draw", "pipeline": self._pipeline(pipeline), "stages": stages, "clears": clears,
-            "depth": step.depth, "depthClear": step.depth_clear, "stencilClear": step.state.clear_stencil,
+            "depth": place, "depthClear": clear, "stencilClear": step.state.clear_stencil,
             "stencilReference": 0 if stencil is None else stencil.reference,
             "mesh": self._mesh(step.source.geometry),
             "attributes": [name for name in ATTRIBUTES if name in step.vertex.attributes],
         }  # fmt: skip
+
+    def _unread_depth(self, step: DrawStep) -> int:
+        """Add a depth target of the size of a draw, and return its number."""
+        like, count = self.plan.resources[step.outputs[0]], len(self.unread_depths)
+        depth = replace(
+            like, id=len(self.plan.resources) + count, name=f"unread depth of {step.name}", kind="unread",
+            format=FORMATS["depth32f"], memory=len(self.plan.memories) + count,
+        )  # fmt: skip
+        self.unread_depths.append((depth, like.id))
+        return depth.id
 
     def _pipeline(self, described: dict[str, Any]) -> int:
         if described not in self.pipelines:
@@ -196,21 +213,35 @@ class PlanWriter:
 
     def _stage(self, program: ScalarProgram, step: PixelStep | DrawStep, images: Sequence[int]) -> dict[str, Any]:
         """Return the images and parameters of one stage: a block of constants, and the places of run values in it."""
-        uniforms = Uniforms(program, step, {})
+        constant = replace(step, values={name: self._constant(step, name) for name in step.values})
+        uniforms = Uniforms(program, constant, {})
         block = packed(program, (1, 1), 1.0, uniforms.block)[HEAD:]
         ints_at = HEAD + 16 * max(1, -(-program.float_count // 4))
         values = [
-            _place(slot, step.values[key].name, fields, ints_at)  # type: ignore[attr-defined]
+            _place(slot, constant.values[key].name, fields, ints_at)  # type: ignore[attr-defined]
             for key, fields, _, slot, _ in uniforms.changing
         ]
-        return {"images": list(images), "constants": self.blob.add(block), "values": values}
+        described = {"images": list(images), "constants": self.blob.add(block), "values": values}
+        if self.poses is not None:
+            columns = [(slot, self.poses.column(slot, step.values)) for slot in program.uniforms]
+            described["poses"] = [
+                {"at": _offset(slot, ints_at), "count": slot.count, "column": column}
+                for slot, column in columns
+                if column is not None
+            ]
+        return described
+
+
+def _offset(slot: UniformSlot, ints_at: int) -> int:
+    """Return the place of a uniform in the bytes of its stage."""
+    return (HEAD if slot.block == "float" else ints_at) + 4 * slot.offset
 
 
 def _place(slot: UniformSlot, value: str, fields: Sequence[str], ints_at: int) -> dict[str, Any]:
     if fields:
         raise InputError(f"value {value!r} is a struct, which a page cannot set; give the export one")
     place: dict[str, Any] = {
-        "value": value, "at": (HEAD if slot.block == "float" else ints_at) + 4 * slot.offset, "count": slot.count,
+        "value": value, "at": _offset(slot, ints_at), "count": slot.count,
         "type": element_of(slot.type).name,  # type: ignore[arg-type]
     }  # fmt: skip
     if slot.range is not None:
@@ -220,8 +251,9 @@ def _place(slot: UniformSlot, value: str, fields: Sequence[str], ints_at: int) -
 
 
 def written_plan(
-    plan: Plan, rules: Sequence[Rule] | None, constants: Mapping[str, object], pictures: Mapping[str, NDArray[Any]]
-) -> tuple[dict[str, Any], bytes]:
+    plan: Plan, rules: Sequence[Rule] | None, constants: Mapping[str, object], pictures: Mapping[str, NDArray[Any]],
+    poses: PoseTable | None = None,
+) -> tuple[dict[str, Any], bytes]:  # fmt: skip
     """Return a plan as plain data and the bytes beside it.
 
     Parameters
@@ -229,6 +261,7 @@ def written_plan(
     rules : the size rule of each resource; None fixes the sizes
     constants : values of this export by name
     pictures : inputs whose picture is part of the export, by name
+    poses : of a camera that orbits; None for a camera that is a constant
 
     Raises
     ------
@@ -236,10 +269,11 @@ def written_plan(
         For a value that cannot be exported, with its name.
     """
     backend = RecordingBackend()
-    writer = PlanWriter(plan, backend, constants)
+    writer = PlanWriter(plan, backend, constants, poses)
     fixed = [{"fixed": list(resource.size)} for resource in plan.resources]
     resources = [writer.resource(r, rule) for r, rule in zip(plan.resources, rules or fixed, strict=True)]
     steps = [writer.step(step) for step in plan.steps]
+    resources += [writer.resource(r, resources[like]["rule"]) for r, like in writer.unread_depths]
     writer.add_attributes()
     inputs: dict[str, dict[str, Any]] = {}
     for name, resource in plan.inputs.items():
@@ -251,7 +285,8 @@ def written_plan(
         "format": "passgraph effect", "version": VERSION,
         "size": list(plan.size), "resizable": rules is not None,
         "features": _features(plan), "limits": _limits(plan, backend),
-        "memories": len(plan.memories), "resources": resources, "inputs": inputs, "outputs": dict(plan.outputs),
+        "memories": len(plan.memories) + len(writer.unread_depths),
+        "resources": resources, "inputs": inputs, "outputs": dict(plan.outputs),
         "history": [list(pair) for pair in earliest_first(plan)],
         "steps": steps, "pipelines": writer.pipelines, "modules": backend.device.modules,
         "fullscreen": backend.device.create_shader_module(code=FULLSCREEN), "meshes": writer.meshes,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from passgraph.errors import InputError
 from passgraph.files.program_folder import FILE as PROGRAM
 from passgraph.formats import FORMATS, Format
-from passgraph.graph.run_values import FILLED_IN, Value, is_object_type
+from passgraph.graph.run_values import FILLED_IN, OUTPUT_SIZE, Value, is_object_type
 from passgraph.graph.targets import InputSpec, Outputs, Target, checked_size, named_outputs
 from passgraph.language import symbols
 from passgraph.pictures import encode_png
@@ -27,6 +27,7 @@ from passgraph.plan.limits import check_memory
 from passgraph.run.caller_arrays import Admission, bound_to
 from passgraph.viewer.subject import Control
 from passgraph.web.document import written_plan
+from passgraph.web.orbit import Orbit, PoseTable
 from passgraph.web.recorder import RecordingBackend
 from passgraph.web.size_rules import resizable_rules
 from passgraph.writing import NewFile, place_of
@@ -34,7 +35,7 @@ from passgraph.writing import NewFile, place_of
 #: Files that every export has, copied from here.
 PAGE = Path(__file__).parent / "page"
 #: What the page and its test read; a folder that has other files is not written into.
-DOCUMENT, DATA = "effect.json", "effect.bin"
+DOCUMENT, DATA, POSES = "effect.json", "effect.bin", "orbit.bin"
 #: Size where neither an input nor the caller says one.
 SIZE = (1280, 720)
 
@@ -71,6 +72,7 @@ class Written:
     constants : names of values that are constants of the export, such as the camera
     resizable : True if it runs on pictures of any size; else they are scaled to the size of the export
     plan : the plan that it runs
+    poses : number of azimuths, elevations and distances of a camera that orbits; None if it is a constant
     """
 
     folder: Path
@@ -78,11 +80,13 @@ class Written:
     constants: tuple[str, ...]
     resizable: bool
     plan: Plan
+    poses: tuple[int, ...] | None = None
 
 
 def export_web(
     outputs: Outputs, folder: str | os.PathLike[str], /, *, size: tuple[int, int] | None = None,
-    described: Described | None = None, options: Options | None = None, **given: Any,
+    described: Described | None = None, options: Options | None = None, orbit: Orbit | None = None,
+    progress: Callable[..., None] = lambda *_: None, **given: Any,
 ) -> Written:  # fmt: skip
     """Write an effect for the browser: effect.json, effect.bin, the runtime passgraph.js and a page.
 
@@ -101,6 +105,10 @@ def export_web(
         Name, controls and constants that the page shows; by default found in the graph.
     options
         Optimizations to switch off, as for `passgraph.compile`.
+    orbit
+        Poses of the camera that the page can choose from.  Python computes each, which takes seconds; default: none.
+    progress
+        Is called with a text, and the counts of poses done and in all.
     given
         Pictures that the page begins with, and values that become constants of the export, such as ``camera=``.
 
@@ -143,19 +151,24 @@ def export_web(
     embedded = {
         n: arrays[n] for n, spec in specs.items() if n not in files and (n in pictures or spec.default is not None)
     }
-    document, data = written_plan(plan, rules, constants, embedded)
+    poses = None if orbit is None else PoseTable(plan, {**constants, OUTPUT_SIZE.name: plan.size}, orbit, progress)
+    document, data = written_plan(plan, rules, constants, embedded, poses)
     for number, name in enumerate(files):
         document["inputs"][name]["picture"] = f"input{number}.png"
     controls = _controls(plan, said, constants, document)
+    fixed = sorted(name for name in constants if poses is None or name != poses.camera)
     document |= {
         "name": said.name, "summary": said.summary,
         "sizeFrom": next((name for name, spec in specs.items() if spec.default is None and name in plan.inputs), None),
         "parameters": controls, "fixed": {name: _shown(value) for name, value in said.fixed.items()},
-        "constants": sorted(constants), "frameTime": said.frame_time,
+        "constants": fixed, "frameTime": said.frame_time,
     }  # fmt: skip
-    written = Path(folder)
-    _write(written, document, data, {f"input{number}.png": png for number, png in enumerate(files.values())})
-    return Written(written, tuple(c["name"] for c in controls), tuple(sorted(constants)), rules is not None, plan)
+    beside = {f"input{number}.png": png for number, png in enumerate(files.values())}
+    if poses is not None:
+        document["orbit"], beside[POSES] = poses.described(POSES), poses.numbers.tobytes()
+    written, counts = Path(folder), None if poses is None else tuple(map(len, poses.axes))
+    _write(written, document, data, beside)
+    return Written(written, tuple(c["name"] for c in controls), tuple(fixed), rules is not None, plan, counts)
 
 
 def _bound(
@@ -236,7 +249,7 @@ def _write(folder: Path, document: Mapping[str, Any], data: bytes, files: Mappin
     place = place_of(folder, is_folder=True)
     pages = {path.name: path.read_bytes() for path in sorted(PAGE.iterdir()) if path.is_file()}
     if place.exists():
-        ours = {*pages, DOCUMENT, DATA, PROGRAM}
+        ours = {*pages, DOCUMENT, DATA, POSES, PROGRAM}
         other = [p.name for p in place.iterdir() if p.name not in ours and not _PICTURE.match(p.name)]
         if other:
             raise InputError(

@@ -13,7 +13,7 @@ from passgraph.backends.webgpu.backend import WebGPUBackend
 from passgraph.backends.webgpu.passes import DrawRun, PixelRun
 from passgraph.backends.webgpu.programs import Programs
 from passgraph.backends.webgpu.textures import Texture
-from passgraph.formats import Format
+from passgraph.formats import FORMATS, Format
 from passgraph.plan.data import DrawStep, PixelStep
 
 #: Default limits of WebGPU, as the specification has them.
@@ -79,10 +79,14 @@ class RecordingBackend(WebGPUBackend):
         return described
 
     def draw_pipeline(self, step: DrawStep, depth: Format | None) -> dict[str, Any]:
-        """Return the pipeline of a draw, in the words of JavaScript; ``clears`` has the clear color of each target."""
+        """Return the pipeline of a draw, in the words of JavaScript; ``clears`` has the clear color of each target.
+
+        ``lacks_depth`` is true if the draw needs a depth target that the plan does not have.
+        """
         run = DrawRun(self, step)
+        depth = FORMATS["depth32f"] if run.lacks_depth else depth
         texture = None if depth is None else Texture(depth, step.size, self.stored(depth), None, None, None)
-        return {**in_javascript(run.pipeline(texture)), "clears": run.clears}
+        return {**in_javascript(run.pipeline(texture)), "clears": run.clears, "lacks_depth": run.lacks_depth}
 
 
 def in_javascript(described: Any) -> Any:

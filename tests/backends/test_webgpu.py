@@ -5,14 +5,15 @@ from __future__ import annotations
 import gc
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.base import Block
-from passgraph.backends.webgpu import WebGPUBackend, devices, programs, trusted, wgsl
+from passgraph.backends.base import Block, DeviceInfo
+from passgraph.backends.webgpu import WebGPUBackend, chromium, devices, programs, trusted, wgsl
 from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.formats import FORMATS
 from passgraph.graph.draw_state import Blend
@@ -59,6 +60,28 @@ def test_without_wgpu_the_error_says_how_to_install_it(monkeypatch: pytest.Monke
         WebGPUBackend()
     (missing,) = WebGPUBackend.devices()
     assert "pip install 'passgraph[webgpu]'" in missing.missing
+
+
+def test_without_playwright_the_error_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "playwright.sync_api", None)
+    with pytest.raises(DeviceMissingError, match=r"webgpu:chromium needs playwright .*pip install 'passgraph\[web\]'"):
+        WebGPUBackend("chromium")
+    monkeypatch.setattr(chromium, "find_spec", lambda name: None)
+    assert "pip install 'passgraph[web]'" in chromium.device_info().missing
+
+
+def test_chromium_is_listed_with_its_version_or_with_what_it_lacks(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    pytest.importorskip("playwright")
+    browser = tmp_path / "chromium"
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert "no Chromium or Chrome on PATH; install one: " in chromium.device_info().missing
+    browser.write_text("#!/bin/sh\n[ $1 = --version ] && echo 'Chromium 1.2 '")
+    browser.chmod(0o755)
+    assert chromium.device_info() == DeviceInfo("SwiftShader in headless Chromium", str(browser), "Chromium 1.2")
+    browser.write_text("#!/bin/sh\nexit 3")
+    assert f"{browser} cannot be started: " in chromium.device_info().missing
 
 
 def test_without_a_driver_the_error_says_how_to_install_one(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,6 @@ measured from its last byte to the frame of the page that has the new color. Nee
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -19,6 +18,8 @@ from statistics import median
 from typing import Any
 
 from playwright.sync_api import sync_playwright
+
+from passgraph.backends.webgpu.chromium import executable
 
 SAVES = 9
 EFFECT = '''
@@ -93,7 +94,7 @@ def main() -> None:
                 assert process.stdout is not None
                 found = re.search(r"http://\S+", process.stdout.readline())
                 assert found is not None
-                browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+                browser = playwright.chromium.launch(executable_path=executable(), args=["--no-sandbox"])
                 page = browser.new_page(viewport={"width": 1400, "height": 900})
                 page.goto(found[0])
                 page.wait_for_selector("body[data-shown]")

@@ -21,7 +21,7 @@ from passgraph.backends.registry import BUILT_IN
 from passgraph.viewer.compiled import Difference, targets_of
 from passgraph.viewer.debugger import OUTSIDE
 from passgraph.viewer.display import CHANNELS, Look, shown
-from passgraph.viewer.session import POLL_S, Published, Session, orbited
+from passgraph.viewer.session import POLL_S, Published, Session
 from passgraph.viewer.show import GivenSubject
 from tests.viewer.subjects import KERNEL, Watched, files
 
@@ -401,17 +401,6 @@ def test_a_scene_is_looked_at_from_elsewhere() -> None:
         before = watched.session.picture("shown").copy()
         watched.session.ask(orbit=(0.5, 0.1, 1.0))
         watched.until(lambda one: one.pictures and not np.array_equal(watched.session.picture("shown"), before))
-
-
-def test_an_orbit_keeps_the_target_and_the_distance() -> None:
-    camera = pg.Camera((0, 1, 5), (0, 0, 0))
-    turned = orbited(camera, 0.4, -0.1, 2.0)
-    assert turned.target == camera.target
-    azimuths = [np.arctan2(x, z) for x, _, z in (camera.eye, turned.eye)]
-    elevations = [np.arcsin(y / np.hypot(np.hypot(x, y), z)) for x, y, z in (camera.eye, turned.eye)]
-    assert (azimuths[1] - azimuths[0], elevations[1] - elevations[0]) == pytest.approx((0.4, -0.1))
-    assert np.linalg.norm(turned.eye) == pytest.approx(2 * np.linalg.norm(camera.eye))
-    assert orbited(camera, 0.0, 0.0, 1.0) is camera
 
 
 # Looks

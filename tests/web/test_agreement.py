@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph import vec4
 from passgraph.backends.base import Promises
 from passgraph.backends.webgpu.chromium import SWIFTSHADER_PX
 from passgraph.effects import auto_exposure, bloom, soft_shadow, vignette
 from passgraph.graph.targets import named_outputs
 from passgraph.plan.data import CopyStep
+from passgraph.verify.conformance.case_inputs import quad
 from passgraph.verify.oracle.backend import OracleBackend
 from passgraph.verify.oracle.pass_bounds import OPTIONS, Key, Passes, Picture
 from passgraph.verify.report import MOST_AMBIGUOUS
@@ -78,6 +80,29 @@ def within(passes: Passes, got: dict[Key, Picture], most_ambiguous: float = MOST
 def test_a_picture_effect_with_a_parameter(tmp_path: Path) -> None:
     outputs = vignette(pg.Input("frame", "rgba8"), strength=pg.Value("strength", default=1.0))
     assert held(outputs, tmp_path, {"frame": picture()}, {"strength": 0.5}) == 1
+
+
+@pg.struct
+class Corner:
+    position: vec4
+
+
+@pg.vertex
+def place(vertex: pg.Vertex) -> Corner:
+    return Corner(vec4(vertex.position, 1.0))
+
+
+@pg.fragment
+def depth_of(corner: Corner) -> float:
+    return pg.fragment_depth()
+
+
+def test_a_polygon_offset_moves_the_depth_that_a_kernel_reads_without_a_depth_target(tmp_path: Path) -> None:
+    """WebGPU offsets depths only where a draw has a depth target."""
+    seen = pg.draw(
+        quad(), vertex=place, fragment=depth_of, into=pg.target("seen", "r32f"), polygon_offset=(0.0, 2.0**20)
+    )
+    assert held(seen, tmp_path, {}, {}) == 1
 
 
 @pytest.mark.slow

@@ -7,6 +7,8 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.registry import open_backend
+from passgraph.backends.webgpu import wgsl
+from passgraph.errors import BackendError
 from passgraph.verify.conformance import cases, run
 from tests.web.browser import CHROMIUM
 
@@ -25,6 +27,13 @@ def test_pictures_go_there_and_back() -> None:
 def test_an_error_of_the_browser_is_an_error_here() -> None:
     with open_backend("webgpu:chromium") as backend, pytest.raises(RuntimeError, match="unresolved"):
         backend.device.create_shader_module(code="fn main() -> f32 { return nothing; }")  # type: ignore[attr-defined]
+
+
+def test_an_error_of_the_compiler_names_the_line_of_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(wgsl.WGSL.spelled["float"], "sqrt", "no_such_function({0})")  # type: ignore[index]
+    rooted = pg.kernel(source="def rooted(c: Image) -> float:\n    d = c[0, 0].r + 1.0\n    return sqrt(d)")
+    with pytest.raises(BackendError, match=r"3: WebGPU refuses kernel rooted: .*no_such_function(.|\n)*return sqrt"):
+        pg.compile(rooted(pg.Input("c", "r32f", (4, 4))), backend="webgpu:chromium")
 
 
 def test_groups_of_the_conformance_suite_pass() -> None:

@@ -162,3 +162,29 @@ def test_a_file_that_is_no_picture_is_an_error_and_the_picture_stays(folder: Pat
             page.locator("#file").set_input_files(tmp_path / name)
             page.wait_for_function(f"() => document.getElementById('error').textContent.startsWith('{name}: ')")
             assert page.evaluate("() => globalThis.program.size[0]") == 6
+
+
+def test_files_are_let_go(folder: Path, tmp_path: Path) -> None:
+    """A page holds the memory of a file as long as an object URL names it."""
+    (tmp_path / "broken.webm").write_bytes(b"no video")
+    film = video(tmp_path / "film.webm")
+    with opened(folder, "index.html") as page:
+        page.evaluate(
+            """() => {
+                globalThis.named = [];
+                const { createObjectURL, revokeObjectURL } = URL;
+                URL.createObjectURL = (blob) => { const url = createObjectURL(blob); named.push(url); return url; };
+                URL.revokeObjectURL = (url) => { revokeObjectURL(url); named.splice(named.indexOf(url), 1); };
+            }"""
+        )
+        given(page, lambda: page.locator("#file").set_input_files(film))
+        assert page.evaluate("named.length") == 1
+        page.locator("#file").set_input_files(tmp_path / "broken.webm")
+        page.wait_for_function("() => !document.getElementById('error').hidden")
+        assert page.evaluate("named.length") == 1
+        with page.expect_download() as saved:
+            page.locator("#save").click()
+        np.testing.assert_allclose(pg.load(saved.value.path())[12, 16, :3], PICTURE[12, 16] / 255, atol=OF_VIDEO)
+        assert page.evaluate("named.length") == 1
+        page.locator("#file").set_input_files(png(tmp_path / "a.png"))
+        page.wait_for_function("() => named.length === 0")

@@ -11,6 +11,8 @@ const values = {};
 /** Pictures that change by themselves, by input. @type {Record<string, HTMLVideoElement>} */
 const films = {};
 const view = { x: 0, y: 0, zoom: 0 };
+/** The camera: radians to the right and up, and the factor of its distance, relative to the exported one. */
+const orbit = { azimuth: 0, elevation: 0, distance: 1 };
 let isPlaying = true, isDue = true, isBusy = false, last = 0, times = /** @type {number[]} */ ([]), pointer = /** @type {[number, number]|null} */ (null);
 
 /** @param {unknown} error */
@@ -90,6 +92,7 @@ function showControls() {
 /** @param {string} name @param {any} picture */
 function take(name, picture) {
   /** @type {any} */ (films[name]?.srcObject)?.getTracks().forEach((/** @type {MediaStreamTrack} */ track) => track.stop());
+  if (films[name]?.src) { films[name].pause(); URL.revokeObjectURL(films[name].src); }
   delete films[name];
   if (picture instanceof HTMLVideoElement) films[name] = picture;
   program.given[name] = picture;
@@ -108,10 +111,11 @@ async function film(from) {
 /** @param {File|undefined} file */
 async function openFile(file) {
   if (!file) return;
+  const src = file.type.startsWith("video/") && URL.createObjectURL(file);
   try {
-    take($("input-name").value, file.type.startsWith("video/") ? await film({ src: URL.createObjectURL(file) }) : await createImageBitmap(file, { colorSpaceConversion: "none", premultiplyAlpha: "none" }));
+    take($("input-name").value, src ? await film({ src }) : await createImageBitmap(file, { colorSpaceConversion: "none", premultiplyAlpha: "none" }));
     $("error").hidden = true;
-  } catch { fail(`${file.name}: this browser cannot read it as a picture or video`); }
+  } catch { if (src) URL.revokeObjectURL(src); fail(`${file.name}: this browser cannot read it as a picture or video`); }
 }
 
 async function useCamera() {
@@ -129,6 +133,19 @@ function card([width, height]) {
     context.fillRect(Math.floor(i * width / 8), Math.floor(k * height / 6), Math.ceil(width / 8), Math.ceil(height / 6));
   }
   return canvas;
+}
+
+// Camera
+
+/** Turn the camera to the right and up, and away; the runtime takes the nearest exported pose.
+ *  @param {number} right @param {number} up @param {number} [factor] */
+function turn(right, up, factor = 1) {
+  const { elevations, distances } = program.effect.orbit, before = program.poseAt;
+  orbit.azimuth += right;
+  orbit.elevation = Math.min(Math.max(orbit.elevation + up, elevations[0]), elevations.at(-1));
+  orbit.distance = Math.min(Math.max(orbit.distance * factor, distances[0]), distances.at(-1));
+  program.pose(orbit);
+  isDue ||= program.poseAt !== before;
 }
 
 // Look
@@ -200,7 +217,9 @@ async function save() {
   for (let i = 0; i < width * height; i++) for (let c = 0; c < 4; c++) bytes[4 * i + c] = c === 3 ? (channels === 4 ? 255 * data[4 * i + 3] : 255) : 255 * data[channels * i + (channels < 3 ? Math.min(c, channels - 1) : c)];
   const canvas = new OffscreenCanvas(width, height);
   /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext("2d")).putImageData(new ImageData(bytes, width, height), 0, 0);
-  element("a", { href: URL.createObjectURL(await canvas.convertToBlob()), download: `${$("target").value}.png` }).click();
+  const link = element("a", { href: URL.createObjectURL(await canvas.convertToBlob()), download: `${$("target").value}.png` });
+  link.click();
+  URL.revokeObjectURL(link.href);
 }
 
 function listen() {
@@ -217,16 +236,23 @@ function listen() {
   $("save").onclick = () => save().catch(fail);
   $("play").onclick = () => { isPlaying = !isPlaying; $("play").ariaPressed = String(isPlaying); $("play").textContent = isPlaying ? "Pause" : "Play"; for (const one of Object.values(films)) isPlaying ? one.play() : one.pause(); };
   $("restart").onclick = () => { program.reset(); isDue = true; };
-  stage.onwheel = (/** @type {WheelEvent} */ event) => { event.preventDefault(); zoomTo(view.zoom * 2 ** (-event.deltaY / 240), event.offsetX * ratio(), event.offsetY * ratio()); };
+  const turns = (/** @type {MouseEvent} */ event) => Boolean(program.effect.orbit) && !event.altKey;
+  stage.onwheel = (/** @type {WheelEvent} */ event) => {
+    event.preventDefault();
+    if (turns(event)) turn(0, 0, 2 ** (event.deltaY / 240));
+    else zoomTo(view.zoom * 2 ** (-event.deltaY / 240), event.offsetX * ratio(), event.offsetY * ratio());
+  };
   stage.onpointermove = (/** @type {PointerEvent} */ event) => {
     pointer = [event.offsetX, event.offsetY];
-    if (event.buttons) { view.x -= event.movementX * ratio() / view.zoom; view.y -= event.movementY * ratio() / view.zoom; show(); }
+    if (event.buttons && turns(event)) turn(-event.movementX / 200, event.movementY / 200);
+    else if (event.buttons) { view.x -= event.movementX * ratio() / view.zoom; view.y -= event.movementY * ratio() / view.zoom; show(); }
     showTexel().catch(fail);
   };
   stage.onpointerleave = () => { pointer = null; };
   stage.onkeydown = (/** @type {KeyboardEvent} */ event) => {
     const ways = /** @type {Record<string, [number, number]>} */ ({ ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }), way = ways[event.key];
-    if (way) { view.x += way[0] * 32 / view.zoom; view.y += way[1] * 32 / view.zoom; show(); event.preventDefault(); }
+    if (way && event.ctrlKey && program.effect.orbit) { turn(0.1 * way[0], -0.1 * way[1]); event.preventDefault(); }
+    else if (way) { view.x += way[0] * 32 / view.zoom; view.y += way[1] * 32 / view.zoom; show(); event.preventDefault(); }
     else if ("+=".includes(event.key)) zoomTo(view.zoom * 1.25);
     else if (event.key === "-") zoomTo(view.zoom / 1.25);
     else if (event.key === "0") $("fit").click();
@@ -252,6 +278,8 @@ try {
   $("input-row").hidden = Object.keys(inputs).length < 2;
   $("target").append(...program.targets.map((/** @type {string} */ one) => element("option", { textContent: one })));
   $("time").hidden = !isAnimated() && !Object.keys(inputs).length;
+  if (program.effect.orbit) $("stage").ariaLabel = "Picture: drag or Ctrl and arrows turn the camera, wheel changes its distance; with Alt they move and zoom the picture, 0 fits it";
+  $("camera-help").hidden = !program.effect.orbit;
   showControls();
   listen();
   requestAnimationFrame(tick);

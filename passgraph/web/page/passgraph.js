@@ -15,6 +15,8 @@ export { EffectError };
 /** @typedef {{width: number, height: number, channels: number, data: Float32Array}} Values */
 /** @typedef {{x?: number, y?: number, zoom?: number, gain?: number, encode?: boolean}} Look
  *  How to draw: the picture's point at the top left, canvas pixels per pixel, a factor, and linear light to sRGB. */
+/** @typedef {{azimuth?: number, elevation?: number, distance?: number}} Pose  Of the camera, relative to the exported
+ *  one: radians to the right and up round its target, and a factor of the distance. */
 
 const ROW = 256;
 /** Bytes of all pictures of a program, unless `load` is told otherwise. */
@@ -54,10 +56,12 @@ export async function load(url, device, options = {}) {
   check(effect);
   const data = await fetched(new URL(effect.data.file, place), "arrayBuffer");
   if (data.byteLength !== effect.data.bytes) throw new EffectError(`${effect.data.file}: expected ${effect.data.bytes} bytes, got ${data.byteLength}. Export the effect again.`);
+  const { orbit } = effect, poses = orbit && await fetched(new URL(orbit.file, place), "arrayBuffer");
+  if (orbit && poses.byteLength !== orbit.bytes) throw new EffectError(`${orbit.file}: expected ${orbit.bytes} bytes, got ${poses.byteLength}. Export the effect again.`);
   device ??= await openDevice(effect);
   for (const name of effect.features) if (!device.features.has(name)) throw new EffectError(`The device lacks the feature "${name}", which the effect needs; request it.`);
   for (const [name, least] of Object.entries(effect.limits)) if (/** @type {any} */ (device.limits)[name] < least) throw new EffectError(`The device has ${name} ${/** @type {any} */ (device.limits)[name]}, and the effect needs ${least}; request it.`);
-  const program = new Program(effect, data, device, options);
+  const program = new Program(effect, data, device, options, poses);
   await program.compile();
   for (const [name, input] of Object.entries(effect.inputs)) {
     if (input.picture) program.given[name] = await createImageBitmap(await fetched(new URL(input.picture, place), "blob"), { colorSpaceConversion: "none", premultiplyAlpha: "none" });
@@ -67,12 +71,16 @@ export async function load(url, device, options = {}) {
 
 /** An effect on a device. `load` makes it. */
 export class Program {
-  /** @param {any} effect @param {ArrayBuffer} data @param {GPUDevice} device @param {{keep?: boolean, memory?: number}} options */
-  constructor(effect, data, device, options) {
+  /** @param {any} effect @param {ArrayBuffer} data @param {GPUDevice} device @param {{keep?: boolean, memory?: number}} options @param {ArrayBuffer} [poses] */
+  constructor(effect, data, device, options, poses) {
     this.effect = effect;
     this.data = data;
     this.device = device;
     this.options = options;
+    /** Numbers that depend on the camera, pose after pose, and where those of the current one begin: in bytes; -1 for
+     *  the exported camera. */
+    this.poses = poses;
+    this.poseAt = -1;
     /** Completed runs; the effect sees it as the frame's number. */
     this.frame = 0;
     /** The last picture of each input. @type {Record<string, Picture>} */
@@ -83,6 +91,8 @@ export class Program {
     this.sizes = [];
     /** @type {GPUTexture[]} */
     this.textures = [];
+    /** @type {any[]} */
+    this.pipelines = [];
     this.isStaticDone = false;
     this.staticKey = "";
     this.movesDue = false;
@@ -236,6 +246,23 @@ export class Program {
   // Runs
 
   /**
+   * Choose the nearest pose of the camera, of those that were exported; the next run shows it.
+   * @param {Pose} [pose]  What is left out is as exported. @returns {Required<Pose>}  The one that was chosen.
+   */
+  pose({ azimuth = 0, elevation = 0, distance = 1 } = {}) {
+    const { orbit } = this.effect;
+    if (!orbit) throw new EffectError("this effect has no poses of a camera; export it with --orbit");
+    if (![azimuth, elevation, distance].every(Number.isFinite) || distance <= 0) throw new EffectError(`pose: expected finite numbers and a distance above 0, got azimuth ${azimuth}, elevation ${elevation}, distance ${distance}`);
+    const turn = 2 * Math.PI / orbit.azimuths, across = Math.round(azimuth / turn) % orbit.azimuths, column = across < 0 ? across + orbit.azimuths : across;
+    const row = nearest(orbit.elevations, (one) => one - elevation), depth = nearest(orbit.distances, (one) => Math.log(one / distance));
+    this.poseAt = 4 * orbit.columns * ((column * orbit.elevations.length + row) * orbit.distances.length + depth);
+    return { azimuth: column * turn, elevation: orbit.elevations[row], distance: orbit.distances[depth] };
+  }
+
+  /** The bytes of a parameter in the current pose. @param {any} place */
+  #posed({ column, count }) { return new Uint8Array(/** @type {ArrayBuffer} */ (this.poses), this.poseAt + 4 * column, 4 * count); }
+
+  /**
    * Run once.
    * @param {Record<string, Picture>} [pictures]  Inputs by name; the last one is used where one is left out.
    * @param {Record<string, number|boolean|number[]>} [values]  By name; the default is used where one is left out.
@@ -249,7 +276,8 @@ export class Program {
     this.#allocateFor(this.given);
     for (const [name, picture] of Object.entries(this.given)) if (name in pictures || this.uploaded[name] !== picture) this.#upload(name, picture);
     const now = { frame_index: this.frame, ...Object.fromEntries(effect.parameters.map((/** @type {any} */ one) => [one.name, one.default])), ...values, output_size: this.size };
-    const staticKey = JSON.stringify(effect.staticValues.map((/** @type {string} */ name) => /** @type {any} */ (now)[name]));
+    const posed = this.poseAt < 0 ? [] : this.steps.filter((/** @type {any} */ step) => step.static).flatMap((/** @type {any} */ step) => step.stages.flatMap((/** @type {any} */ stage) => stage.poses ?? []));
+    const staticKey = JSON.stringify([effect.staticValues.map((/** @type {string} */ name) => /** @type {any} */ (now)[name]), posed.map((/** @type {any} */ place) => String(this.#posed(place)))]);
     const isStaticDone = this.isStaticDone && staticKey === this.staticKey;
     if (this.movesDue) for (const [to, from] of effect.history) [this.places[to], this.places[from]] = [this.places[from], this.places[to]];
     this.isStaticDone = this.movesDue = false;
@@ -332,6 +360,7 @@ export class Program {
       if (value === undefined || value === null) throw new EffectError(`value "${place.value}" is missing; run it as program.run({}, { ${place.value}: ... })`);
       pack(stage.view, place, value);
     }
+    if (this.poseAt >= 0) for (const place of stage.poses ?? []) stage.block.set(this.#posed(place), place.at);
     if (stage.sent.length === stage.block.length && stage.block.every((/** @type {number} */ byte, /** @type {number} */ i) => byte === stage.sent[i])) return;
     this.device.queue.writeBuffer(stage.buffer, 0, stage.block);
     stage.sent = stage.block.slice();
@@ -437,6 +466,8 @@ const SHOW = `struct Look { corner: vec2<f32>, step: f32, gain: f32, encode: f32
   return vec4<f32>(color * alpha, alpha);
 }`;
 
+/** The place of the number whose distance is least. @param {number[]} numbers @param {(one: number) => number} distance */
+const nearest = (numbers, distance) => numbers.reduce((best, one, i) => Math.abs(distance(one)) < Math.abs(distance(numbers[best])) ? i : best, 0);
 /** @param {any} picture @returns {picture is Raw} */
 const isRaw = (picture) => ArrayBuffer.isView(picture.data) && !(globalThis.ImageData && picture instanceof ImageData);
 /** @param {any} picture @returns {Size} */

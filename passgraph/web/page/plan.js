@@ -57,6 +57,7 @@ export function check(effect) {
   }
   for (const [name, one] of Object.entries(effect.outputs)) index(one, `outputs.${name}`, effect.resources);
   if (effect.sizeFrom != null && !(effect.sizeFrom in effect.inputs)) wrong("sizeFrom", "the name of an input", effect.sizeFrom);
+  if (effect.orbit) checkOrbit(effect.orbit);
   effect.history.forEach((/** @type {any} */ pair, /** @type {number} */ i) => {
     for (const one of list(pair, `history[${i}]`)) index(one, `history[${i}]`, effect.resources);
   });
@@ -76,6 +77,17 @@ export function check(effect) {
 /** @param {any} value @param {string} where  A file beside effect.json, never one elsewhere. */
 function fileName(value, where) {
   if (!/^[\w-][\w.-]*$/.test(text(value, where))) wrong(where, "the name of a file beside it", value);
+}
+
+/** @param {any} orbit */
+function checkOrbit(orbit) {
+  fileName(record(orbit, "orbit").file, "orbit.file");
+  let numbers = whole(orbit.azimuths, "orbit.azimuths", 1, 1e4) * whole(orbit.columns, "orbit.columns", 0, 1e6);
+  for (const name of ["elevations", "distances"]) {
+    numbers *= list(orbit[name], `orbit.${name}`).length;
+    if (!orbit[name].length || !orbit[name].every(Number.isFinite)) wrong(`orbit.${name}`, "numbers", orbit[name]);
+  }
+  if (orbit.bytes !== 4 * numbers) wrong("orbit.bytes", `${4 * numbers}, 4 for each number of its poses`, orbit.bytes);
 }
 
 /** @param {any} value @param {string} where */
@@ -126,6 +138,11 @@ function checkStep(one, where, effect, part) {
       if (!(record(value, place).type in KINDS)) wrong(`${place}.values`, "a type of numbers", value.type);
       whole(value.count, `${place}.values`, 1, 65536);
       whole(value.at, `${place}.values`, HEAD, HEAD + stage.constants.bytes - 4 * value.count);
+    }
+    for (const one of list(stage.poses ?? [], `${place}.poses`)) {
+      whole(record(one, place).count, `${place}.poses`, 1, 65536);
+      whole(one.at, `${place}.poses`, HEAD, HEAD + stage.constants.bytes - 4 * one.count);
+      whole(one.column, `${place}.poses`, 0, (effect.orbit?.columns ?? 0) - one.count);
     }
   });
   if (one.kind !== "draw") return;
