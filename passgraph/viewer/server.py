@@ -249,6 +249,8 @@ class View:
                 client.is_ready = True
                 self.session.ready()
                 self._wake()
+            elif kind == "key":
+                self.session.key(int(message["code"]), bool(message["down"]))
             elif kind == "values":
                 x, y = int(message["x"]), int(message["y"])
                 await client.send({"kind": "values", "x": x, "y": y, "values": self.session.values_at(x, y)})

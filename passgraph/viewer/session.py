@@ -25,6 +25,7 @@ from passgraph.run.caller_arrays import format_of
 from passgraph.viewer.compiled import Compiled, Difference, flip_map, values_of
 from passgraph.viewer.debugger import Debugger, View
 from passgraph.viewer.display import Look, encode, histogram_of, range_of
+from passgraph.viewer.keyboard import Keyboard
 from passgraph.viewer.recording import record
 from passgraph.viewer.subject import Control, Drawing, Loaded, Subject, run_values_of
 
@@ -142,6 +143,8 @@ class Session:
         #: Held while programs are compiled and run, and while their inputs are replaced.
         self._lock = threading.Lock()
         self._inputs: dict[str, Any] = {}
+        self._keyboard = Keyboard()
+        self._keys = self._keyboard.picture()  # of the latest frame
         self._input_changed, self._must_read_input = False, True
 
     def start(self) -> None:
@@ -175,6 +178,13 @@ class Session:
         """Count a client that has shown the last picture and can take the next one."""
         with self._changed:
             self._requested_pictures += 1
+            self._changed.notify()
+
+    def key(self, code: int, down: bool) -> None:
+        """Press or release a key. Playing shaders read it in the next frame, others are run for it."""
+        with self._changed:
+            self._keyboard.change(code, down)
+            self._dirty |= not self._settings.playing
             self._changed.notify()
 
     def replace_input(self, path: Path) -> None:
@@ -394,6 +404,9 @@ class Session:
         if self._must_read_input or frame != self._frame:
             self._inputs = dict(self.subject.frame(0 if count is None else frame))
         self._clock, self._frame, self._must_read_input = clock, frame, False
+        with self._changed:
+            self._keys = self._keyboard.picture()
+            self._keyboard.end_frame()
         results = {}
         for slot, compiled in program_set.programs.items():
             inputs = compiled.program.inputs
@@ -410,7 +423,7 @@ class Session:
         settings: Settings,
     ) -> dict[str, Any]:
         """Return the pictures and run values of a run: values of controls, the time, and the orbited camera."""
-        run_inputs = {**drawing.run_inputs, **self._inputs, pg.FRAME_INDEX.name: self._frame}
+        run_inputs = {"keyboard": self._keys, **drawing.run_inputs, **self._inputs, pg.FRAME_INDEX.name: self._frame}
         parameters = content.values(settings)
         parameters = {name: parameters[name] for name in content.handles if name in parameters}
         run_inputs = {n: v for n, v in run_inputs.items() if n in inputs or n in run_values}
@@ -463,6 +476,7 @@ class Session:
             facts["target"] = compiled.target_name
             facts["backend"] = compiled.program.backend.name
             facts["camera"] = "camera" in compiled.values
+            facts["keyboard"] = "keyboard" in compiled.program.inputs
             facts["moves"] = compiled.program.has_frame_index or compiled.program.has_history
             if "a" in self._results:
                 height, width = self._results["a"]["shown"].shape[:2]

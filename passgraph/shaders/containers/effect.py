@@ -79,6 +79,8 @@ class ShaderEffect:
     parameters : parameters by name
     notes : parts that depend on the driver, each with its line
     constants : parameters that sizes of passes depend on; they must be numbers, not a `passgraph.Value`
+    signals : "keyboard" and "audio", if the shader reads them: inputs of its graph that are black unless a run sets
+        them
     """
 
     name: str
@@ -91,6 +93,7 @@ class ShaderEffect:
     file: str
     build: Build = field(repr=False)
     constants: frozenset[str] = frozenset()
+    signals: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if "into" in (*self.images, *self.parameters):

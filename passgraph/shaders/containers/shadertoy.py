@@ -22,6 +22,7 @@ from passgraph.language.types import VEC4
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
 from passgraph.shaders.containers.shader_images import handle_or_black, shown_with_kept
+from passgraph.shaders.containers.signals import KINDS, SIGNALS, declared_signals, signal
 
 CHANNELS = tuple(f"iChannel{i}" for i in range(4))
 MAX_PASSES = 8
@@ -42,8 +43,10 @@ vec3 iChannelResolution[4];
 _BORDERS = {"clamp": "clamp", "repeat": "repeat"}
 #: Filters of a channel, with True for mipmaps.
 _FILTERS = {"nearest": ("nearest", False), "linear": ("linear", False), "mipmap": ("linear", True)}
+#: Filters of signals whose file names none.
+_FILTER_OF = {"keyboard": "nearest", "audio": "linear"}
 #: Kinds of inputs that are pictures from outside.
-_OUTSIDE = ("texture", "image", "video", "webcam", "music", "musicstream", "mic", "keyboard")
+_OUTSIDE = ("texture", "image", "video", "webcam")
 #: Entry functions of passes; only ``mainImage`` is supported.
 _ENTRY = re.compile(r"\b(?:void\s+(mainImage|mainCubemap|mainVR)|vec2\s+(mainSound))\s*\(")
 #: A shader with a function of this name calls its ``mainImage`` itself.
@@ -54,8 +57,8 @@ _ORDER = ("Buffer A", "Buffer B", "Buffer C", "Buffer D", "Image")
 
 @dataclass(frozen=True)
 class _Source:
-    """The source of a channel: a buffer (by the number of its pass) or an input picture, and its filter, by default the
-    picture's."""
+    """The source of a channel: a buffer (by the number of its pass), an input picture or a signal by its name, and its
+    filter, by default the picture's."""
 
     buffer: int | None
     picture: str
@@ -97,7 +100,7 @@ def is_shadertoy_export(text: str) -> bool:
 
 
 def read_shadertoy(text: str, path: Path) -> ShaderEffect:
-    """Read a file with ``mainImage`` as an effect; its channels are pictures.
+    """Read a file with ``mainImage`` as an effect; its channels are pictures, or the signals that it declares.
 
     Raises
     ------
@@ -112,7 +115,9 @@ def read_shadertoy(text: str, path: Path) -> ShaderEffect:
         line = text.count("\n", 0, entry.start())
         shown = text.split("\n")[line]
         raise InputError(f"{path}:{line + 1}: {name} makes no picture, and is not read here; mainImage is\n    {shown}")
+    declared, text = declared_signals(text, path)
     channels = {name: _Source(None, name, "repeat") for name in CHANNELS}
+    channels |= {name: _Source(None, kind, "clamp", _FILTER_OF[kind]) for name, kind in declared.items()}
     return _effect([(path.stem, text, channels)], "", path, f"{path.stem}: a Shadertoy shader", "")
 
 
@@ -186,6 +191,8 @@ def _channels(one: Mapping[str, Any], buffers: Mapping[str, int], file: str) -> 
             if key not in buffers:
                 raise InputError(f"{where}: {name} reads a buffer that no pass writes")
             channels[name] = _Source(buffers[key], "", border, filter)
+        elif kind in KINDS:
+            channels[name] = _Source(None, KINDS[kind], border, filter)
         elif kind in _OUTSIDE:
             channels[name] = _Source(None, f"picture_{key or channel}", border, filter)
         else:
@@ -207,7 +214,7 @@ def _effect(
         shaders.append(shader)
         passes.append(_Pass(name, PixelKernel[Target].of_shader(shader), channels))
     used = {parameter.name for one in passes for parameter in one.kernel.parameters}
-    pictures = dict.fromkeys(
+    sources_used = dict.fromkeys(
         one.channels[channel].picture
         for one in passes
         for channel in CHANNELS
@@ -227,11 +234,12 @@ def _effect(
         "Shadertoy",
         summary,
         credit,
-        tuple(pictures),
+        tuple(name for name in sources_used if name not in SIGNALS),
         parameters,
         notes_of(shaders),
         str(path),
         build,
+        signals=tuple(name for name in sources_used if name in SIGNALS),
     )
 
 
@@ -266,7 +274,8 @@ def _drawn(
                 continue
             source = one.channels.get(name)
             if source is None or source.buffer is None:
-                picture = pictures.get(source.picture) if source is not None else None
+                outside = "" if source is None else source.picture
+                picture = signal(outside) if outside in SIGNALS else pictures.get(outside)
             else:
                 picture = drawn[source.buffer] if source.buffer < number else previous(specs[source.buffer])
             black = handle_or_black(picture)

@@ -146,6 +146,7 @@ function showState(message) {
   if (message.backend && !backendChosen) $("backend").value = message.backend;
   if (message.controls) showControls(message.controls);
   if (message.targets) options($("target"), message.targets.map(({ name, format }) => [name, `${name}  ${format}`]), message.target);
+  $("keys").hidden = !message.keyboard;
   $("frame").hidden = !(message.frames > 1);
   $("seek-label").hidden = message.frames > 1 || !message.moves;
   if (document.activeElement !== $("seek")) $("seek").value = message.frame;
@@ -379,6 +380,23 @@ stage.addEventListener("pointerup", (event) => {
 });
 function turn(right, up) { orbit = [right, up, orbit[2]]; ask({ orbit }); }
 function point(at) { pointed = at; send({ kind: "values", x: at[0], y: at[1] }); hover(at); }
+// Keys of a shader that reads the keyboard, while the picture has the focus. Esc and Tab leave it, and the page and the
+// browser keep combinations with Ctrl, Alt and Meta, and the function keys.
+const keysDown = new Set();
+function key(code, down) {
+  if (down) keysDown.add(code); else keysDown.delete(code);
+  send({ kind: "key", code, down });
+}
+stage.addEventListener("keydown", (event) => {
+  if (!state.keyboard || event.key === "Tab") return;
+  event.stopImmediatePropagation();
+  if (event.key === "Escape") { closePixel(); stage.blur(); return; }
+  if (!event.repeat && event.keyCode < 256) key(event.keyCode, true);
+  if (!event.ctrlKey && !event.altKey && !event.metaKey && !/^F\d/.test(event.key)) event.preventDefault();
+});
+stage.addEventListener("keyup", (event) => { if (keysDown.has(event.keyCode)) key(event.keyCode, false); });
+const releaseKeys = () => keysDown.forEach((code) => key(code, false));
+stage.addEventListener("blur", releaseKeys);
 // Keys that act as the pointer; only while the picture has the focus, since arrows move sliders and cursors elsewhere.
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 stage.addEventListener("keydown", (event) => {
