@@ -103,6 +103,11 @@ class Effect:
         """Return the parameter with the seconds of a frame, if there is one."""
         return None
 
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Return "keyboard" and "audio" if the effect reads them."""
+        return ()
+
     def parameter(self, name: str) -> Parameter:
         """Return one parameter by name; KeyError lists the known ones."""
         for parameter in self.parameters:

@@ -45,18 +45,21 @@ from passgraph.commands.options import (
     size_option,
 )
 from passgraph.commands.parameter_options import Changing, FramesOption, check_no_ramps
+from passgraph.commands.sound import audio_option, audio_picture, keeps_time, open_audio
 from passgraph.commands.running import RunOptions, check_one_picture, check_outputs, run_and_save
 from passgraph.commands.written_files import (
     STREAM,
     check_apart,
     check_no_video,
     is_one_picture,
+    is_several,
     rate_of,
     tell_of_lost_bits,
     tell_of_several,
 )
 from passgraph.effects.effect_table import EFFECTS, Effect, by_family
 from passgraph.errors import InputError
+from passgraph.files.film import RATE
 from passgraph.files.frame import MOST_JOBS, Source
 from passgraph.files.names import Pattern, is_film, is_video
 from passgraph.files.pipe import Raw
@@ -65,6 +68,9 @@ from passgraph.graph.targets import Input
 from passgraph.pictures import split_layer
 
 if TYPE_CHECKING:
+    from fractions import Fraction
+
+    from passgraph.files.audio import Audio
     from passgraph.scene.projection import HardwareDepth
 
 
@@ -202,33 +208,37 @@ def command_of(effect: Effect) -> click.Command:
         from passgraph.commands.clips import depth_buffer_option, depth_option
 
         command.params += [depth_option(required=True), depth_buffer_option()]
+    if "audio" in effect.signals:
+        command.params += audio_option(with_sound=False)
     command.params += options_beside(command.params, effect, FramesOption)
     return command
 
 
 def apply_effect(
     effect: Effect, parameters: dict[str, Any], /, inputs: tuple[str, ...], output: str, depth: Path | None = None,
-    depth_buffer: HardwareDepth | None = None, **options: Any,
+    depth_buffer: HardwareDepth | None = None, audio: Path | None = None, **options: Any,
 ) -> int:  # fmt: skip
     """Apply an effect to one picture or many."""
+    sound = open_audio(effect, audio)
     inputs = inputs_in_layer(inputs, options.pop("layer"))
     effect = take_color_spaces(effect, inputs, output, options)
     if is_one_picture(inputs, output) and options["frames"] is None and not pictures_beside(effect, parameters):
         check_no_ramps(effect, parameters)
         if options["scheduler"] is not None:
             raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
-        return apply_to_one(effect, Path(inputs[0]), Path(output), depth, depth_buffer, parameters, options)
+        return apply_to_one(effect, Path(inputs[0]), Path(output), depth, depth_buffer, sound, parameters, options)
     check_one_picture(options["capture"], options["profile"], "there are several frames here")
     from passgraph.commands.frames import Settings
 
     writing = writing_of(
-        options["rate"], options["codec"], options["codec_option"], options["bits"], options["raw"], options["sound"]
-    )
+        options["rate"], options["codec"], options["codec_option"], options["bits"], options["raw"],
+        _copied_sound(effect, parameters, sound, options["sound"]),
+    )  # fmt: skip
     settings = Settings(
         options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
         options["check_finite"], options["scheduler"], options["math"],
     )  # fmt: skip
-    sources = FrameSources(inputs, options["frames"], depth=depth, depth_buffer=depth_buffer)
+    sources = FrameSources(inputs, options["frames"], depth=depth, depth_buffer=depth_buffer, audio=sound)
     return apply_to_many(effect, sources, output, parameters, writing, settings)
 
 
@@ -251,6 +261,8 @@ def generator_command(effect: Effect) -> click.Command:
     def command(ctx: click.Context, /, **options: Any) -> int:
         return generate(effect, given_parameters(ctx), **options)
 
+    if "audio" in effect.signals:
+        command.params += audio_option(with_sound=True)
     command.params += options_beside(command.params, effect, FramesOption)
     return command
 
@@ -260,19 +272,20 @@ def generate(
     **options: Any,
 ) -> int:  # fmt: skip
     """Generate one picture or many with an effect that reads none."""
-    capture = options["capture"]
+    capture, sound = options["capture"], open_audio(effect, options.pop("audio", None))
     if inputs:
         raise InputError(
             f"{inputs[0]}: {effect.name} reads no picture, it makes its own; leave that out, and say how large: "
             f"--size {size[0]}x{size[1]}"
         )
-    if options["frames"] is not None:
+    if options["frames"] is not None or (sound is not None and is_film(output)):
         check_one_picture(capture, options["profile"], "--frames makes several pictures")
         from passgraph.commands.frames import Settings
 
-        writing = writing_of(options["rate"], options["codec"], options["codec_option"], options["bits"])
+        copied = _copied_sound(effect, parameters, sound, options.get("sound", True))
+        writing = writing_of(options["rate"], options["codec"], options["codec_option"], options["bits"], sound=copied)
         settings = Settings(options["backend"], check_finite=options["check_finite"], math=options["math"])
-        sources = FrameSources((), options["frames"], size)
+        sources = FrameSources((), options["frames"], size, audio=sound)
         return apply_to_many(effect, sources, str(output), parameters, writing, settings)
     check_no_ramps(effect, parameters)
     if is_film(output) or Pattern.is_in(str(output)):
@@ -281,12 +294,14 @@ def generate(
     bits = int(options["bits"] or 8)
     check_outputs(output, capture, bits)
     job = generator_job(effect, None, size, parameters)
+    if sound is not None:
+        job.given["audio"] = audio_picture(sound, effect, parameters, 0)
     run_and_save(job, output, RunOptions.from_options(options), bits)
     return 0
 
 
 def apply_to_one(
-    effect: Effect, picture: Path, output: Path, depth: Path | None, holds: HardwareDepth | None,
+    effect: Effect, picture: Path, output: Path, depth: Path | None, holds: HardwareDepth | None, sound: Audio | None,
     parameters: dict[str, Any], options: dict[str, Any],
 ) -> int:  # fmt: skip
     """Apply an effect to one picture file."""
@@ -303,6 +318,8 @@ def apply_to_one(
         return 0
     tell_of_several([picture])
     job = picture_job(effect, picture, depth, options["linear"], parameters, holds)
+    if sound is not None:
+        job.given["audio"] = audio_picture(sound, effect, parameters, 0)
     run_and_save(job, output, RunOptions.from_options(options), bits, picture)
     return 0
 
@@ -318,6 +335,7 @@ class FrameSources:
     size: tuple[int, int] | None = None
     depth: Path | None = None
     depth_buffer: HardwareDepth | None = None
+    audio: Audio | None = None
 
 
 def apply_to_many(
@@ -325,7 +343,7 @@ def apply_to_many(
 ) -> int:
     """Apply an effect to many pictures, or to anything else than one picture file."""
     broken: list[str] = []
-    sources = _repeated(effect, read) or list(sources_of(read.inputs, writing.raw, broken))
+    sources = _repeated(effect, read, output, writing.rate) or list(sources_of(read.inputs, writing.raw, broken))
     if not sources:
         raise InputError(broken[0])
     _check_further_pictures(effect, read.inputs, output)
@@ -338,7 +356,8 @@ def apply_to_many(
     further = [*opened.values(), *([depths] if depths else [])]
     if not any(getattr(source, "has_alpha", True) for source in [*sources, *opened.values(), Pictures(stills)]):
         effect = effect.for_opaque()
-    check_clips(clips, output, [*stills, *(path for source in further for path in inputs_of(source))])
+    sounds = [] if read.audio is None else [read.audio.path]
+    check_clips(clips, output, [*stills, *sounds, *(path for source in further for path in inputs_of(source))])
     tell_of_several(path for clip in clips if isinstance(clip.source, Pictures) for path in inputs_of(clip.source))
     changing = Changing.taken_from(effect, arguments)
     parameters, constants = picture_parameters(
@@ -347,7 +366,9 @@ def apply_to_many(
     parameters |= {name: Input(name, "rgba32f") for name in opened}
     depth_source = None if depths is None else Converted(depths, red_of)
     pictures = {name: Converted(Held(source, _warn), colors_of) for name, source in opened.items()}
-    job = FramesJob(effect, parameters, depth_source, constants, read.depth_buffer, changing, read.size, dict(pictures))
+    job = FramesJob(
+        effect, parameters, depth_source, constants, read.depth_buffer, changing, read.size, dict(pictures), read.audio
+    )
     return run_clips(job, clips, settings, broken)
 
 
@@ -355,9 +376,15 @@ def _warn(line: str) -> None:
     click.echo(f"passgraph: warning: {line}", err=True)
 
 
-def _repeated(effect: Effect, read: FrameSources) -> list[Source]:
-    """Return a picture repeated for the number of frames, or frames without pictures; empty if frames are read."""
+def _repeated(effect: Effect, read: FrameSources, output: str, rate: Fraction | None) -> list[Source]:
+    """Return a picture repeated for the number of frames, or frames without pictures; empty if frames are read.
+
+    A video of sound lasts as long as the sound if no number is given.
+    """
     inputs, frames = read.inputs, read.frames
+    is_still = not inputs or (len(inputs) == 1 and not is_several(Path(inputs[0])))
+    if frames is None and read.audio is not None and is_still and is_film(Path(output)):
+        frames = read.audio.frame_count(float(rate or RATE))
     if frames is None:
         return []
     if effect.takes == "nothing":
@@ -366,6 +393,11 @@ def _repeated(effect: Effect, read: FrameSources) -> list[Source]:
     if len(inputs) != 1 or inputs[0] == STREAM or not split_layer(path)[0].is_file() or is_video(path):
         raise InputError(f"--frames {frames}: is for one picture, and {' '.join(inputs)} is none; leave it out")
     return [Repeated(path, frames)]
+
+
+def _copied_sound(effect: Effect, parameters: dict[str, Any], audio: Audio | None, sound: bool) -> bool | Path:
+    """Return the file whose sound is copied into a video: that of --audio if it keeps time, else the input's (True)."""
+    return audio.path if sound and audio is not None and keeps_time(effect, parameters) else sound
 
 
 def _check_further_pictures(effect: Effect, inputs: tuple[str, ...], output: str) -> None:
@@ -381,7 +413,7 @@ def _check_further_pictures(effect: Effect, inputs: tuple[str, ...], output: str
 
 def writing_of(
     rate: str | None, codec: str | None, codec_option: Sequence[str], bits: str | None, raw: str | None = None,
-    sound: bool = True,
+    sound: bool | Path = True,
 ) -> Writing:  # fmt: skip
     """Return the output settings from the options of these names."""
     layout = None if raw is None else Raw.parsed(raw)

@@ -92,7 +92,7 @@ class Writing:
     rate: Fraction | None = None
     codec: str | None = None
     codec_options: dict[str, str] = field(default_factory=dict)
-    sound: bool = True
+    sound: bool | Path = True
     bits: int | None = None
 
     def pictures(self, paths: Mapping[int, Path] | Pattern) -> ToPictures:

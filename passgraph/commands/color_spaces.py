@@ -109,6 +109,10 @@ class ConvertedEffect(Effect):
     def frame_time(self) -> str | None:
         return self.effect.frame_time
 
+    @property
+    def signals(self) -> tuple[str, ...]:
+        return self.effect.signals
+
     def for_opaque(self) -> Effect:
         if self.effect_alpha != self.effect.alpha:
             return self  # its result may be transparent though its input is opaque

@@ -13,6 +13,7 @@ from passgraph.commands.clips import Clip
 from passgraph.commands.command_graph import as_distance, effect_output, in_bytes
 from passgraph.commands.options import check_computes
 from passgraph.commands.parameter_options import Changing
+from passgraph.commands.sound import audio_picture
 from passgraph.commands.running import frame_progress, on_one_line
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
@@ -22,6 +23,7 @@ from passgraph.files.frame import Frame, Outcome, Source, Stored, Summary
 from passgraph.files.pipe import Pipe, ToPipe
 from passgraph.files.remote import connected
 from passgraph.files.run import frames
+from passgraph.files.sequences import Pictures
 from passgraph.files.stored import with_channels
 from passgraph.graph.targets import OPEN_SRGB, Input, Target, named_outputs
 from passgraph.language.native import Math
@@ -32,6 +34,7 @@ from passgraph.run.finite_checks import NonFinite
 from passgraph.run.program import Program
 
 if TYPE_CHECKING:
+    from passgraph.files.audio import Audio
     from passgraph.scene.projection import HardwareDepth
 
 
@@ -61,6 +64,7 @@ class FramesJob:
     changing: Changing | None = None
     size: tuple[int, int] | None = None  # of pictures that are generated from parameters alone
     pictures: dict[str, Source] = field(default_factory=dict)  # parameters that are frames too, in step
+    audio: Audio | None = None
 
     @property
     def makes_all(self) -> bool:
@@ -93,7 +97,17 @@ class FramesJob:
 
     def values(self, clip: Clip) -> Values:
         """Return the run values of a clip."""
-        return self.given if self.changing is None else self.changing.values(clip.source, clip.rate, self.given)
+        values = self.given if self.changing is None else self.changing.values(clip.source, clip.rate, self.given)
+        if self.audio is None:
+            return values
+        audio, first = self.audio, min(clip.source.paths) if isinstance(clip.source, Pictures) else 1
+
+        def at(number: int) -> dict[str, Any]:
+            known = values(number) if callable(values) else values
+            times = {**self.parameters, **known}
+            return {**known, "audio": audio_picture(audio, self.effect, times, number - first, clip.rate)}
+
+        return at
 
 
 class Converted:

@@ -38,7 +38,7 @@ def flat_volumes(outputs: Iterable[Any]) -> list[str]:
 #: Names of the commands' own options, arguments and inputs; a shader's parameter of such a name gets `PREFIX`.
 RESERVED = frozenset(
     {
-        "alpha", "as_stored", "at", "backend", "backends", "bits", "capture", "check_finite", "codec", "codec_option",
+        "alpha", "as_stored", "at", "audio", "backend", "backends", "bits", "capture", "check_finite", "codec", "codec_option",
         "color_config", "depth", "depth_buffer", "effect", "frame", "frames", "from_space", "h", "help", "inputs",
         "jobs", "layer", "linear", "math", "most_ambiguous", "most_seconds", "no_sound", "non_finite", "off",
         "orbit", "output", "pass", "profile", "program", "rate", "raw", "resume", "scheduler", "size", "sound",
@@ -84,6 +84,10 @@ class ShaderFileEffect(Effect):
         declared = self.shader.parameters
         times = (o for o, name in self.own_names.items() if name in declared and declared[name].is_frame_time)
         return next(times, None)
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        return self.shader.signals
 
     def build(self, *pictures: Any, **parameters_: Any) -> Any:
         return self._of_pictures(

@@ -123,8 +123,10 @@ def _width(byte: int, most: int) -> int | None:
 #: Matrix coefficients of ITU-T H.273, as in libavutil: identity, BT.709, BT.601, and unspecified.
 RGB, BT709, BT601, UNSPECIFIED = 0, 1, 6, 2
 #: Allowed file formats, by libavformat's names. Others, such as playlists, can open further files and URLs.
-_FORMATS = "mov,matroska,avi,mpegts,mpeg,mpegvideo,h264,hevc,ivf,ogg,asf,flv,mxf,nut"
-#: Options for opening a video: only these formats, and no protocol but local files.
+_FORMATS = (
+    "mov,matroska,avi,mpegts,mpeg,mpegvideo,h264,hevc,ivf,ogg,asf,flv,mxf,nut,wav,w64,mp3,flac,aac,ac3,aiff,caf,au,wv"
+)
+#: Options for opening a video or a sound: only these formats, and no protocol but local files.
 OPENING = {"format_whitelist": _FORMATS, "protocol_whitelist": "file"}
 #: libavcodec's field order of progressive video (1); larger numbers are interlaced.
 PROGRESSIVE = 1
@@ -298,14 +300,14 @@ def stated(matrix: int, colour_range: int, format: str, height: int) -> tuple[in
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Any]:
+def opened(path: Path, what: str = "a video") -> Iterator[Any]:
     """Open a file with PyAV."""
-    check_regular(path, "a video")
+    check_regular(path, what)
     av = import_av(path)
     try:
         container = av.open(os.fspath(path), metadata_errors="replace", options=OPENING)
     except (av.error.FFmpegError, OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read as a video ({reason(error)}); make or copy the file again") from error
+        raise InputError(f"{path}: cannot be read as {what} ({reason(error)}); make or copy the file again") from error
     with container:
         yield container
 

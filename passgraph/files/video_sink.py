@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.files.film import Film
 from passgraph.files.frame import Frame, OutputError, Source, Stored
@@ -155,7 +156,8 @@ class ToVideo(Film):
     rate : frames a second of sources without times; a video's frames keep theirs
     codec : libavcodec's name of an encoder; by default the source's codec, or the usual one of the container
     options : options of the encoder, such as ``{"crf": "23"}``
-    sound : copy the sound and subtitles of a source video, without encoding them again
+    sound : copy the sound and subtitles of a source video, or those of a file until the last frame ends, without
+        encoding them again
 
     The source's matrix, range, primaries and transfer are kept. Its pixel format is kept if the encoder has it; if not,
     and the source has alpha, a format with alpha is chosen if the encoder has one.
@@ -170,10 +172,11 @@ class ToVideo(Film):
         rate: Fraction | None = None,
         codec: str | None = None,
         options: Mapping[str, str] | None = None,
-        sound: bool = True,
+        sound: bool | str | os.PathLike[str] = True,
     ) -> None:
         super().__init__(path, rate)
-        self.codec, self.options, self.sound = codec, dict(options or {}), sound
+        self.codec, self.options = codec, dict(options or {})
+        self.sound = sound if isinstance(sound, bool) else arguments.path(sound, "the sound of a video")
 
     def begin(self, source: Source) -> None:
         self._av, self._conversion = import_av(self.path), Conversion()
@@ -189,14 +192,21 @@ class ToVideo(Film):
         try:
             self._container = self._av.open(os.fspath(self._new_file.temporary), "w")
             self._encoder = self._choose_encoder()
-            if self._video is not None and self.sound:
-                check_sound(self._video.path, self._container, self.path)
+            if self._sound_file is not None:
+                check_sound(self._sound_file, self._container, self.path)
         except (self._av.error.FFmpegError, OSError, ValueError) as error:
             self.abandon()
             raise InputError(f"{self.path}: cannot be written as a video ({reason(error)})") from error
         except BaseException:
             self.abandon()
             raise
+
+    @property
+    def _sound_file(self) -> Path | None:
+        """The file whose sound is copied."""
+        if isinstance(self.sound, Path):
+            return self.sound
+        return self._video.path if self._video is not None and self.sound else None
 
     def _choose_encoder(self) -> Any:
         """Return the requested encoder; else the source's if the container supports it, else the container's."""
@@ -273,6 +283,7 @@ class ToVideo(Film):
             self._start()
         prepared.pts, prepared.time_base, prepared.pict_type = self._pts(frame), self._time_base, 0
         prepared.duration = max(1, round(self._length_of(frame) / self._time_base))
+        self._end = (prepared.pts + prepared.duration) * self._time_base
         if self._sound is not None:
             for packet in self._sound.until(prepared.pts * self._time_base):
                 self._container.mux(packet)
@@ -313,8 +324,8 @@ class ToVideo(Film):
             self._container.metadata.update(
                 {key: text for key, text in video.metadata.items() if key.lower() not in _OWN_METADATA}
             )
-            if self.sound:
-                self._sound = Sound(video.path, self._container)
+        if self._sound_file is not None:
+            self._sound = Sound(self._sound_file, self._container)
         self._container.start_encoding()
         for key in self.options:
             if key in context.options:  # libav removes the options that it knows
@@ -325,7 +336,8 @@ class ToVideo(Film):
 
     def _finish(self) -> None:
         if self._sound is not None:
-            for packet in self._sound.until(None):
+            # Sound of the source's own file may go on after the last frame.
+            for packet in self._sound.until(self._end if isinstance(self.sound, Path) else None):
                 self._container.mux(packet)
             self._sound.close()
         packets = self._stream.encode()

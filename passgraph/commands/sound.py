@@ -1,0 +1,67 @@
+"""``--audio FILE``: the sound that a shader reads, as a picture for each frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.effects.effect_table import Effect
+from passgraph.errors import InputError
+
+if TYPE_CHECKING:
+    from passgraph.files.audio import Audio
+
+#: Seconds of a frame where nothing sets them, as in the clock of shaders.
+STEP = 1 / 30
+
+
+def audio_option(*, with_sound: bool) -> list[click.Parameter]:
+    """Return the options of a command whose effect reads sound; ``with_sound`` adds --no-sound."""
+    sound = click.Option(["--sound/--no-sound"], default=True, show_default=True, help="Copy the sound into a video.")
+    audio = click.Option(
+        ["--audio"],
+        type=click.Path(path_type=Path),
+        metavar="FILE",
+        help="Audio file, or video with sound, that EFFECT reads; left out, black. It sets the number of frames of a "
+        "video made without --frames.",
+    )
+    return [audio, sound] if with_sound else [audio]
+
+
+def open_audio(effect: Effect, path: Path | None) -> Audio | None:
+    """Decode the file of ``--audio``.
+
+    Raises
+    ------
+    InputError
+        For a file without sound, and for an effect that reads none.
+    """
+    if path is None:
+        return None
+    if "audio" not in effect.signals:
+        raise InputError(f"--audio {path}: effect {effect.name} reads no sound; leave it out")
+    from passgraph.files.audio import Audio
+
+    return Audio(path)
+
+
+def audio_picture(
+    audio: Audio, effect: Effect, values: Mapping[str, Any], frame: int, rate: Fraction | None = None
+) -> NDArray[np.uint8]:
+    """Return the picture of a frame, counted from 0, at the time that the effect's clock has there.
+
+    ``rate`` is the frames a second for effects that do not read the duration of a frame.
+    """
+    step = STEP if rate is None else float(1 / rate)
+    return audio.picture(frame, values.get(effect.frame_time or "", step), values.get("time", 0.0))
+
+
+def keeps_time(effect: Effect, values: Mapping[str, Any]) -> bool:
+    """Return True if frame 0 has the beginning of the sound, and frames follow at the rate of the video."""
+    return not values.get("time") and effect.frame_time not in values
