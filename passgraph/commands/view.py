@@ -26,8 +26,10 @@ from passgraph.commands.command_graph import (
 from passgraph.commands.input_values import written_value
 from passgraph.commands.named import file_and_name, named_effect
 from passgraph.commands.options import backend_option, flag_of, size_option
+from passgraph.commands.sound import audio_picture, open_audio
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
+from passgraph.files.names import is_picture, is_video
 from passgraph.files.open import open_source
 from passgraph.viewer.subject import Control, Drawing, Loaded
 
@@ -39,7 +41,14 @@ if TYPE_CHECKING:
 class EffectSubject:
     """An effect by its name or file, on the inputs of the command line."""
 
-    def __init__(self, text: str, inputs: Sequence[str], size: tuple[int, int], linear: bool | None) -> None:
+    def __init__(
+        self,
+        text: str,
+        inputs: Sequence[str],
+        size: tuple[int, int],
+        linear: bool | None,
+        audio: Path | None = None,
+    ) -> None:
         self.text, self.inputs, self.size, self.linear = text, list(inputs), size, linear
         self.effect = named_effect(text)
         self.name = self.effect.name
@@ -49,6 +58,7 @@ class EffectSubject:
         self._depth: NDArray[np.float32] | None = None
         self._scene: Scene | None = None
         self._check_inputs()
+        self._audio = open_audio(self.effect, audio)
 
     def _check_inputs(self) -> None:
         takes = self.effect.takes
@@ -107,6 +117,9 @@ class EffectSubject:
         return self.effect.linear if self.linear is None else self.linear
 
     def replace_input(self, path: Path) -> None:
+        if "audio" in self.effect.signals and (self._frames is None or not (is_picture(path) or is_video(path))):
+            self._audio = open_audio(self.effect, path)
+            return
         if self._frames is None:
             raise InputError(f"effect {self.name} reads no picture")
         frames = Frames(str(path))
@@ -122,13 +135,16 @@ class EffectSubject:
         pictures = {"frame": as_frame(self._frames.read(number), self._is_linear)}
         return pictures if self._depth is None else {**pictures, "depth": self._depth}
 
+    def audio(self, number: int, values: Mapping[str, Any]) -> NDArray[np.uint8] | None:
+        return None if self._audio is None else audio_picture(self._audio, self.effect, values, number)
+
     def command(self, values: Mapping[str, Any]) -> str:
         words = (
             ["passgraph", "render", "--effect", self.text]
             if self.effect.takes in ("scene", "world2d")
             else ["passgraph", "apply", self.text]
         )
-        words += [*self.inputs, "-o", "out.png"]
+        words += [*self.inputs, *([] if self._audio is None else ["--audio", str(self._audio.path)]), "-o", "out.png"]
         for name, value in values.items():
             parameter = next((one for one in self.effect.parameters if one.name == name), None)
             if parameter is None or value is None or value == parameter.default:
@@ -176,11 +192,17 @@ class Frames:
 @click.option(
     "--linear/--as-stored", default=None, help="Decode 8- and 16-bit pictures from sRGB to linear light first."
 )
+@click.option(
+    "--audio",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Audio file, or video with sound, that a Shadertoy shader reads.",
+)
 @click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port of the page; 0 takes a free one.")
 @click.option("--open/--no-open", "opens", default=True, help="Open the page in the browser.  [default: open]")
 def view(
-    effect: str, inputs: tuple[str, ...], backend: str | None, size: tuple[int, int], linear: bool | None, port: int,
-    opens: bool,
+    effect: str, inputs: tuple[str, ...], backend: str | None, size: tuple[int, int], linear: bool | None,
+    audio: Path | None, port: int, opens: bool,
 ) -> int:  # fmt: skip
     """Show EFFECT live in the browser: its parameters, targets, passes and pixels.
 
@@ -191,7 +213,7 @@ def view(
     The page is served on this machine only. Its address has a token; on another machine, forward the port:
     ssh -L PORT:127.0.0.1:PORT host.
     """
-    subject = EffectSubject(effect, inputs, size, linear)
+    subject = EffectSubject(effect, inputs, size, linear, audio)
     try:
         from passgraph.viewer.server import View
     except ImportError as error:

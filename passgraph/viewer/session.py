@@ -254,9 +254,12 @@ class Session:
         record(self.view(), self._frame_inputs, first, last, rate, path)
 
     def _frame_inputs(self, number: int) -> dict[str, Any]:
-        count = self.subject.frame_count()
+        count, program_set = self.subject.frame_count(), self._program_set
         with self._lock:
-            return dict(self.subject.frame(0 if count is None else number % count))
+            inputs = dict(self.subject.frame(0 if count is None else number % count))
+            if program_set is not None and "audio" in program_set.programs["a"].program.inputs:
+                inputs["audio"] = self.subject.audio(number, program_set.content.values(self._settings))
+            return inputs
 
     def view(self) -> View:
         """Return the view that is on screen.
@@ -425,6 +428,8 @@ class Session:
         """Return the pictures and run values of a run: values of controls, the time, and the orbited camera."""
         run_inputs = {"keyboard": self._keys, **drawing.run_inputs, **self._inputs, pg.FRAME_INDEX.name: self._frame}
         parameters = content.values(settings)
+        if "audio" in inputs and (audio := self.subject.audio(self._frame, parameters)) is not None:
+            run_inputs["audio"] = audio
         parameters = {name: parameters[name] for name in content.handles if name in parameters}
         run_inputs = {n: v for n, v in run_inputs.items() if n in inputs or n in run_values}
         run_inputs |= {name: value for name, value in parameters.items() if name in run_values}
@@ -478,6 +483,7 @@ class Session:
             facts["camera"] = "camera" in compiled.values
             facts["keyboard"] = "keyboard" in compiled.program.inputs
             facts["moves"] = compiled.program.has_frame_index or compiled.program.has_history
+            facts["moves"] |= "audio" in compiled.program.inputs
             if "a" in self._results:
                 height, width = self._results["a"]["shown"].shape[:2]
                 facts["size"] = [width, height]

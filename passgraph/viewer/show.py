@@ -132,6 +132,9 @@ class GivenSubject:
     def frame(self, number: int) -> Mapping[str, Any]:
         return {}
 
+    def audio(self, number: int, values: Mapping[str, Any]) -> None:
+        return None
+
     def command(self, values: Mapping[str, Any]) -> str:
         return ""
 

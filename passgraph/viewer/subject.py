@@ -12,6 +12,8 @@ from passgraph.graph.targets import Target
 from passgraph.language import symbols
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from passgraph.effects.parameters import Parameter
 
 
@@ -132,6 +134,9 @@ class Subject(Protocol):
 
     def frame(self, number: int) -> Mapping[str, Any]:
         """Return the inputs of a frame, counted from 0."""
+
+    def audio(self, number: int, values: Mapping[str, Any]) -> NDArray[Any] | None:
+        """Return the picture of the sound at a frame, counted from 0; None without sound."""
 
     def command(self, values: Mapping[str, Any]) -> str:
         """Return the command line that computes the picture; empty if there is none."""
