@@ -132,7 +132,7 @@ def _blocks(path: Path, container: Any) -> Iterator[NDArray[np.float32]]:
         for converted in resampler.resample(frame):
             if count == 0 and converted.time is not None and converted.time > begin:
                 yield np.zeros(round((converted.time - begin) * SAMPLE_RATE), np.float32)
-            block = converted.to_ndarray().mean(axis=0, dtype=np.float32)
+            block = np.nan_to_num(converted.to_ndarray().mean(axis=0, dtype=np.float32))
             count += len(block)
             if count > MOST_SECONDS * SAMPLE_RATE:
                 raise InputError(f"{path}: is longer than {MOST_SECONDS // 60} minutes; cut it")

@@ -159,6 +159,45 @@ def test_channels_are_filtered_as_the_export_says(tmp_path: Path, filter: str) -
         np.testing.assert_allclose(seen[..., channel], expected, atol=1e-5)
 
 
+#: A shader that shows the keyboard in red and green, and the sound in blue.
+SIGNALS = """void mainImage(out vec4 c, in vec2 f) {
+    ivec2 at = ivec2(f);
+    c = vec4(texelFetch(iChannel0, at, 0).x, texture(iChannel0, (f + vec2(0.0, 1.0)) / iChannelResolution[0].xy).x,
+             texelFetch(iChannel3, ivec2(at.x, 1), 0).x, iChannelResolution[3].x);
+}"""
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("kind", ["text", "music", "musicstream", "mic"])
+def test_keyboard_and_sound_are_inputs_that_are_black_at_first(tmp_path: Path, kind: str, backend: str) -> None:
+    file = written(tmp_path, '#iChannel0 "keyboard"\n  # iChannel3  "audio" \n' + SIGNALS)
+    if kind != "text":
+        inputs = [{"channel": 0, "ctype": "keyboard", "id": "33", "sampler": {"filter": "nearest"}},
+                  {"channel": 3, "ctype": kind, "id": "44"}]  # fmt: skip
+        passes = [{"name": "Image", "type": "image", "code": SIGNALS, "inputs": inputs}]
+        file = written(tmp_path, {"renderpass": passes})
+    effect = pg.load_shader(file)
+    assert (effect.images, effect.signals) == ((), ("keyboard", "audio"))
+    keyboard, audio = np.zeros((3, 256, 1), np.uint8), np.zeros((2, 512, 1), np.uint8)
+    keyboard[2, 3] = keyboard[1, 5] = 255  # rows are counted from the bottom: 3 is down, 5 was pressed
+    audio[0, :, 0] = np.arange(512) % 256
+    with pg.compile(effect(into=pg.target("o", "rgba32f")), backend=backend, size=(256, 1)) as program:
+        assert program()["o"][0].tolist() == [[0.0, 0.0, 0.0, 512.0]] * 256
+        seen = program(keyboard=keyboard, audio=audio)["o"][0]
+        assert np.flatnonzero(seen[:, 0]).tolist() == [3] and seen[3, 0] == 1.0
+        assert np.flatnonzero(seen[:, 1]).tolist() == [5] and seen[5, 1] == 1.0
+        np.testing.assert_allclose(seen[:, 2], np.arange(256) / 255, atol=1e-6)
+        assert not program()["o"][..., :3].any()
+
+
+@pytest.mark.parametrize("word", ['"self"', "keyboard", ""])
+def test_a_channel_that_is_declared_wrongly_is_told_with_its_line(tmp_path: Path, word: str) -> None:
+    text = f'// #iChannel0 "x"\n/*\n#iChannel1 "y"\n*/\n#iChannel2 {word}\n{SIGNALS}'
+    told = rf'life.json:5: #iChannel2 declares {word or "nothing"}, expected "keyboard" or "audio"; pictures are'
+    with pytest.raises(pg.InputError, match=told):
+        pg.load_shader(written(tmp_path, text))
+
+
 def _first(key: str, value: object) -> dict[str, Any]:
     said = export()
     said["Shader"]["renderpass"][0][key] = value

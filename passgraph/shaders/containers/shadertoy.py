@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.glsl import Shader, parse
 from passgraph.graph.calls import PixelKernel
-from passgraph.graph.targets import Target, TargetSpec, previous, target
+from passgraph.graph.targets import Relative, Target, TargetSpec, previous, target
 from passgraph.language.types import VEC4
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
@@ -115,7 +115,7 @@ def read_shadertoy(text: str, path: Path) -> ShaderEffect:
         line = text.count("\n", 0, entry.start())
         shown = text.split("\n")[line]
         raise InputError(f"{path}:{line + 1}: {name} makes no picture, and is not read here; mainImage is\n    {shown}")
-    declared, text = declared_signals(text, path)
+    declared, text = declared_signals(text, _without_comments(text), path)
     channels = {name: _Source(None, name, "repeat") for name in CHANNELS}
     channels |= {name: _Source(None, kind, "clamp", _FILTER_OF[kind]) for name, kind in declared.items()}
     return _effect([(path.stem, text, channels)], "", path, f"{path.stem}: a Shadertoy shader", "")
@@ -226,7 +226,11 @@ def _effect(
     if "iMouse" in used:
         parameters["iMouse"] = ShaderParameter("iMouse", VEC4, (0.0,) * 4, label="pixels from the bottom left")
 
+    signals = tuple(name for name in sources_used if name in SIGNALS)
+
     def build(inputs_: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
+        if signals and into.size is None:
+            into = replace(into, size=Relative())  # not the size of a signal that it reads
         return _built(passes, inputs_, values, into)
 
     return ShaderEffect(
@@ -239,7 +243,7 @@ def _effect(
         notes_of(shaders),
         str(path),
         build,
-        signals=tuple(name for name in sources_used if name in SIGNALS),
+        signals=signals,
     )
 
 

@@ -26,16 +26,18 @@ def signal(name: str) -> Target:
     return Input(name, "r8", size, default=np.zeros((height, width, 1), np.float32))
 
 
-def declared_signals(code: str, path: Path) -> tuple[dict[str, str], str]:
-    """Return the channels that lines such as ``#iChannel0 "keyboard"`` declare, and the code without these lines.
+def declared_signals(text: str, code: str, path: Path) -> tuple[dict[str, str], str]:
+    r"""Return the channels that lines such as ``#iChannel0 "keyboard"`` declare, and the text with these lines blank.
+
+    ``code`` is the text with blanks in place of its comments.
 
     Raises
     ------
     InputError
         For another word, with the line.
 
-    >>> declared_signals('#iChannel1 "audio"', Path("a.glsl"))
-    ({'iChannel1': 'audio'}, '')
+    >>> declared_signals('#iChannel1 "audio"\n//', '#iChannel1 "audio"\n  ', Path("a.glsl"))
+    ({'iChannel1': 'audio'}, '                  \n//')
     """
     declared = dict[str, str]()
     for line in _LINE.finditer(code):
@@ -48,4 +50,5 @@ def declared_signals(code: str, path: Path) -> tuple[dict[str, str], str]:
                 f"the command line\n    {line[0]}"
             )
         declared[line[1]] = word[1:-1]
-    return declared, _LINE.sub("", code)
+        text = text[: line.start()] + " " * len(line[0]) + text[line.end() :]
+    return declared, text
