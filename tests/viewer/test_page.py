@@ -19,6 +19,7 @@ from PIL import Image
 
 from passgraph.backends.webgpu.chromium import executable
 from tests.viewer.subjects import KERNEL, files
+from tests.viewer.test_signals import KEYS
 
 api = pytest.importorskip("playwright.sync_api")
 CHROMIUM = executable()
@@ -359,6 +360,32 @@ def test_the_picture_is_used_by_keys(page: Any) -> None:
     assert [seen.count(one) for one in seen] == [2, 1, 1, 1, 2]
     page.keyboard.press("Shift+ArrowDown")
     page.wait_for_function("() => document.getElementById('texel').textContent.startsWith('(2, 3)')")
+
+
+def test_keys_go_to_a_shader_that_reads_them_while_the_picture_has_the_focus(tmp_path: Path) -> None:
+    shader = tmp_path / "keys.glsl"
+    shader.write_text(KEYS)
+    down, up = [255, 0, 0], [0, 0, 0]
+    with opened(str(shader), "--size", "256x3") as page:
+        play = page.locator("#play")
+        assert "reads the keyboard" in page.locator("#keys").inner_text()
+        page.keyboard.down("a")
+        page.keyboard.up("a")
+        page.locator("#stage").click(position={"x": 5, "y": 5})
+        page.keyboard.down("a")
+        page.keyboard.down(" ")
+        until(page, 65, 2, down)
+        until(page, 32, 2, down)
+        assert play.get_attribute("aria-pressed") == "false"
+        page.keyboard.up("a")
+        until(page, 65, 2, up)
+        until(page, 65, 0, down)  # toggled, once: the first press was not in the picture
+        page.keyboard.press("Escape")
+        until(page, 32, 2, up)
+        page.keyboard.up(" ")
+        page.keyboard.press(" ")
+        assert play.get_attribute("aria-pressed") == "true"
+        until(page, 32, 2, up)
 
 
 @pytest.mark.slow
