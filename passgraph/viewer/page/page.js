@@ -32,7 +32,7 @@ function askAll() {
 
 function take(message) {
   if (message.kind === "state") {
-    if (message.pictures.length) arriving = { number: message.number, slots: message.pictures, data: [] };
+    if (message.pictures.length) arriving = { number: message.number, slots: message.pictures, decoded: [] };
     showState(message);
   } else if (message.kind === "values") showTexel(message);
   else if (message.kind === "statistics") showStatistics(message);
@@ -44,17 +44,19 @@ function take(message) {
   else if (message.kind === "refused") $("status").textContent = message.text;
 }
 
-// Pictures follow the state message that lists them, and are shown in order. The next ones are requested when these
-// begin to be shown, so that the session computes meanwhile and at most one set is queued.
+// Pictures follow the state message that lists them, and are shown in order. They are decoded while the last ones wait
+// for the screen, and the next ones are requested when these begin to be shown, so that the session computes meanwhile
+// and at most one set is queued. They have no color profile, so nothing is converted.
 function picture(data) {
-  const set = arriving;
-  set.data.push(data);
-  if (set.data.length === set.slots.length) showing = showing.then(() => show(set)).catch(() => {});
+  const set = arriving, { type } = set.slots[set.decoded.length];
+  set.decoded.push(createImageBitmap(new Blob([data], { type })));
+  if (set.decoded.length === set.slots.length) showing = showing.then(() => show(set)).catch(() => {});
 }
 
-async function show({ number, slots, data }) {
+async function show({ number, slots, decoded }) {
   send({ kind: "ready" });
-  const bitmaps = await Promise.all(slots.map(({ type }, k) => createImageBitmap(new Blob([data[k]], { type }), { colorSpaceConversion: "none" })));
+  const bitmaps = await Promise.all(decoded);
+  Object.values(pictures).forEach((bitmap) => bitmap.close());
   pictures = Object.fromEntries(slots.map(({ slot }, k) => [slot, bitmaps[k]]));
   draw();
   times.push(performance.now());
