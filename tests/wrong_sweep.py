@@ -7,10 +7,12 @@ ours.  `wrong_uses.py` holds those that must be refused, with their texts.
 from __future__ import annotations
 
 import inspect
+import wave
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache, partial
 from importlib import import_module
+from tempfile import NamedTemporaryFile
 from typing import Any
 
 import numpy as np
@@ -18,7 +20,7 @@ import numpy as np
 import passgraph as pg
 from passgraph.effects.checked import Choice
 from passgraph.effects.effect_table import EFFECTS
-from passgraph.files import Arrays, ToArrays
+from passgraph.files import Arrays, Audio, ToArrays
 from passgraph.formats import FORMATS, format_named
 from passgraph.graph.draw_state import DrawState
 from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
@@ -233,6 +235,16 @@ def _of_webgpu_host(texture: Any, srgb: Any) -> None:
         host.texture(texture, srgb=srgb)
 
 
+@cache
+def _audio() -> Audio:
+    """A tenth of a second of silence."""
+    with NamedTemporaryFile(suffix=".wav") as named, wave.open(named.name, "wb") as file:
+        file.setparams((1, 2, 44100, 0, "NONE", ""))
+        file.writeframes(bytes(8820))
+        file.close()
+        return Audio(named.name)
+
+
 _FOLDER = "/nowhere"
 
 
@@ -311,6 +323,9 @@ CALLS: list[Call] = [
     call("load_program", pg.load_program, folder=_FOLDER, backend="numpy", size=(4, 4), non_finite="error",
                                           check_finite=False, results="float32", memory=None),
     call("load", _load, path=f"{_FOLDER}/x.png", max_bytes=1 << 20, linear=False),
+    call("files.Audio", Audio, path=f"{_FOLDER}/x.wav"),
+    call("files.Audio.picture", lambda **given: _audio().picture(**given), frame=3, step=0.04, start=0.0),
+    call("files.Audio.frame_count", lambda **given: _audio().frame_count(**given), rate=25),
     call("save", pg.save, path=f"{_FOLDER}/x.npy", picture=FRAME, linear=False),
     call("frames", _framed, program=None, source=Arrays([FRAME]), sink=ToArrays(), values=None, output="copy", jobs=1,
                             linear=False, resume=False, same_size=False, watch=None, client=None),

@@ -45,8 +45,8 @@ from passgraph.commands.options import (
     size_option,
 )
 from passgraph.commands.parameter_options import Changing, FramesOption, check_no_ramps
-from passgraph.commands.sound import audio_option, audio_picture, keeps_time, open_audio
 from passgraph.commands.running import RunOptions, check_one_picture, check_outputs, run_and_save
+from passgraph.commands.sound import audio_option, audio_picture, keeps_time, open_audio
 from passgraph.commands.written_files import (
     STREAM,
     check_apart,

@@ -13,8 +13,8 @@ from passgraph.commands.clips import Clip
 from passgraph.commands.command_graph import as_distance, effect_output, in_bytes
 from passgraph.commands.options import check_computes
 from passgraph.commands.parameter_options import Changing
-from passgraph.commands.sound import audio_picture
 from passgraph.commands.running import frame_progress, on_one_line
+from passgraph.commands.sound import audio_picture
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.files.film import Film

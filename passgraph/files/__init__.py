@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from passgraph.files.animation import Animation
     from passgraph.files.animation_sink import ToAnimation
+    from passgraph.files.audio import Audio
     from passgraph.files.frame import Frame, Outcome, Sink, Source, Summary
     from passgraph.files.names import Pattern
     from passgraph.files.pipe import Pipe, Raw, ToPipe
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "animation": "Animation",
     "animation_sink": "ToAnimation",
+    "audio": "Audio",
     "frame": "Frame Outcome Sink Source Summary",
     "names": "Pattern",
     "pipe": "Pipe Raw ToPipe",
@@ -40,6 +42,6 @@ def __getattr__(name: str) -> Any:
 
 
 __all__ = [
-    "Animation", "Arrays", "Frame", "Numbers", "Outcome", "Pattern", "Pictures", "Pipe", "Raw", "Sink", "Source",
-    "Still", "Summary", "ToAnimation", "ToArrays", "ToPictures", "ToPipe", "ToVideo", "Video",
+    "Animation", "Arrays", "Audio", "Frame", "Numbers", "Outcome", "Pattern", "Pictures", "Pipe", "Raw", "Sink",
+    "Source", "Still", "Summary", "ToAnimation", "ToArrays", "ToPictures", "ToPipe", "ToVideo", "Video",
 ]  # fmt: skip

@@ -185,7 +185,7 @@ def test_what_is_no_sound_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[
 def test_a_sound_that_is_too_long_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = sound(tmp_path / "long.wav", np.zeros(61 * SAMPLE_RATE))
     monkeypatch.setattr("passgraph.files.audio.MOST_SECONDS", 60)
-    with pytest.raises(pg.InputError, match="long.wav: is longer than 1 minutes; cut it"):
+    with pytest.raises(pg.InputError, match=r"long.wav: is longer than 1 minutes; cut it"):
         Audio(path)
 
 
