@@ -1,4 +1,4 @@
-"""`functools.cached_property` without a lock."""
+"""`functools.cached_property` without a lock, and a bounded dict."""
 
 from __future__ import annotations
 
@@ -6,7 +6,30 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-__all__ = ["cached_property"]
+__all__ = ["Recent", "cached_property"]
+
+_Key = TypeVar("_Key")
+_Value = TypeVar("_Value")
+
+
+class Recent(dict[_Key, _Value]):
+    """A bounded dict of the most recent items, such as programs whose sources change often.
+
+    >>> recent = Recent[str, int](2)
+    >>> recent["a"], recent["b"], recent["c"] = 1, 2, 3
+    >>> recent
+    {'b': 2, 'c': 3}
+    """
+
+    def __init__(self, most: int) -> None:
+        super().__init__()
+        self.most = most
+
+    def __setitem__(self, key: _Key, value: _Value) -> None:
+        while len(self) >= self.most and key not in self:
+            del self[next(iter(self))]
+        super().__setitem__(key, value)
+
 
 if TYPE_CHECKING or sys.version_info >= (3, 12):
     from functools import cached_property

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import ctypes
 import re
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
+from weakref import WeakValueDictionary, finalize
 
 from passgraph.backends.base import Block
 from passgraph.backends.gl import gl_functions as g
@@ -15,6 +17,7 @@ from passgraph.backends.gl.dialect import Dialect, dialect_of
 from passgraph.backends.gl.glsl import GLSL, NAMES, in_vectors, region_name, vec4_count
 from passgraph.backends.gl.textures import ALL_PLAIN, Objects, Placements, Texture
 from passgraph.backends.printing import Listing
+from passgraph.cached import Recent
 from passgraph.errors import BackendError
 from passgraph.language.scalar import ScalarProgram
 from passgraph.language.source import NOWHERE
@@ -23,6 +26,9 @@ from passgraph.plan.known import numbers_program
 #: Formats of line numbers in drivers' messages: "0:12(5): error" (Mesa), "0(12) : error" (NVIDIA), "ERROR: 0:12:"
 #: (others).
 _LINE = re.compile(r"\b\d+[:(](\d+)[):(]")
+#: Most programs that are kept for sources that come again, beside those in use.
+MOST_KEPT = 128
+Key: TypeAlias = "tuple[str, str, tuple[str, ...], Placements]"
 
 
 @dataclass
@@ -86,19 +92,28 @@ class LinkedProgram:
 
 
 class Programs:
-    """The programs of one backend, by cache key."""
+    """The programs of one backend, by cache key: those in use, and the most recent ones."""
 
     def __init__(self, objects: Objects) -> None:
         self.objects = objects
         self.dialect = dialect_of(objects.gl.has)
-        self.made: dict[tuple[str, str, tuple[str, ...], Placements], LinkedProgram] = {}
+        self.made: WeakValueDictionary[Key, LinkedProgram] = WeakValueDictionary()
+        self._recent = Recent[Key, LinkedProgram](MOST_KEPT)
+        #: Names of programs that are no longer in use. They are deleted at the next compilation, in its context.
+        self._unused: deque[int] = deque()
+
+    def _once(self, key: Key, link: Callable[[], LinkedProgram]) -> LinkedProgram:
+        found = self.made.get(key)
+        if found is None:
+            found = self.made[key] = self._recent[key] = link()
+        return found
 
     def pixel(self, program: ScalarProgram, placements: Placements = ALL_PLAIN) -> LinkedProgram:
-        key = ("", program.key, (), placements)
-        if key not in self.made:
+        def link() -> LinkedProgram:
             fragment = GLSL(program, (), placements, self.dialect).shader()
-            self.made[key] = self._link(Listing(self.dialect.fullscreen, (NOWHERE,)), fragment, (program,))
-        return self.made[key]
+            return self._link(Listing(self.dialect.fullscreen, (NOWHERE,)), fragment, (program,))
+
+        return self._once(("", program.key, (), placements), link)
 
     def from_text(self, name: str, text: str) -> LinkedProgram:
         """Compile a fragment shader without a kernel; ``name`` is for errors."""
@@ -108,21 +123,23 @@ class Programs:
 
     def counting(self, placements: Placements, bins: int, group: int) -> LinkedProgram:
         """Return a compute program that counts the numbers of a picture in bins."""
-        key = (f"{bins} in groups of {group}", "", (), placements)
-        if key not in self.made:
+
+        def link() -> LinkedProgram:
             shader = counts_listing(placements, self._counting_dialect("compute"), bins, group)
-            self.made[key] = self._linked({g.COMPUTE_SHADER: shader}, (numbers_program(),))
-        return self.made[key]
+            return self._linked({g.COMPUTE_SHADER: shader}, (numbers_program(),))
+
+        return self._once((f"{bins} in groups of {group}", "", (), placements), link)
 
     def sums(self, program: ScalarProgram, placements: Placements, quarter: int) -> LinkedProgram:
         """Return the linked program that writes the counts of a histogram."""
-        key = (f"sums {quarter}", program.key, (), placements)
-        if key not in self.made:
+
+        def link() -> LinkedProgram:
             dialect = self._counting_dialect("fragment")
             shader = sums_text(quarter, placements.output, dialect)
             full = Listing(dialect.fullscreen, (NOWHERE,))
-            self.made[key] = self._link(full, Listing(shader, (NOWHERE,)), (program,))
-        return self.made[key]
+            return self._link(full, Listing(shader, (NOWHERE,)), (program,))
+
+        return self._once((f"sums {quarter}", program.key, (), placements), link)
 
     def _counting_dialect(self, stage: str) -> Dialect:
         return counting_dialect(self.dialect, self.objects.gl.has.version >= (4, 3), stage)
@@ -134,16 +151,16 @@ class Programs:
         varyings: tuple[str, ...],
         placements: Placements = ALL_PLAIN,
     ) -> LinkedProgram:
-        key = (vertex.key, "" if fragment is None else fragment.key, varyings, placements)
-        if key not in self.made:
+
+        def link() -> LinkedProgram:
             count = len(vertex.images)
             first = GLSL(vertex, varyings, Placements(placements.images[:count]), self.dialect).shader()
             if fragment is None:
-                self.made[key] = self._link(first, Listing(self.dialect.no_colour, (NOWHERE,)), (vertex,))
-            else:
-                second = GLSL(fragment, varyings, Placements(placements.images[count:]), self.dialect).shader()
-                self.made[key] = self._link(first, second, (vertex, fragment))
-        return self.made[key]
+                return self._link(first, Listing(self.dialect.no_colour, (NOWHERE,)), (vertex,))
+            second = GLSL(fragment, varyings, Placements(placements.images[count:]), self.dialect).shader()
+            return self._link(first, second, (vertex, fragment))
+
+        return self._once((vertex.key, "" if fragment is None else fragment.key, varyings, placements), link)
 
     def _link(self, vertex: Listing, fragment: Listing, programs: tuple[ScalarProgram, ...]) -> LinkedProgram:
         return self._linked({g.VERTEX_SHADER: vertex, g.FRAGMENT_SHADER: fragment}, programs)
@@ -156,6 +173,9 @@ class Programs:
         shaders: list[int] = []
         name = gl.CreateProgram()
         self.objects.alive.add(("Program", name))
+        # After the new name, so that it is none of these: the context's state remembers the name in use.
+        while self._unused:
+            self.objects.delete("Program", self._unused.popleft())
         try:
             for kind, listing in stages.items():
                 shaders.append(self._compile(kind, listing, programs[-1].name if programs else kernel_names))
@@ -170,7 +190,9 @@ class Programs:
         finally:
             for shader in shaders:
                 gl.DeleteShader(shader)
-        return self._described(name, programs)
+        linked = self._described(name, programs)
+        finalize(linked, self._unused.append, name).atexit = False
+        return linked
 
     def _compile(self, kind: int, listing: Listing, kernel: str) -> int:
         gl = self.objects.gl

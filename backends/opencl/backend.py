@@ -21,9 +21,10 @@ from passgraph.backends.base import (
     device_number,
 )
 from passgraph.backends.opencl import transfers
-from passgraph.backends.opencl.programs import MOST_LAYOUTS, Programs, Recent
+from passgraph.backends.opencl.programs import MOST_LAYOUTS, Programs
 from passgraph.backends.opencl.storage import ImageLayout, Storage
 from passgraph.backends.turn import check_driver, open_driver
+from passgraph.cached import Recent
 from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.formats import Format
 from passgraph.graph.draw_state import Geometry

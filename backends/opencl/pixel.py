@@ -23,9 +23,10 @@ import numpy as np
 
 from passgraph.backends.base import Block
 from passgraph.backends.opencl.opencl_c import OpenCLPrinter, element, join, prologue
-from passgraph.backends.opencl.programs import MOST_LAYOUTS, Recent
+from passgraph.backends.opencl.programs import MOST_LAYOUTS
 from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout, Storage
 from passgraph.backends.printing import Listing
+from passgraph.cached import Recent
 from passgraph.language.scalar import ScalarProgram, count
 from passgraph.plan.data import PixelStep
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 import warnings
-from typing import Any, TypeVar
+from typing import Any
 
 from passgraph.backends.opencl.opencl_c import package_text
 from passgraph.backends.printing import Listing
+from passgraph.cached import Recent
 from passgraph.errors import BackendError
 from passgraph.language.source import NOWHERE
 
@@ -19,23 +20,8 @@ MESSAGE = re.compile(r":(\d+):\d+:\s*(?:fatal )?error")
 POCL, ALL_DECLARED = "Portable Computing Language", "-D_OPENCL_H_"
 #: Most sources whose programs are kept, and layouts for which one pass keeps its kernels.
 MOST_BUILT, MOST_LAYOUTS = 1024, 64
-_Key = TypeVar("_Key")
-_Made = TypeVar("_Made")
 #: Most characters of a driver's log in an error.
 LOG_CHARACTERS = 2000
-
-
-class Recent(dict[_Key, _Made]):
-    """A bounded dict of the most recent programs: layouts of a caller's memory may change often."""
-
-    def __init__(self, most: int) -> None:
-        super().__init__()
-        self.most = most
-
-    def __setitem__(self, key: _Key, program: _Made) -> None:
-        while len(self) >= self.most and key not in self:
-            del self[next(iter(self))]
-        super().__setitem__(key, program)
 
 
 class Programs:

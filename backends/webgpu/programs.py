@@ -12,6 +12,7 @@ from passgraph.backends.base import ATTRIBUTES, Block
 from passgraph.backends.printing import Listing
 from passgraph.backends.webgpu.trusted import trusted_module
 from passgraph.backends.webgpu.wgsl import FIRST_IMAGE, FULLSCREEN, HEAD, LINEAR, NEAREST, PARAMETERS, WGSL, vec4_count
+from passgraph.cached import Recent
 from passgraph.errors import BackendError
 from passgraph.language.scalar import LoadTexel, ScalarProgram, walk
 from passgraph.language.source import NOWHERE
@@ -20,6 +21,8 @@ from passgraph.plan.data import DrawStep
 #: Formats of the line in wgpu's messages: "wgsl:12:5" and ":12:5 error".
 _LINE = re.compile(r"wgsl:(\d+):\d+|:(\d+):\d+ error")
 _VERTEX, _FRAGMENT = 1, 2
+#: Most objects that are kept for sources and states that come again.
+MOST_CACHED = 512
 _T = TypeVar("_T")
 
 
@@ -28,13 +31,14 @@ class Programs:
 
     def __init__(self, device: Any) -> None:
         self.device = device
-        self.cached: dict[object, Any] = {}
+        self.cached: dict[object, Any] = Recent(MOST_CACHED)
         self.nearest = device.create_sampler(min_filter="nearest", mag_filter="nearest")
         self.linear = device.create_sampler(min_filter="linear", mag_filter="linear")
 
     def once(self, key: object, make: Callable[[], _T]) -> _T:
         if key not in self.cached:
-            self.cached[key] = make()
+            made = self.cached[key] = make()
+            return made
         found: _T = self.cached[key]
         return found
 

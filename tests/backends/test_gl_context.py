@@ -120,6 +120,24 @@ def test_equal_kernels_share_a_program() -> None:
         assert len(backend.programs.made) == 1
 
 
+def test_programs_of_sources_that_no_longer_come_are_deleted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And those in use are not, however many others come: their names would go to these."""
+    monkeypatch.setattr("passgraph.backends.gl.programs.MOST_KEPT", 3)
+    ones = np.ones((2, 2, 4), np.float32)
+
+    def times(factor: int) -> pg.Target:
+        text = f"def times(color: Image) -> vec4: return {factor}.0 * color[0, 0]"
+        return pg.kernel(source=text)(pg.Input("color"), into=pg.target("times", "rgba32f"))
+
+    with GLBackend() as backend, pg.compile(times(2), backend=backend) as first:
+        for factor in range(3, 12):
+            with pg.compile(times(factor), backend=backend) as program:
+                assert program(color=ones)["times"][0, 0, 0] == factor
+            assert first(color=ones)["times"][0, 0, 0] == 2
+        assert len([kind for kind, _ in backend.objects.alive if kind == "Program"]) <= 1 + 3 + 1
+        assert len(backend.programs.made) == 1 + 3
+
+
 def test_uniforms_are_sent_again_when_they_change() -> None:
     value = pg.Value("k", float)
     target = pg.kernel(source=DOUBLE)(pg.Input("color"), value, into=pg.target("double", format="rgba32f"))

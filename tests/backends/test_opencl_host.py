@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.opencl.programs import Recent
+from passgraph.cached import Recent
 from passgraph.hosts.opencl import Host
 from tests.backends.opencl_caller import HEIGHT, SIZE, SOFT, WIDTH, cl, expected, from_device, photo, soft, to_device
 from tests.hostile.guard import guarded_copy, guarded_zeros

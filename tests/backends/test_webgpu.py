@@ -234,6 +234,23 @@ def test_nothing_is_alive_after_close() -> None:
     assert alive() == before
 
 
+def test_objects_for_sources_that_no_longer_come_are_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And a program whose own were dropped goes on."""
+    monkeypatch.setattr(programs, "MOST_CACHED", 5)
+    ones = np.ones((2, 2, 4), np.float32)
+
+    def times(factor: int) -> pg.Target:
+        text = f"def times(color: Image) -> vec4: return {factor}.0 * color[0, 0]"
+        return pg.kernel(source=text)(pg.Input("color"), into=pg.target("times", "rgba32f"))
+
+    with WebGPUBackend() as backend, pg.compile(times(2), backend=backend) as first:
+        for factor in range(3, 9):
+            with pg.compile(times(factor), backend=backend) as program:
+                assert program(color=ones)["times"][0, 0, 0] == factor
+            assert first(color=ones)["times"][0, 0, 0] == 2
+        assert len(backend.programs.cached) == 5
+
+
 def test_a_closed_backend_may_be_closed_again_and_refuses_work(opened: WebGPUBackend) -> None:
     storage = opened.make(FORMATS["r8"], SIZE)
     opened.close()
