@@ -72,6 +72,7 @@ class Client:
         self.socket = socket
         #: True once it has shown the last pictures.
         self.is_ready = True
+        self.keys_down: set[int] = set()
         self._pending: dict[str, Callable[[], dict[str, Any]]] = {}
         self._tasks: dict[str, asyncio.Task[None]] = {}
 
@@ -217,6 +218,8 @@ class View:
         finally:
             sender.cancel()
             client.close()
+            for code in client.keys_down:
+                self.session.key(code, False)
 
     async def _send_states(self, client: Client) -> None:
         """Send the latest state; with pictures only if the client has shown the last ones, so that they never queue."""
@@ -250,7 +253,9 @@ class View:
                 self.session.ready()
                 self._wake()
             elif kind == "key":
-                self.session.key(int(message["code"]), bool(message["down"]))
+                code, down = int(message["code"]), bool(message["down"])
+                self.session.key(code, down)
+                (client.keys_down.add if down else client.keys_down.discard)(code)
             elif kind == "values":
                 x, y = int(message["x"]), int(message["y"])
                 await client.send({"kind": "values", "x": x, "y": y, "values": self.session.values_at(x, y)})

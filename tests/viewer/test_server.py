@@ -118,6 +118,22 @@ def test_a_socket_gets_the_picture_and_answers(served: Served) -> None:
         assert answer_of(socket, "values")["values"]["a"] == pytest.approx([0.0, 0.4, 0.8, 1.0])
 
 
+def test_keys_of_a_page_that_closes_are_released(served: Served) -> None:
+    def is_down() -> bool:
+        return bool(served.view.session._keyboard.picture()[2, 65, 0])
+
+    with served.socket() as socket:
+        for code in (300, 65):
+            socket.send(json.dumps({"kind": "key", "code": code, "down": True}))
+        assert "a key has a code from 0 to 255, got 300" in answer_of(socket, "refused")["text"]
+        socket.send(json.dumps({"kind": "values", "x": 2, "y": 1}))
+        answer_of(socket, "values")
+        assert is_down()
+    end = monotonic() + 60
+    while is_down():
+        assert monotonic() < end
+
+
 def test_pictures_wait_until_the_last_ones_are_shown(served: Served) -> None:
     with served.socket() as socket:
         assert answer_of(socket, "state")["pictures"]
