@@ -46,7 +46,7 @@ from passgraph.commands.options import (
 )
 from passgraph.commands.parameter_options import Changing, FramesOption, check_no_ramps
 from passgraph.commands.running import RunOptions, check_one_picture, check_outputs, run_and_save
-from passgraph.commands.sound import audio_option, audio_picture, keeps_time, open_audio
+from passgraph.commands.sound import audio_option, audio_picture, keeps_time, open_audio, split_sound
 from passgraph.commands.written_files import (
     STREAM,
     check_apart,
@@ -219,7 +219,7 @@ def apply_effect(
     depth_buffer: HardwareDepth | None = None, audio: Path | None = None, **options: Any,
 ) -> int:  # fmt: skip
     """Apply an effect to one picture or many."""
-    sound = open_audio(effect, audio)
+    sound = open_audio(effect, split_sound(effect, inputs, audio)[1])
     inputs = inputs_in_layer(inputs, options.pop("layer"))
     effect = take_color_spaces(effect, inputs, output, options)
     if is_one_picture(inputs, output) and options["frames"] is None and not pictures_beside(effect, parameters):
@@ -272,7 +272,8 @@ def generate(
     **options: Any,
 ) -> int:  # fmt: skip
     """Generate one picture or many with an effect that reads none."""
-    capture, sound = options["capture"], open_audio(effect, options.pop("audio", None))
+    inputs, audio = split_sound(effect, inputs, options.pop("audio", None))
+    capture, sound = options["capture"], open_audio(effect, audio)
     if inputs:
         raise InputError(
             f"{inputs[0]}: {effect.name} reads no picture, it makes its own; leave that out, and say how large: "

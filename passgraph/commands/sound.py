@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
+from passgraph.files.names import is_video
 
 if TYPE_CHECKING:
     from passgraph.files.audio import Audio
@@ -28,14 +29,29 @@ def audio_option(*, with_sound: bool) -> list[click.Parameter]:
         ["--audio"],
         type=click.Path(path_type=Path),
         metavar="FILE",
-        help="Audio file, or video with sound, that EFFECT reads; left out, black. It sets the number of frames of a "
-        "video made without --frames.",
+        help="Audio file, or video with sound, that EFFECT reads; left out, the sound of INPUT, or silence. It sets the "
+        "number of frames of a video made without --frames.",
     )
     return [audio, sound] if with_sound else [audio]
 
 
+def split_sound(effect: Effect, inputs: tuple[str, ...], audio: Path | None) -> tuple[tuple[str, ...], Path | None]:
+    """Return the inputs that are pictures, and the file of the sound if ``--audio`` names none.
+
+    The only input of an effect that reads sound and no picture is sound. Of a video input the sound is read too.
+    """
+    if audio is not None or "audio" not in effect.signals or len(inputs) != 1:
+        return inputs, audio
+    path = Path(inputs[0])
+    if effect.takes == "nothing":
+        return (), path
+    from passgraph.files.audio import has_sound
+
+    return inputs, path if is_video(path) and has_sound(path) else None
+
+
 def open_audio(effect: Effect, path: Path | None) -> Audio | None:
-    """Decode the file of ``--audio``.
+    """Decode the file of the sound.
 
     Raises
     ------

@@ -26,7 +26,7 @@ from passgraph.commands.command_graph import (
 from passgraph.commands.input_values import written_value
 from passgraph.commands.named import file_and_name, named_effect
 from passgraph.commands.options import backend_option, flag_of, size_option
-from passgraph.commands.sound import audio_picture, open_audio
+from passgraph.commands.sound import audio_picture, open_audio, split_sound
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.files.names import is_picture, is_video
@@ -49,12 +49,13 @@ class EffectSubject:
         linear: bool | None,
         audio: Path | None = None,
     ) -> None:
-        self.text, self.inputs, self.size, self.linear = text, list(inputs), size, linear
         self.effect = named_effect(text)
+        pictures, audio = split_sound(self.effect, tuple(inputs), audio)
+        self.text, self.inputs, self.size, self.linear = text, list(pictures), size, linear
         self.name = self.effect.name
         path, _ = file_and_name(text)
         self.files = [] if path is None else [path]
-        self._frames = Frames(inputs[0]) if inputs and self.effect.takes.startswith("picture") else None
+        self._frames = Frames(self.inputs[0]) if self.inputs and self.effect.takes.startswith("picture") else None
         self._depth: NDArray[np.float32] | None = None
         self._scene: Scene | None = None
         self._check_inputs()

@@ -112,6 +112,12 @@ class Audio:
         return magnitudes
 
 
+def has_sound(path: Path) -> bool:
+    """Return True if a video has sound."""
+    with opened(path) as container:
+        return bool(container.streams.audio)
+
+
 def decoded(path: Path) -> NDArray[np.float32]:
     """Return the samples of a file's first sound, the mean of its channels, `SAMPLE_RATE` a second."""
     with opened(path, "a sound") as container:

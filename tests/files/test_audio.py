@@ -234,6 +234,22 @@ def test_a_video_lasts_as_long_as_its_sound_and_has_it(tmp_path: Path, rate: int
             Audio(out)
 
 
+def test_an_input_brings_its_sound(tmp_path: Path) -> None:
+    """A sound for what reads no picture; a video for what reads pictures too, if it has sound."""
+    reads, path, out = tmp_path / "reads.glsl", sound(tmp_path / "tune.wav", tune()), tmp_path / "out.mkv"
+    reads.write_text(READS)
+    assert run(["apply", str(reads), str(path), "--size", "512x2", "-o", str(out)]) == 0
+    assert np.array_equal(Audio(out).samples, Audio(path).samples)
+    both = tmp_path / "both.glsl"
+    both.write_text(READS.replace("0.0, 1.0);", "texture(iChannel0, f / iResolution.xy).r, 1.0);"))
+    assert run(["apply", str(both), str(out), "-o", str(tmp_path / "twice.%04d.png")]) == 0
+    seen = np.round(pg.load(tmp_path / "twice.0031.png")[-1] * 255)
+    assert np.array_equal(seen[:, 0], Audio(out).picture(30, 1 / 25)[1, :, 0])
+    silent = video(tmp_path / "silent.mp4", 3)
+    assert run(["apply", str(both), str(silent), "-o", str(tmp_path / "none.%04d.png")]) == 0
+    assert not pg.load(tmp_path / "none.0003.png")[..., :2].any()
+
+
 def test_a_picture_and_sound_make_a_video(tmp_path: Path) -> None:
     """The picture is the first channel, and repeated for the length of the sound."""
     reads, path = tmp_path / "reads.glsl", sound(tmp_path / "tune.wav", tune())

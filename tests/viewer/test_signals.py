@@ -86,7 +86,10 @@ def test_sound_follows_the_time(tmp_path: Path) -> None:
     reads, song = tmp_path / "reads.glsl", sound(tmp_path / "tune.wav", tune())
     reads.write_text(READS.replace("0.0, 1.0)", "0.0 * iTime, 1.0)"))
     audio, other = Audio(song), Audio(sound(tmp_path / "other.wav", tune()[::-1]))
-    with Watched(subject=EffectSubject(str(reads), (), (512, 1), None, song)) as view:
+    assert EffectSubject(str(reads), (), (512, 1), None, song).command({}) == EffectSubject(
+        str(reads), [str(song)], (512, 1), None
+    ).command({})
+    with Watched(subject=EffectSubject(str(reads), [str(song)], (512, 1), None)) as view:
         assert view.until(lambda state: state.pictures).facts["moves"]
         for settings, picture in (
             ({"frame": 20}, audio.picture(20, 1 / 30)),
