@@ -29,8 +29,8 @@ def audio_option(*, with_sound: bool) -> list[click.Parameter]:
         ["--audio"],
         type=click.Path(path_type=Path),
         metavar="FILE",
-        help="Audio file, or video with sound, that EFFECT reads; left out, the sound of INPUT, or silence. It sets the "
-        "number of frames of a video made without --frames.",
+        help="Audio file, or video with sound, that EFFECT reads; left out, the sound of INPUT, or silence. It sets "
+        "the number of frames of a video made without --frames.",
     )
     return [audio, sound] if with_sound else [audio]
 
