@@ -59,8 +59,11 @@ def record(view: View, inputs: Inputs, first: int, last: int, rate: Fraction, pa
         raise InputError(f"record: expected 1 to {MOST_FRAMES} frames, got from {first} to {last}")
     if not 0 < rate <= MOST_RATE:
         raise InputError(f"record: expected up to {MOST_RATE} pictures a second, more than 0, got {rate}")
-    outputs, names = {"target": view.target}, inputs_behind([view.target])
-    run_inputs, source_input = view.run_inputs_of(outputs), next(iter(names), "")
+    outputs = {"target": view.target}
+    run_inputs = view.run_inputs_of(outputs)
+    known = {**run_inputs, **inputs(first)}
+    names = [name for name in inputs_behind([view.target]) if name in known]  # others have a default
+    source_input = next(iter(names), "")
 
     def values(place: int) -> dict[str, Any]:
         number = first + place - 1

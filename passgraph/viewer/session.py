@@ -257,9 +257,9 @@ class Session:
         count, program_set = self.subject.frame_count(), self._program_set
         with self._lock:
             inputs = dict(self.subject.frame(0 if count is None else number % count))
-            if program_set is not None and "audio" in program_set.programs["a"].program.inputs:
-                inputs["audio"] = self.subject.audio(number, program_set.content.values(self._settings))
-            return inputs
+            values = {} if program_set is None else program_set.content.values(self._settings)
+            audio = self.subject.audio(number, values)
+            return inputs if audio is None else {**inputs, "audio": audio}
 
     def view(self) -> View:
         """Return the view that is on screen.

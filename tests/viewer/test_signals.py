@@ -111,6 +111,20 @@ def test_sound_follows_the_time(tmp_path: Path) -> None:
         view.shows(46, 0, (int(picture[1, 46, 0]), int(picture[0, 46, 0]), 0))
 
 
+@pytest.mark.parametrize("text", [READS, KEYS, KEYS.replace('#iChannel0 "keyboard"', "")])
+def test_what_has_no_sound_and_no_keys_is_recorded(tmp_path: Path, text: str) -> None:
+    """Inputs that nobody gives are black; the last text reads a picture that is the frame."""
+    shader, frame = tmp_path / "shader.glsl", tmp_path / "frame.png"
+    shader.write_text(text)
+    pg.save(frame, np.zeros((2, 256, 4), np.uint8))
+    words = [] if "#" in text else [str(frame)]
+    with Watched(str(shader), *words, size=(256, 2)) as view:
+        view.until(lambda state: state.pictures)
+        view.session.record(0, 1, Fraction(10), tmp_path / "made.gif")
+    with Image.open(tmp_path / "made.gif") as made:
+        assert made.convert("RGB").getpixel((9, 0))[0] == 0
+
+
 def test_sound_for_what_reads_none_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shader = tmp_path / "keys.glsl"
     shader.write_text(KEYS)
