@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,101 +24,6 @@ if TYPE_CHECKING:
     from av.container import InputContainer
     from av.video.frame import VideoFrame
     from av.video.stream import VideoStream
-
-
-#: Most parts that are checked; a file with more counts as complete.
-MOST_PARTS = 1 << 20
-#: Elements of Matroska that contain other elements: a segment and a cluster.
-_SEGMENT, _CLUSTER = 0x18538067, 0x1F43B675
-_ASF = bytes.fromhex("3026b2758e66cf11a6d900aa0062ce6c")
-#: A function from the start of a part to the end that its header declares; None if it declares none, or is no part.
-_Step: TypeAlias = Callable[[BinaryIO, int], "int | None"]
-
-
-def promised_end(path: Path) -> int | None:
-    """Return the declared end, in bytes, of the part in which a file is truncated; None if it seems complete.
-
-    >>> promised_end(Path(__file__)) is None
-    True
-    """
-    length = path.stat().st_size
-    with path.open("rb") as stream:
-        step, at = _container(stream.read(16))
-        for _ in range(MOST_PARTS):
-            if step is None or at >= length:
-                return None
-            end = step(stream, at)
-            if end is None or end > length:
-                return end
-            at = end
-    return None
-
-
-def _container(start: bytes) -> tuple[_Step | None, int]:
-    """Return the function that steps over the parts of a container, and the position of the first part."""
-    if start[4:8] in (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"):
-        return _box, 0
-    if start[:4] == b"\x1aE\xdf\xa3":
-        return _element, 0
-    if start[:4] == b"RIFF" and start[8:12] == b"AVI ":
-        return _riff, 0
-    if start == _ASF:
-        return _object, 0
-    # FLV: the header holds its own size; each tag is followed by four bytes with its size.
-    return (_tag, int.from_bytes(start[5:9], "big") + 4) if start[:3] == b"FLV" else (None, 0)
-
-
-def _read(stream: BinaryIO, at: int, count: int) -> bytes:
-    stream.seek(at)
-    return stream.read(count)
-
-
-def _box(stream: BinaryIO, at: int) -> int | None:
-    head = _read(stream, at, 16)
-    size = int.from_bytes(head[:4], "big")
-    if len(head) < 8 or not head[4:8].isalnum():
-        return None  # not a box: data appended after the boxes
-    if size == 1:
-        size = int.from_bytes(head[8:16], "big")
-    return at + size if size >= 8 else None  # 0: the box ends with the file
-
-
-def _riff(stream: BinaryIO, at: int) -> int | None:
-    head = _read(stream, at, 8)
-    size = int.from_bytes(head[4:8], "little")
-    return at + 8 + size + size % 2 if head[:4] == b"RIFF" and 0 < size < 0xFFFFFFFF else None
-
-
-def _object(stream: BinaryIO, at: int) -> int | None:
-    head = _read(stream, at, 24)
-    size = int.from_bytes(head[16:24], "little")
-    return at + size if len(head) == 24 and size >= 24 else None
-
-
-def _tag(stream: BinaryIO, at: int) -> int | None:
-    head = _read(stream, at, 4)
-    return at + 11 + int.from_bytes(head[1:4], "big") + 4 if head[:1] in (b"\x08", b"\x09", b"\x12") else None
-
-
-def _element(stream: BinaryIO, at: int) -> int | None:
-    head = _read(stream, at, 12)
-    first = _width(head[0], 4)
-    if first is None or len(head) <= first:
-        return None
-    second = _width(head[first], 8)
-    if second is None:
-        return None
-    name, start = int.from_bytes(head[:first], "big"), at + first + second
-    size = int.from_bytes(head[first : first + second], "big") & ((1 << 7 * second) - 1)
-    if size == (1 << 7 * second) - 1:  # unknown size: continue with the elements inside
-        return start if name in (_SEGMENT, _CLUSTER) else None
-    return start + size
-
-
-def _width(byte: int, most: int) -> int | None:
-    """Return the length in bytes of an EBML number: the leading zero bits of its first byte, plus one."""
-    width = 9 - byte.bit_length()
-    return width if width <= most else None
 
 
 #: Matrix coefficients of ITU-T H.273, as in libavutil: identity, BT.709, BT.601, and unspecified.
@@ -143,6 +49,15 @@ def import_av(file: Path) -> Any:
     except ImportError as error:
         raise InputError(f"{file}: PyAV is not installed; run: pip install 'passgraph[video]'") from error
     return av
+
+
+@dataclass
+class _Position:
+    """How far a file is read: frames, the time of the last one in seconds, and True if its last packet is cut."""
+
+    frames: int = 0
+    end: Fraction = Fraction(0)
+    is_cut: bool = False
 
 
 class Video:
@@ -202,27 +117,30 @@ class Video:
         return round(float(self.duration * self.rate)) if self.duration and self.rate else None
 
     def __iter__(self) -> Iterator[Frame]:
-        number, end, conversion = 0, Fraction(0), Conversion()
+        position, conversion = _Position(), Conversion()
         if self.is_interlaced:
             warnings.warn(f"{self.path}: {INTERLACED}", stacklevel=2)
         with opened(self.path) as container:
             stream = video_stream(self.path, container)
             stream.thread_type = "AUTO"
-            for frame in self._decoded(container, stream):
-                number += 1
+            for frame in self._decoded(container, stream, position):
+                position.frames += 1
+                number = position.frames
                 name = f"{self.path}, frame {number}"
                 if isinstance(frame, str):
                     yield Frame(number, name, _refusing(f"{name}: {frame}"))
                     continue
                 if frame.pts is not None:
-                    end = max(end, (frame.pts - self.start) * self.time_base)
+                    position.end = max(position.end, (frame.pts - self.start) * self.time_base)
                 metadata = {"pts": frame.pts, "time_base": self.time_base}
                 yield Frame(number, name, partial(self._picture, name, frame, conversion), metadata)
-        if number == 0:
+        if position.frames == 0:
             raise InputError(f"{self.path}: has no frame that can be decoded; make or copy the file again")
-        self._check_end(number, end)
+        self._check_end(position)
 
-    def _decoded(self, container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame | str]:
+    def _decoded(
+        self, container: InputContainer, stream: VideoStream, position: _Position
+    ) -> Iterator[VideoFrame | str]:
         """Yield frames in order; in place of a damaged frame, the reason."""
         av = import_av(self.path)
         packets = container.demux(stream)
@@ -234,6 +152,8 @@ class Video:
             except av.error.FFmpegError as error:
                 text = f"{self.path}: cannot be read on ({reason(error)}); frames until then are done"
                 raise InputError(text) from error
+            if packet.size:  # the one without data flushes the decoder
+                position.is_cut = packet.is_corrupt
             try:
                 frames = packet.decode()
             except av.error.FFmpegError as error:
@@ -242,21 +162,16 @@ class Video:
             for frame in frames:
                 yield "is damaged (the decoder made up a part of it)" if frame.is_corrupt else frame
 
-    def _check_end(self, number: int, end: Fraction) -> None:
-        """Raise InputError for a truncated file: it ends before its declared duration or size.
-
-        Decoders stop there without an error.
-        """
-        mismatch = ""
-        has_all = not self._declares_duration or (self.frames and number >= self.frames)
+    def _check_end(self, position: _Position) -> None:
+        """Raise InputError for a truncated file; decoders stop there without an error."""
+        mismatch = "it ends in the middle of a packet" if position.is_cut else ""
+        has_all = not self._declares_duration or (self.frames and position.frames >= self.frames)
         if self.duration and self.rate and not has_all:
-            last = end + 1 / self.rate
+            last = position.end + 1 / self.rate
             if self.duration - last > Fraction(1, 2) / self.rate:
                 mismatch = f"it says it lasts {float(self.duration):.2f} s, and its frames end at {float(last):.2f} s"
-        if not mismatch and (promised := promised_end(self.path)) is not None:
-            mismatch = f"it says it goes on to byte {promised}, and it has {self.path.stat().st_size}"
         if mismatch:
-            raise InputError(f"{self.path}: truncated; {mismatch}; the {number} frames until there are done")
+            raise InputError(f"{self.path}: truncated; {mismatch}; the {position.frames} frames until there are done")
 
     def _picture(self, name: str, frame: VideoFrame, conversion: Conversion) -> Stored:
         matrix, colour_range = stated(frame.colorspace, frame.color_range, frame.format.name, frame.height)

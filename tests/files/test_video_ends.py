@@ -1,4 +1,4 @@
-"""Videos that end before their containers say they do."""
+"""Videos that were cut: FFmpeg reads what there is, without an error."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ import pytest
 
 from passgraph.errors import InputError
 from passgraph.files import Video
-from passgraph.files.video import promised_end
 from tests.commands.told import Outcome
 
 av: Any = pytest.importorskip("av")
 
 #: Names of files, their encoders, and what their containers are told.
 KINDS = {
-    "a.mkv": ("libx264", {}), "live.mkv": ("libx264", {"live": "1"}), "a.webm": ("libvpx-vp9", {}),
+    "a.mkv": ("libx264", {}), "a.webm": ("libvpx-vp9", {}),
     "a.mp4": ("libx264", {"movflags": "faststart"}),
     "fragments.mp4": ("libx264", {"movflags": "frag_keyframe+empty_moov"}),
     "a.mov": ("mjpeg", {"movflags": "faststart"}), "a.avi": ("libx264", {}), "moving.avi": ("mjpeg", {}),
-    "a.flv": ("flv", {}), "a.wmv": ("wmv2", {}),
+    "a.flv": ("flv", {}),
 }  # fmt: skip
 FRAMES = 30
 
@@ -33,8 +32,11 @@ def made(path: Path, *, sound: bool) -> bytes:
     with av.open(str(path), "w", options=options) as container:
         stream = container.add_stream(codec, rate=25, options={"g": "10"} if codec == "libx264" else {})
         stream.width, stream.height, stream.pix_fmt = 32, 32, "yuvj420p" if codec == "mjpeg" else "yuv420p"
-        names = {".webm": "libopus", ".wmv": "libmp3lame"}
-        heard = container.add_stream(names.get(path.suffix, "aac"), rate=48000, layout="mono") if sound else None
+        heard = (
+            container.add_stream("libopus" if path.suffix == ".webm" else "aac", rate=48000, layout="mono")
+            if sound
+            else None
+        )
         rng = np.random.default_rng(1)
         for i in range(FRAMES):
             frame = av.VideoFrame.from_ndarray(rng.integers(0, 255, (32, 32, 3), np.uint8), "rgb24")
@@ -75,7 +77,7 @@ def test_a_video_that_breaks_off_is_told(tmp_path: Path, name: str, sound: bool)
         path.write_bytes(whole[: len(whole) * share // 10])
         count, told = read(path)
         assert FRAMES * (share - 3) // 10 <= count <= FRAMES
-        assert told.startswith(f"{path}: truncated; it says it ")
+        assert told.startswith(f"{path}: truncated; it ")
         assert "frames until there are done" in told
 
 
@@ -87,54 +89,6 @@ def test_frames_until_the_end_are_kept_and_the_status_says_so(
     Path("a.avi").write_bytes(whole[: len(whole) * 9 // 10])
     outcome = Outcome(capsys, "apply", "black-and-white", "-b", "reference", "a.avi", "-o", "b.mkv")
     assert outcome.status == 1
-    assert (
-        f"a.avi: truncated; it says it goes on to byte {len(whole)}, and it has {len(whole) * 9 // 10}" in outcome.err
-    )
+    assert "a.avi: truncated; it " in outcome.err
     assert "ended early" in outcome.out
     assert len(list(Video("b.mkv"))) >= FRAMES * 8 // 10
-
-
-def test_what_says_nothing_of_its_end_is_whole(tmp_path: Path) -> None:
-    """Boxes and chunks of no stated length, and bytes that others have put behind a file."""
-    file = tmp_path / "a"
-    for content in (
-        b"", b"R", b"\0\0\0\x08ftyp", b"\0\0\0\x08ftyp\0\0\0\0mdat" + bytes(9),
-        b"\0\0\0\x08ftyp\xff\xff\xff\xff\x01\x02",
-        b"RIFF\0\0\0\0AVI " + bytes(9), b"RIFF\xff\xff\xff\xffAVI ", b"FLV\x01\x05\0\0\0\x09" + bytes(40),
-        b"\x1aE\xdf\xa3\x80\x18\x53\x80\x67\x01" + b"\xff" * 7, b"\x1aE\xdf\xa3\xff", b"\x1aE\xdf\xa3\x00",
-    ):  # fmt: skip
-        file.write_bytes(content)
-        assert promised_end(file) is None, content
-
-
-@pytest.mark.parametrize(
-    ("content", "end"),
-    [
-        (b"\0\0\0\x08ftyp\0\0\0\x64mdat", 108),
-        (b"\0\0\0\x08ftyp\0\0\0\x01mdat\0\0\0\x01\0\0\0\0", 8 + (1 << 32)),
-        (b"RIFF\x04\0\0\0AVI RIFF\x08\0\0\0AVIX", 28),
-        (b"\x1aE\xdf\xa3\x80\x18\x53\x80\x67\xa0", 42),
-        (b"FLV\x01\x05\0\0\0\x09\0\0\0\0\x09\0\0\x05", 33),
-    ],
-)
-def test_where_a_part_ends_is_read(tmp_path: Path, content: bytes, end: int) -> None:
-    (tmp_path / "a").write_bytes(content)
-    assert promised_end(tmp_path / "a") == end
-
-
-def test_hostile_bytes_end(tmp_path: Path) -> None:
-    rng = np.random.default_rng(4)
-    starts = (
-        b"\0\0\0\x08ftyp",
-        b"\x1aE\xdf\xa3",
-        b"RIFF\x04\0\0\0AVI ",
-        b"FLV",
-        bytes.fromhex("3026b2758e66cf11a6d900aa0062ce6c"),
-    )
-    for start in starts:
-        for _ in range(30):
-            (tmp_path / "a").write_bytes(start + rng.integers(0, 256, 200).astype(np.uint8).tobytes())
-            end = promised_end(tmp_path / "a")
-            assert end is None or end > (tmp_path / "a").stat().st_size
-    (tmp_path / "a").write_bytes(b"\x1aE\xdf\xa3\x80" * 20_000)
-    assert promised_end(tmp_path / "a") is None
