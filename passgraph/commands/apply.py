@@ -234,10 +234,7 @@ def apply_effect(
         options["rate"], options["codec"], options["codec_option"], options["bits"], options["raw"],
         _copied_sound(effect, parameters, sound, options["sound"]),
     )  # fmt: skip
-    settings = Settings(
-        options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
-        options["check_finite"], options["scheduler"], options["math"],
-    )  # fmt: skip
+    settings = Settings.from_options(options)
     sources = FrameSources(inputs, options["frames"], depth=depth, depth_buffer=depth_buffer, audio=sound)
     return apply_to_many(effect, sources, output, parameters, writing, settings)
 
@@ -285,7 +282,7 @@ def generate(
 
         copied = _copied_sound(effect, parameters, sound, options.get("sound", True))
         writing = writing_of(options["rate"], options["codec"], options["codec_option"], options["bits"], sound=copied)
-        settings = Settings(options["backend"], check_finite=options["check_finite"], math=options["math"])
+        settings = Settings.from_options(options)
         sources = FrameSources((), options["frames"], size, audio=sound)
         return apply_to_many(effect, sources, str(output), parameters, writing, settings)
     check_no_ramps(effect, parameters)

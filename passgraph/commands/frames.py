@@ -13,7 +13,7 @@ from passgraph.commands.clips import Clip
 from passgraph.commands.command_graph import as_distance, effect_output, in_bytes
 from passgraph.commands.options import check_computes
 from passgraph.commands.parameter_options import Changing
-from passgraph.commands.running import frame_progress, on_one_line
+from passgraph.commands.running import RunOptions, frame_progress, on_one_line
 from passgraph.commands.sound import audio_picture
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
@@ -26,11 +26,9 @@ from passgraph.files.run import frames
 from passgraph.files.sequences import Pictures
 from passgraph.files.stored import with_channels
 from passgraph.graph.targets import OPEN_SRGB, Input, Target, named_outputs
-from passgraph.language.native import Math
 from passgraph.pictures import scaled
 from passgraph.plan.data import Options
 from passgraph.run.compile import compile
-from passgraph.run.finite_checks import NonFinite
 from passgraph.run.program import Program
 
 if TYPE_CHECKING:
@@ -39,17 +37,13 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Settings:
-    """Settings of a run over frames."""
+class Settings(RunOptions):
+    """The options of a command that runs a graph over frames."""
 
-    backend: str | None
     linear: bool = False
     jobs: int | None = None
     resume: bool = False
-    non_finite: NonFinite = "error"
-    check_finite: bool = False
     scheduler: str | None = None
-    math: Math = "exact"
 
 
 @dataclass

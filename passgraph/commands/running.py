@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import click
 import numpy as np
@@ -161,7 +161,7 @@ class RunOptions:
     math: Math = "exact"
 
     @classmethod
-    def from_options(cls, options: Mapping[str, Any]) -> RunOptions:
+    def from_options(cls, options: Mapping[str, Any]) -> Self:
         """Take the options of a command line."""
         return cls(**{field.name: options[field.name] for field in fields(cls) if field.name in options})
 

@@ -275,7 +275,7 @@ def test_history_begins_anew_with_each_sequence() -> None:
         sequence(Path(name), [1, 2, 3])
         clips.append(Clip(open_source(f"{name}/in.####.png"), ToPictures(Pattern(f"{name}.#.png"))))
     summing: Any = Summing()
-    assert run_clips(FramesJob(summing, {}), clips, Settings("reference", False, 2, False), []) == 0
+    assert run_clips(FramesJob(summing, {}), clips, Settings("reference", jobs=2), []) == 0
     assert [value(Path(f"{name}.{n}.png")) for name in "ab" for n in (1, 2, 3)] == [10, 30, 60] * 2
 
 
