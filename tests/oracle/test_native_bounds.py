@@ -19,10 +19,14 @@ POINTS: dict[str, list[tuple[float, ...]]] = {
     "acosh": [(1.5,), (40.0,)], "log": [(0.3,), (0.75,), (1.5,), (9.0,)], "log2": [(0.3,), (0.75,), (1.5,), (9.0,)],
     "exp": [(-20.0,), (0.1,), (6.5,)], "exp2": [(-20.0,), (0.1,), (6.5,)], "inversesqrt": [(0.01,), (3.0,)],
     "atanh": [(-0.5,), (0.9,)], "asin": [(-0.9,), (0.25,)], "acos": [(-0.9,), (0.25,)],
+    "mod": [(2.5, 0.7), (-1.3, 0.45)], "smoothstep": [(-1.5, 1.25, 0.3), (0.1, 0.7, 0.65)],
 }  # fmt: skip
 ORDINARY = [(-2.5,), (0.3,), (1.2,)]
 _EXACT = {"inversesqrt": lambda x: 1 / mpmath.sqrt(x), "exp2": lambda x: mpmath.mpf(2) ** x, "pow": mpmath.power,
-          "log2": lambda x: mpmath.log(x, 2)}  # fmt: skip
+          "log2": lambda x: mpmath.log(x, 2), "fract": lambda x: x - mpmath.floor(x),
+          "mod": lambda x, y: x - y * mpmath.floor(x / y),
+          "smoothstep": lambda low, high, x: ((x - low) / (high - low)) ** 2 * (3 - 2 * (x - low) / (high - low)),
+}  # fmt: skip
 
 
 def exact(name: str, point: tuple[float, ...]) -> float:
