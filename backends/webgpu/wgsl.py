@@ -354,9 +354,10 @@ class WGSL(Printer):
         lines += [
             f"{group} @binding({FIRST_IMAGE + k}) var pg_image{k}: texture_2d<f32>;" for k in range(len(program.images))
         ]
+        # Not constants: wgpu copies one into a variable at each read by an index, 5 to 10 times as slow on lavapipe.
         for name, type_, values in program.tables:
             items = ", ".join(self.literal(s.Lit(type_, v)) for v in values)
-            lines.append(f"const {name} = array<{self.types[type_]}, {len(values)}>({items});")
+            lines.append(f"var<private> {name} = array<{self.types[type_]}, {len(values)}>({items});")
         if program.stage == "vertex":
             sent = [f"    @location({k}) pg_varying{k}: vec4<f32>," for k in range(vec4_count(len(self.varyings)))]
             lines += ["struct Results {", "    @builtin(position) @invariant position: vec4<f32>,", *sent, "}"]
