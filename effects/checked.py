@@ -13,6 +13,7 @@ import numpy as np
 
 from passgraph.arguments import flag, one_of, text
 from passgraph.effects.annotations import check, check_fields
+from passgraph.errors import GraphError
 
 if TYPE_CHECKING:
     from passgraph.graph.targets import Target
@@ -157,6 +158,12 @@ def effect(
     one_of(alpha, "effect: alpha", get_args(Alpha))
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        for parameter in inspect.signature(function).parameters.values():
+            if parameter.annotation is inspect.Parameter.empty:
+                raise GraphError(
+                    f"effect {name!r}: parameter {parameter.name!r} needs a type, such as {parameter.name}: float, or "
+                    f"{parameter.name}: pg.Target for a picture"
+                )
         wrapped = checked(with_surface_depth(function) if takes == "picture+depth" else function)
         wrapped.effect = mark  # type: ignore[attr-defined]
         return wrapped

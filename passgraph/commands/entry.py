@@ -124,8 +124,9 @@ def _run(arguments: list[str] | None) -> int:
         _drop_output()
         return 141
     except SystemExit as error:
-        if "PacifyFlushWrapper" in type(sys.stdout).__name__:
-            return 141  # a broken pipe; click has replaced stdout, so that Python reports nothing at exit
+        # Of a broken pipe, click and rich make an exit, and see to it that Python reports nothing at its end.
+        if isinstance(error.__context__, BrokenPipeError) or "PacifyFlushWrapper" in type(sys.stdout).__name__:
+            return 141
         return failed(InputError(f"something that was run ended the process by sys.exit({error.code!r})"))
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()

@@ -57,6 +57,12 @@ class FiniteRange(click.FloatRange):
         return "" if self.min is None and self.max is None else super()._describe_range()
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            float(value)
+        except ValueError:
+            count = 1 if param is None else param.nargs
+            hint = f"; {count} numbers are written with spaces between them" if count > 1 else ""
+            self.fail(f"{value!r} is not a valid float{hint}", param, ctx)
         number = super().convert(value, param, ctx)
         if not math.isfinite(number):
             self.fail(f"{value} is not a finite number", param, ctx)

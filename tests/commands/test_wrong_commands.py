@@ -150,6 +150,7 @@ def passgraph(shell: str) -> tuple[int, str]:
         ("$P plan -e soft-shadow > /dev/full", 2, "passgraph: error: [Errno 28] No space left on device\n"),
         # bash waits for the reader, which is gone before anything is written
         ("{ $P plan -e soft-shadow; echo $? >&2; } | true", 0, "141\n"),
+        ("{ $P backends; echo $? >&2; } | true", 0, "141\n"),
     ],
 )
 def test_streams_that_are_shut(shell: str, status: int, words: str) -> None:

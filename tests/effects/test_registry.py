@@ -121,6 +121,14 @@ def test_a_wrong_mark_is_refused() -> None:
 # Other packages'
 
 
+def test_a_parameter_without_a_type_is_named() -> None:
+    with pytest.raises(pg.GraphError, match=r"effect 'dimmed': parameter 'share' needs a type, such as share: float"):
+
+        @effect("dimmed")
+        def dimmed(photo: pg.Target, share=0.5):  # type: ignore[no-untyped-def]
+            return photo
+
+
 def test_an_effect_of_another_package_is_one_of_all(tmp_path: Path) -> None:
     installed(tmp_path, "passgraph-halved", "halved = passgraph_halved:halved")
     code = """
