@@ -349,7 +349,7 @@ BLUR = ["apply", "gaussian-blur", "in.png", "-o", "out.png"]
         ([*BLUR, "--sigma-px", "-1"], "-1.0 is not in the range 0.0<=x<=100.0"),
         ([*BLUR, "--sigma-px", "inf"], "inf is not in the range"),
         ([*BLUR, "--sigma-px", "wide"], "'wide' is not a valid float"),
-        (["apply", "fog", "in.png", "-o", "o.png", "--fog-color", "1,0,0"], "numbers are written with spaces"),
+        (["apply", "fog", "--fog-color", "1,0,0", "in.png", "-o", "o.png"], "numbers are written with spaces"),
         ([*BLUR, "-b", "opencl:77"], "OpenCL"),
         ([*BLUR, "more.png"], "more.png: no such file"),
         (["apply", "depth-aware-blur", "in.png", "-o", "out.png"], "Missing option '--depth'"),
