@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from functools import lru_cache
+from itertools import chain
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -134,12 +135,13 @@ def _blocks(path: Path, container: Any) -> Iterator[NDArray[np.float32]]:
     """Yield the samples in blocks, the first of them silence if the sound begins after the file does."""
     resampler = import_av(path).AudioResampler(format="fltp", rate=SAMPLE_RATE)
     begin, count = (container.start_time or 0) / 1e6, 0
-    for frame in (*container.decode(container.streams.audio[0]), None):
+    for frame in chain(container.decode(container.streams.audio[0]), (None,)):
         for converted in resampler.resample(frame):
-            if count == 0 and converted.time is not None and converted.time > begin:
-                yield np.zeros(round((converted.time - begin) * SAMPLE_RATE), np.float32)
             block = np.nan_to_num(converted.to_ndarray().mean(axis=0, dtype=np.float32))
-            count += len(block)
+            late = converted.time - begin if count == 0 and converted.time is not None else 0.0
+            silence = round(max(late, 0.0) * SAMPLE_RATE)
+            count += silence + len(block)
             if count > MOST_SECONDS * SAMPLE_RATE:
                 raise InputError(f"{path}: is longer than {MOST_SECONDS // 60} minutes; cut it")
+            yield np.zeros(silence, np.float32)
             yield block

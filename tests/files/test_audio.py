@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import wave
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,6 +18,7 @@ import passgraph as pg
 from passgraph.backends.webgpu.chromium import executable
 from passgraph.commands.entry import run
 from passgraph.files.audio import FFT_SIZE, SAMPLE_RATE, Audio
+from passgraph.files.video import opened
 from tests.files.made import video
 
 av: Any = pytest.importorskip("av")
@@ -150,19 +154,23 @@ def test_channels_are_averaged_and_rates_converted(tmp_path: Path) -> None:
     assert int(stereo.picture(20, 1 / 30)[1, :, 0].argmax()) == round(1000 * FFT_SIZE / SAMPLE_RATE) == 46
 
 
-def test_sound_of_a_video_begins_where_its_file_says(tmp_path: Path) -> None:
-    """PCM in Matroska, whose first packet is at a quarter of a second."""
-    path, samples = tmp_path / "late.mkv", (sine(441, 0.5, 0.5) * 32767).astype(np.int16)
+def late_sound(path: Path, samples: NDArray[np.int16], begin: int) -> Path:
+    """PCM in Matroska, whose first packet is at a sample."""
     with av.open(str(path), "w") as container:
         pictures = container.add_stream("ffv1", rate=25)
         pictures.width, pictures.height, pictures.pix_fmt = 16, 16, "yuv420p"
         stream = container.add_stream("pcm_s16le", rate=SAMPLE_RATE, layout="mono")
         container.mux(pictures.encode(av.VideoFrame(16, 16, "yuv420p")))
         frame = av.AudioFrame.from_ndarray(samples[None], format="s16", layout="mono")
-        frame.sample_rate, frame.pts = SAMPLE_RATE, SAMPLE_RATE // 4
+        frame.sample_rate, frame.pts = SAMPLE_RATE, begin
         for packet in (*stream.encode(frame), *stream.encode(None), *pictures.encode(None)):
             container.mux(packet)
-    read = Audio(path).samples
+    return path
+
+
+def test_sound_of_a_video_begins_where_its_file_says(tmp_path: Path) -> None:
+    samples = (sine(441, 0.5, 0.5) * 32767).astype(np.int16)
+    read = Audio(late_sound(tmp_path / "late.mkv", samples, SAMPLE_RATE // 4)).samples
     assert not read[: SAMPLE_RATE // 4 - 50].any()
     np.testing.assert_allclose(read[-len(samples) :], samples / 32768, atol=1e-6)
     assert len(read) == pytest.approx(0.75 * SAMPLE_RATE, abs=50)
@@ -187,6 +195,29 @@ def test_a_sound_that_is_too_long_is_told(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr("passgraph.files.audio.MOST_SECONDS", 60)
     with pytest.raises(pg.InputError, match=r"long.wav: is longer than 1 minutes; cut it"):
         Audio(path)
+    late = late_sound(tmp_path / "late.mkv", np.ones(9, np.int16), 1_000_000 * SAMPLE_RATE)
+    with pytest.raises(pg.InputError, match=r"late.mkv: is longer than 1 minutes; cut it"):
+        Audio(late)
+
+
+def test_a_long_sound_is_not_decoded_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = sound(tmp_path / "long.wav", np.zeros(30 * SAMPLE_RATE))
+    frames: list[Any] = []
+
+    @contextmanager
+    def spied(path: Path, what: str) -> Iterator[Any]:
+        with opened(path, what) as container:
+            decoded = (frames.append(frame) or frame for frame in container.decode(audio=0))
+            yield SimpleNamespace(streams=container.streams, start_time=container.start_time, decode=lambda _: decoded)
+
+    monkeypatch.setattr("passgraph.files.audio.opened", spied)
+    Audio(path)
+    whole = len(frames)
+    monkeypatch.setattr("passgraph.files.audio.MOST_SECONDS", 1)
+    frames.clear()
+    with pytest.raises(pg.InputError, match="is longer than"):
+        Audio(path)
+    assert len(frames) < whole / 10
 
 
 def test_frames_of_apply_have_the_sound_of_their_time(tmp_path: Path) -> None:
