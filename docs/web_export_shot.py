@@ -10,8 +10,11 @@ from __future__ import annotations
 import io
 import sys
 import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from math import cos, pi, sin
 from pathlib import Path
+from typing import Any
 
 from PIL import Image
 
@@ -47,43 +50,45 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
 """
 
 
-def shoot_page() -> None:
-    """Save the page of an effect with its controls."""
+@contextmanager
+def exported(effect: Sequence[str], size: tuple[int, int]) -> Iterator[Any]:
+    """Export an effect, and yield its page in a window of this size."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "out"
-        photo = DOCS / "images" / "soft-shadow.png"
-        assert run(["export", "halftone", str(photo), "--web", str(folder), "--cell-px", "9"]) == 0
+        assert run(["export", *effect, "--web", str(folder)]) == 0
         with opened(folder) as page:
             page.add_init_script(SHIM)
-            page.set_viewport_size({"width": 1180, "height": 700})
+            page.set_viewport_size({"width": size[0], "height": size[1]})
             page.goto(f"http://{page.host}/index.html")
-            page.wait_for_selector("body[data-shown]", timeout=120_000)
-            page.mouse.move(420, 330)
-            page.wait_for_function("() => document.getElementById('texel').textContent.includes('(')")
-            page.wait_for_selector("body[data-copied]")
-            page.wait_for_timeout(1500)
-            shot = page.screenshot()
+            yield page
+
+
+def shoot_page() -> None:
+    """Save the page of an effect with its controls."""
+    photo = DOCS / "images" / "soft-shadow.png"
+    with exported(["halftone", str(photo), "--cell-px", "9"], (1180, 700)) as page:
+        page.wait_for_selector("body[data-shown]", timeout=120_000)
+        page.mouse.move(420, 330)
+        page.wait_for_function("() => document.getElementById('texel').textContent.includes('(')")
+        page.wait_for_selector("body[data-copied]")
+        page.wait_for_timeout(1500)
+        shot = page.screenshot()
     Image.open(io.BytesIO(shot)).save(DOCS / "images" / "web-export.webp", quality=88)
 
 
 def shoot_orbit() -> None:
     """Save an animation of a page while the mouse drags the camera once to the right and back."""
-    with tempfile.TemporaryDirectory() as name:
-        folder, frames = Path(name) / "out", []
-        assert run(["export", "soft-shadow", "--web", str(folder), "--orbit", "--size", "560x315"]) == 0
-        with opened(folder) as page:
-            page.add_init_script(SHIM)
-            page.set_viewport_size({"width": 890, "height": 401})
-            page.goto(f"http://{page.host}/index.html")
-            page.wait_for_selector("body[data-copied]", timeout=120_000)
-            page.mouse.move(280, 200)
-            page.mouse.down()
-            for number in range(18):
-                turn = 2 * pi * number / 18
-                page.mouse.move(280 - 160 * sin(turn), 200 + 60 * (1 - cos(turn)))
-                page.wait_for_timeout(3000)
-                frames.append(Image.open(io.BytesIO(page.screenshot())))
-            page.mouse.up()
+    frames = []
+    with exported(["soft-shadow", "--orbit", "--size", "560x315"], (890, 401)) as page:
+        page.wait_for_selector("body[data-copied]", timeout=120_000)
+        page.mouse.move(280, 200)
+        page.mouse.down()
+        for number in range(18):
+            turn = 2 * pi * number / 18
+            page.mouse.move(280 - 160 * sin(turn), 200 + 60 * (1 - cos(turn)))
+            page.wait_for_timeout(3000)
+            frames.append(Image.open(io.BytesIO(page.screenshot())))
+        page.mouse.up()
     first, *others = frames
     first.save(
         DOCS / "images" / "web-orbit.webp",

@@ -23,7 +23,6 @@ from passgraph.effects.filters.blur import gaussian_weights
 from passgraph.engines import pygfx as adapter
 from passgraph.engines.attachment import Attachment
 
-SIZE, ROUNDS, FRAMES = (1280, 720), 6, 5
 _GRAY = "return vec4f(vec3f(dot(texel(p).rgb, vec3f(.2126, .7152, .0722))), texel(p).a);"
 
 
@@ -108,6 +107,8 @@ def by_hand() -> list[Any]:
 def times() -> None:
     """Print the medians of frames that alternate, in milliseconds of CPU time, and how many bits the effect leaves."""
     import numpy as np
+
+    from docs.engines.table import FRAMES, ROUNDS, SIZE
 
     scene = Scene(SIZE)
     scene.draw()

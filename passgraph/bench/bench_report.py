@@ -19,6 +19,7 @@ from passgraph.bench.measure import Row, SceneResult, Settings
 from passgraph.bench.metrics import front
 from passgraph.bench.truth import Float32, Mask
 from passgraph.pictures import save
+from passgraph.run.profile import Profile
 from passgraph.writing import NewFile, write_text
 
 #: Distinguishable in print and to most color-blind readers: M. Okabe, K. Ito, "Color Universal Design", 2008.
@@ -121,9 +122,12 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def _milliseconds(row: Row) -> dict[str, float]:
-    """Return the time of each pass, by its name."""
-    return {each.name: 1e3 * each.seconds for each in row.passes.passes}
+def milliseconds(profile: Profile) -> dict[str, float]:
+    """Return the time of each pass, by its name; draws of one name are summed."""
+    times: dict[str, float] = {}
+    for each in profile.passes:
+        times[each.name] = times.get(each.name, 0.0) + 1e3 * each.seconds
+    return times
 
 
 def flat(row: Row) -> dict[str, Any]:
@@ -173,7 +177,9 @@ def as_json(results: Sequence[SceneResult], settings: Settings) -> str:
                     "pixels": int(result.truth.counts.sum()),
                 },
                 "failed": list(result.failed),
-                "rows": [{**flat(row), "series": row.series, "passes_ms": _milliseconds(row)} for row in result.rows],
+                "rows": [
+                    {**flat(row), "series": row.series, "passes_ms": milliseconds(row.passes)} for row in result.rows
+                ],
             }
             for result in results
         ],
@@ -314,7 +320,7 @@ def _table(rows: Sequence[Row]) -> str:
     cells = ["<tr>" + "".join(f"<th>{escape(h)}</th>" for h in ("method", "map", *SHOWN, "passes, ms")) + "</tr>"]
     for number, row in enumerate(rows):
         shown = [row.method, str(row.map_size), *(show(row) for show in SHOWN.values())]
-        passes = ", ".join(f"{name} {spent:.1f}" for name, spent in _milliseconds(row).items())
+        passes = ", ".join(f"{name} {spent:.1f}" for name, spent in milliseconds(row.passes).items())
         kind = " class='front'" if number in best else ""
         cells.append(
             f"<tr{kind}>"

@@ -46,7 +46,7 @@ from passgraph.commands.options import (
 )
 from passgraph.commands.parameter_options import Changing, FramesOption, check_no_ramps
 from passgraph.commands.running import RunOptions, check_one_picture, check_outputs, run_and_save
-from passgraph.commands.sound import audio_option, audio_picture, keeps_time, open_audio, split_sound
+from passgraph.commands.sound import audio_options, audio_picture, keeps_time, open_audio, split_sound
 from passgraph.commands.written_files import (
     STREAM,
     check_apart,
@@ -209,7 +209,7 @@ def command_of(effect: Effect) -> click.Command:
 
         command.params += [depth_option(required=True), depth_buffer_option()]
     if "audio" in effect.signals:
-        command.params += audio_option(with_sound=False)
+        command.params += audio_options(with_sound=False)
     command.params += options_beside(command.params, effect, FramesOption)
     return command
 
@@ -259,7 +259,7 @@ def generator_command(effect: Effect) -> click.Command:
         return generate(effect, given_parameters(ctx), **options)
 
     if "audio" in effect.signals:
-        command.params += audio_option(with_sound=True)
+        command.params += audio_options(with_sound=True)
     command.params += options_beside(command.params, effect, FramesOption)
     return command
 

@@ -94,7 +94,7 @@ class FramesJob:
         values = self.given if self.changing is None else self.changing.values(clip.source, clip.rate, self.given)
         if self.audio is None:
             return values
-        audio, first = self.audio, min(clip.source.paths) if isinstance(clip.source, Pictures) else 1
+        audio, first = self.audio, clip.source.first if isinstance(clip.source, Pictures) else 1
 
         def at(number: int) -> dict[str, Any]:
             known = values(number) if callable(values) else values

@@ -130,7 +130,7 @@ class Changing:
     def _ends(self, source: Source) -> tuple[int, int]:
         """Return the numbers of a clip's first and last frame."""
         if isinstance(source, Pictures):
-            return min(source.paths), max(source.paths)
+            return source.first, max(source.paths)
         if source.count is None:
             flag = flag_of(self.effect.parameter(next(iter(self.ramps))))
             raise InputError(

@@ -14,15 +14,13 @@ from numpy.typing import NDArray
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.files.names import is_video
+from passgraph.shaders.containers.clock import STEP_S
 
 if TYPE_CHECKING:
     from passgraph.files.audio import Audio
 
-#: Seconds of a frame where nothing sets them, as in the clock of shaders.
-STEP = 1 / 30
 
-
-def audio_option(*, with_sound: bool) -> list[click.Parameter]:
+def audio_options(*, with_sound: bool) -> list[click.Parameter]:
     """Return the options of a command whose effect reads sound; ``with_sound`` adds --no-sound."""
     sound = click.Option(["--sound/--no-sound"], default=True, show_default=True, help="Copy the sound into a video.")
     audio = click.Option(
@@ -74,7 +72,7 @@ def audio_picture(
 
     ``rate`` is the frames a second for effects that do not read the duration of a frame.
     """
-    step = STEP if rate is None else float(1 / rate)
+    step = STEP_S if rate is None else float(1 / rate)
     return audio.picture(frame, values.get(effect.frame_time or "", step), values.get("time", 0.0))
 
 

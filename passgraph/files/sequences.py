@@ -59,6 +59,11 @@ class Pictures:
     def count(self) -> int:
         return len(self.paths)
 
+    @property
+    def first(self) -> int:
+        """Return the number of the first frame; other sources count from 1."""
+        return min(self.paths)
+
     @cached_property
     def has_alpha(self) -> bool:
         """False if no file has alpha, by its header."""

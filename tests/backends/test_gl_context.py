@@ -16,6 +16,7 @@ from passgraph.backends.gl.glsl import GLSL
 from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.formats import FORMATS
 from passgraph.language import scalar as s
+from tests.backends.multiples import times
 from tests.offscreen import offscreen
 
 pytestmark = pytest.mark.gl
@@ -124,11 +125,6 @@ def test_programs_of_sources_that_no_longer_come_are_deleted(monkeypatch: pytest
     """And those in use are not, however many others come: their names would go to these."""
     monkeypatch.setattr("passgraph.backends.gl.programs.MOST_KEPT", 3)
     ones = np.ones((2, 2, 4), np.float32)
-
-    def times(factor: int) -> pg.Target:
-        text = f"def times(color: Image) -> vec4: return {factor}.0 * color[0, 0]"
-        return pg.kernel(source=text)(pg.Input("color"), into=pg.target("times", "rgba32f"))
-
     with GLBackend() as backend, pg.compile(times(2), backend=backend) as first:
         for factor in range(3, 12):
             with pg.compile(times(factor), backend=backend) as program:

@@ -17,6 +17,7 @@ from passgraph.backends.webgpu import WebGPUBackend, chromium, devices, programs
 from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.formats import FORMATS
 from passgraph.graph.draw_state import Blend
+from tests.backends.multiples import times
 from tests.conftest import require
 from tests.corners import placed
 
@@ -238,11 +239,6 @@ def test_objects_for_sources_that_no_longer_come_are_dropped(monkeypatch: pytest
     """And a program whose own were dropped goes on."""
     monkeypatch.setattr(programs, "MOST_CACHED", 5)
     ones = np.ones((2, 2, 4), np.float32)
-
-    def times(factor: int) -> pg.Target:
-        text = f"def times(color: Image) -> vec4: return {factor}.0 * color[0, 0]"
-        return pg.kernel(source=text)(pg.Input("color"), into=pg.target("times", "rgba32f"))
-
     with WebGPUBackend() as backend, pg.compile(times(2), backend=backend) as first:
         for factor in range(3, 9):
             with pg.compile(times(factor), backend=backend) as program:

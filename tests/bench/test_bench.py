@@ -18,6 +18,7 @@ from passgraph.bench.bench_scenes import BOX_HEIGHT, BOX_LIGHT, SCENES, scene_na
 from passgraph.bench.metrics import front
 from passgraph.bench.timing import frame_times, nudged
 from passgraph.bench.truth import Truth, truth_of
+from passgraph.run.profile import PassTime, Profile
 from passgraph.truth import first_surfaces
 
 SIZE = (96, 54)
@@ -147,6 +148,13 @@ def test_a_scene_is_measured_and_reported(tmp_path: Path) -> None:
     assert float(table[0]["rmse"]) == pytest.approx(made["scenes"][0]["rows"][0]["rmse"], rel=1e-4)
     page = (tmp_path / "report.html").read_text()
     assert "sphere-numpy.png" in page and "pictures/sphere-pcss-8.png" in page
+
+
+def test_draws_of_one_name_are_summed() -> None:
+    from passgraph.bench.bench_report import milliseconds
+
+    passes = [PassTime(name, (name,), (8, 8), s, 0.25) for name, s in (("draw", 0.25), ("draw", 0.5), ("shade", 1.0))]
+    assert milliseconds(Profile("numpy", 1, 1.75, tuple(passes))) == {"draw": 750.0, "shade": 1000.0}
 
 
 @pytest.mark.parametrize(("name", "message"), [("nowhere", "there is no bench scene"), ("no.obj", "no.obj")])

@@ -24,32 +24,22 @@ def is_quick_effect(case: Case) -> bool:
 
 
 #: Cases that are neither the first of their kind nor quick ones of effects.
-OTHERS = [case for case in CASES if case.id not in FIRST and not is_quick_effect(case)]
+OTHERS = [
+    pytest.param(case, id=case.id, marks=() if case.quick else pytest.mark.slow)
+    for case in CASES
+    if case.id not in FIRST and not is_quick_effect(case)
+]
 #: Cases that have caught a planted mistake.
 CATCHING = {row["case"] for row in json.loads((ROOT / "docs" / "mutants.json").read_text("utf-8"))}
 
 
-@pytest.mark.parametrize(
-    "case",
-    [
-        pytest.param(case, id=case.id, marks=() if case.quick else pytest.mark.slow)
-        for case in OTHERS
-        if case.id in CATCHING
-    ],
-)
+@pytest.mark.parametrize("case", [case for case in OTHERS if case.values[0].id in CATCHING])
 def test_every_backend_conforms(case: Case, backends: list[Backend]) -> None:
     assert_all_conform(case, backends)
 
 
 @pytest.mark.every_third
-@pytest.mark.parametrize(
-    "case",
-    [
-        pytest.param(case, id=case.id, marks=() if case.quick else pytest.mark.slow)
-        for case in OTHERS
-        if case.id not in CATCHING
-    ],
-)
+@pytest.mark.parametrize("case", [case for case in OTHERS if case.values[0].id not in CATCHING])
 def test_every_backend_conforms_in_cases_like_these(case: Case, backends: list[Backend]) -> None:
     assert_all_conform(case, backends)
 

@@ -18,11 +18,13 @@ uniform float pg_step;
 uniform vec4 pg_date;
 #define pg_seconds (pg_start + float(pg_frame) * pg_step)
 """
+#: Seconds from frame to frame, if nothing else says so.
+STEP_S = 1 / 30
 #: Uniform → the parameter that sets it.
 _SET_BY = {"pg_start": "time", "pg_step": "time_step", "pg_date": "date"}
 _PARAMETERS = {
     "time": ShaderParameter("time", FLOAT, 0.0, label="seconds at frame 0"),
-    "time_step": ShaderParameter("time_step", FLOAT, 1 / 30, label="seconds from frame to frame", is_frame_time=True),
+    "time_step": ShaderParameter("time_step", FLOAT, STEP_S, label="seconds from frame to frame", is_frame_time=True),
     "date": ShaderParameter("date", VEC4, (2000.0, 1.0, 1.0, 0.0), label="year, month, day, seconds of the day"),
 }
 
