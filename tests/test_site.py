@@ -19,16 +19,27 @@ from passgraph.effects.effect_table import EFFECTS
 ROOT = Path(__file__).resolve().parents[1]
 
 
+def build_site(folder: Path, *settings: str) -> None:
+    """Build the site with settings of docs/conf.py; the scripts of its gallery are run by tests/test_examples.py."""
+    options = [word for setting in ("plot_gallery=0", *settings) for word in ("-D", setting)]
+    build = ["bash", str(ROOT / "docs" / "build.sh"), str(folder), *options]
+    done = subprocess.run(build, env={**os.environ, "PYTHON": sys.executable}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+def test_every_notebook_runs(tmp_path: Path) -> None:
+    build_site(tmp_path)
+    assert len(list((tmp_path / "html").glob("notebook-*.html"))) == 5
+
+
 @pytest.fixture(scope="module")
 def entries(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
     """Names in the index of a newly built site, by kind."""
     from sphinx.util.inventory import InventoryFile
 
     folder = tmp_path_factory.mktemp("site")
-    # tests/test_examples.py runs the scripts of the gallery.
-    build = ["bash", str(ROOT / "docs" / "build.sh"), str(folder), "-D", "plot_gallery=0"]
-    done = subprocess.run(build, env={**os.environ, "PYTHON": sys.executable}, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout + done.stderr
+    build_site(folder, "nb_execution_mode=off", "suppress_warnings=myst-nb.lexer")
     with (folder / "html" / "objects.inv").open("rb") as file:
         inventory = InventoryFile.load(file, "", posixpath.join)
     python = {name for kind, names in inventory.items() if kind.startswith("py:") for name in names}
