@@ -10,6 +10,7 @@ from passgraph.plan.data import Options, Plan
 
 copy = pg.kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")
 add = pg.kernel(source="def add(a: Image, b: Image) -> vec4: return a[0, 0] + b[0, 0]")
+join = pg.kernel(source="def join(a: Image, b: Image) -> vec4: return a.sample(uv()) + b.sample(uv())")
 left = pg.kernel(source="def left(color: Image) -> vec4: return color[-1, 0]")
 zoom = pg.kernel(source="def zoom(color: Image) -> vec4: return color.sample(uv())")
 sized = pg.kernel(source="def sized(color: Image) -> vec4: return color[0, 0] * float(color.size.x)")

@@ -13,7 +13,7 @@ from passgraph.formats import format_named
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep, Plan
 from tests.plan.orders import apart
-from tests.plan.phases import add, copy, either, frame, left, named, pair, plan, sized, steps, still, zoom
+from tests.plan.phases import add, copy, either, frame, join, left, named, pair, plan, sized, steps, still, zoom
 
 # Culling
 
@@ -133,6 +133,15 @@ def test_passes_are_ordered_for_least_memory() -> None:
     assert steps(plan(out, fuse=False)) == ["large0", "small0", "large1", "small1", "out"]
     assert plan(out, fuse=False).bytes < plan(out, fuse=False, alias=False).bytes
     assert set(steps(plan(out, fuse=False, order=False))) == set(steps(plan(out, fuse=False)))
+
+
+def test_what_needs_most_far_up_comes_first() -> None:
+    """The branch with the largest picture ends in a small one; the other one keeps more."""
+    medium = named(zoom, named(zoom, frame, name="medium", size=(64, 64)), name="half", size=(48, 48))
+    large = named(zoom, frame, name="large", size=(256, 256))
+    small = named(zoom, named(zoom, large, name="small", size=(8, 4)), name="smaller", size=(4, 4))
+    out = named(join, medium, small, name="out")
+    assert steps(plan(out, fuse=False)) == ["large", "small", "smaller", "medium", "half", "out"]
 
 
 @pytest.mark.parametrize("order", [True, False])
