@@ -63,7 +63,7 @@ from passgraph.files.film import RATE
 from passgraph.files.frame import MOST_JOBS, Source
 from passgraph.files.names import Pattern, is_film, is_video
 from passgraph.files.pipe import Raw
-from passgraph.files.sequences import Held, Numbers, Pictures, Repeated
+from passgraph.files.sequences import Held, Numbers, Pictures, Repeated, ToPictures, bits_of, is_made
 from passgraph.graph.targets import Input
 from passgraph.pictures import split_layer
 
@@ -228,8 +228,6 @@ def apply_effect(
             raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
         return apply_to_one(effect, Path(inputs[0]), Path(output), depth, depth_buffer, sound, parameters, options)
     check_one_picture(options["capture"], options["profile"], "there are several frames here")
-    from passgraph.commands.frames import Settings
-
     writing = writing_of(
         options["rate"], options["codec"], options["codec_option"], options["bits"], options["raw"],
         _copied_sound(effect, parameters, sound, options["sound"]),
@@ -303,8 +301,6 @@ def apply_to_one(
     parameters: dict[str, Any], options: dict[str, Any],
 ) -> int:  # fmt: skip
     """Apply an effect to one picture file."""
-    from passgraph.files.sequences import Pictures, ToPictures, bits_of, is_made
-
     check_apart([picture, *([depth] if depth else [])], [(output, str(picture))])
     check_no_video(options["rate"], options["codec"], options["codec_option"])
     sink = ToPictures({1: output}, None if options["bits"] is None else int(options["bits"]))

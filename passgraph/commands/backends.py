@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from passgraph.backends.base import DeviceInfo
 from passgraph.errors import PassgraphError
 
 
@@ -14,7 +15,6 @@ def backends() -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from passgraph.backends.base import DeviceInfo
     from passgraph.backends.registry import backend_class, backend_names
     from passgraph.backends.webgpu import chromium
 

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.commands.input_values import InputType
+from passgraph.commands.input_values import InputType, made_inputs, opened, read_inputs
 from passgraph.commands.options import BackendType, size_option
 from passgraph.commands.running import file_name, progress
 from passgraph.commands.written_files import check_folder
 from passgraph.errors import InputError
+from passgraph.pictures import save
 from passgraph.writing import write_text
 
 if TYPE_CHECKING:
@@ -42,7 +43,6 @@ def bench_versions(
     ``names`` selects versions. ``exact`` is an output too; it is chosen by default if it is the last of two.
     """
     from passgraph.bench.versions import measure_versions
-    from passgraph.commands.input_values import made_inputs, opened, read_inputs
     from passgraph.commands.own_file import graphs_of
 
     graphs = graphs_of(file)
@@ -106,7 +106,6 @@ def _by_backend(versions: Sequence[Version]) -> dict[str, list[Version]]:
 
 def _write(versions: Sequence[Version], file: Path, folder: Path) -> None:
     from passgraph.bench.bench_report import Point, csv_text, pareto_plot
-    from passgraph.pictures import save
 
     write_text(folder / "results.csv", csv_text(COLUMNS, [_flat(row) for row in versions]))
     for backend, rows in _by_backend(versions).items():

@@ -12,6 +12,7 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.backends.base import SNAPPED
 from passgraph.commands.input_values import (
     MADE_SIZE,
     InputType,
@@ -28,6 +29,7 @@ from passgraph.commands.input_values import (
     takers,
     written_value,
 )
+from passgraph.commands.named import named_graphs
 from passgraph.commands.options import BackendType, SizeType
 from passgraph.commands.running import progress
 from passgraph.commands.verdicts import (
@@ -41,6 +43,9 @@ from passgraph.commands.verdicts import (
 from passgraph.errors import InputError, PassgraphError
 from passgraph.language.parameter_limits import bounds
 from passgraph.language.types import FLOAT, component_count, element_of
+from passgraph.verify.kinds import first_other_kind
+from passgraph.verify.oracle.pass_bounds import Passes
+from passgraph.verify.oracle.time_limit import TimeLimit
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
@@ -158,7 +163,6 @@ class Tries:
 
     def _passes(self, title: str, graph: Graph, end: End, limit: TimeLimit, say: Callable[[str], None]) -> bool:
         from passgraph.verify.compare import compared
-        from passgraph.verify.oracle.pass_bounds import Passes
 
         size, inputs = made_inputs(graph, self.pictures, self.size, SMALL_SIZE)
         given = {**inputs, **run_values(title, graph, self.settings)}
@@ -181,9 +185,6 @@ def _lost(passes: Passes, default: Callable[[], Passes]) -> str:
 
     Backends are not judged then, since NaN is the right result.
     """
-    from passgraph.backends.base import SNAPPED
-    from passgraph.verify.kinds import first_other_kind
-
     expected, _ = passes.allowed()
     if not any(np.isnan(picture).any() for picture in expected.values()):
         return ""
@@ -292,9 +293,6 @@ def check(
 
     Exit status: 0 everything passes and equals its recording, 1 something differs or is undecided, 2 an error.
     """
-    from passgraph.commands.named import named_graphs
-    from passgraph.verify.oracle.time_limit import TimeLimit
-
     if record and golden is None:
         raise InputError("--record needs --golden FOLDER, where to write")
     if golden is not None and not record and (inputs or size or settings):
@@ -337,7 +335,6 @@ class _Run:
         make: Callable[[tuple[int, int], int, str], Picture] = plain_input,
     ) -> None:  # fmt: skip
         from passgraph.commands.golden import recorded_run
-        from passgraph.verify.oracle.pass_bounds import Passes
 
         self.name, self.golden, self.settings = name, golden, settings
         self.made: list[str] = []

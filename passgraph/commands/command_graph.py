@@ -18,6 +18,7 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import kernel
 from passgraph.graph.run_values import Value, sources_of
 from passgraph.graph.targets import Input, InputSpec, Target, named_outputs, target
+from passgraph.pictures import load, load_stored
 from passgraph.run.caller_arrays import format_of
 
 if TYPE_CHECKING:
@@ -188,15 +189,11 @@ def in_bytes(outputs: dict[str, Target]) -> dict[str, Target]:
 
 
 def _load(path: Path, linear: bool) -> NDArray[np.float32]:
-    from passgraph.pictures import load
-
     return load(path, linear=linear)
 
 
 def load_frame(path: Path, linear: bool) -> NDArray[Any]:
     """Load a picture in its file's dtype; as float32 if it must be decoded and no sRGB format exists for it."""
-    from passgraph.pictures import load_stored
-
     return as_frame(load_stored(path), linear)
 
 

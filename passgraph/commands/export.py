@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from passgraph.backends.steps import numbers_of
 from passgraph.commands.color_spaces import take_color_spaces
 from passgraph.commands.command_graph import (
     RENDER_SIZE,
@@ -34,10 +35,12 @@ from passgraph.commands.shader_files import ShaderFileEffect
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.files.program_folder import export_program
+from passgraph.formats import FORMATS
 from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import Input, Target, named_outputs
 from passgraph.language import symbols
 from passgraph.language.native import Math
+from passgraph.pictures import load_stored, scaled
 from passgraph.plan.data import Options
 from passgraph.plan.dependencies import inputs_behind, passes_behind
 from passgraph.viewer.subject import Control, Drawing, Loaded, run_values_of
@@ -277,10 +280,6 @@ class _OfPictures:
 def load_rgba8(path: Path) -> Any:
     """Load a picture as browsers have it: (h, w, 4) uint8."""
     import numpy as np
-
-    from passgraph.backends.steps import numbers_of
-    from passgraph.formats import FORMATS
-    from passgraph.pictures import load_stored, scaled
 
     picture = load_stored(path)
     return picture if picture.dtype == np.uint8 else numbers_of(scaled(picture), FORMATS["rgba8"])

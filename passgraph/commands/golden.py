@@ -20,6 +20,7 @@ from passgraph.commands.running import file_name
 from passgraph.commands.written_files import check_folder
 from passgraph.errors import InputError
 from passgraph.formats import Format
+from passgraph.pictures import save
 from passgraph.reading import check_regular, read_text
 from passgraph.verify.oracle.pass_bounds import Key, Passes
 from passgraph.writing import write_text
@@ -82,8 +83,6 @@ class Change:
 
 def record(folder: Path, graph: str, passes: Passes, inputs: Pictures, settings: Mapping[str, str]) -> None:
     """Write a graph's inputs, values and the reference's outputs into a folder, and note them in its manifest."""
-    from passgraph.pictures import save
-
     check_folder(folder)
     expected, _ = passes.allowed()
     outputs = {name: expected[_last(passes, name)] for name in passes.plan.outputs}

@@ -15,6 +15,9 @@ from passgraph.graph.run_values import FILLED_IN, Derived, Value, sources_of
 from passgraph.graph.targets import Pass, PixelPass
 from passgraph.language.symbols import TYPE_MARKERS
 from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Type, Vector, innermost
+from passgraph.language.uniform_layout import components
+from passgraph.pictures import load
+from passgraph.plan.dependencies import inputs_behind, passes_behind
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
@@ -49,8 +52,6 @@ class SettingType(click.ParamType[tuple[str, str]]):
 
 def declared(graph: Graph) -> dict[str, tuple[Value, Type | None]]:
     """Return the run values of a graph, with their types in kernels; None if they are not numbers."""
-    from passgraph.plan.dependencies import passes_behind
-
     values: dict[str, tuple[Value, Type | None]] = {}
     for node in passes_behind(list(graph.values())):
         for parameter, parameter_value in node.values.items():
@@ -87,8 +88,6 @@ def _parameters(node: Pass, name: str) -> list[Parameter]:
 
 def takers(graph: Graph, value: Value) -> list[Parameter]:
     """Return the kernels' parameters that a run value is passed to directly, without those of derived values."""
-    from passgraph.plan.dependencies import passes_behind
-
     given = [
         (node, name)
         for node in passes_behind(list(graph.values()))
@@ -186,8 +185,6 @@ def _read(name: str, text: str, handle: Value, type_: Type | None) -> object:
 
 def read_value(text: str, type_: Type, name: str, where: str) -> object:
     """Parse a value of a kernel's type; ``where`` is its option, for messages."""
-    from passgraph.language.uniform_layout import components
-
     words = [word for word in re.split(r"[\s,;]+", text.strip()) if word]
     parts, left = _taken(type_, words, f"{where}={shown(text)[1:-1]}")
     wanted = _count(type_)
@@ -273,9 +270,6 @@ def opened(names: Sequence[str]) -> list[Any]:
 
 
 def read_inputs(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, Path]]) -> dict[str, Picture]:
-    from passgraph.pictures import load
-    from passgraph.plan.dependencies import inputs_behind
-
     known = sorted({name for graph in graphs.values() for name in inputs_behind(list(graph.values()))})
     for name, _ in inputs:
         if name not in known:
@@ -308,8 +302,6 @@ def made_inputs(
 
     ``made`` generates a picture from a size, a seed and a channel type: `plain_input` or `extreme_input`.
     """
-    from passgraph.plan.dependencies import inputs_behind
-
     first = next(iter(pictures.values()), None)
     chosen = size or (made_size if first is None else (first.shape[1], first.shape[0]))
     brought = {}

@@ -12,6 +12,9 @@ from passgraph.arguments import near, shown
 from passgraph.commands.shader_files import effects_of_shader, read_as_volumes
 from passgraph.effects.effect_table import EFFECTS, Effect, summary_of
 from passgraph.errors import InputError
+from passgraph.graph.calls import PixelKernel
+from passgraph.language.types import ImageType, Struct
+from passgraph.ranges import Range
 from passgraph.shaders import EXPORT_SUFFIX, NOT_READ, SUFFIXES
 
 if TYPE_CHECKING:
@@ -103,7 +106,6 @@ def effects_of_module(path: Path) -> dict[str, Effect]:
     """Run a user's Python module; return its effects and its own pixel kernels."""
     from passgraph.commands.own_file import names_of
     from passgraph.effects.checked import Mark
-    from passgraph.graph.calls import PixelKernel
 
     names = names_of(path)
     effects: dict[str, Effect] = {}
@@ -204,8 +206,6 @@ def _of_kernel(kernel: PixelKernel[Any], path: Path) -> KernelEffect:
 def _said(parameter: KernelParameter, text: str, effect: Effect) -> Parameter:
     """Return a kernel's parameter for the command line."""
     from passgraph.effects.parameters import Parameter, ParameterType
-    from passgraph.language.types import ImageType, Struct
-    from passgraph.ranges import Range
 
     if isinstance(parameter.type, Struct):
         raise InputError(

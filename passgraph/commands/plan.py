@@ -11,6 +11,7 @@ from passgraph.commands.command_graph import RENDER_SIZE
 from passgraph.commands.compare import job_of
 from passgraph.commands.options import EffectCommand, effect_option, given_parameters, named_or_refused, size_option
 from passgraph.commands.written_files import check_path
+from passgraph.plan.data import Options
 from passgraph.writing import write_text
 
 
@@ -42,7 +43,6 @@ def plan(
     No driver is needed and nothing runs.  Pictures keep their own size.
     """
     from passgraph.plan.build import build
-    from passgraph.plan.data import Options
 
     if svg is not None:
         check_path(svg)

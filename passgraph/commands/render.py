@@ -36,10 +36,15 @@ from passgraph.commands.running import (
 from passgraph.commands.scene_view import VIEW_FIELDS, Seen, View, refuse_view, seen_by, view_options
 from passgraph.commands.written_files import FLOAT_SUFFIXES, check_path, check_picture_path, rate_of
 from passgraph.errors import InputError
+from passgraph.files.names import Pattern, is_film, is_video
+from passgraph.files.open import open_film
+from passgraph.files.run import frames
+from passgraph.files.sequences import Numbers
 from passgraph.graph.targets import MAX_SIDE, Target
 from passgraph.image_formats import WRITABLE
 from passgraph.language.native import Math
 from passgraph.plan.data import Options
+from passgraph.run.compile import compile
 
 if TYPE_CHECKING:
     from passgraph.effects.effect_table import Effect
@@ -109,16 +114,12 @@ def _smooth(output: Target, antialias: Antialias, display: bool, is_transparent:
 
 def holds_alpha(output: Path) -> bool:
     """Return True if a picture or an animation of this name can have alpha; videos keep a background."""
-    from passgraph.files.names import is_film, is_video
-
     suffix = output.suffix.lower()
     return not is_video(output) if is_film(output) else suffix in WRITABLE and 4 in WRITABLE[suffix].channels
 
 
 def check_turntable(output: Path, capture: Path | None, profile: bool, rate: Fraction | None) -> None:
     """Raise InputError for a turntable that cannot be written, before anything is computed."""
-    from passgraph.files.names import Pattern, is_film
-
     text = os.fspath(output)
     check_one_picture(capture, profile, "--turntable makes several")
     if rate is not None and not is_film(output):
@@ -142,11 +143,6 @@ def run_turntable(job: Job, cameras: Sequence[Camera], output: Path, run: RunOpt
     InputError
         The graph's camera is not a run value, or frames cannot be written.
     """
-    from passgraph.files.open import open_film
-    from passgraph.files.run import frames
-    from passgraph.files.sequences import Numbers
-    from passgraph.run.compile import compile
-
     if all(value.name != "camera" for value in run_values(job.outputs)):
         raise InputError("--turntable: this effect takes no camera with each run, so that it cannot go round the scene")
     options = Options(math=run.math)

@@ -19,9 +19,11 @@ from passgraph.commands.options import check_computes
 from passgraph.commands.written_files import FLOAT_SUFFIXES, check_folder, check_picture_path
 from passgraph.errors import InputError
 from passgraph.language.native import Math
-from passgraph.pictures import check_holds_bits, viewable
-from passgraph.plan.data import Step
+from passgraph.pictures import check_holds_bits, save, viewable
+from passgraph.plan.data import Options, Step
 from passgraph.quantise import quantised
+from passgraph.run.caller_arrays import room_of
+from passgraph.run.compile import compile
 from passgraph.run.finite_checks import NonFinite
 
 if TYPE_CHECKING:
@@ -103,8 +105,6 @@ class Capture:
         self.lines: list[str] = []
 
     def __call__(self, step: Step, pictures: dict[str, NDArray[np.float32]]) -> None:
-        from passgraph.pictures import save
-
         self.count += 1
         for target, picture in pictures.items():
             stem = f"{self.count:02}-{file_name(step.name)}-{file_name(target)}"
@@ -172,10 +172,6 @@ def run_and_save(job: Job, output: Path, run: RunOptions, bits: int = 8, like: P
     ``bits``: 8 or 16 a channel, for formats that have both. ``like``: the source picture file, whose color profile is
     kept.
     """
-    from passgraph.pictures import save
-    from passgraph.plan.data import Options
-    from passgraph.run.compile import compile
-
     observer = None if run.capture is None else Capture(run.capture)
     options = Options(math=run.math) if observer is None else Options(fuse=False, alias=False, math=run.math)
     # Values that are not finite are reported for formats that cannot store them, which needs float results.
@@ -217,8 +213,6 @@ def _output_of(
     program: Program, wanted: str, job: Job, observer: Capture | None, say: Callable[[str], None]
 ) -> NDArray[Any]:
     """Run the program and return an output, after the device has finished."""
-    from passgraph.run.caller_arrays import room_of
-
     say(f"running on {program.backend.name}")
     room = room_of(program, [wanted])
     program.run(observer, into=room, **job.given)

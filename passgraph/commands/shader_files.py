@@ -12,7 +12,11 @@ import numpy as np
 from passgraph.cached import cached_property
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
+from passgraph.graph.run_values import FILLED_IN
+from passgraph.graph.targets import PixelPass, named_outputs
 from passgraph.language import ir
+from passgraph.plan.dependencies import passes_behind
+from passgraph.ranges import Range
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
@@ -28,9 +32,6 @@ def read_as_volumes(program: ir.TypedKernel) -> list[str]:
 
 def flat_volumes(outputs: Iterable[Any]) -> list[str]:
     """Return the names of pictures without slices that the targets' passes read as volumes."""
-    from passgraph.graph.targets import PixelPass
-    from passgraph.plan.dependencies import passes_behind
-
     passes = [node for node in passes_behind(list(outputs)) if isinstance(node, PixelPass)]
     return [name for one in passes for name in read_as_volumes(one.kernel.program) if one.images[name].slice_count == 1]
 
@@ -97,8 +98,6 @@ class ShaderFileEffect(Effect):
     def on_inputs(self) -> Graph:
         """Apply the shader to inputs by its own names; parameters are run values, unless sizes depend on them."""
         import passgraph as pg
-        from passgraph.graph.run_values import FILLED_IN
-        from passgraph.graph.targets import named_outputs
 
         settable = self.shader.parameters.keys() - FILLED_IN.keys() - set(self.shader.constants)
         values: dict[str, Any] = {
@@ -128,7 +127,6 @@ def effects_of_shader(path: Path) -> Mapping[str, Effect]:
 
 def _picture(name: str) -> Parameter:
     from passgraph.effects.parameters import Parameter
-    from passgraph.ranges import Range
 
     return Parameter(name, "picture", None, Range(), "picture; left out, black and transparent")
 
@@ -136,7 +134,6 @@ def _picture(name: str) -> Parameter:
 def _said(name: str, parameter: ShaderParameter) -> Parameter:
     """Return a shader's parameter for the command line."""
     from passgraph.effects.parameters import Parameter
-    from passgraph.ranges import Range
 
     default, text = parameter.default, parameter.label
     if parameter.is_frame_time:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.backends.base import READ, DevicePicture, Use
 from passgraph.backends.opencl import transfers
-from passgraph.backends.opencl.backend import OpenCLBackend
+from passgraph.backends.opencl.backend import INSTALL_MODULE, OpenCLBackend
 from passgraph.backends.opencl.caller_memory import (
     BufferPicture,
     OpenCLPicture,
@@ -22,7 +22,7 @@ from passgraph.backends.opencl.caller_memory import (
 )
 from passgraph.backends.opencl.storage import Storage
 from passgraph.backends.opencl.transfers import move
-from passgraph.errors import BackendError, InputError
+from passgraph.errors import BackendError, DeviceMissingError, InputError
 from passgraph.formats import Format, format_named
 from passgraph.hosts.opencl_borrowed import WRITTEN, Borrowed, as_held, check_room, check_source
 
@@ -311,9 +311,6 @@ class _Run(transfers.Running):
 
 
 def _pyopencl() -> Any:
-    from passgraph.backends.opencl.backend import INSTALL_MODULE
-    from passgraph.errors import DeviceMissingError
-
     try:
         import pyopencl
     except ImportError as error:

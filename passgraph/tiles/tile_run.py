@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 import numpy as np
 
 from passgraph import arguments
+from passgraph.backends.base import Backend as Class
 from passgraph.errors import BackendError, GraphError, InputError
 from passgraph.graph.run_values import FRAME_INDEX, OUTPUT_SIZE
 from passgraph.graph.targets import InputSpec, Target, named_outputs
@@ -74,7 +75,6 @@ def bound(
     GraphError, BackendError
         If the settings or the backend rule out tiles.
     """
-    from passgraph.backends.base import Backend as Class
     from passgraph.backends.registry import open_backend
 
     if isinstance(graph, Program):

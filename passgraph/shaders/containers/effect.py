@@ -14,6 +14,7 @@ from passgraph.glsl.unit import Note
 from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import Target, TargetSpec, target
 from passgraph.language.types import Type, component_count, element_of
+from passgraph.language.uniform_layout import components
 from passgraph.reading import read_bytes
 from passgraph.shaders.containers.shader_images import read_behind, shown_beside
 
@@ -152,8 +153,6 @@ class ShaderEffect:
 
 def checked(effect: ShaderEffect, name: str, value: Any) -> Any:
     """Check a number or vector against the file's range; choices may be given by label too."""
-    from passgraph.language.uniform_layout import components
-
     parameter, where = effect.parameters[name], f"{effect.file}: parameter {name!r}"
     if isinstance(value, str):
         if value not in parameter.choices:
