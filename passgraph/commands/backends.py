@@ -40,4 +40,4 @@ def backends() -> None:
     console = Console(highlight=False, soft_wrap=True)
     console.print(table)
     for line in missing:
-        console.print(f"missing: {line}", markup=False)
+        click.echo(f"missing: {line}")

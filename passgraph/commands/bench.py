@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict
+from dataclasses import asdict, astuple
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from passgraph.commands.input_values import InputType, made_inputs, opened, read_inputs
 from passgraph.commands.options import BackendType, size_option
 from passgraph.commands.running import file_name, progress
+from passgraph.commands.tables import show_table
 from passgraph.commands.written_files import check_folder
 from passgraph.errors import InputError
 from passgraph.pictures import save
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
 
 
+Measured = TypeVar("Measured", "Row", "Version")
 COLUMNS = ("backend", "version", "call_ms", "call_cpu_ms", "rmse", "largest", "ssim", "flip")
 
 
@@ -77,31 +78,22 @@ def _check_names(file: Path, names: Sequence[str], targets: Graph) -> None:
 
 def show_versions(versions: Sequence[Version]) -> None:
     """Print a table for each backend, with the Pareto front marked."""
-    from rich import box
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.table import Table
-
     from passgraph.bench.metrics import front
 
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else 200)
+    headings = ("call ms", "CPU ms", "RMSE", "largest", "SSIM", "FLIP", "front")
     for backend, rows in _by_backend(versions).items():
-        table = Table(title=escape(backend), title_justify="left", box=box.SIMPLE_HEAD)
-        table.add_column("version")
-        for heading in ("call ms", "CPU ms", "RMSE", "largest", "SSIM", "FLIP", "front"):
-            table.add_column(heading, justify="right")
         best = set(front([(row.call.wall, row.difference.rmse) for row in rows]))
+        table = []
         for number, row in enumerate(rows):
-            off = row.difference
-            numbers = (off.rmse, off.largest, off.ssim, off.flip)
             times = (f"{row.call.wall:.2f}", f"{row.call.cpu:.2f}")
-            table.add_row(escape(row.name), *times, *(f"{n:.3g}" for n in numbers), "*" if number in best else "")
-        console.print(table)
+            differences = (f"{n:.3g}" for n in astuple(row.difference))
+            table.append((row.name, *times, *differences, "*" if number in best else ""))
+        show_table(backend, ("version",), headings, table)
 
 
-def _by_backend(versions: Sequence[Version]) -> dict[str, list[Version]]:
-    backends = dict.fromkeys(version.backend for version in versions)
-    return {backend: [version for version in versions if version.backend == backend] for backend in backends}
+def _by_backend(rows: Sequence[Measured]) -> dict[str, list[Measured]]:
+    backends = dict.fromkeys(row.backend for row in rows)
+    return {backend: [row for row in rows if row.backend == backend] for backend in backends}
 
 
 def _write(versions: Sequence[Version], file: Path, folder: Path) -> None:
@@ -255,31 +247,16 @@ def _list() -> None:
 
 
 def _show(result: SceneResult) -> None:
-    from rich.console import Console
-
-    from passgraph.bench.bench_report import truth_line
-
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else 200)
-    console.print(truth_line(result), markup=False, soft_wrap=True)
-    for reason in result.failed:
-        console.print(f"left out: {reason}", markup=False, soft_wrap=True)
-    for backend in dict.fromkeys(row.backend for row in result.rows):
-        console.print(_table(f"{result.name}, {backend}", [row for row in result.rows if row.backend == backend]))
-
-
-def _table(title: str, rows: list[Row]) -> Any:
-    from rich import box
-    from rich.table import Table
-
-    from passgraph.bench.bench_report import SHOWN
+    from passgraph.bench.bench_report import SHOWN, truth_line
     from passgraph.bench.metrics import front
 
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("method")
-    for heading in ("map", *SHOWN, "front"):
-        table.add_column(heading, justify="right", overflow="fold")
-    best = set(front([(row.frame.wall, row.errors.rmse) for row in rows]))
-    for number, row in enumerate(rows):
-        shown = (show(row) for show in SHOWN.values())
-        table.add_row(row.method, str(row.map_size), *shown, "*" if number in best else "")
-    return table
+    click.echo(truth_line(result))
+    for reason in result.failed:
+        click.echo(f"left out: {reason}")
+    for backend, rows in _by_backend(result.rows).items():
+        best = set(front([(row.frame.wall, row.errors.rmse) for row in rows]))
+        table = [
+            (row.method, str(row.map_size), *(show(row) for show in SHOWN.values()), "*" if number in best else "")
+            for number, row in enumerate(rows)
+        ]
+        show_table(f"{result.name}, {backend}", ("method",), ("map", *SHOWN, "front"), table)

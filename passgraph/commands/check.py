@@ -32,8 +32,8 @@ from passgraph.commands.input_values import (
 from passgraph.commands.named import named_graphs
 from passgraph.commands.options import BackendType, SizeType
 from passgraph.commands.running import progress
+from passgraph.commands.tables import marked, show_table
 from passgraph.commands.verdicts import (
-    console,
     most_ambiguous_option,
     most_seconds_option,
     say_equality,
@@ -173,7 +173,7 @@ class Tries:
             click.echo(f"{title}: {error}")
             return False
         report = compared(passes, self.devices, lambda what: say(f"{title}: {what}"), self.most_ambiguous)
-        say_faults(console(), report, title, [name for name in inputs if name not in self.pictures])
+        say_faults(report, title, [name for name in inputs if name not in self.pictures])
         lost = _lost(passes, lambda: Passes(graph, size, [given], limit))
         if lost:
             click.echo(f"{title}: {lost}")
@@ -356,11 +356,10 @@ class _Run:
 
         self.passes.allowed()  # a graph that cannot run is an error, not a verdict
         report = compared(self.passes, backends, _named(say, f"{self.name}:"), most_ambiguous)
-        on = console()
-        say_equality(on, report, self.name)
+        say_equality(report, self.name)
         _show(self.name, report)
-        say_faults(on, report, self.name, self.made)
-        finite = say_non_finite(on, report, self.name, allow_nan)
+        say_faults(report, self.name, self.made)
+        finite = say_non_finite(report, self.name, allow_nan)
         if self.golden is None:
             return report.passed and finite
         if self.golden.record:
@@ -381,17 +380,9 @@ def _named(say: Callable[..., None], name: str) -> Callable[..., None]:
 
 def _show(name: str, report: Report) -> None:
     """Print a table with a row for each target and a column for each backend."""
-    from rich import box
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table(title=escape(name), title_justify="left", box=box.SIMPLE_HEAD)
-    for heading in ("pass", "target"):
-        table.add_column(heading, overflow="fold")
-    for backend in report.ran:
-        table.add_column(backend.name, justify="right")
-    for row in zip(*(backend.targets for backend in report.ran), strict=True):
-        cells = [f"{t.verdict if t.passed else f'[bold red]{t.verdict}[/]'}, {t.figures}" for t in row]
-        table.add_row(escape(row[0].step), escape(row[0].target), *cells)
+    targets = zip(*(backend.targets for backend in report.ran), strict=True)
+    rows = [
+        [row[0].step, row[0].target, *(marked(f"{t.verdict}, {t.figures}", t.passed) for t in row)] for row in targets
+    ]
     if report.ran:
-        console().print(table)
+        show_table(name, ("pass", "target"), [backend.name for backend in report.ran], rows)

@@ -18,7 +18,8 @@ from passgraph.commands.options import (
     size_option,
 )
 from passgraph.commands.running import progress
-from passgraph.commands.verdicts import console, most_ambiguous_option, most_seconds_option, say_equality, say_faults
+from passgraph.commands.tables import marked, show_table
+from passgraph.commands.verdicts import most_ambiguous_option, most_seconds_option, say_equality, say_faults
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.language.native import Math
@@ -103,42 +104,27 @@ def job_of(
 
 def show(report: Report) -> None:
     """Print if backends give the same bits, and for each backend a table and its verdict."""
-    on = console()
-    say_equality(on, report)
+    say_equality(report)
     for backend in report.backends:
         if backend.missing:
-            on.print(f"{backend.name}: missing: {' '.join(backend.missing.split())}", markup=False, soft_wrap=True)
+            click.echo(f"{backend.name}: missing: {' '.join(backend.missing.split())}")
         elif backend.targets:
-            on.print(_table(backend))
+            _show_table(backend)
         if backend.passed:
-            on.print(f"{backend.name}: within bounds\n", markup=False, soft_wrap=True)
-    say_faults(on, report)
+            click.echo(f"{backend.name}: within bounds\n")
+    say_faults(report)
     if all(backend.missing for backend in report.backends):
-        on.print("no backend is here to be compared; see: passgraph backends")
+        click.echo("no backend is here to be compared; see: passgraph backends")
 
 
-def _table(backend: BackendReport) -> Any:
-    from rich import box
-    from rich.markup import escape
-    from rich.table import Table
-
-    table = Table(title=f"{backend.name} against the reference", title_justify="left", box=box.SIMPLE_HEAD)
-    for heading in ("pass", "target"):
-        table.add_column(heading, overflow="fold")
-    for heading in ("max error", "RMSE", "differing", "median width", "ambiguous", "outside", "adds up to"):
-        table.add_column(heading, justify="right", overflow="fold")
-    table.add_column("verdict", overflow="fold")
-    for target in backend.targets:
-        table.add_row(
-            escape(target.step),
-            escape(f"{target.target} ({target.format.name})"),
-            f"{target.max_error:.3g}",
-            f"{target.rmse:.3g}",
-            f"{target.differing:.2%}",
-            f"{target.median_width:.3g}",
-            f"{target.ambiguous:.3%}",
-            f"{target.outside:.3%}",
-            f"{target.accumulated_max:.3g}",
-            target.verdict if target.passed else f"[bold red]{target.verdict}[/]",
+def _show_table(backend: BackendReport) -> None:
+    numbers = ("max error", "RMSE", "differing", "median width", "ambiguous", "outside", "adds up to", "verdict")
+    rows = [
+        (
+            t.step, f"{t.target} ({t.format.name})", f"{t.max_error:.3g}", f"{t.rmse:.3g}", f"{t.differing:.2%}",
+            f"{t.median_width:.3g}", f"{t.ambiguous:.3%}", f"{t.outside:.3%}", f"{t.accumulated_max:.3g}",
+            marked(t.verdict, t.passed),
         )
-    return table
+        for t in backend.targets
+    ]  # fmt: skip
+    show_table(f"{backend.name} against the reference", ("pass", "target"), numbers, rows)

@@ -104,65 +104,49 @@ def size_option(default: tuple[int, int] | None = None) -> Callable[[Decorated],
     )
 
 
-def backend_option(command: Decorated) -> Decorated:
-    return click.option(
-        "--backend",
-        "-b",
-        type=BackendType(),
-        help="numpy (the default), gl, opencl, opencl:1 (a device by number or part of its name), reference.",
-    )(command)
+backend_option = click.option(
+    "--backend",
+    "-b",
+    type=BackendType(),
+    help="numpy (the default), gl, opencl, opencl:1 (a device by number or part of its name), reference.",
+)
 
 
-def math_option(command: Decorated) -> Decorated:
-    return click.option(
-        "--math",
-        type=click.Choice(MATH),
-        default="exact",
-        show_default=True,
-        help="Functions such as exp and sin, and filters: alike on every backend, or the device's own (native), "
-        "faster on most and less exact.",
-    )(command)
+math_option = click.option(
+    "--math",
+    type=click.Choice(MATH),
+    default="exact",
+    show_default=True,
+    help="Functions such as exp and sin, and filters: alike on every backend, or the device's own (native), "
+    "faster on most and less exact.",
+)
 
 
-def capture_option(command: Decorated) -> Decorated:
-    return click.option(
-        "--capture",
-        type=click.Path(path_type=Path),
-        metavar="FOLDER",
-        help="Write the result of every pass: as PNG to look at, and as npy with the exact values.",
-    )(command)
+capture_option = click.option(
+    "--capture",
+    type=click.Path(path_type=Path),
+    metavar="FOLDER",
+    help="Write the result of every pass: as PNG to look at, and as npy with the exact values.",
+)
 
 
-def profile_option(command: Decorated) -> Decorated:
-    return click.option("--profile", is_flag=True, help="Time each pass separately, in a few more runs.")(command)
+profile_option = click.option("--profile", is_flag=True, help="Time each pass separately, in a few more runs.")
 
 
-def non_finite_option(command: Decorated) -> Decorated:
-    return click.option(
-        "--non-finite",
-        type=click.Choice(CHOICES),
-        default="error",
-        show_default=True,
-        help="NaN and infinity in the input: an error, replace them (by 0 and the largest number), or keep them.",
-    )(command)
+non_finite_option = click.option(
+    "--non-finite",
+    type=click.Choice(CHOICES),
+    default="error",
+    show_default=True,
+    help="NaN and infinity in the input: an error, replace them (by 0 and the largest number), or keep them.",
+)
 
 
-def check_finite_option(command: Decorated) -> Decorated:
-    return click.option(
-        "--check-finite",
-        is_flag=True,
-        help="Find the first pass and pixel that produce NaN or infinity; slow.",
-    )(command)
-
-
-def output_option(command: Decorated) -> Decorated:
-    return click.option(
-        "--output",
-        "-o",
-        required=True,
-        type=click.Path(path_type=Path),
-        help="Picture to write: .png .jpg .tif .webp (8 bit), .exr .npy (float32).",
-    )(command)
+check_finite_option = click.option(
+    "--check-finite",
+    is_flag=True,
+    help="Find the first pass and pixel that produce NaN or infinity; slow.",
+)
 
 
 # Effects' parameters

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import click
 
@@ -21,7 +21,6 @@ from passgraph.commands.options import (
     check_finite_option,
     given_parameters,
     math_option,
-    output_option,
     profile_option,
     size_option,
 )
@@ -51,17 +50,7 @@ if TYPE_CHECKING:
     from passgraph.scene import Camera
 
 
-Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 Antialias = Literal["fxaa", "smaa", "ssaa4", "none"]
-
-
-def antialias_option(command: Decorated) -> Decorated:
-    return click.option(
-        "--antialias",
-        type=click.Choice(get_args(Antialias)),
-        help="Antialiasing: fxaa or smaa (sharper) in the finished picture, or ssaa4 by four samples per pixel, at "
-        "four times the work.  [default: fxaa for display, none for HDR]",
-    )(command)
 
 
 def chosen(antialias: Antialias | None, display: bool) -> Antialias:
@@ -173,8 +162,16 @@ class RenderCommand(EffectCommand):
 @size_option(RENDER_SIZE)
 @view_options
 @click.option("--rate", metavar="NUMBER", help="Frames per second of a turntable's video.  [default: 25]")
-@antialias_option
-@output_option
+@click.option(
+    "--antialias",
+    type=click.Choice(get_args(Antialias)),
+    help="Antialiasing: fxaa or smaa (sharper) in the finished picture, or ssaa4 by four samples per pixel, at "
+    "four times the work.  [default: fxaa for display, none for HDR]",
+)
+@click.option(
+    "--output", "-o", required=True, type=click.Path(path_type=Path),
+    help="Picture to write: .png .jpg .tif .webp (8 bit), .exr .npy (float32).",
+)  # fmt: skip
 @capture_option
 @check_finite_option
 @profile_option

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import zip_longest
 from math import degrees, fmod, radians
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 import click
 
 from passgraph.arguments import shown
 from passgraph.commands.command_graph import load_scene
-from passgraph.commands.options import FiniteRange
+from passgraph.commands.options import Decorated, FiniteRange
 from passgraph.errors import InputError
 from passgraph.scene import Camera, Light, Scene
 from passgraph.scene.camera import DEFAULT_AZIMUTH_RAD, DEFAULT_ELEVATION_RAD, DEFAULT_FOV_RAD
@@ -21,7 +21,6 @@ from passgraph.scene.ground import lacks_ground, seeing_ground
 from passgraph.scene.lights import exposed
 from passgraph.scene.matrices import MOST_RADIUS
 
-Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 Ground = Literal["auto", "none", "plane"]
 #: Values of ``--ground``: with or without a floor; None if the scene decides.
 _GROUNDS: dict[Ground, bool | None] = {"auto": None, "none": False, "plane": True}

@@ -2,57 +2,33 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Sequence
 
 import click
 
 from passgraph.commands.options import FiniteRange
+from passgraph.verify.report import MOST_AMBIGUOUS, Report
 
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from passgraph.verify.report import Report
-
-Decorated = TypeVar("Decorated", bound=Callable[..., Any])
-
-#: Columns of the output without a terminal, so that tables are not wrapped.
-WIDTH = 200
-
-
-def most_ambiguous_option(command: Decorated) -> Decorated:
-    from passgraph.verify.report import MOST_AMBIGUOUS
-
-    return click.option(
-        "--most-ambiguous", type=FiniteRange(0.0, 1.0), default=MOST_AMBIGUOUS, show_default=True, metavar="SHARE",
-        help="Largest share of ambiguous pixels (rounding can change a decision); above it, a target is undecided.",
-    )(command)  # fmt: skip
+most_ambiguous_option = click.option(
+    "--most-ambiguous", type=FiniteRange(0.0, 1.0), default=MOST_AMBIGUOUS, show_default=True, metavar="SHARE",
+    help="Largest share of ambiguous pixels (rounding can change a decision); above it, a target is undecided.",
+)  # fmt: skip
+most_seconds_option = click.option(
+    "--most-seconds",
+    type=FiniteRange(0.0),
+    metavar="SECONDS",
+    help="Time limit of the search for bounds; the rest is undecided. The reference itself runs to its end.  "
+    "[default: no limit]",
+)
 
 
-def most_seconds_option(command: Decorated) -> Decorated:
-    return click.option(
-        "--most-seconds",
-        type=FiniteRange(0.0),
-        metavar="SECONDS",
-        help="Time limit of the search for bounds; the rest is undecided. The reference itself runs to its end.  "
-        "[default: no limit]",
-    )(command)
-
-
-def console() -> Console:
-    from rich.console import Console
-
-    return Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
-
-
-def say_equality(on: Console, report: Report, name: str = "") -> None:
+def say_equality(report: Report, name: str = "") -> None:
     """Print whether backends give the same bits."""
     if report.equality:
-        on.print(f"{name}{': ' if name else ''}{report.equality}", markup=False, soft_wrap=True)
+        click.echo(f"{name}{': ' if name else ''}{report.equality}")
 
 
-def say_non_finite(on: Console, report: Report, name: str, allowed: bool) -> bool:
+def say_non_finite(report: Report, name: str, allowed: bool) -> bool:
     """Print the first NaN or infinity that the reference computes too; return False if it is not allowed.
 
     Values that overflow only when they are stored pass, since generated pictures have highlights that few effects
@@ -64,12 +40,12 @@ def say_non_finite(on: Console, report: Report, name: str, allowed: bool) -> boo
         passes = allowed or not target.non_finite.causes
         where = f"{name}: pass {target.step}, target {target.target}"
         mend = "" if passes else "; where it is meant to be so: --allow-nan"
-        on.print(f"{where}: {target.non_finite}{mend}", markup=False, soft_wrap=True)
+        click.echo(f"{where}: {target.non_finite}{mend}")
         return passes
     return True
 
 
-def say_faults(on: Console, report: Report, name: str = "", files: Sequence[str] = ()) -> None:
+def say_faults(report: Report, name: str = "", files: Sequence[str] = ()) -> None:
     """Print why backends did not pass, once for the same reason of several backends; errors keep their lines."""
     who: dict[str, list[str]] = {}
     for backend in report.backends:
@@ -77,19 +53,15 @@ def say_faults(on: Console, report: Report, name: str = "", files: Sequence[str]
             for fault in backend.faults:
                 who.setdefault(fault, []).append(backend.name)
     for fault, names in who.items():
-        on.print(f"{name}{' on ' if name else ''}{', '.join(names)}: {fault}", markup=False, soft_wrap=True)
+        click.echo(f"{name}{' on ' if name else ''}{', '.join(names)}: {fault}")
     targets = [target for backend in report.backends for target in backend.targets]
     if files and any(target.other_kind for target in targets):
-        on.print(
+        click.echo(
             f"What was made for {', '.join(files)} holds 0 to 1, highlights up to 10,000, and a row of zeros; where "
-            "yours does not, give a picture: --input NAME=FILE",
-            markup=False,
-            soft_wrap=True,
+            "yours does not, give a picture: --input NAME=FILE"
         )
     if any(target.undecided for target in targets):
-        on.print(
+        click.echo(
             "Undecided is no pass: keep the kernel off such decisions, or give it pictures that do (--input); where it "
-            "is meant to be so: --most-ambiguous SHARE",
-            markup=False,
-            soft_wrap=True,
+            "is meant to be so: --most-ambiguous SHARE"
         )
