@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -43,6 +43,7 @@ from passgraph.commands.options import (
     options_beside,
     profile_option,
     size_option,
+    together,
 )
 from passgraph.commands.parameter_options import Changing, FramesOption, check_no_ramps
 from passgraph.commands.running import RunOptions, check_one_picture, check_outputs, run_and_save
@@ -101,26 +102,21 @@ def frames_option(subject: str) -> Callable[[Decorated], Decorated]:
 bits_option = click.option(
     "--bits",
     type=click.Choice(["8", "16"]),
+    callback=lambda _, __, bits: bits and int(bits),
     help="Bits per channel: .png .tif .jxl 8 or 16, .exr 16 (half) or 32.  [default: as the input, else 8; .exr 32]",
 )
 
 
-def video_options(command: Decorated) -> Decorated:
-    """Add the options for writing videos."""
-    for option in (
-        click.option(
-            "--codec-option",
-            multiple=True,
-            metavar="KEY=VALUE",
-            help="Option of the encoder, such as crf=23; may be repeated.",
-        ),
-        click.option(
-            "--codec", metavar="NAME", help="Encoder of videos, such as libx265.  [default: that of the source]"
-        ),
-        click.option("--rate", metavar="NUMBER", help="Frames per second of a video made of pictures.  [default: 25]"),
-    ):
-        command = option(command)
-    return command
+video_options = together(
+    click.option("--rate", metavar="NUMBER", help="Frames per second of a video made of pictures.  [default: 25]"),
+    click.option("--codec", metavar="NAME", help="Encoder of videos, such as libx265.  [default: that of the source]"),
+    click.option(
+        "--codec-option",
+        multiple=True,
+        metavar="KEY=VALUE",
+        help="Option of the encoder, such as crf=23; may be repeated.",
+    ),
+)
 
 
 class _Effects(click.Group):
@@ -222,19 +218,14 @@ def apply_effect(
     sound = open_audio(effect, split_sound(effect, inputs, audio)[1])
     inputs = inputs_in_layer(inputs, options.pop("layer"))
     effect = take_color_spaces(effect, inputs, output, options)
-    if is_one_picture(inputs, output) and options["frames"] is None and not pictures_beside(effect, parameters):
+    sources = FrameSources(inputs, options["frames"], depth=depth, depth_buffer=depth_buffer, audio=sound)
+    if is_one_picture(inputs, output) and sources.frames is None and not pictures_beside(effect, parameters):
         check_no_ramps(effect, parameters)
         if options["scheduler"] is not None:
             raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
-        return apply_to_one(effect, Path(inputs[0]), Path(output), depth, depth_buffer, sound, parameters, options)
+        return apply_to_one(effect, sources, Path(output), parameters, options)
     check_one_picture(options["capture"], options["profile"], "there are several frames here")
-    writing = writing_of(
-        options["rate"], options["codec"], options["codec_option"], options["bits"], options["raw"],
-        _copied_sound(effect, parameters, sound, options["sound"]),
-    )  # fmt: skip
-    settings = Settings.from_options(options)
-    sources = FrameSources(inputs, options["frames"], depth=depth, depth_buffer=depth_buffer, audio=sound)
-    return apply_to_many(effect, sources, output, parameters, writing, settings)
+    return apply_to_many(effect, sources, output, parameters, options)
 
 
 def generator_command(effect: Effect) -> click.Command:
@@ -276,18 +267,13 @@ def generate(
         )
     if options["frames"] is not None or (sound is not None and is_film(output)):
         check_one_picture(capture, options["profile"], "--frames makes several pictures")
-        from passgraph.commands.frames import Settings
-
-        copied = _copied_sound(effect, parameters, sound, options.get("sound", True))
-        writing = writing_of(options["rate"], options["codec"], options["codec_option"], options["bits"], sound=copied)
-        settings = Settings.from_options(options)
         sources = FrameSources((), options["frames"], size, audio=sound)
-        return apply_to_many(effect, sources, str(output), parameters, writing, settings)
+        return apply_to_many(effect, sources, str(output), parameters, options)
     check_no_ramps(effect, parameters)
     if is_film(output) or Pattern.is_in(str(output)):
         raise InputError(f"{output}: holds frames; say how many: --frames 100")
     check_no_video(options["rate"], options["codec"], options["codec_option"])
-    bits = int(options["bits"] or 8)
+    bits = options["bits"] or 8
     check_outputs(output, capture, bits)
     job = generator_job(effect, None, size, parameters)
     if sound is not None:
@@ -297,13 +283,13 @@ def generate(
 
 
 def apply_to_one(
-    effect: Effect, picture: Path, output: Path, depth: Path | None, holds: HardwareDepth | None, sound: Audio | None,
-    parameters: dict[str, Any], options: dict[str, Any],
-) -> int:  # fmt: skip
+    effect: Effect, read: FrameSources, output: Path, parameters: dict[str, Any], options: dict[str, Any]
+) -> int:
     """Apply an effect to one picture file."""
+    picture, depth = Path(read.inputs[0]), read.depth
     check_apart([picture, *([depth] if depth else [])], [(output, str(picture))])
     check_no_video(options["rate"], options["codec"], options["codec_option"])
-    sink = ToPictures({1: output}, None if options["bits"] is None else int(options["bits"]))
+    sink = ToPictures({1: output}, options["bits"])
     bits = sink.bits or bits_of(output, picture)
     check_outputs(output, options["capture"], bits)
     tell_of_lost_bits(sink, Pictures([picture]))
@@ -311,9 +297,9 @@ def apply_to_one(
         click.echo(f"{output}: is there already")
         return 0
     tell_of_several([picture])
-    job = picture_job(effect, picture, depth, options["linear"], parameters, holds)
-    if sound is not None:
-        job.given["audio"] = audio_picture(sound, effect, parameters, 0)
+    job = picture_job(effect, picture, depth, options["linear"], parameters, read.depth_buffer)
+    if read.audio is not None:
+        job.given["audio"] = audio_picture(read.audio, effect, parameters, 0)
     run_and_save(job, output, RunOptions.from_options(options), bits, picture)
     return 0
 
@@ -333,10 +319,10 @@ class FrameSources:
 
 
 def apply_to_many(
-    effect: Effect, read: FrameSources, output: str, arguments: dict[str, Any], writing: Writing, settings: Settings
+    effect: Effect, read: FrameSources, output: str, arguments: dict[str, Any], options: dict[str, Any]
 ) -> int:
     """Apply an effect to many pictures, or to anything else than one picture file."""
-    broken: list[str] = []
+    writing, broken = writing_of(options, _copied_sound(effect, arguments, read.audio, options)), list[str]()
     sources = _repeated(effect, read, output, writing.rate) or list(sources_of(read.inputs, writing.raw, broken))
     if not sources:
         raise InputError(broken[0])
@@ -363,7 +349,7 @@ def apply_to_many(
     job = FramesJob(
         effect, parameters, depth_source, constants, read.depth_buffer, changing, read.size, dict(pictures), read.audio
     )
-    return run_clips(job, clips, settings, broken)
+    return run_clips(job, clips, Settings.from_options(options), broken)
 
 
 def _warn(line: str) -> None:
@@ -389,8 +375,11 @@ def _repeated(effect: Effect, read: FrameSources, output: str, rate: Fraction | 
     return [Repeated(path, frames)]
 
 
-def _copied_sound(effect: Effect, parameters: dict[str, Any], audio: Audio | None, sound: bool) -> bool | Path:
+def _copied_sound(
+    effect: Effect, parameters: dict[str, Any], audio: Audio | None, options: dict[str, Any]
+) -> bool | Path:
     """Return the file whose sound is copied into a video: that of --audio if it keeps time, else the input's (True)."""
+    sound: bool = options.get("sound", True)
     return audio.path if sound and audio is not None and keeps_time(effect, parameters) else sound
 
 
@@ -405,17 +394,16 @@ def _check_further_pictures(effect: Effect, inputs: tuple[str, ...], output: str
         )
 
 
-def writing_of(
-    rate: str | None, codec: str | None, codec_option: Sequence[str], bits: str | None, raw: str | None = None,
-    sound: bool | Path = True,
-) -> Writing:  # fmt: skip
-    """Return the output settings from the options of these names."""
-    layout = None if raw is None else Raw.parsed(raw)
-    a_second = None if rate is None else rate_of(rate)
+def writing_of(options: dict[str, Any], sound: bool | Path) -> Writing:
+    """Return the output settings from a command's options."""
+    raw, rate = options.get("raw"), options["rate"]
     codec_options = {}
-    for text in codec_option:
+    for text in options["codec_option"]:
         key, equals, value = text.partition("=")
         if not (key and equals):
             raise InputError(f"--codec-option {text!r}: expected KEY=VALUE, such as crf=23")
         codec_options[key] = value
-    return Writing(layout, a_second, codec, codec_options, sound, None if bits is None else int(bits))
+    return Writing(
+        None if raw is None else Raw.parsed(raw), None if rate is None else rate_of(rate), options["codec"],
+        codec_options, sound, options["bits"],
+    )  # fmt: skip

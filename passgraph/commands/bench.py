@@ -32,7 +32,7 @@ COLUMNS = ("backend", "version", "call_ms", "call_cpu_ms", "rmse", "largest", "s
 def bench_versions(
     file: Path,
     exact: str | None,
-    inputs: Sequence[tuple[str, Path]],
+    inputs: Sequence[tuple[str, str]],
     names: Sequence[str],
     backends: Sequence[str],
     size: tuple[int, int] | None,
@@ -168,7 +168,7 @@ DEFAULT_FRAMES = 9
 @click.option("--list", "listed", is_flag=True, help="List scenes and methods, and exit.")
 def bench(
     sources: tuple[str, ...], output: Path, backends: tuple[str, ...], methods: tuple[str, ...],
-    exact: str | None, inputs: tuple[tuple[str, Path], ...], map_sizes: tuple[int, ...], size: tuple[int, int] | None,
+    exact: str | None, inputs: tuple[tuple[str, str], ...], map_sizes: tuple[int, ...], size: tuple[int, int] | None,
     frames: int | None, quick: bool, listed: bool,
 ) -> None:  # fmt: skip
     """Measure time against error.

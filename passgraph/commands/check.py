@@ -268,7 +268,7 @@ class Golden:
 )  # fmt: skip
 def check(
     file: str,
-    inputs: tuple[tuple[str, Path], ...],
+    inputs: tuple[tuple[str, str], ...],
     settings: tuple[tuple[str, str], ...],
     size: tuple[int, int] | None,
     backends: tuple[str, ...],

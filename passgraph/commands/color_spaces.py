@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
-from passgraph.commands.options import Decorated
+from passgraph.commands.options import Decorated, together
 from passgraph.commands.written_files import FLOAT_SUFFIXES
 from passgraph.effects.checked import Alpha
 from passgraph.effects.effect_table import Effect
@@ -26,30 +26,23 @@ LINEAR, ENCODED = "lin_rec709", "srgb_tx"
 
 def color_space_options(effect: Effect) -> Callable[[Decorated], Decorated]:
     """Return the options for color spaces, their config, and alpha."""
-    options = (
+    return together(
+        click.option("--color-config", metavar="FILE", help="OpenColorIO config, or ocio://NAME.  [default: $OCIO]"),
         click.option(
-            "--alpha", type=click.Choice(get_args(Alpha)), default=effect.alpha, show_default=True,
-            help="Input of EFFECT: color times alpha (the result is divided again), color as it is, or color without "
-            "alpha, which the result gets back.",
+            "--from-space", metavar="NAME",
+            help="Color space of INPUT, by its OpenColorIO name; the effect gets scene-linear light.  "
+            "[default, with --to-space: linear Rec. 709 for float files, sRGB for others]",
         ),
         click.option(
             "--to-space", metavar="NAME",
             help="Color space of the output, by its OpenColorIO name.  [default: that of --from-space]",
         ),
         click.option(
-            "--from-space", metavar="NAME",
-            help="Color space of INPUT, by its OpenColorIO name; the effect gets scene-linear light.  "
-            "[default, with --to-space: linear Rec. 709 for float files, sRGB for others]",
+            "--alpha", type=click.Choice(get_args(Alpha)), default=effect.alpha, show_default=True,
+            help="Input of EFFECT: color times alpha (the result is divided again), color as it is, or color without "
+            "alpha, which the result gets back.",
         ),
-        click.option("--color-config", metavar="FILE", help="OpenColorIO config, or ocio://NAME.  [default: $OCIO]"),
     )  # fmt: skip
-
-    def decorate(command: Decorated) -> Decorated:
-        for option in options:
-            command = option(command)
-        return command
-
-    return decorate
 
 
 def take_color_spaces(effect: Effect, inputs: tuple[str, ...], output: str, options: dict[str, Any]) -> Effect:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -12,6 +12,14 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.commands.options import (
+    Decorated,
+    effect_option,
+    given_parameters,
+    named_or_refused,
+    size_option,
+    together,
+)
 from passgraph.commands.written_files import is_several
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
@@ -42,6 +50,30 @@ class Job:
         """True if all input pictures have 8 bits a channel."""
         pictures = [value for value in self.given.values() if isinstance(value, np.ndarray)]
         return bool(pictures) and all(picture.dtype == np.uint8 for picture in pictures)
+
+
+def subject_options(what: str, size: tuple[int, int]) -> Callable[[Decorated], Decorated]:
+    """Return the options of a command on an effect and its input; `subject` makes its job."""
+    return together(
+        click.argument("source", metavar="[SCENE_OR_PICTURE]", required=False, type=click.Path(path_type=Path)),
+        effect_option(what),
+        size_option(size),
+        click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that need one."),
+        click.option("--linear", is_flag=True, help="Decode 8- and 16-bit pictures from sRGB to linear light first."),
+    )
+
+
+def subject(ctx: click.Context) -> Job:
+    """Return the job of a command with `subject_options`: its effect on a scene, a flat world or a picture."""
+    source, size, parameters = ctx.params["source"], ctx.params["size"], given_parameters(ctx)
+    effect = named_or_refused(ctx, source)
+    if effect.takes in ("scene", "world2d"):
+        return scene_job(effect, source, size, parameters)
+    if effect.takes == "nothing":
+        return generator_job(effect, source, size, parameters)
+    if source is None:
+        raise InputError(f"effect {effect.name} needs a picture: name a file")
+    return picture_job(effect, source, ctx.params["depth"], ctx.params["linear"], parameters)
 
 
 def picture_job(
@@ -124,23 +156,23 @@ def effect_output(effect: Effect, targets: list[Target], parameters: dict[str, A
     return result
 
 
-def scene_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
-    """Return the job of an effect on a scene file, or on the shipped scene."""
-    return job_of_scene(effect, load_scene(path), size or RENDER_SIZE, parameters)
+def scene_job(
+    effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any],
+    scene: Scene | None = None,
+) -> Job:  # fmt: skip
+    """Return the job of an effect on a scene, or on the flat world of a JSON file.
 
+    ``scene`` is one that is loaded already; without a path it is the shipped one.
+    """
+    size = size or RENDER_SIZE
+    if effect.takes == "world2d":
+        from passgraph.effects.light2d import World2D
 
-def job_of_scene(effect: Effect, scene: Scene, size: tuple[int, int], parameters: dict[str, Any]) -> Job:
+        world = World2D.shipped() if path is None else World2D.load(path)
+        return Job(named_outputs(effect.build(world, size, **parameters)), size)
+    scene = scene or load_scene(path)
     outputs = named_outputs(effect.build(scene, **parameters))
     return Job(outputs, size, values_of(scene, outputs))
-
-
-def world_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
-    """Return the job of an effect on the flat world of a JSON file, or on the shipped one."""
-    from passgraph.effects.light2d import World2D
-
-    world = World2D.shipped() if path is None else World2D.load(path)
-    outputs = named_outputs(effect.build(world, size or RENDER_SIZE, **parameters))
-    return Job(outputs, size or RENDER_SIZE)
 
 
 def load_scene(path: Path | None, *, up: Literal["y", "z"] | None = None, ground: bool | None = None) -> Scene:

@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import click
 
-from passgraph.commands.command_graph import Job, generator_job, picture_job, scene_job, world_job
-from passgraph.commands.options import (
-    BackendType,
-    EffectCommand,
-    effect_option,
-    given_parameters,
-    math_option,
-    named_or_refused,
-    size_option,
-)
+from passgraph.commands.command_graph import subject, subject_options
+from passgraph.commands.options import BackendType, EffectCommand, math_option
 from passgraph.commands.running import progress
 from passgraph.commands.tables import marked, show_table
 from passgraph.commands.verdicts import most_ambiguous_option, most_seconds_option, say_equality, say_faults
-from passgraph.effects.effect_table import Effect
-from passgraph.errors import InputError
 from passgraph.language.native import Math
 from passgraph.verify.compare import compare as compare_backends
 from passgraph.verify.report import BackendReport, Report
@@ -32,8 +21,7 @@ COMPARE_SIZE = (160, 90)
 
 
 @click.command(cls=EffectCommand)
-@click.argument("source", metavar="[SCENE_OR_PICTURE]", required=False, type=click.Path(path_type=Path))
-@effect_option("Effect to compute")
+@subject_options("Effect to compute", COMPARE_SIZE)
 @click.option(
     "--backend",
     "-b",
@@ -43,25 +31,13 @@ COMPARE_SIZE = (160, 90)
     help="Backend to test; may be repeated.  [default: all available]",
 )
 @math_option
-@size_option(COMPARE_SIZE)
-@click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that need one.")
-@click.option("--linear", is_flag=True, help="Decode 8- and 16-bit pictures from sRGB to linear light first.")
 @most_ambiguous_option
 @most_seconds_option
 @click.pass_context
 def compare(
-    ctx: click.Context,
-    /,
-    source: Path | None,
-    backends: tuple[str, ...],
-    math: Math,
-    size: tuple[int, int],
-    depth: Path | None,
-    linear: bool,
-    most_ambiguous: float,
-    most_seconds: float | None,
+    ctx: click.Context, /, backends: tuple[str, ...], math: Math, most_ambiguous: float, most_seconds: float | None,
     **_: Any,
-) -> int:
+) -> int:  # fmt: skip
     """Compare each render target of an effect on every backend with the float64 reference.
 
     Each pass reads the reference's pictures, so a difference belongs to that pass. Bounds follow from the rounding of
@@ -71,35 +47,14 @@ def compare(
 
     Exit status: 0 everything passes, 1 a backend diverges, fails or is undecided, 2 an error.
     """
-    chosen = named_or_refused(ctx, source)
     with progress("reading") as say:
-        job = job_of(chosen, source, size, depth, linear, given_parameters(ctx))
+        job = subject(ctx)
         report = compare_backends(
             job.outputs, backends or None, size=job.size, math=math, progress=say, most_ambiguous=most_ambiguous,
             most_seconds=most_seconds, **job.given,
         )  # fmt: skip
     show(report)
     return 0 if report.passed else 1
-
-
-def job_of(
-    effect: Effect,
-    source: Path | None,
-    size: tuple[int, int] | None,
-    depth: Path | None,
-    linear: bool,
-    parameters: dict[str, Any],
-) -> Job:
-    """Return the job of an effect on a scene, a flat world or a picture."""
-    if effect.takes == "scene":
-        return scene_job(effect, source, size, parameters)
-    if effect.takes == "world2d":
-        return world_job(effect, source, size, parameters)
-    if effect.takes == "nothing":
-        return generator_job(effect, source, size, parameters)
-    if source is None:
-        raise InputError(f"effect {effect.name} needs a picture: name a file")
-    return picture_job(effect, source, depth, linear, parameters)
 
 
 def show(report: Report) -> None:

@@ -16,10 +16,8 @@ from passgraph.commands.command_graph import (
     accepts,
     effect_output,
     input_of,
-    job_of_scene,
     load_depth,
-    load_scene,
-    world_job,
+    scene_job,
 )
 from passgraph.commands.named import KernelEffect
 from passgraph.commands.options import (
@@ -173,13 +171,9 @@ def _of_scene(
     """Return an effect on a scene: its parameters, camera and lights are constants."""
     if len(inputs) > 1:
         raise InputError(f"effect {effect.name} takes one {effect.takes}; got {len(inputs)} inputs")
-    path = inputs[0] if inputs else None
-    if effect.takes == "world2d":
-        job = world_job(effect, path, size, parameters)
-    else:
-        if accepts(effect, "display"):
-            parameters.setdefault("display", True)
-        job = job_of_scene(effect, load_scene(path), size, parameters)
+    if accepts(effect, "display"):
+        parameters.setdefault("display", True)
+    job = scene_job(effect, inputs[0] if inputs else None, size, parameters)
     fixed = {p.name: parameters.get(p.name, p.default) for p in effect.parameters}
     return Exported(Drawing(job.outputs, size, job.given), Described(effect.name, effect.summary, fixed=fixed))
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -39,14 +38,12 @@ _TYPES: dict[str, Type] = {str(type_): type_ for type_ in _ALL}
 class SettingType(click.ParamType[tuple[str, str]]):
     """NAME=VALUE."""
 
-    name = "NAME=VALUE"
+    name, examples = "NAME=VALUE", "exposure=0.5 or tint=1,0.9,0.8"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
-        if isinstance(value, tuple):
-            return value
         name, sign, text = str(value).partition("=")
         if not (name and sign and text.strip()):
-            self.fail(f"{shown(str(value))} is not NAME=VALUE, such as exposure=0.5 or tint=1,0.9,0.8", param, ctx)
+            self.fail(f"{shown(str(value))} is not {self.name}, such as {self.examples}", param, ctx)
         return name, text
 
 
@@ -237,18 +234,10 @@ def _number(type_: Scalar, word: str, where: str) -> bool | int | float:
 MADE_SIZE = (96, 64)
 
 
-class InputType(click.ParamType[tuple[str, Path]]):
+class InputType(SettingType):
     """NAME=FILE."""
 
-    name = "NAME=FILE"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, Path]:
-        if isinstance(value, tuple):
-            return value
-        name, sign, path = str(value).partition("=")
-        if not (name and sign and path):
-            self.fail(f"{value!r} is not NAME=FILE, such as frame=photo.png", param, ctx)
-        return name, Path(path)
+    name, examples = "NAME=FILE", "frame=photo.png"
 
 
 def opened(names: Sequence[str]) -> list[Any]:
@@ -269,7 +258,7 @@ def opened(names: Sequence[str]) -> list[Any]:
     return backends
 
 
-def read_inputs(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, Path]]) -> dict[str, Picture]:
+def read_inputs(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, str]]) -> dict[str, Picture]:
     known = sorted({name for graph in graphs.values() for name in inputs_behind(list(graph.values()))})
     for name, _ in inputs:
         if name not in known:

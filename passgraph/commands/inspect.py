@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import click
 
-from passgraph.commands.command_graph import RENDER_SIZE
-from passgraph.commands.compare import job_of
-from passgraph.commands.options import EffectCommand, effect_option, given_parameters, named_or_refused, size_option
+from passgraph.commands.command_graph import RENDER_SIZE, subject, subject_options
+from passgraph.commands.options import EffectCommand
 from passgraph.commands.running import progress
 
 
@@ -19,8 +17,6 @@ class PixelType(click.ParamType[tuple[int, int]]):
     name = "X,Y"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
-        if isinstance(value, tuple):
-            return value
         x, comma, y = str(value).partition(",")
         if not (comma and all(side.isascii() and side.isdigit() and len(side) < 10 for side in (x, y))):
             self.fail(f"{value!r} is not X,Y, a pixel's column and row from the top left, such as 120,45", param, ctx)
@@ -28,8 +24,7 @@ class PixelType(click.ParamType[tuple[int, int]]):
 
 
 @click.command(cls=EffectCommand)
-@click.argument("source", metavar="[SCENE_OR_PICTURE]", required=False, type=click.Path(path_type=Path))
-@effect_option("Effect to inspect")
+@subject_options("Effect to inspect", RENDER_SIZE)
 @click.option("--at", required=True, type=PixelType(), help="Column and row of the pixel; 0,0 is at the top left.")
 @click.option(
     "--pass",
@@ -37,21 +32,8 @@ class PixelType(click.ParamType[tuple[int, int]]):
     metavar="NAME",
     help="Pass or draw by its name in `passgraph plan`; NAME 2 is the second of that name.  [default: the last]",
 )
-@size_option(RENDER_SIZE)
-@click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that need one.")
-@click.option("--linear", is_flag=True, help="Decode 8- and 16-bit pictures from sRGB to linear light first.")
 @click.pass_context
-def inspect(
-    ctx: click.Context,
-    /,
-    source: Path | None,
-    at: tuple[int, int],
-    step: str | None,
-    size: tuple[int, int],
-    depth: Path | None,
-    linear: bool,
-    **_: Any,
-) -> None:
+def inspect(ctx: click.Context, /, at: tuple[int, int], step: str | None, **_: Any) -> None:
     """Show the values of every line of a kernel at one pixel, computed by the reference in float64.
 
     Branches show if they are taken, loops their first and last trips. For a draw, the triangles that cover the pixel
@@ -62,9 +44,8 @@ def inspect(
     """
     from passgraph.run.compile import compile
 
-    chosen = named_or_refused(ctx, source)
     with progress("reading") as say:
-        job = job_of(chosen, source, size, depth, linear, given_parameters(ctx))
+        job = subject(ctx)
         say("computing what the pass reads")
         with compile(job.outputs, "reference", job.size) as program:
             found = program.inspect(*at, step, **job.given)

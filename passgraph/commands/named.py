@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
@@ -24,20 +24,6 @@ if TYPE_CHECKING:
     from passgraph.language.ir import Parameter as KernelParameter
 
 
-@dataclass(frozen=True)
-class Reader:
-    """Reader of a kind of file.
-
-    Attributes
-    ----------
-    effects : returns a file's effects by name
-    graphs : returns a file's graphs by name, or only the named one
-    """
-
-    effects: Callable[[Path], Mapping[str, Effect]]
-    graphs: Callable[[Path, str | None], Mapping[str, Graph]]
-
-
 def named_effect(text: str) -> Effect:
     """Return the effect of ``EFFECT``, ``FILE`` or ``FILE:NAME``.
 
@@ -56,7 +42,7 @@ def named_effect(text: str) -> Effect:
                 "files of yours: FILE.py"
             )
         return EFFECTS[text]
-    return _chosen(reader_of(path).effects(path), path, name)
+    return _chosen(effects_of_file(path), path, name)
 
 
 def _chosen(effects: Mapping[str, Effect], path: Path, name: str | None) -> Effect:
@@ -76,7 +62,7 @@ def _chosen(effects: Mapping[str, Effect], path: Path, name: str | None) -> Effe
 def is_named(text: str) -> bool:
     """Return True if a text names an effect or a file of kernels, not a picture or a scene."""
     path, _ = file_and_name(text)
-    return text in EFFECTS if path is None else path.suffix.lower() in READERS and path.suffix.lower() != EXPORT_SUFFIX
+    return text in EFFECTS if path is None else path.suffix.lower() in (".py", ".txt", *SUFFIXES, *NOT_READ)
 
 
 def file_and_name(text: str) -> tuple[Path | None, str | None]:
@@ -99,59 +85,23 @@ def _list(items: Mapping[str, object]) -> str:
     return ", ".join(items) or "none"
 
 
-# Files
+#: Suffixes of shader files; a file with any other suffix but .py is the text of a kernel.
+SHADERS = frozenset((*SUFFIXES, *NOT_READ, EXPORT_SUFFIX))
 
 
-def effects_of_module(path: Path) -> dict[str, Effect]:
-    """Run a user's Python module; return its effects and its own pixel kernels."""
-    from passgraph.commands.own_file import names_of
-    from passgraph.effects.checked import Mark
+def effects_of_file(path: Path) -> Mapping[str, Effect]:
+    """Return the effects and kernels of a user's file: a Python module is run, other files are parsed."""
+    if path.suffix.lower() in SHADERS:
+        return effects_of_shader(path)
+    from passgraph.commands.own_file import kernel_of_text, names_of, own_effects
 
+    if path.suffix.lower() != ".py":
+        kernel = kernel_of_text(path)
+        return {kernel.name: _of_kernel(kernel, path)}
     names = names_of(path)
-    effects: dict[str, Effect] = {}
-    for function in names.values():
-        mark = getattr(function, "effect", None)
-        if isinstance(mark, Mark) and function.__module__ == path.stem:
-            place = f"{path}:{function.__name__}"
-            effects[mark.name] = Effect(mark.name, place, mark.takes, summary_of(function.__doc__), function)
-    for name, kernel in names.items():
-        if isinstance(kernel, PixelKernel) and name not in effects:
-            effects[name] = _of_kernel(kernel, path)
-    return effects
-
-
-def effects_of_text(path: Path) -> dict[str, Effect]:
-    """Parse a kernel's text, without running it, and return it as an effect."""
-    from passgraph.commands.own_file import kernel_of_text
-
-    kernel = kernel_of_text(path)
-    return {kernel.name: _of_kernel(kernel, path)}
-
-
-def _graphs_of_module_or_text(path: Path, name: str | None) -> Mapping[str, Graph]:
-    from passgraph.commands.own_file import graphs_of
-
-    return graphs_of(path, name)
-
-
-def _graphs_of_shader(path: Path, name: str | None) -> Mapping[str, Graph]:
-    from passgraph.commands.own_file import on_inputs
-
-    effect = _chosen(effects_of_shader(path), path, name)
-    return {effect.name: on_inputs(effect)}
-
-
-_TEXT = Reader(effects_of_text, _graphs_of_module_or_text)
-#: Readers by suffix; a file with any other suffix is the text of a kernel.
-READERS = {
-    ".py": Reader(effects_of_module, _graphs_of_module_or_text),
-    ".txt": _TEXT,
-    **dict.fromkeys((*SUFFIXES, *NOT_READ, EXPORT_SUFFIX), Reader(effects_of_shader, _graphs_of_shader)),
-}
-
-
-def reader_of(path: Path) -> Reader:
-    return READERS.get(path.suffix.lower(), _TEXT)
+    effects = own_effects(names, path)
+    kernels = {name: one for name, one in names.items() if isinstance(one, PixelKernel) and name not in effects}
+    return effects | {name: _of_kernel(kernel, path) for name, kernel in kernels.items()}
 
 
 # Kernels
@@ -229,11 +179,12 @@ def _said(parameter: KernelParameter, text: str, effect: Effect) -> Parameter:
 
 def named_graphs(text: str) -> Mapping[str, Graph]:
     """Return graphs by name: an effect on inputs named after its parameters, or those of a file (see `own_file`)."""
-    from passgraph.commands.own_file import on_inputs
+    from passgraph.commands.own_file import graphs_of, on_inputs
 
     path, name = file_and_name(text)
     if path is None and text not in EFFECTS and Path(text).exists():
         path = Path(text)
-    if path is not None:
-        return reader_of(path).graphs(path, name)
-    return {(effect := named_effect(text)).name: on_inputs(effect)}
+    if path is not None and path.suffix.lower() not in SHADERS:
+        return graphs_of(path, name)
+    effect = named_effect(text)
+    return {effect.name: on_inputs(effect)}

@@ -32,8 +32,6 @@ class SizeType(click.ParamType[tuple[int, int]]):
     name = "WxH"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
-        if isinstance(value, tuple):
-            return value
         width, _, height = str(value).lower().replace("×", "x").partition("x")
         if not (width.isascii() and width.isdigit() and height.isascii() and height.isdigit()):
             self.fail(f"{value!r} is not a size; write width x height in pixels, such as 1280x720", param, ctx)
@@ -91,6 +89,17 @@ def check_computes(backend: type[Backend]) -> None:
             f"backend {backend.name} runs nothing and makes no pictures; use numpy, gl, opencl or reference, or to see "
             "what would run: passgraph plan"
         )
+
+
+def together(*options: Callable[[Decorated], Decorated]) -> Callable[[Decorated], Decorated]:
+    """Return a decorator that adds several options to a command, in the order of its help."""
+
+    def decorate(command: Decorated) -> Decorated:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return decorate
 
 
 def size_option(default: tuple[int, int] | None = None) -> Callable[[Decorated], Decorated]:

@@ -18,9 +18,8 @@ import passgraph as pg
 from passgraph.arguments import near, shown
 from passgraph.commands.shader_files import ShaderFileEffect
 from passgraph.effects.checked import Mark
-from passgraph.effects.effect_table import Effect
+from passgraph.effects.effect_table import Effect, summary_of
 from passgraph.effects.parameters import Parameter as EffectParameter
-from passgraph.effects.parameters import parameters_of
 from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import TargetSpec, named_outputs
@@ -71,7 +70,7 @@ def graphs_of(path: Path, name: str | None = None) -> dict[str, Graph]:
     targets = {name: value for name, value in names.items() if isinstance(value, pg.Target) and value.made_by}
     if targets:
         return {"targets": targets}
-    effects = _effects(names, path.stem)
+    effects = _effects(names, path)
     if effects:
         return effects
     kernels = [value for value in names.values() if isinstance(value, PixelKernel)]
@@ -93,7 +92,7 @@ def kernel_of_text(path: Path) -> PixelKernel[Any]:
 
 
 def _one(name: str, names: Mapping[str, Any], path: Path) -> Graph:
-    effects, value = _effects(names, path.stem), names.get(name)
+    effects, value = _effects(names, path), names.get(name)
     if name in effects:
         return effects[name]
     if isinstance(value, PixelKernel):
@@ -104,15 +103,20 @@ def _one(name: str, names: Mapping[str, Any], path: Path) -> Graph:
     raise InputError(f"{path}: has no {shown(name)}{near(name, known)}; it has {', '.join(known) or 'none'}")
 
 
-def _effects(names: Mapping[str, Any], module: str) -> dict[str, Graph]:
-    """Return the module's own effects that take pictures (see `passgraph.effects.effect`), applied to inputs."""
-    graphs: dict[str, Graph] = {}
+def own_effects(names: Mapping[str, Any], path: Path) -> dict[str, Effect]:
+    """Return the effects among a module's names (see `passgraph.effects.effect`), without those that it imports."""
+    effects: dict[str, Effect] = {}
     for function in names.values():
         mark = getattr(function, "effect", None)
-        if isinstance(mark, Mark) and function.__module__ == module and mark.takes in TAKEN:
-            taken = map(pg.Input, TAKEN[mark.takes])
-            graphs[mark.name] = named_outputs(function(*taken, **_needed(parameters_of(function), mark.name)))
-    return graphs
+        if isinstance(mark, Mark) and function.__module__ == path.stem:
+            place = f"{path}:{function.__name__}"
+            effects[mark.name] = Effect(mark.name, place, mark.takes, summary_of(function.__doc__), function)
+    return effects
+
+
+def _effects(names: Mapping[str, Any], path: Path) -> dict[str, Graph]:
+    """Return the module's own effects that take pictures, applied to inputs."""
+    return {name: on_inputs(one) for name, one in own_effects(names, path).items() if one.takes in TAKEN}
 
 
 def _needed(parameters: Iterable[EffectParameter], name: str) -> dict[str, pg.Target]:

@@ -7,19 +7,15 @@ from typing import Any
 
 import click
 
-from passgraph.commands.command_graph import RENDER_SIZE
-from passgraph.commands.compare import job_of
-from passgraph.commands.options import EffectCommand, effect_option, given_parameters, named_or_refused, size_option
+from passgraph.commands.command_graph import RENDER_SIZE, subject, subject_options
+from passgraph.commands.options import EffectCommand
 from passgraph.commands.written_files import check_path
 from passgraph.plan.data import Options
 from passgraph.writing import write_text
 
 
 @click.command(cls=EffectCommand)
-@click.argument("source", metavar="[SCENE_OR_PICTURE]", required=False, type=click.Path(path_type=Path))
-@effect_option("Effect to plan")
-@size_option(RENDER_SIZE)
-@click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that need one.")
+@subject_options("Effect to plan", RENDER_SIZE)
 @click.option("--svg", type=click.Path(path_type=Path), metavar="FILE", help="Draw the plan as SVG.")
 @click.option(
     "--off",
@@ -28,16 +24,7 @@ from passgraph.writing import write_text
     help="Switch off an optimization; may be repeated.",
 )
 @click.pass_context
-def plan(
-    ctx: click.Context,
-    /,
-    source: Path | None,
-    size: tuple[int, int],
-    depth: Path | None,
-    svg: Path | None,
-    off: tuple[str, ...],
-    **_: Any,
-) -> None:
+def plan(ctx: click.Context, /, svg: Path | None, off: tuple[str, ...], **_: Any) -> None:
     """Explain the plan of an effect: the order of steps, their memory, and what is culled, fused or aliased.
 
     No driver is needed and nothing runs.  Pictures keep their own size.
@@ -46,8 +33,7 @@ def plan(
 
     if svg is not None:
         check_path(svg)
-    chosen = named_or_refused(ctx, source)
-    job = job_of(chosen, source, size, depth, False, given_parameters(ctx))
+    job = subject(ctx)
     built = build(job.outputs, job.size, None, Options.without(*off))
     click.echo(built.explain())
     if svg is not None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import click
 
-from passgraph.commands.command_graph import RENDER_SIZE, Job, accepts, job_of_scene, run_values, world_job
+from passgraph.commands.command_graph import RENDER_SIZE, Job, accepts, run_values, scene_job
 from passgraph.commands.frames import complain_of, summary_line
 from passgraph.commands.options import (
     EffectCommand,
@@ -240,6 +240,6 @@ def _job_of(
     if renderer.takes == "world2d":
         refuse_view(view, renderer.name)
         # the targets of a world have their own sizes; only the output has the requested size
-        return replace(world_job(renderer, scene, drawn, parameters), size=size), None
+        return replace(scene_job(renderer, scene, drawn, parameters), size=size), None
     seen = seen_by(view, scene, size)
-    return job_of_scene(renderer, seen.scene, drawn, parameters), seen
+    return scene_job(renderer, scene, drawn, parameters, seen.scene), seen

@@ -13,7 +13,7 @@ import click
 
 from passgraph.arguments import shown
 from passgraph.commands.command_graph import load_scene
-from passgraph.commands.options import Decorated, FiniteRange
+from passgraph.commands.options import FiniteRange, together
 from passgraph.errors import InputError
 from passgraph.scene import Camera, Light, Scene
 from passgraph.scene.camera import DEFAULT_AZIMUTH_RAD, DEFAULT_ELEVATION_RAD, DEFAULT_FOV_RAD
@@ -69,61 +69,57 @@ def refuse_view(view: View, effect: str) -> None:
         raise InputError(f"effect {effect} draws a flat world, which takes no {', '.join(view.given())}; leave it out")
 
 
-def view_options(command: Decorated) -> Decorated:
-    """Add the options of a `View`; the command gets them by its fields' names."""
-    numbers: dict[str, Any] = {"type": FiniteRange(), "metavar": "DEG"}
-    options = [
-        click.option("--azimuth", **numbers, help="Direction of the camera: 0 in front (+z), 90 on the right (+x)."),
-        click.option(
-            "--elevation", type=FiniteRange(-90.0, 90.0), metavar="DEG",
-            help=f"Its elevation: 0 level, 90 from above.  [default: azimuth {degrees(DEFAULT_AZIMUTH_RAD):.0f}, "
-            f"elevation {degrees(DEFAULT_ELEVATION_RAD):.0f}, or the scene's own camera]",
-        ),
-        click.option(
-            "--distance", type=FiniteRange(0.0, MOST_RADIUS, min_open=True), metavar="LENGTH",
-            help="Distance from the camera to the center, scene units.  [default: fits the scene into the picture]",
-        ),
-        click.option(
-            "--zoom", type=FiniteRange(0.0, min_open=True), metavar="FACTOR",
-            help="Magnification by the lens.",
-        ),
-        click.option(
-            "--fov", type=FiniteRange(*FOV), metavar="DEG",
-            help=f"Vertical angle of view.  [default: {degrees(DEFAULT_FOV_RAD):.0f}]",
-        ),
-        click.option("--camera", metavar="NAME|NUMBER", help="One of the scene's own cameras.  [default: the first]"),
-        click.option(
-            "--up", type=click.Choice(["y", "z"]), help="The model's up axis.  [default: z for STL, else y]"
-        ),
-        click.option("--light", metavar="NAME|NUMBER", help="Use only this light of the scene."),
-        click.option("--light-azimuth", **numbers, help="Direction of the light, like --azimuth."),
-        click.option(
-            "--light-elevation", type=FiniteRange(-90.0, 90.0), metavar="DEG", help="Its elevation; 90: from above."
-        ),
-        click.option(
-            "--light-radius", type=FiniteRange(0.0), metavar="SIZE",
-            help="Radius of the light, which softens shadows: of a sun at distance 1 (the real one: 0.0047), of a lamp "
-            "in scene units; 0 gives hard shadows.",
-        ),
-        click.option(
-            "--light-color", type=FiniteRange(0.0), nargs=3, metavar="R G B", help="Its linear color; 1 1 1: white."
-        ),
-        click.option(
-            "--ground", type=click.Choice(list(_GROUNDS)),
-            help="Floor under the lowest vertex; auto adds one to a scene without.  [default: auto]",
-        ),
-        click.option(
-            "--two-sided", is_flag=True, default=None,
-            help="Show both sides of every surface, overriding the model.",
-        ),
-        click.option(
-            "--turntable", type=click.IntRange(1), metavar="FRAMES",
-            help="Number of frames once around the scene: numbered files (-o turn.%04d.png) or a video (.mp4, .gif).",
-        ),
-    ]  # fmt: skip
-    for option in reversed(options):
-        command = option(command)
-    return command
+_ANGLE: dict[str, Any] = {"type": FiniteRange(), "metavar": "DEG"}
+#: The options of a `View`; the command gets them by its fields' names.
+view_options = together(
+    click.option("--azimuth", **_ANGLE, help="Direction of the camera: 0 in front (+z), 90 on the right (+x)."),
+    click.option(
+        "--elevation", type=FiniteRange(-90.0, 90.0), metavar="DEG",
+        help=f"Its elevation: 0 level, 90 from above.  [default: azimuth {degrees(DEFAULT_AZIMUTH_RAD):.0f}, "
+        f"elevation {degrees(DEFAULT_ELEVATION_RAD):.0f}, or the scene's own camera]",
+    ),
+    click.option(
+        "--distance", type=FiniteRange(0.0, MOST_RADIUS, min_open=True), metavar="LENGTH",
+        help="Distance from the camera to the center, scene units.  [default: fits the scene into the picture]",
+    ),
+    click.option(
+        "--zoom", type=FiniteRange(0.0, min_open=True), metavar="FACTOR",
+        help="Magnification by the lens.",
+    ),
+    click.option(
+        "--fov", type=FiniteRange(*FOV), metavar="DEG",
+        help=f"Vertical angle of view.  [default: {degrees(DEFAULT_FOV_RAD):.0f}]",
+    ),
+    click.option("--camera", metavar="NAME|NUMBER", help="One of the scene's own cameras.  [default: the first]"),
+    click.option(
+        "--up", type=click.Choice(["y", "z"]), help="The model's up axis.  [default: z for STL, else y]"
+    ),
+    click.option("--light", metavar="NAME|NUMBER", help="Use only this light of the scene."),
+    click.option("--light-azimuth", **_ANGLE, help="Direction of the light, like --azimuth."),
+    click.option(
+        "--light-elevation", type=FiniteRange(-90.0, 90.0), metavar="DEG", help="Its elevation; 90: from above."
+    ),
+    click.option(
+        "--light-radius", type=FiniteRange(0.0), metavar="SIZE",
+        help="Radius of the light, which softens shadows: of a sun at distance 1 (the real one: 0.0047), of a lamp "
+        "in scene units; 0 gives hard shadows.",
+    ),
+    click.option(
+        "--light-color", type=FiniteRange(0.0), nargs=3, metavar="R G B", help="Its linear color; 1 1 1: white."
+    ),
+    click.option(
+        "--ground", type=click.Choice(list(_GROUNDS)),
+        help="Floor under the lowest vertex; auto adds one to a scene without.  [default: auto]",
+    ),
+    click.option(
+        "--two-sided", is_flag=True, default=None,
+        help="Show both sides of every surface, overriding the model.",
+    ),
+    click.option(
+        "--turntable", type=click.IntRange(1), metavar="FRAMES",
+        help="Number of frames once around the scene: numbered files (-o turn.%04d.png) or a video (.mp4, .gif).",
+    ),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

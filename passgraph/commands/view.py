@@ -18,10 +18,9 @@ from passgraph.commands.command_graph import (
     as_frame,
     generator_job,
     job_of_pictures,
-    job_of_scene,
     load_depth,
     load_scene,
-    world_job,
+    scene_job,
 )
 from passgraph.commands.input_values import written_value
 from passgraph.commands.named import file_and_name, named_effect
@@ -95,14 +94,11 @@ class EffectSubject:
         parameters = dict(values)
         if effect.takes in ("scene", "world2d"):
             path = Path(self.inputs[0]) if self.inputs else None
-            if effect.takes == "world2d":
-                job = world_job(effect, path, self.size, parameters)
-            else:
-                if self._scene is None:
-                    self._scene = load_scene(path)
-                if accepts(effect, "display"):
-                    parameters.setdefault("display", True)
-                job = job_of_scene(effect, self._scene, self.size, parameters)
+            if effect.takes == "scene":
+                self._scene = self._scene or load_scene(path)
+            if accepts(effect, "display"):
+                parameters.setdefault("display", True)
+            job = scene_job(effect, path, self.size, parameters, self._scene)
             return Drawing(job.outputs, job.size, job.given)
         others = self.inputs[2 if effect.takes == "picture+depth" else 1 :]
         pictures = [parameter.name for parameter in effect.parameters if parameter.type == "picture"]

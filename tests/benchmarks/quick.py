@@ -25,7 +25,7 @@ import cv2
 import numpy as np
 
 import passgraph as pg
-from passgraph.commands.command_graph import picture_job, scene_job, world_job
+from passgraph.commands.command_graph import picture_job, scene_job
 from passgraph.effects import black_and_white, gaussian_blur
 from passgraph.effects.effect_table import EFFECTS
 
@@ -53,7 +53,7 @@ def frames() -> Iterator[Row]:
             if effect.takes == "picture":
                 job = picture_job(effect, Path(folder, "frame.npy"), None, False, {})
             else:
-                job = (world_job if effect.takes == "world2d" else scene_job)(effect, None, SIZE, {})
+                job = scene_job(effect, None, SIZE, {})
             for backend in BACKENDS:
                 program = stack.enter_context(pg.compile(job.outputs, backend, job.size))
                 jobs[f"{name}, {backend}"] = lambda program=program, job=job: program(**job.given)

@@ -25,7 +25,7 @@ import passgraph.backends.opencl.raster as opencl_raster
 import passgraph.plan.build
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
-from passgraph.commands.command_graph import Job, scene_job, world_job
+from passgraph.commands.command_graph import Job, scene_job
 from passgraph.effects.effect_table import EFFECTS, Effect
 from passgraph.graph.targets import named_outputs
 from passgraph.verify.fuzz.cases import EXACT, output_of, run, same_bits
@@ -52,10 +52,8 @@ def job_of(effect: Effect) -> Job:
     """An effect on small pictures, or on the scene or world that is shipped."""
     known = {parameter.name for parameter in effect.parameters}
     small = {name: value for name, value in SMALL.items() if name in known}
-    if effect.takes == "scene":
+    if effect.takes in ("scene", "world2d"):
         return scene_job(effect, None, SIZE, small)
-    if effect.takes == "world2d":
-        return world_job(effect, None, SIZE, small)
     pictures = {"frame": unit(1, SIZE), "depth": unit(2, SIZE, 1) + 1}
     names = ["frame", "depth"] if effect.takes == "picture+depth" else ["frame"]
     targets = [pg.Input(name, "rgba32f" if name == "frame" else "r32f", SIZE) for name in names]
