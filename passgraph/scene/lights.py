@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import asin, atan2, inf, pi, radians, tan
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -36,18 +36,11 @@ FITTED_HALF_RAD = radians(75.0)
 MARGIN = 0.02
 # A perspective depth buffer of 24 bits still resolves 1e-4 of the far distance at this ratio.
 NEAREST_OF_FAR = 1e-3
-
-
-def directional(direction: Vec3, bounds: Float64) -> tuple[Float64, Float64]:
-    """Return the orthographic frustum along ``direction`` that holds the box."""
-    centre, radius = sphere_of(bounds)
-    # two radii back, so that near is positive: depth is measured from the eye, as for the other lights
-    view = look_from(centre - 2.0 * radius * np.array(direction), direction)
-    points = transform_points(view, corners_of(bounds))
-    half = max(float(np.abs(points[:, :2]).max()), 0.01 * radius) * (1.0 + MARGIN)
-    depth = -points[:, 2]
-    slack = MARGIN * radius
-    return view, orthographic(half, half, float(depth.min()) - slack, float(depth.max()) + slack)
+# Direction and up of the faces of a cube map (OpenGL 4.6, table 8.19).
+CUBE_FACES = (
+    ((1, 0, 0), (0, -1, 0)), ((-1, 0, 0), (0, -1, 0)), ((0, 1, 0), (0, 0, 1)), ((0, -1, 0), (0, 0, -1)),
+    ((0, 0, 1), (0, -1, 0)), ((0, 0, -1), (0, -1, 0)),
+)  # fmt: skip
 
 
 def _depth_range(depth: Float64, radius: float) -> tuple[float, float]:
@@ -58,56 +51,6 @@ def _depth_range(depth: Float64, radius: float) -> tuple[float, float]:
     far *= 1.0 + MARGIN
     near = max(float(depth.min()) * (1.0 - MARGIN), far * NEAREST_OF_FAR)
     return near, far
-
-
-def spot(position: Vec3, direction: Vec3, cone_outer_rad: float, bounds: Float64) -> tuple[Float64, Float64]:
-    """Return the perspective frustum of the cone; near and far hold the box."""
-    view = look_from(position, direction)
-    depth = -transform_points(view, corners_of(bounds))[:, 2]
-    near, far = _depth_range(depth, sphere_of(bounds)[1])
-    half = tan(min(cone_outer_rad, WIDEST_HALF_RAD)) * (1.0 + MARGIN)
-    return view, perspective(half, half, near, far)
-
-
-def fitted(position: Vec3, bounds: Float64) -> tuple[Float64, Float64] | None:
-    """Return the perspective frustum from ``position`` that holds the box, or None if it would be too wide."""
-    centre, radius = sphere_of(bounds)
-    towards = centre - np.array(position)
-    if float(np.linalg.norm(towards)) <= 1e-3 * radius:
-        return None
-    view = look_from(position, towards)
-    points = transform_points(view, corners_of(bounds))
-    depth = -points[:, 2]
-    across = np.linalg.norm(points[:, :2], axis=1)
-    if np.any(depth <= 0.0) or np.any(across > tan(FITTED_HALF_RAD) * depth):
-        return None
-    half = max(float((np.abs(points[:, :2]) / depth[:, None]).max()), 1e-3) * (1.0 + MARGIN)
-    near, far = _depth_range(depth, radius)
-    return view, perspective(half, half, near, far)
-
-
-def cube_views(position: Vec3) -> tuple[Float64, ...]:
-    """Return six views in the order and orientation of OpenGL cube map faces (OpenGL 4.6, table 8.19)."""
-    faces = (
-        ((1, 0, 0), (0, -1, 0)),
-        ((-1, 0, 0), (0, -1, 0)),
-        ((0, 1, 0), (0, 0, 1)),
-        ((0, -1, 0), (0, 0, -1)),
-        ((0, 0, 1), (0, -1, 0)),
-        ((0, 0, -1), (0, -1, 0)),
-    )
-    return tuple(look_from(position, forward, up) for forward, up in faces)
-
-
-def cube_projection(position: Vec3, bounds: Float64) -> Float64:
-    """Return the 90 degree projection of a cube face; near is the distance to the box if the light is outside."""
-    offsets = corners_of(bounds) - np.array(position)
-    # depth is measured along an axis, so it is at most the box's largest coordinate
-    far = max(float(np.abs(offsets).max()), sphere_of(bounds)[1]) * (1.0 + MARGIN)
-    # a surface appears in the face of its largest coordinate, with that coordinate as depth
-    gap = np.maximum(np.maximum(bounds[0] - position, position - bounds[1]), 0.0)
-    near = max(float(gap.max()) * (1.0 - MARGIN), far * NEAREST_OF_FAR)
-    return perspective(1.0, 1.0, min(near, 0.5 * far), far)
 
 
 LightKind = Literal["directional", "point", "spot"]
@@ -178,8 +121,7 @@ class Light:
         name: str = "light",
     ) -> Light:
         """Return a light at infinity, from one direction; ``radius`` is a tangent, see the class."""
-        along = vec3(direction, f"light {name!r}: direction")
-        tint = vec3(color, f"light {name!r}: color")
+        along, tint = cast("Vec3", direction), cast("Vec3", color)
         return cls("directional", direction=along, color=tint, intensity=intensity, radius=radius, name=name)
 
     @classmethod
@@ -196,8 +138,7 @@ class Light:
         >>> Light.point((0, 3, 0), radius=0.25).radius
         0.25
         """
-        place = vec3(position, f"light {name!r}: position")
-        tint = vec3(color, f"light {name!r}: color")
+        place, tint = cast("Vec3", position), cast("Vec3", color)
         return cls("point", place, color=tint, intensity=intensity, radius=radius, name=name)
 
     @classmethod
@@ -213,9 +154,7 @@ class Light:
         name: str = "light",
     ) -> Light:
         """Return a light that is a disc of ``radius`` and shines into a cone; the inner cone defaults to 2/3 of it."""
-        place = vec3(position, f"light {name!r}: position")
-        along = vec3(direction, f"light {name!r}: direction")
-        tint = vec3(color, f"light {name!r}: color")
+        place, along, tint = cast("Vec3", position), cast("Vec3", direction), cast("Vec3", color)
         outer = number(cone_outer_rad, f"light {name!r}: cone_outer_rad", 0.0, pi / 2, open_low=True)
         inner = outer * 2.0 / 3.0 if cone_inner_rad is None else cone_inner_rad
         return cls("spot", place, along, tint, intensity, radius, inner, outer, name)
@@ -271,7 +210,7 @@ class Light:
         view : (4, 4) float64, world to light frame, a rotation and a shift (distances are kept)
         projection : (4, 4) float64 to OpenGL clip space; square, so that a texel is as wide as it is high.
             Directional: orthographic, holds the box. Spot: perspective over the cone, at most
-            `light_frusta.WIDEST_HALF_RAD` to each side. Point: perspective that holds the box.
+            `WIDEST_HALF_RAD` to each side. Point: perspective that holds the box.
 
         Raises
         ------
@@ -283,10 +222,19 @@ class Light:
         True
         """
         box = bounds_of(bounds, f"light {self.name!r}: bounds")
+        centre, radius = sphere_of(box)
         if self.kind == "directional":
-            return directional(self.direction, box)
+            # two radii back, so that near is positive: depth is measured from the eye, as for the other lights
+            view = look_from(centre - 2.0 * radius * np.array(self.direction), self.direction)
+            points = transform_points(view, corners_of(box))
+            half = max(float(np.abs(points[:, :2]).max()), 0.01 * radius) * (1.0 + MARGIN)
+            depth, slack = -points[:, 2], MARGIN * radius
+            return view, orthographic(half, half, float(depth.min()) - slack, float(depth.max()) + slack)
         if self.kind == "spot":
-            return spot(self.position, self.direction, self.cone_outer_rad, box)
+            view = look_from(self.position, self.direction)
+            near, far = _depth_range(-transform_points(view, corners_of(box))[:, 2], radius)
+            half = tan(min(self.cone_outer_rad, WIDEST_HALF_RAD)) * (1.0 + MARGIN)
+            return view, perspective(half, half, near, far)
         fitted = self.fitted_frustum(box)
         if fitted is None:
             raise InputError(
@@ -310,17 +258,36 @@ class Light:
         """
         if self.kind == "directional":
             raise InputError(f"light {self.name!r}: fitted_frustum is for point and spot lights")
-        return fitted(self.position, bounds_of(bounds, f"light {self.name!r}: bounds"))
+        box = bounds_of(bounds, f"light {self.name!r}: bounds")
+        centre, radius = sphere_of(box)
+        towards = centre - np.array(self.position)
+        if float(np.linalg.norm(towards)) <= 1e-3 * radius:
+            return None
+        view = look_from(self.position, towards)
+        points = transform_points(view, corners_of(box))
+        depth = -points[:, 2]
+        across = np.linalg.norm(points[:, :2], axis=1)
+        if np.any(depth <= 0.0) or np.any(across > tan(FITTED_HALF_RAD) * depth):
+            return None
+        half = max(float((np.abs(points[:, :2]) / depth[:, None]).max()), 1e-3) * (1.0 + MARGIN)
+        near, far = _depth_range(depth, radius)
+        return view, perspective(half, half, near, far)
 
     def cube_views(self) -> tuple[Float64, ...]:
         """Return six view matrices in the order and orientation of OpenGL cube map faces: +x, -x, +y, -y, +z, -z."""
         if self.kind == "directional":
             raise InputError(f"light {self.name!r}: cube_views is for point and spot lights")
-        return cube_views(self.position)
+        return tuple(look_from(self.position, forward, up) for forward, up in CUBE_FACES)
 
     def cube_projection(self, bounds: ArrayLike) -> Float64:
         """Return the 90 degree projection of every face of `cube_views`, with near and far from the box."""
-        return cube_projection(self.position, bounds_of(bounds, f"light {self.name!r}: bounds"))
+        box, place = bounds_of(bounds, f"light {self.name!r}: bounds"), np.array(self.position)
+        # depth is measured along an axis, so it is at most the box's largest coordinate
+        far = max(float(np.abs(corners_of(box) - place).max()), sphere_of(box)[1]) * (1.0 + MARGIN)
+        # a surface appears in the face of its largest coordinate, with that coordinate as depth
+        gap = np.maximum(np.maximum(box[0] - place, place - box[1]), 0.0)
+        near = max(float(gap.max()) * (1.0 - MARGIN), far * NEAREST_OF_FAR)
+        return perspective(1.0, 1.0, min(near, 0.5 * far), far)
 
 
 def _three(vector: Float64) -> Vec3:
