@@ -19,8 +19,7 @@ from passgraph.errors import InputError
 from passgraph.scene.camera import DEFAULT_FOV_RAD, Camera, NamedCamera
 from passgraph.scene.lights import Light, exposed
 from passgraph.scene.matrices import Float64
-from passgraph.scene.model_files import FolderReader
-from passgraph.scene.notes import Notes
+from passgraph.scene.model_files import FolderReader, Notes
 from passgraph.scene.projection import STEP_BACK
 
 # Most values in accessors without a buffer: these are zeros that take no bytes in the file, so its size does not limit
@@ -155,18 +154,18 @@ def walk_nodes(header: dict[str, Any], file: Path) -> list[tuple[dict[str, Any],
     return placed
 
 
-def cameras_of(header: dict[str, Any], file: Path, bounds: Float64, turn: Float64) -> list[NamedCamera]:
+def cameras_of(data: GltfData, bounds: Float64, turn: Float64) -> list[NamedCamera]:
     """Return the cameras of the file, in the order of its nodes; ``turn`` is (4, 4), the file's axes to the scene's.
 
     Targets are at the depth of the middle of ``bounds``, (2, 3), which also give a missing far plane.
     """
     result = list[NamedCamera]()
-    for node, world in walk_nodes(header, file):
+    for node, world in walk_nodes(data.header, data.file):
         if "camera" not in node:
             continue
-        data = _entry(header, "cameras", node["camera"], file)
-        kind = str(data.get("type"))
-        lens = data.get(kind)
+        entry = data.entry("cameras", node["camera"])
+        kind = str(entry.get("type"))
+        lens = entry.get(kind)
         if kind not in ("perspective", "orthographic") or not isinstance(lens, dict):
             continue
         world = turn @ world
@@ -184,50 +183,40 @@ def cameras_of(header: dict[str, Any], file: Path, bounds: Float64, turn: Float6
         target = eye + forward * (depth if depth > 0.0 else max(reach, 1.0))
         fov = DEFAULT_FOV_RAD if height is not None else lens["yfov"]
         camera = Camera(tuple(eye.tolist()), tuple(target.tolist()), tuple(up.tolist()), fov, near, far, height)
-        lens = str(data.get("name", ""))
+        lens = str(entry.get("name", ""))
         name = str(node.get("name", lens or f"camera {len(result) + 1}"))
         result.append(NamedCamera(name, camera, "" if lens == name else lens))
     return result
 
 
-def lights_of(header: dict[str, Any], file: Path, bounds: Float64, turn: Float64) -> list[Light]:
+def lights_of(data: GltfData, bounds: Float64, turn: Float64) -> list[Light]:
     """Return the lights of KHR_lights_punctual.
 
     The format has no size of lights: a directional light gets the tangent 0.02, others 1/50 of the scene's diagonal.
     It has no exposure for its photometric units either: intensities are scaled by one factor, so that all lights
     together show a white surface in the middle of the scene as 1.
     """
-    table = header.get("extensions", {}).get("KHR_lights_punctual", {})
+    table = data.header.get("extensions", {}).get("KHR_lights_punctual", {}).get("lights", [])
     radius = float(np.linalg.norm(bounds[1] - bounds[0])) / 50.0
     lights: list[Light] = []
-    for node, world in walk_nodes(header, file):
+    for node, world in walk_nodes(data.header, data.file):
         reference = node.get("extensions", {}).get("KHR_lights_punctual", {}).get("light")
         if reference is None:
             continue
-        data = _entry(table, "lights", reference, file)
-        color, strength = data.get("color", (1.0, 1.0, 1.0)), float(data.get("intensity", 1.0))
+        entry = data.entry("lights", reference, table)
+        color, strength = entry.get("color", (1.0, 1.0, 1.0)), float(entry.get("intensity", 1.0))
         world = turn @ world
-        name, place = str(data.get("name", node.get("name", "light"))), world[:3, 3]
-        if data.get("type") == "directional":
+        name, place = str(entry.get("name", node.get("name", "light"))), world[:3, 3]
+        if entry.get("type") == "directional":
             lights.append(Light.directional(-world[:3, 2], color, strength, name=name))
-        elif data.get("type") == "spot":
-            cone = data.get("spot", {})
+        elif entry.get("type") == "spot":
+            cone = entry.get("spot", {})
             outer = float(cone.get("outerConeAngle", pi / 4))
             inner = float(cone.get("innerConeAngle", 0.0))
             lights.append(Light.spot(place, -world[:3, 2], color, strength, radius, inner, outer, name))
         else:
             lights.append(Light.point(place, color, strength, radius, name))
     return exposed(lights, bounds)
-
-
-def _entry(table: dict[str, Any], key: str, index: Any, file: Path) -> dict[str, Any]:
-    try:
-        entry = table[key][index]
-    except (LookupError, TypeError):
-        raise InputError(f"{file}: a node names entry {index!r} of {key}, which is not there") from None
-    if not isinstance(entry, dict):
-        raise InputError(f"{file}: entry {index!r} of {key} is not an object")
-    return entry
 
 
 TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -254,9 +243,9 @@ class GltfData:
     notes: Notes
     _buffers: dict[int, bytes] = field(default_factory=dict)
 
-    def entry(self, key: str, index: Any) -> dict[str, Any]:
-        """Return an object of a list in the header; raises `InputError` if it is missing."""
-        table = self.header.get(key, [])
+    def entry(self, key: str, index: Any, table: list[Any] | None = None) -> dict[str, Any]:
+        """Return an object of a list in the header, or of another ``table``; raise InputError if it is missing."""
+        table = self.header.get(key, []) if table is None else table
         if not isinstance(index, int) or isinstance(index, bool) or not 0 <= index < len(table):
             raise InputError(f"{self.file}: names entry {index!r} of {key}, which is not there")
         entry = table[index]

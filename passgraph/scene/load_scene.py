@@ -21,8 +21,7 @@ from passgraph.scene.lights import Light
 from passgraph.scene.materials import Material, Node
 from passgraph.scene.matrices import LEAST_RADIUS, MOST_RADIUS, Float64, sphere_of
 from passgraph.scene.model_data import MtlReader, PlacedMeshes, arrays_of
-from passgraph.scene.model_files import MAX_FILE_BYTES, FolderReader, as_utf8, checked_path, read_model
-from passgraph.scene.notes import Notes
+from passgraph.scene.model_files import MAX_FILE_BYTES, FolderReader, Notes, as_utf8, checked_path, read_model
 from passgraph.scene.sides import with_outside
 
 if TYPE_CHECKING:
@@ -88,18 +87,18 @@ def load_scene(
 def _load(make: type[Scene], file: Path, ground: bool | None, up: Literal["y", "z"]) -> Scene:
     folder, notes = FolderReader(file), Notes()
     turn = _Z_UP if up == "z" else np.eye(4)
-    is_gltf = file.suffix.lower() in (".glb", ".gltf")
-    header: dict[str, Any] = {}
-    if is_gltf:
+    data: GltfData | None = None
+    if file.suffix.lower() in (".glb", ".gltf"):
         header, binary = gltf.read_header(file, read_model(file))
         gltf.check_header(header, file)
-        nodes, lines = nodes_of(GltfData(file, header, binary, folder, notes), turn)
+        data = GltfData(file, header, binary, folder, notes)
+        nodes, lines = nodes_of(data, turn)
     else:
         nodes, lines = _nodes(_read(file, folder), file, MtlReader(str(file), folder, notes), turn)
     lines += [f"{name}: not found beside {file.name}; left out" for name in folder.missing]
     lines += [f"{sentence}; left out" for sentence in folder.refused]
     scene = _framed(make, nodes, file, notes.lines() + lines)
-    scene = _with_own_view(scene, header, file, turn) if is_gltf else scene
+    scene = scene if data is None else _with_own_view(scene, data, turn)
     if lacks_ground(scene, ground):
         scene = scene.with_ground()
     return scene
@@ -186,13 +185,13 @@ def _framed(make: type[Scene], nodes: list[Node], file: Path, notes: list[str]) 
     return scene.seen_from()
 
 
-def _with_own_view(scene: Scene, header: dict[str, Any], file: Path, turn: Float64) -> Scene:
+def _with_own_view(scene: Scene, data: GltfData, turn: Float64) -> Scene:
     try:
-        cameras = gltf.cameras_of(header, file, scene.bounds(), turn)
-        lights = gltf.lights_of(header, file, scene.bounds(), turn)
+        cameras = gltf.cameras_of(data, scene.bounds(), turn)
+        lights = gltf.lights_of(data, scene.bounds(), turn)
     except InputError as error:
-        raise InputError(f"{file}: {error}") from None
+        raise InputError(f"{data.file}: {error}") from None
     except (LookupError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(f"{file}: its cameras or lights are broken ({error})") from None
+        raise InputError(f"{data.file}: its cameras or lights are broken ({error})") from None
     scene_ = scene.with_(camera=cameras[0].camera if cameras else None, lights=lights or None)
     return replace(scene_, cameras=tuple(cameras))

@@ -56,7 +56,7 @@ def smooth_normals(positions: Float, triangles: Int, *, weld: bool = False) -> N
     True
     """
     face, angle = _corners(positions, triangles)
-    group = _places(positions) if weld else np.arange(len(positions))
+    group = places_of(positions) if weld else np.arange(len(positions))
     return _summed(group[triangles], face, angle, int(group.max()) + 1)[group].astype(np.float32)
 
 
@@ -83,7 +83,7 @@ def creased_normals(positions: Float, triangles: Int) -> tuple[Int, Int, NDArray
     (24, True)
     """
     face, angle = _corners(positions, triangles)
-    fans = _fans(_places(positions)[triangles], face)
+    fans = _fans(places_of(positions)[triangles], face)
     count = fans.size
     keys, corners = np.unique(triangles.astype(np.int64) * count + fans, return_inverse=True)
     normals = _summed(fans, face, angle, count)[keys % count]
@@ -99,9 +99,16 @@ def _corners(positions: Float, triangles: Int) -> tuple[NDArray[np.float64], NDA
     return face, np.arccos(np.clip(cosine, -1.0, 1.0))
 
 
-def _places(positions: Float) -> Int:
-    """Return a number for each vertex, the same for vertices at one position."""
-    return np.unique(positions, axis=0, return_inverse=True)[1].reshape(-1)
+def places_of(positions: Float) -> Int:
+    """Return a number for each vertex, the same for vertices at one position.
+
+    Coordinates are sorted one after the other, many times faster than rows.
+    """
+    places = np.zeros(len(positions), np.int64)
+    for column in positions.T:
+        numbers = np.unique(column, return_inverse=True)[1].reshape(-1)
+        places = np.unique(places * len(positions) + numbers, return_inverse=True)[1].reshape(-1)
+    return places
 
 
 def _summed(groups: Int, face: NDArray[np.float64], angle: NDArray[np.float64], count: int) -> NDArray[np.float64]:

@@ -16,8 +16,7 @@ from passgraph.image_files import opened_image
 from passgraph.scene.materials import AlphaMode, ColorSpace, Material, Node, Texture, Wrap, check_texels
 from passgraph.scene.matrices import Float64, is_singular, translation
 from passgraph.scene.meshes import Mesh, creased_normals, smooth_normals
-from passgraph.scene.model_files import FolderReader, plain_name
-from passgraph.scene.notes import Notes
+from passgraph.scene.model_files import FolderReader, Notes, plain_name
 from passgraph.srgb import srgb_to_linear
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.scene.meshes import Int, Mesh, least_joined
+from passgraph.scene.meshes import Mesh, least_joined, places_of
 
 
 def with_outside(mesh: Mesh) -> tuple[Mesh, bool]:
@@ -48,7 +48,7 @@ def _volumes(mesh: Mesh) -> NDArray[np.float64] | None:
 
     Parts that are inside out have negative volumes.
     """
-    places = _places(mesh.positions)[mesh.triangles]
+    places = places_of(mesh.positions)[mesh.triangles]
     count = int(places.max()) + 1
     starts, ends = places.reshape(-1).astype(np.int64), np.roll(places, -1, axis=1).reshape(-1).astype(np.int64)
     edges, edge_of = np.unique(np.minimum(starts, ends) * count + np.maximum(starts, ends), return_inverse=True)
@@ -61,14 +61,3 @@ def _volumes(mesh: Mesh) -> NDArray[np.float64] | None:
     a, b, c = (points[mesh.triangles[:, k]] for k in range(3))
     volumes = np.bincount(part, (a * np.cross(b, c)).sum(axis=1), count)
     return np.asarray(volumes[np.unique(part)], np.float64)
-
-
-def _places(positions: NDArray[np.float32]) -> Int:
-    """Return a number for each vertex, the same for vertices at one position.
-
-    Pairs of coordinates are sorted as one integer, many times faster than rows.
-    """
-    bits = (positions + np.float32(0.0)).view(np.uint32).astype(np.uint64)  # -0 is 0
-    plane = np.unique(bits[:, 0] << np.uint64(32) | bits[:, 1], return_inverse=True)[1].reshape(-1)
-    both = plane.astype(np.uint64) << np.uint64(32) | bits[:, 2]
-    return np.unique(both, return_inverse=True)[1].reshape(-1)
