@@ -441,12 +441,24 @@ def _in_window(spec: oiio.ImageSpec, pixels: Pixels) -> Pixels:
     if (spec.x, spec.y, spec.width, spec.height) == (spec.full_x, spec.full_y, spec.full_width, spec.full_height):
         return pixels
     window = np.zeros((spec.full_height, spec.full_width, pixels.shape[2]), pixels.dtype)
-    left, top = spec.x - spec.full_x, spec.y - spec.full_y
-    x0, x1 = max(left, 0), min(left + spec.width, spec.full_width)
-    y0, y1 = max(top, 0), min(top + spec.height, spec.full_height)
-    if x0 < x1 and y0 < y1:
-        window[y0:y1, x0:x1] = pixels[y0 - top : y1 - top, x0 - left : x1 - left]
+    paste(window, (spec.full_y, spec.full_x), pixels, (spec.y, spec.x))
     return window
+
+
+def paste(target: Pixels, target_at: tuple[int, int], source: Pixels, source_at: tuple[int, int]) -> int:
+    """Copy the pixels that two parts of a picture share, and return how many; parts begin at a row and a column.
+
+    >>> row = np.zeros((1, 4), int)
+    >>> paste(row, (0, 2), np.ones((3, 3), int), (-1, 0)), row.tolist()
+    (1, [[1, 0, 0, 0]])
+    """
+    (top, left), (y, x) = target_at, source_at
+    y0, y1 = max(top, y), min(top + target.shape[0], y + source.shape[0])
+    x0, x1 = max(left, x), min(left + target.shape[1], x + source.shape[1])
+    if y0 >= y1 or x0 >= x1:
+        return 0
+    target[y0 - top : y1 - top, x0 - left : x1 - left] = source[y0 - y : y1 - y, x0 - x : x1 - x]
+    return int((y1 - y0) * (x1 - x0))
 
 
 def _layers(names: Sequence[str]) -> dict[str, dict[str, int]]:

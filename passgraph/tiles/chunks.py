@@ -200,10 +200,6 @@ class _Chunked:
                 key = (self.array.name, i, j, 0)[: 1 + self.array.ndim]
                 yield key, (y0 - y, y1 - y, x0 - x, x1 - x), (y0 - top, x0 - left)
 
-    def chunk_shape(self, key: Any) -> Part:
-        """Return the part that covers a chunk, in the chunk's coordinates."""
-        return 0, self.rows[key[1]], 0, self.columns[key[2]]
-
 
 def _cut(lengths: Sequence[int], start: int, stop: int) -> Iterator[tuple[int, int]]:
     """Yield the number and the start of each chunk along an axis that overlaps a span."""
@@ -241,7 +237,7 @@ class _Shared:
         for number, chunked in enumerate(self.uncut.values()):
             whole_keys.append(f"passgraph-whole-{number}-{token}")
             keys, pieces = self._pieces(chunked, (0, chunked.shape[0], 0, chunked.shape[1]), layer, token)
-            layer[whole_keys[-1]] = (worker.joined, pieces, keys)
+            layer[whole_keys[-1]] = (worker.Pieces.joined, pieces, keys)
         for i, ((top, bottom), (y0, y1)) in enumerate(rows):
             for j, ((left, right), (x0, x1)) in enumerate(columns):
                 tile = Tile((y0, y1, x0, x1), (top, bottom, left, right))
@@ -264,7 +260,7 @@ class _Shared:
         keys, places = [], []
         for key, inside, place in chunked.touched(part):
             places.append(place)
-            if inside == chunked.chunk_shape(key):
+            if inside == (0, chunked.rows[key[1]], 0, chunked.columns[key[2]]):
                 keys.append(key)
                 continue
             top, bottom, left, right = inside

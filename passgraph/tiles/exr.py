@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from passgraph.image_files import ImageFile, associated, error_of, name_of, opened_image, straight
+from passgraph.image_files import ImageFile, associated, error_of, name_of, opened_image, paste, straight
 from passgraph.image_formats import WRITABLE, Metadata
 from passgraph.pictures import split_layer
-from passgraph.tiles.grid import Convert, Numbers, Part, checked_shape, pieces
+from passgraph.tiles.grid import Convert, Numbers, Part, Source, checked_shape, pieces, touched
 
 #: Rows that OpenEXR compresses together.
 _ROWS_OF_STRIPS = {"zip": 16, "pxr24": 16, "piz": 32, "b44": 32, "b44a": 32, "dwaa": 32, "dwab": 256}
@@ -20,7 +20,7 @@ _ROWS_OF_STRIPS = {"zip": 16, "pxr24": 16, "piz": 32, "b44": 32, "b44a": 32, "dw
 TILE = 64
 
 
-class ExrSource:
+class ExrSource(Source):
     """An OpenEXR file, or one layer of it, in its display window; alpha is straight. Read by one thread at a time."""
 
     def __init__(self, path: Path, what: str) -> None:
@@ -125,21 +125,16 @@ class ExrSink:
             numbers = picture(piece)
             if self.shape[2] in (2, 4):
                 numbers = associated(numbers)
-            top, bottom, left, right = piece
-            for row in range(top // TILE, -(-bottom // TILE)):
-                for column in range(left // TILE, -(-right // TILE)):
-                    self._add(row, column, piece, numbers)
+            for row, column in touched(piece, self.block):
+                self._add(row, column, (piece[0], piece[2]), numbers)
 
-    def _add(self, row: int, column: int, piece: Part, numbers: Numbers) -> None:
-        """Add the pixels of a piece to a tile."""
+    def _add(self, row: int, column: int, corner: tuple[int, int], numbers: Numbers) -> None:
+        """Add the pixels of a piece, with its corner at a row and a column of the picture, to a tile."""
         y, x = row * TILE, column * TILE
-        top, bottom, left, right = piece
-        y0, y1, x0, x1 = max(top, y), min(bottom, y + TILE), max(left, x), min(right, x + TILE)
         inside = min(TILE, self.shape[0] - y) * min(TILE, self.shape[1] - x)
         empty = np.zeros((TILE, TILE, self.shape[2]), self.dtype)
         tile, missing = self._incomplete.pop((row, column), (empty, inside))
-        tile[y0 - y : y1 - y, x0 - x : x1 - x] = numbers[y0 - top : y1 - top, x0 - left : x1 - left]
-        missing -= (y1 - y0) * (x1 - x0)
+        missing -= paste(tile, (y, x), numbers, corner)
         if missing:
             self._incomplete[row, column] = tile, missing
         else:

@@ -1,4 +1,4 @@
-"""The tiling of a picture, within a memory limit."""
+"""Parts of a picture, their sources, and the tiling within a memory limit."""
 
 from __future__ import annotations
 
@@ -41,6 +41,40 @@ def pieces(part: Part, block: tuple[int, int]) -> Iterator[Part]:
     for y in range(first_row, bottom, rows):
         for x in range(first_column, right, columns):
             yield max(top, y), min(bottom, y + rows), max(left, x), min(right, x + columns)
+
+
+def touched(part: Part, block: tuple[int, int]) -> Iterator[tuple[int, int]]:
+    """Yield the row and the column, counted in blocks, of each block that a part overlaps."""
+    top, bottom, left, right = part
+    for row in range(top // block[0], -(-bottom // block[0])):
+        for column in range(left // block[1], -(-right // block[1])):
+            yield row, column
+
+
+class Source:
+    """A picture that is read part by part.
+
+    Attributes
+    ----------
+    shape : (height, width, channels)
+    block : (height, width) of the blocks that are decoded as a whole, (1, 1) if there are none
+    cost : memory for reading besides the part itself
+    is_grey : True for a gray picture, which has no channel axis; False for one channel of data
+    """
+
+    name: str
+    shape: tuple[int, int, int]
+    dtype: np.dtype[Any]
+    block: tuple[int, int]
+    cost = 0
+    is_grey: bool
+
+    def read(self, part: Part) -> Numbers:
+        """Return a copy of the part as (rows, columns, channels)."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Release the file, if there is one."""
 
 
 def imported(package: str, what: str) -> Any:

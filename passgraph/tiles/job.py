@@ -17,9 +17,9 @@ from passgraph.plan.data import Memory, Options, Plan
 from passgraph.plan.limits import bytes_of, format_bytes
 from passgraph.plan.window import Footprint, footprint
 from passgraph.run.finite_checks import NonFinite
-from passgraph.tiles.grid import PIECE_PIXELS, Cost, grid_of
+from passgraph.tiles.grid import PIECE_PIXELS, Cost, Source, grid_of
 from passgraph.tiles.sinks import Sink
-from passgraph.tiles.sources import Grey, Source, open_source
+from passgraph.tiles.sources import Grey, open_source
 from passgraph.tiles.tile_run import Bound, Graph, Job, admitted_part, bound, result_size, whole_plan
 
 if TYPE_CHECKING:

@@ -11,11 +11,12 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
+from passgraph.image_files import paste
 from passgraph.plan.data import Options, Plan
 from passgraph.run.finite_checks import NonFinite
-from passgraph.tiles.grid import Convert, Grid, Numbers, Part, Tile
+from passgraph.tiles.grid import Grid, Numbers, Part, Source
 from passgraph.tiles.job import TileRequest, prepared
-from passgraph.tiles.sources import Source
+from passgraph.tiles.sinks import Sink
 from passgraph.tiles.tile_run import Graph, Job, Windows
 
 if TYPE_CHECKING:
@@ -60,23 +61,10 @@ def lazily_tiled(
         return LazyPicture(job, windows, name, shape, stack.pop_all())
 
 
-class _NoSink:
-    """A placeholder sink for results that are returned."""
-
-    dtype: np.dtype[Any] = np.dtype(np.float32)
-    block = (1, 1)
-    cost = 0
-
-    def open(self) -> None: ...
-    def write(self, part: Part, picture: Convert) -> None: ...
-    def finish(self) -> None: ...
-    def abandon(self) -> None: ...
-
-
-def _no_sinks(plan: Plan, _: Mapping[str, Source]) -> dict[str, Any]:
+def _no_sinks(plan: Plan, _: Mapping[str, Source]) -> dict[str, Sink]:
     if len(plan.outputs) != 1:
         raise InputError(f"the graph has the results {', '.join(plan.outputs)}; ask for one of them")
-    return {name: _NoSink() for name in plan.outputs}
+    return {name: Sink() for name in plan.outputs}
 
 
 class LazyPicture:
@@ -143,17 +131,11 @@ class LazyPicture:
             if self._closed:
                 raise InputError("this picture is closed; call lazily_tiled again")
             for tile in self.grid.touching(part):
-                result = self._computed(tile)
-                y0, y1 = max(top, tile.core[0]), min(bottom, tile.core[1])
-                x0, x1 = max(left, tile.core[2]), min(right, tile.core[3])
-                y, x = tile.window[0], tile.window[2]
-                joined[y0 - top : y1 - top, x0 - left : x1 - left] = result[y0 - y : y1 - y, x0 - x : x1 - x]
+                pictures = self._job.admitted(self._windows, tile)
+                result: Numbers = self._job.compute(self._windows, tile, pictures)[self._name]
+                (y, _, x, _), (y0, y1, x0, x1) = tile.window, tile.core
+                paste(joined, (top, left), result[y0 - y : y1 - y, x0 - x : x1 - x], (y0, x0))
         return joined
-
-    def _computed(self, tile: Tile) -> Numbers:
-        pictures = self._job.admitted(self._windows, tile)
-        result: Numbers = self._job.compute(self._windows, tile, pictures)[self._name]
-        return result
 
     def close(self) -> None:
         """Release the resources; idempotent."""

@@ -8,22 +8,11 @@ from typing import Any, cast
 from passgraph.files.remote import cluster_errors, digest_and_text, serializable_values, threads_for
 from passgraph.serialize import to_data
 from passgraph.tiles.grid import Tile
-from passgraph.tiles.tile_run import Advance, Job, Pictures
+from passgraph.tiles.tile_run import Advance, Job
 
 
-def run_tiles_on(client: Any, job: Job, cache_bytes: int, advance: Advance) -> None:
-    """Compute the tiles of a job on a cluster; each worker keeps ``cache_bytes`` of decoded blocks of files.
-
-    Raises
-    ------
-    SchedulerLostError
-        If the connection to the scheduler is lost; the sinks are then incomplete.
-    """
-    _Run(client, job, cache_bytes).all(advance)
-
-
-class _Run:
-    """A run of a job on a cluster, with the tiles in flight."""
+class ClusterRun:
+    """A run of a job on a cluster, with the tiles in flight; each worker keeps ``cache_bytes`` of decoded blocks."""
 
     def __init__(self, client: Any, job: Job, cache_bytes: int) -> None:
         from distributed import as_completed
@@ -45,6 +34,7 @@ class _Run:
         self.tiles: dict[Any, Tile] = {}
 
     def all(self, advance: Advance) -> None:
+        """Compute and write all tiles; raise SchedulerLostError if the scheduler is lost, with incomplete sinks."""
         waiting = iter(self.job.grid)
         try:
             with cluster_errors(self.client, "a tile", "nothing took its name; run again"):
@@ -57,7 +47,7 @@ class _Run:
                         self._submit(tile, read_here=True)
                         continue
                     future.release()
-                    self._write(tile, results)
+                    self.job.write(Tile(tile.core, tile.core), results)
                     advance()
                     for following in islice(waiting, 1):
                         self._submit(following)
@@ -73,6 +63,3 @@ class _Run:
         future = self.client.submit(self._worker.computed, self.shared, tile, pictures, self.uncut, pure=False)
         self.tiles[future] = tile
         self.done.add(future)
-
-    def _write(self, tile: Tile, results: Pictures) -> None:
-        self.job.write(Tile(tile.core, tile.core), results)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from passgraph.files.worker import Named, Programs, compiled
 from passgraph.plan.window import footprint
-from passgraph.tiles.grid import Numbers, Tile
-from passgraph.tiles.sources import Source, open_source
+from passgraph.tiles.grid import Numbers, Source, Tile
+from passgraph.tiles.sources import open_source
 from passgraph.tiles.tile_run import Windows, admitted_part, bound, whole_plan
 
 #: Name of the worker plugin, and most compiled window shapes that it keeps; chunks at edges have other shapes.
@@ -134,8 +134,3 @@ def chunk(shared: SharedData, spec: Chunk, pieces: Sequence[Sequence[Any]], uncu
     results = computed(shared, spec.tile, windows, dict(zip(spec.uncut, uncut, strict=True)))
     assert results is not None  # no input is a file
     return next(iter(results.values()))
-
-
-def joined(layout: Pieces, chunks: Sequence[Any]) -> Numbers:
-    """Assemble a full picture from its chunks."""
-    return layout.joined(chunks)

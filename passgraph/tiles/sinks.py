@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -23,22 +23,25 @@ _KINDS = {".tif": "TIFF", ".tiff": "TIFF", ".exr": "OpenEXR", ".zarr": "Zarr"}
 CHUNK = 512
 
 
-class Sink(Protocol):
-    """A sink of tiles in any order.
+class Sink:
+    """A sink of tiles in any order; this one keeps nothing.
 
-    ``block`` is the (height, width) of a block of its storage; ``cost`` is the memory that it keeps between tiles.
+    Attributes
+    ----------
+    block : (height, width) of a block of its storage
+    cost : memory that it keeps between tiles
     """
 
-    @property
-    def block(self) -> tuple[int, int]: ...
-    @property
-    def dtype(self) -> np.dtype[Any]: ...
-    @property
-    def cost(self) -> int: ...
+    block: tuple[int, int] = (1, 1)
+    dtype: np.dtype[Any] = np.dtype(np.float32)
+    cost = 0
+
     def open(self) -> None:
         """Create the output."""
 
-    def write(self, part: Part, picture: Convert) -> None: ...
+    def write(self, part: Part, picture: Convert) -> None:
+        """Write a part."""
+
     def finish(self) -> None:
         """Complete the output; a file is renamed to its path."""
 
@@ -95,10 +98,8 @@ def converted(picture: Numbers, dtype: np.dtype[Any]) -> Numbers:
         return picture.astype(dtype, copy=False)
 
 
-class ArraySink:
+class ArraySink(Sink):
     """A sink that writes into the caller's array."""
-
-    cost = 0
 
     def __init__(self, array: Any, shape: tuple[int, int, int], what: str) -> None:
         if not (hasattr(array, "shape") and hasattr(array, "dtype") and hasattr(array, "__setitem__")):
@@ -120,22 +121,13 @@ class ArraySink:
             raise InputError(f"{what} has dtype bool; give uint8, uint16 or floats")
         self.array, self.block, self._flat = array, block_of(array, written=True), len(array.shape) == 2
 
-    def open(self) -> None:
-        """Do nothing; the array exists."""
-
     def write(self, part: Part, picture: Convert) -> None:
         for top, bottom, left, right in pieces(part, self.block):
             numbers = picture((top, bottom, left, right))
             self.array[top:bottom, left:right] = numbers[:, :, 0] if self._flat else numbers
 
-    def finish(self) -> None:
-        """Do nothing; the parts are written."""
 
-    def abandon(self) -> None:
-        """Do nothing; the array belongs to the caller."""
-
-
-class FileSink:
+class FileSink(Sink):
     """A sink that writes a file or Zarr store atomically, under a temporary name until it is complete."""
 
     def __init__(
@@ -172,13 +164,13 @@ class FileSink:
             elif self._kind == "OpenEXR":
                 self._inner = exr.ExrSink(self._new_file.temporary, self.shape, self.dtype, self._notes)
             else:
-                self._inner = ArraySink(self._new_zarr(self._new_file.temporary), self.shape, self.what)
+                array = self._package.create_array(
+                    store=str(self._new_file.temporary), shape=self.shape, dtype=self.dtype,
+                    chunks=(*self.block, self.shape[2]),
+                )  # fmt: skip
+                self._inner = ArraySink(array, self.shape, self.what)
         except OSError as error:
             raise self._failed(error) from error
-
-    def _new_zarr(self, path: Path) -> Any:
-        chunks = (*self.block, self.shape[2])
-        return self._package.create_array(store=str(path), shape=self.shape, dtype=self.dtype, chunks=chunks)
 
     def write(self, part: Part, picture: Convert) -> None:
         try:

@@ -2,45 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
+from passgraph.image_files import paste
 from passgraph.pictures import split_layer
 from passgraph.run.caller_arrays import GREY_CHANNELS
-from passgraph.tiles.grid import Numbers, Part, block_of, checked_dtype, checked_shape, imported
-
-
-class Source(Protocol):
-    """A picture that is read part by part.
-
-    ``shape`` is (height, width, channels). ``block`` is the (height, width) of the blocks that are decoded as a whole,
-    (1, 1) if there are none. ``cost`` is the memory for reading besides the part itself.
-    """
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def shape(self) -> tuple[int, int, int]: ...
-    @property
-    def dtype(self) -> np.dtype[Any]: ...
-    @property
-    def block(self) -> tuple[int, int]: ...
-    @property
-    def cost(self) -> int: ...
-    @property
-    def is_grey(self) -> bool:
-        """True for a gray picture, which has no channel axis; False for one channel of data."""
-
-    def read(self, part: Part) -> Numbers:
-        """Return a copy of the part as (rows, columns, channels)."""
-
-    def close(self) -> None: ...
+from passgraph.tiles.grid import Numbers, Part, Source, block_of, checked_dtype, checked_shape, imported, touched
 
 
 def open_source(given: Any, what: str, room: int) -> Source:
@@ -58,7 +31,13 @@ def open_source(given: Any, what: str, room: int) -> Source:
     InputError : it does not exist, or is no picture that can be read in parts
     """
     if not isinstance(given, (str, PathLike)):
-        return array_source(given, what, room)
+        if not (hasattr(given, "shape") and hasattr(given, "dtype") and hasattr(given, "__getitem__")):
+            raise InputError(
+                f"{what} must be a path or an array (h, w) or (h, w, 1 to 4) that gives its parts, got "
+                f"{arguments.shown(given)}"
+            )
+        source = ArraySource(given, what, of_file=False)
+        return source if source.block == (1, 1) else Blocks(source, room)
     path = Path(given)
     file, _ = split_layer(path)
     if not file.exists():
@@ -95,21 +74,8 @@ def open_zarr(path: Path, what: str) -> Any:
     return array
 
 
-def array_source(given: Any, what: str, room: int) -> Source:
-    """Return a source that reads an array, with a cache of blocks if it is chunked."""
-    if not (hasattr(given, "shape") and hasattr(given, "dtype") and hasattr(given, "__getitem__")):
-        raise InputError(
-            f"{what} must be a path or an array (h, w) or (h, w, 1 to 4) that gives its parts, got "
-            f"{arguments.shown(given)}"
-        )
-    source = ArraySource(given, what, of_file=False)
-    return source if source.block == (1, 1) else Blocks(source, room)
-
-
-class ArraySource:
+class ArraySource(Source):
     """A source that indexes an array as ``array[rows, columns]``: NumPy, memory maps, Zarr, HDF5, dask."""
-
-    cost = 0
 
     def __init__(self, array: Any, name: str, *, of_file: bool) -> None:
         self.name, self.array, self._of_file = name, array, of_file
@@ -137,11 +103,8 @@ class ArraySource:
             )
         return copied.reshape(shape)
 
-    def close(self) -> None:
-        """Do nothing; the array belongs to the caller."""
 
-
-class Grey:
+class Grey(Source):
     """A gray source as RGB: its value is red, green and blue."""
 
     is_grey = False
@@ -158,10 +121,10 @@ class Grey:
         self.source.close()
 
 
-class Blocks:
+class Blocks(Source):
     """A source with a cache of decoded blocks, since neighboring tiles share the blocks at their edges."""
 
-    def __init__(self, source: Any, room: int) -> None:
+    def __init__(self, source: Source, room: int) -> None:
         self.source, self.name = source, source.name
         self.shape, self.dtype, self.block = source.shape, source.dtype, source.block
         self.is_grey = source.is_grey
@@ -171,28 +134,17 @@ class Blocks:
         # Two rows of blocks: the row that a row of tiles shares with the next one, and the row after it.
         self.kept = max(1, min(2 * across + 2, room // max(1, self.block_bytes))) if self.block != (1, 1) else 0
         self._blocks: dict[tuple[int, int], Numbers] = {}
-
-    @property
-    def cost(self) -> int:
         # Two more: the block being decoded, and its encoded bytes.
-        return int((self.kept + 2) * self.block_bytes + self.source.cost)
+        self.cost = (self.kept + 2) * self.block_bytes + source.cost
 
     def read(self, part: Part) -> Numbers:
         if self.block == (1, 1):
             return np.asarray(self.source.read(part))
         top, bottom, left, right = part
         joined = np.empty((bottom - top, right - left, self.shape[2]), self.dtype)
-        for row, column in self._touched(part):
-            block, y, x = self._block(row, column), row * self.block[0], column * self.block[1]
-            y0, y1, x0, x1 = max(top, y), min(bottom, y + len(block)), max(left, x), min(right, x + block.shape[1])
-            joined[y0 - top : y1 - top, x0 - left : x1 - left] = block[y0 - y : y1 - y, x0 - x : x1 - x]
+        for row, column in touched(part, self.block):
+            paste(joined, (top, left), self._block(row, column), (row * self.block[0], column * self.block[1]))
         return joined
-
-    def _touched(self, part: Part) -> Iterator[tuple[int, int]]:
-        top, bottom, left, right = part
-        for row in range(top // self.block[0], -(-bottom // self.block[0])):
-            for column in range(left // self.block[1], -(-right // self.block[1])):
-                yield row, column
 
     def _block(self, row: int, column: int) -> Numbers:
         block = self._blocks.get((row, column))

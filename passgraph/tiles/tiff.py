@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
-from passgraph.image_files import straight
+from passgraph.image_files import paste, straight
 from passgraph.image_formats import Metadata
-from passgraph.tiles.grid import Convert, Numbers, Part, checked_dtype, checked_shape, imported, pieces
+from passgraph.tiles.grid import Convert, Numbers, Part, Source, checked_dtype, checked_shape, imported, pieces, touched
 
 #: Sides of the tiles that are written, in pixels, as readers of large pictures expect; the format requires a multiple
 #: of 16 (TIFF 6.0, section 15).
@@ -28,10 +28,8 @@ def opaque(dtype: np.dtype[Any]) -> Any:
     return np.iinfo(dtype).max if dtype.kind == "u" else 1
 
 
-class TiffSource:
+class TiffSource(Source):
     """The first picture of a TIFF file; read by one thread at a time."""
-
-    cost = 0
 
     def __init__(self, path: Path, what: str) -> None:
         tifffile = imported("tifffile", what)
@@ -114,18 +112,17 @@ class TiffSource:
     def _segments(self, part: Part) -> Numbers:
         """Read a part from the blocks that overlap it."""
         top, bottom, left, right = part
-        page, (rows, columns) = self._page, self.block
+        rows, columns = self.block
         pixels = np.zeros((bottom - top, right - left, self.shape[2]), self.dtype)
         across, down = ceil(self.shape[1] / columns), ceil(self.shape[0] / rows)
         for plane in range(self.shape[2] if self._planar else 1):
-            for row in range(top // rows, ceil(bottom / rows)):
-                for column in range(left // columns, ceil(right / columns)):
-                    self._decode(page, plane * across * down + row * across + column, part, pixels)
+            for row, column in touched(part, self.block):
+                self._decode(plane * across * down + row * across + column, (top, left), pixels)
         return pixels
 
-    def _decode(self, page: Any, index: int, part: Part, pixels: Numbers) -> None:
-        top, bottom, left, right = part
-        file, size = self._tiff.filehandle, page.databytecounts[index]
+    def _decode(self, index: int, corner: tuple[int, int], pixels: Numbers) -> None:
+        page, file = self._page, self._tiff.filehandle
+        size = page.databytecounts[index]
         data = None
         if size:
             file.seek(page.dataoffsets[index])
@@ -135,10 +132,8 @@ class TiffSource:
         segment, (plane, _, y, x, _), _ = page.decode(data, index, jpegtables=page.jpegtables)
         if segment is None:  # omitted by the writer: all zeros
             return
-        block = segment[0]
-        y0, y1, x0, x1 = max(top, y), min(bottom, y + len(block)), max(left, x), min(right, x + block.shape[1])
         channels = slice(plane, plane + 1) if self._planar else slice(None)
-        pixels[y0 - top : y1 - top, x0 - left : x1 - left, channels] = block[y0 - y : y1 - y, x0 - x : x1 - x]
+        paste(pixels[:, :, channels], corner, segment[0], (y, x))
 
     def close(self) -> None:
         self._tiff.close()

@@ -27,9 +27,8 @@ from passgraph.run.execution import Execution
 from passgraph.run.finite_checks import NonFinite, checked_choice, readers_of
 from passgraph.run.program import Program
 from passgraph.run.result import Results
-from passgraph.tiles.grid import Grid, Numbers, Part, Tile
+from passgraph.tiles.grid import Grid, Numbers, Part, Source, Tile
 from passgraph.tiles.sinks import Sink, converted
-from passgraph.tiles.sources import Source
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
@@ -198,14 +197,10 @@ class Job:
         """Compile the graph for the tiles' windows; the caller closes the result."""
         return Windows(self.bound, self.plan, self.needs, self.grid.window)
 
-    def read(self, tile: Tile) -> Pictures:
-        """Read the inputs of a tile, in the dtypes of the sources."""
-        return {name: source.read(tile.window) for name, source in self.sources.items()}
-
     def admitted(self, windows: Windows, tile: Tile) -> Pictures:
         """Read the inputs of a tile and convert them for a run."""
-        pictures = self.read(tile).items()
-        return {name: windows.admitted(name, numbers, tile.window) for name, numbers in pictures}
+        pictures = {name: source.read(tile.window) for name, source in self.sources.items()}
+        return {name: windows.admitted(name, numbers, tile.window) for name, numbers in pictures.items()}
 
     def compute(self, windows: Windows, tile: Tile, pictures: Pictures) -> Pictures:
         """Compute the results of a tile, in the size of its window."""

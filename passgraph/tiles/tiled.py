@@ -17,10 +17,9 @@ from passgraph.image_formats import Metadata
 from passgraph.pictures import metadata_of
 from passgraph.plan.data import Options, Plan
 from passgraph.run.finite_checks import NonFinite
-from passgraph.tiles.grid import Grid
+from passgraph.tiles.grid import Grid, Source
 from passgraph.tiles.job import TileRequest, block_cache_bytes, prepared
 from passgraph.tiles.sinks import Sink, planned_sink
-from passgraph.tiles.sources import Source
 from passgraph.tiles.tile_run import Advance, Graph, Job, Progress, report_progress, run_tiles
 
 if TYPE_CHECKING:
@@ -126,11 +125,11 @@ def _runner(job: Job, client: Client | None, memory: int | str, stack: ExitStack
         windows = stack.enter_context(closing(job.windows()))
         return lambda advance: run_tiles(job, windows, advance)
     from passgraph.files.remote import check_unchanged, checked_client
-    from passgraph.tiles.remote_tiles import run_tiles_on
+    from passgraph.tiles.remote_tiles import ClusterRun
 
     checked_client(client)
     check_unchanged(job.bound.overrides)
-    return lambda advance: run_tiles_on(client, job, block_cache_bytes(memory), advance)
+    return lambda advance: ClusterRun(client, job, block_cache_bytes(memory)).all(advance)
 
 
 def _notes(sources: Mapping[str, Source], pictures: object) -> Metadata:
