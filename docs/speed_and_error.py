@@ -37,8 +37,8 @@ NAMES = ("shipped", "samurai", "slab", "room", "wide", "chequer")
 #: Scenes in which the map shows the uppermost of several casters, or one lamp is as wide as the things below it.
 STACKED = ("two-sheets", "three-sheets", "shelf", "cage", "leaves", "furniture", "fence", "layers")
 SETTINGS = Settings(size=(640, 360), map_sizes=(1024,), backends=("numpy", "gl"), frames=5)
-STACKED_SETTINGS = SETTINGS.with_(
-    methods=("pcss-32", "pcss-64", "penumbra-16", "penumbra-32"), backends=("numpy",), most_samples=400
+STACKED_SETTINGS = replace(
+    SETTINGS, methods=("pcss-32", "pcss-64", "penumbra-16", "penumbra-32"), backends=("numpy",), most_samples=400
 )
 #: Methods whose pictures the page shows beside the truth.
 SHOWN = ("hard", "blur-world", "evsm4", "pcss-32", "penumbra-16")

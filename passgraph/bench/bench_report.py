@@ -141,11 +141,6 @@ def flat(row: Row) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def as_csv(rows: Sequence[Row]) -> str:
-    """Return a line of CSV for each row."""
-    return csv_text(COLUMNS, [flat(row) for row in rows])
-
-
 def csv_text(columns: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> str:
     """Return CSV: a heading, then a line for each row, numbers with six digits.
 
@@ -272,7 +267,7 @@ def write_report(
     for result in results:
         say(f"writing {result.name}")
         parts.append(_section(result, folder))
-    write_text(folder / "results.csv", as_csv([row for r in results for row in r.rows]))
+    write_text(folder / "results.csv", csv_text(COLUMNS, [flat(row) for r in results for row in r.rows]))
     write_text(folder / "results.json", as_json(results, settings))
     write_text(folder / "report.html", "\n".join([*parts, "</body></html>", ""]))
     return [folder / name for name in ("report.html", "results.csv", "results.json")]

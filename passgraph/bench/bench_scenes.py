@@ -43,17 +43,25 @@ class BenchScene:
         return not self.needs or find_spec(self.needs) is not None
 
 
-def plane(half: float) -> Node:
-    """Return a square of y = 0."""
-    corners = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1.0]]) * half
-    mesh = Mesh.make(corners, [[0, 1, 2], [0, 2, 3]], np.tile([0.0, 1.0, 0.0], (4, 1)), name="plane")
-    return Node(mesh, GREY, name="plane")
-
-
-def _sheet(width: float, depth: float, at: tuple[float, float, float], name: str) -> Node:
+def _sheet(width: float, depth: float, at: tuple[float, float, float], name: str, material: Material = SHEET) -> Node:
     corners = np.array([[-width, 0, depth], [width, 0, depth], [width, 0, -depth], [-width, 0, -depth]]) * 0.5
     mesh = Mesh.make(corners, [[0, 1, 2], [0, 2, 3]], np.tile([0.0, 1.0, 0.0], (4, 1)), name=name)
-    return Node(mesh, SHEET, translation(at), name)
+    return Node(mesh, material, translation(at), name)
+
+
+def plane(half: float) -> Node:
+    """Return a square of y = 0."""
+    return _sheet(2.0 * half, 2.0 * half, (0.0, 0.0, 0.0), "plane", GREY)
+
+
+def _block(at: tuple[float, float, float], size: tuple[float, float, float], name: str) -> Node:
+    """Return a box that stands on the center of its lower side."""
+    return Node(box(1.0), GREY, translation(at) @ np.diag([*size, 1.0]), name)
+
+
+def slab(half: float, thickness: float) -> Node:
+    """Return a floor with an underside; its upper side is y = 0."""
+    return _block((0.0, -thickness, 0.0), (2.0 * half, thickness, 2.0 * half), "slab")
 
 
 #: Tangent of the angular radius of the light over the box, for very wide penumbrae.
@@ -104,11 +112,6 @@ def layers_scene() -> Scene:
     return Scene(nodes, camera, (light,), "layers")
 
 
-def slab(half: float, thickness: float) -> Node:
-    """Return a floor with an underside; its upper side is y = 0."""
-    return Node(box(1.0), GREY, translation((0.0, -thickness, 0.0)) @ np.diag([2.0 * half, thickness, 2.0 * half, 1.0]))
-
-
 def slab_scene() -> Scene:
     """Return a ball on a floor with an underside that extends behind the lamp, up to the lamp's plane."""
     camera = Camera((3.2, 2.4, 3.4), (0.1, 0.3, 0.0), vertical_fov_rad=0.55, near=0.5, far=60.0)
@@ -119,7 +122,7 @@ def slab_scene() -> Scene:
 def room_scene() -> Scene:
     """Return a closed room with objects, under a spot recessed into its ceiling."""
     walls = [
-        Node(box(1.0), GREY, translation(at) @ np.diag([*size, 1.0]), name)
+        _block(at, size, name)
         for name, at, size in (
             ("floor", (0.0, -0.2, 0.0), (5.4, 0.2, 5.4)),
             ("ceiling", (0.0, 3.0, 0.0), (5.4, 0.2, 5.4)),
@@ -166,26 +169,11 @@ def chequer_scene() -> Scene:
     )
 
 
-def _block(at: tuple[float, float, float], size: tuple[float, float, float], name: str) -> Node:
-    """Return a box that stands on the center of its lower side."""
-    return Node(box(1.0), GREY, translation(at) @ np.diag([*size, 1.0]), name)
-
-
 def _stack(heights: tuple[float, ...]) -> Scene:
     """Return sheets over a floor, each offset from the one below it."""
     sheets = [_sheet(1.8, 1.8, (-0.25 * i, height, 0.1 * i), f"sheet {i}") for i, height in enumerate(heights)]
     camera = Camera((3.9, 2.1, 2.6), (0.35, 0.1, 0.0), vertical_fov_rad=0.6, near=0.5, far=60.0)
     return Scene((plane(20.0), *sheets), camera, (Light.directional((0.5, -1.0, -0.2), radius=0.1),))
-
-
-def two_sheets_scene() -> Scene:
-    """Return two sheets, the lower one mostly hidden from the light."""
-    return _stack((0.4, 1.6))
-
-
-def three_sheets_scene() -> Scene:
-    """Return three sheets."""
-    return _stack((0.3, 0.9, 2.2))
 
 
 def shelf_scene() -> Scene:
@@ -276,8 +264,8 @@ SCENES: dict[str, BenchScene] = {
         BenchScene("room", "things in a closed room, a spot in its ceiling", room_scene),
         BenchScene("wide", "a ball and posts on a thick floor 200 wide, under a sun", wide_scene),
         BenchScene("chequer", "a chequered board over a thick floor", chequer_scene),
-        BenchScene("two-sheets", "two sheets over a floor, one over the other", two_sheets_scene),
-        BenchScene("three-sheets", "three sheets over a floor, one over the other", three_sheets_scene),
+        BenchScene("two-sheets", "two sheets over a floor, one over the other", lambda: _stack((0.4, 1.6))),
+        BenchScene("three-sheets", "three sheets over a floor, one over the other", lambda: _stack((0.3, 0.9, 2.2))),
         BenchScene("shelf", "four boards one over the other", shelf_scene),
         BenchScene("cage", "a ball in a cage of bars", cage_scene),
         BenchScene("leaves", "leaves at all heights over a floor", leaves_scene),

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -98,10 +97,6 @@ class Settings:
     frames: int = 9
     most_samples: int = MOST_SAMPLES
 
-    def with_(self, **changes: Any) -> Settings:
-        """Return a copy with some fields changed."""
-        return replace(self, **changes)
-
 
 @dataclass
 class _Drawn:
@@ -140,16 +135,8 @@ def measure(name: str, settings: Settings, say: Callable[[str], object] = lambda
         truth = truth_of(scene, settings.size, samples)
         errors = {key: compared(share, truth, drawn.counts[key[0]]) for key, share in drawn.shares.items()}
     rows = [
-        Row(
-            name,
-            backend,
-            method,
-            METHODS[method].series,
-            map_size,
-            *drawn.times[backend, method, map_size],
-            frame_errors,
-        )
-        for (backend, method, map_size), frame_errors in errors.items()
+        Row(name, backend, method, METHODS[method].series, size, *drawn.times[backend, method, size], off)
+        for (backend, method, size), off in errors.items()
     ]
     return SceneResult(name, scene, truth, tuple(rows), drawn.shares, drawn.counts, tuple(drawn.failed))
 

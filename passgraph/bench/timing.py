@@ -6,6 +6,7 @@ import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -37,14 +38,11 @@ class FrameTime:
 def frame_times(programs: Mapping[str, Program], light: Light, frames: int) -> dict[str, FrameTime]:
     """Run every program once per round, with a moving light; ratios refer to the first program."""
 
-    def runs(program: Program) -> Callable[[int], None]:
-        def run(frame: int) -> None:
-            program.run(light=nudged(light, frame))
-            program.finish()
+    def run(program: Program, frame: int) -> None:
+        program.run(light=nudged(light, frame))
+        program.finish()
 
-        return run
-
-    return times_in_turn({name: runs(program) for name, program in programs.items()}, frames)
+    return times_in_turn({name: partial(run, program) for name, program in programs.items()}, frames)
 
 
 def times_in_turn(calls: Mapping[str, Callable[[int], object]], frames: int) -> dict[str, FrameTime]:

@@ -139,7 +139,8 @@ def difference(got: Picture, true: Picture) -> Difference:
     >>> difference(grey, black).rmse, difference(grey, black).largest
     (0.25, 0.25)
     """
-    off = np.where(_alike(got, true), 0.0, got.astype(np.float64) - true)
+    alike = (got == true) | (np.isnan(got) & np.isnan(true))
+    off = np.where(alike, 0.0, got.astype(np.float64) - true)
     finite = bool(np.isfinite(off).all())
     colours = [picture[:, :, :3] for picture in (got, true)]
     known = all(np.isfinite(picture).all() for picture in colours)
@@ -151,10 +152,6 @@ def difference(got: Picture, true: Picture) -> Difference:
         ssim=nan if similar is None else float(similar.mean()),
         flip=float(flip_map(_shown(got), _shown(true)).mean()),
     )
-
-
-def _alike(got: Picture, true: Picture) -> NDArray[np.bool_]:
-    return np.asarray((got == true) | (np.isnan(got) & np.isnan(true)))
 
 
 def _shown(picture: Picture) -> Picture:

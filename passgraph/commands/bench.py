@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, astuple
+from dataclasses import asdict, astuple, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -221,7 +221,7 @@ def _bench_shadows(
         "backends": backends,
         "frames": frames,
     }
-    settings = settings.with_(**{key: value for key, value in given.items() if value})
+    settings = replace(settings, **{key: value for key, value in given.items() if value})
     for name in chosen:
         scene_named(name)
     check_folder(output)
