@@ -8,7 +8,7 @@ from functools import cache, partial
 from passgraph.glsl import syntax as g
 from passgraph.glsl.glsl_parser import Parser
 from passgraph.glsl.image_functions import DERIVATIVES, READS
-from passgraph.glsl.operators import as_int, plain
+from passgraph.glsl.operators import as_int, plain, whole_numbers_alike
 from passgraph.glsl.preprocess import preprocessed
 from passgraph.glsl.unit import Native, Unit
 from passgraph.language import ir
@@ -100,21 +100,13 @@ def _row(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
     """Apply a row of the table, by its name there."""
     arguments = [plain(part, span, f"an argument of {name}()") for part in parts]
     if set(OPERATIONS[name].operands if name in OPERATIONS else ()) == {"N"}:
-        arguments = _alike(arguments, span)
+        arguments = whole_numbers_alike(arguments, span)
     written = written_function(name, [a.type for a in arguments])
     if written is not None:
         return inlined(unit.builder, written, (list(arguments), {}), span)
     if len(arguments) > 1 or any(isinstance(a.type, Matrix) for a in arguments):
         arguments = [unit.builder.name_it(a, span) for a in arguments]
     return apply(name, arguments, span)
-
-
-def _alike(arguments: list[ir.Expr], span: Span) -> list[ir.Expr]:
-    """Convert ints to uints if one argument is a uint, as in ``max(i, 2u)``."""
-    kinds = [element_of(a.type) if isinstance(a.type, (Scalar, Vector)) else None for a in arguments]
-    if set(kinds) != {INT, UINT}:
-        return arguments
-    return [convert(a, UINT, span) for a in arguments]
 
 
 def _written(name: str, member: int, unit: Unit, parts: list[Part], span: Span) -> Part:

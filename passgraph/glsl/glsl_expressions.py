@@ -161,7 +161,8 @@ class Expressions:
         then_block, then = unit.captured(lambda: self.part(node.then), span)
         else_block, orelse = unit.captured(lambda: self.part(node.orelse), span)
         if not isinstance(then, COMPOSITE) and not isinstance(orelse, COMPOSITE):
-            then, orelse = unify(*whole_numbers_alike(then, orelse, span), span, "both sides of ? :")
+            then, orelse = whole_numbers_alike([then, orelse], span)
+            then, orelse = unify(then, orelse, span, "both sides of ? :")
         arrays = not isinstance(then, COMPOSITE) and isinstance(then.type, Array)
         if not (then_block or else_block or arrays):
             return choose(condition, then, orelse, span)
@@ -187,7 +188,8 @@ class Expressions:
         if element_of(switched.type) not in (INT, UINT):
             return switched  # the other side cannot change its type
         _, unused = self.body.unit.captured(lambda: self.value(other), node.span)
-        return unify(*whole_numbers_alike(switched, unused, node.span), node.span, "both sides of ? :")[0]
+        switched, unused = whole_numbers_alike([switched, unused], node.span)
+        return unify(switched, unused, node.span, "both sides of ? :")[0]
 
     def _sequence(self, node: g.Sequence) -> Part | None:
         last: Part | None = None

@@ -506,24 +506,16 @@ class Parser(ExpressionParser):
         if self.at("{"):
             return self.block()
         if self.skip("if"):
-            self.expect("(")
-            condition = self.expression()
-            self.expect(")")
-            then = self._inner()
+            condition, then = self._parenthesized(), self._inner()
             return g.If(span, condition, then, self._inner() if self.skip("else") else None)
         if self.skip("for"):
             return self._for(span)
         if self.skip("while"):
-            self.expect("(")
-            condition = self.expression()
-            self.expect(")")
-            return g.Loop(span, None, condition, None, self._inner())
+            return g.Loop(span, None, self._parenthesized(), None, self._inner())
         if self.skip("do"):
             body = self._inner()
             self.expect("while")
-            self.expect("(")
-            condition = self.expression()
-            self.expect(")")
+            condition = self._parenthesized()
             self.expect(";")
             return g.Loop(span, None, condition, None, body, late=True)
         if self.skip("switch"):
@@ -540,6 +532,12 @@ class Parser(ExpressionParser):
         self.expect(";")
         return g.Evaluate(span, value)
 
+    def _parenthesized(self) -> g.Expr:
+        self.expect("(")
+        inside = self.expression()
+        self.expect(")")
+        return inside
+
     def _for(self, span: Span) -> g.Loop:
         self.expect("(")
         start = self._statements()
@@ -550,9 +548,7 @@ class Parser(ExpressionParser):
         return g.Loop(span, start[0] if start else None, condition, update, self._inner())
 
     def _switch(self, span: Span) -> g.Switch:
-        self.expect("(")
-        value = self.expression()
-        self.expect(")")
+        value = self._parenthesized()
         self.expect("{")
         self.enter()
         cases: list[g.Case] = []

@@ -49,7 +49,7 @@ class Statements:
                 return True
             elif isinstance(node, g.Jump):
                 return self._jump(node)
-            elif self._other(node):
+            elif self.plain(node):
                 return True
             if isinstance(node, (g.If, g.Loop, g.Switch, g.Block)) and leaves_function(node, self.body.unit.leaving):
                 if not self.around:
@@ -59,7 +59,7 @@ class Statements:
                     self.body.exit.leave_loop_around(node.span)
         return False
 
-    def _other(self, node: g.Statement) -> bool:
+    def plain(self, node: g.Statement) -> bool:
         """Lower a statement that is neither a branch nor a jump; return True if every path leaves the function."""
         if isinstance(node, g.Block):
             return self.block(node.statements)
@@ -141,10 +141,6 @@ class Statements:
         block, _ = self.body.unit.captured(lambda: self.run(statements), node.span)
         self.around.pop()
         return block
-
-    def start(self, node: g.Statement) -> None:
-        """Emit the first part of a ``for``."""
-        self._other(node)
 
     def _switch(self, node: g.Switch) -> None:
         span = node.span

@@ -326,7 +326,7 @@ def emit_loop(body: Body, node: g.Loop) -> None:
     unit, builder, span = body.unit, body.builder, node.span
     body.scopes.append({})
     if node.start is not None:
-        body.statements.start(node.start)
+        body.statements.plain(node.start)
     count, around, outer = _counted(body, node), unit.trips, unit.counters
     if count is not None and not count.exact and count.trips > min(MAX_OPEN, _MAX_TOGETHER // around):
         count = None

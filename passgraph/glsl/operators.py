@@ -70,12 +70,11 @@ def fitted(part: Part, type_: Type, span: Span, what: str) -> Part:
     return coerce(part, type_, span, what)
 
 
-def whole_numbers_alike(left: ir.Expr, right: ir.Expr, span: Span) -> tuple[ir.Expr, ir.Expr]:
-    """Return both operands; an int is converted to uint if the other is a uint."""
-    elements = [_element(side) for side in (left, right)]
-    if set(elements) != {INT, UINT}:
-        return left, right
-    return tuple(convert(side, UINT, span) for side in (left, right))  # type: ignore[return-value]
+def whole_numbers_alike(values: list[ir.Expr], span: Span) -> list[ir.Expr]:
+    """Convert ints to uints if one of the values is a uint, as in ``max(i, 2u)``."""
+    if {_element(value) for value in values} != {INT, UINT}:
+        return values
+    return [convert(value, UINT, span) for value in values]
 
 
 def _element(value: ir.Expr) -> Scalar | None:
@@ -97,7 +96,7 @@ def arithmetic(sign: str, left: Part, right: Part, span: Span, named: Namer) -> 
         return is_equal if sign == "==" else apply("logical_not", [is_equal], span)
     one, other = (plain(side, span, f"an operand of {sign}") for side in (left, right))
     if sign not in ("<<", ">>"):
-        one, other = whole_numbers_alike(one, other, span)
+        one, other = whole_numbers_alike([one, other], span)
     if sign in _ORDERED:
         if not (isinstance(one.type, Scalar) and isinstance(other.type, Scalar)):
             fail(span, f"{sign} compares scalars, got {one.type} and {other.type}; use lessThan() and its like")
@@ -167,7 +166,8 @@ def equal(left: Part, right: Part, span: Span, named: Namer) -> ir.Expr:
         at = [ir.Literal(INT, i, span) for i in range(left.type.length)]
         return _all([equal(entry(left, i, span, named), entry(right, i, span, named), span, named) for i in at], span)
     one, other = (plain(side, span, "a side of ==") for side in (left, right))
-    one, other = unify(*whole_numbers_alike(one, other, span), span, "both sides of ==")
+    one, other = whole_numbers_alike([one, other], span)
+    one, other = unify(one, other, span, "both sides of ==")
     type_ = one.type
     if isinstance(type_, (Array, Matrix)):
         one, other = named(one, span), named(other, span)
