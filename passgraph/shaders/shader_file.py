@@ -12,9 +12,8 @@ from passgraph.errors import InputError
 from passgraph.glsl import parse
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec
-from passgraph.language.types import ImageType, Struct
 from passgraph.shaders import NOT_READ, SUFFIXES
-from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, shader_text, zero_of_type
+from passgraph.shaders.containers.effect import ShaderEffect, name_of, shader_text, uniforms_of
 from passgraph.shaders.containers.isf import is_isf, read_isf
 from passgraph.shaders.containers.libretro import is_libretro, is_preset, read_libretro_preset, read_libretro_shader
 from passgraph.shaders.containers.mpv import is_mpv, read_mpv
@@ -90,16 +89,11 @@ def read_plain(text: str, path: Path) -> ShaderEffect:
             f"{path}: has {len(shader.program.results)} outputs, and an effect makes one picture; leave one output, or "
             "write all of them with pg.kernel(glsl=...), which takes as many targets: into=(pg.target(...), ...)"
         )
-    images = tuple(u.name for u in shader.uniforms if isinstance(u.type, ImageType))
-    parameters = {
-        u.name: ShaderParameter(u.name, u.type, u.default if u.has_default else zero_of_type(u.type))
-        for u in shader.uniforms
-        if not isinstance(u.type, (ImageType, Struct))
-    }
+    images, parameters = uniforms_of(shader)
 
     def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
         images_: dict[str, Any] = {name: handle_or_black(pictures.get(name)) for name in images}
         return kernel.called({**images_, **values}, into)
 
     summary = f"{path.stem}: a fragment shader"
-    return ShaderEffect(name_of(path), "GLSL", summary, "", images, parameters, shader.notes, str(path), build)
+    return ShaderEffect(name_of(path), "GLSL", summary, "", tuple(images), parameters, shader.notes, str(path), build)

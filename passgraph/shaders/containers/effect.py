@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,13 +14,14 @@ from passgraph.glsl import Shader
 from passgraph.glsl.unit import Note
 from passgraph.graph.run_values import Derived, Value
 from passgraph.graph.targets import Target, TargetSpec, target
-from passgraph.language.types import Type, component_count, element_of
+from passgraph.language.types import ImageType, Struct, Type, component_count, element_of
 from passgraph.language.uniform_layout import components
 from passgraph.reading import read_bytes
 from passgraph.shaders.containers.shader_images import read_behind, shown_beside
 
 #: Most bytes of a file, with the textures in mpv files.
 MAX_BYTES = 4 << 20
+_COMMENT = re.compile(r"//[^\n]*|/\*(?:.*?\*/|.*)", re.DOTALL)
 
 
 def shader_text(path: Path, what: str) -> str:
@@ -174,6 +176,22 @@ def notes_of(shaders: Iterable[Shader]) -> tuple[Note, ...]:
     """Return the notes of several shaders, each once: passes share their text."""
     notes = {(note.span.file, note.span.line, note.text): note for shader in shaders for note in shader.notes}
     return tuple(notes.values())
+
+
+def without_comments(text: str) -> str:
+    """Blank out comments of GLSL; lines and columns keep their numbers."""
+    return _COMMENT.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
+
+
+def uniforms_of(shader: Shader) -> tuple[list[str], dict[str, ShaderParameter]]:
+    """Return the names of a shader's pictures, and its other uniforms as parameters."""
+    images = [u.name for u in shader.uniforms if isinstance(u.type, ImageType)]
+    parameters = {
+        u.name: ShaderParameter(u.name, u.type, u.default if u.has_default else zero_of_type(u.type))
+        for u in shader.uniforms
+        if not isinstance(u.type, (ImageType, Struct))
+    }
+    return images, parameters
 
 
 def zero_of_type(type_: Type) -> Any:

@@ -21,7 +21,14 @@ from passgraph.language.kernel import kernel_from_text
 from passgraph.language.types import BOOL, FLOAT, INT, VEC2, VEC4, Scalar, Type, Vector, component_count
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
 from passgraph.shaders.containers.corners import MAX_VARYINGS, WITHIN, Varying, interpolated
-from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of, shader_text
+from passgraph.shaders.containers.effect import (
+    ShaderEffect,
+    ShaderParameter,
+    name_of,
+    notes_of,
+    shader_text,
+    without_comments,
+)
 from passgraph.shaders.containers.shader_images import handle_or_black, imported, shown_with_kept
 
 #: Most characters of a formula.
@@ -282,13 +289,11 @@ def _number(value: Any, where: str) -> float:
 
 
 _VARYING = re.compile(r"^\s*varying\s+(?:\w+p\s+)?(\w+)\s+(\w+)\s*(?:\[\s*(\d+)\s*\])?\s*;", re.MULTILINE)
-_COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
 
 def vertex_prelude(text: str, file: str) -> tuple[str, str]:
     """Return GLSL before the fragment shader, which defines ``pg_vertex``, and after it, with ``pg_main``."""
-    # Comments are removed, and lines keep their numbers.
-    plain = _COMMENT.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), text)
+    plain = without_comments(text)
     varyings = [Varying(m[1], m[2], int(m[3] or 0)) for m in _VARYING.finditer(plain)]
     if sum(max(1, one.count) for one in varyings) > MAX_VARYINGS:
         raise InputError(f"{file}: the vertex shader hands on more than {MAX_VARYINGS} values")

@@ -20,7 +20,7 @@ from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Relative, Target, TargetSpec, previous, target
 from passgraph.language.types import VEC4
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
-from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
+from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of, without_comments
 from passgraph.shaders.containers.shader_images import handle_or_black, shown_with_kept
 from passgraph.shaders.containers.signals import KINDS, SIGNALS, declared_signals, signal
 
@@ -51,7 +51,6 @@ _OUTSIDE = ("texture", "image", "video", "webcam")
 _ENTRY = re.compile(r"\b(?:void\s+(mainImage|mainCubemap|mainVR)|vec2\s+(mainSound))\s*\(")
 #: A shader with a function of this name calls its ``mainImage`` itself.
 _MAIN = re.compile(r"\bvoid\s+main\s*\(")
-_COMMENT = re.compile(r"//[^\n]*|/\*(?:.*?\*/|.*)", re.DOTALL)
 _ORDER = ("Buffer A", "Buffer B", "Buffer C", "Buffer D", "Image")
 
 
@@ -85,13 +84,8 @@ def is_shadertoy(text: str) -> bool:
     """Return True if a text has a function that Shadertoy calls, and no ``main`` of its own."""
     if text.lstrip().startswith(("{", "[")):
         return False
-    code = _without_comments(text)
+    code = without_comments(text)
     return _ENTRY.search(code) is not None and _MAIN.search(code) is None
-
-
-def _without_comments(text: str) -> str:
-    """Blank out comments; lines keep their numbers."""
-    return _COMMENT.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
 
 
 def is_shadertoy_export(text: str) -> bool:
@@ -109,13 +103,13 @@ def read_shadertoy(text: str, path: Path) -> ShaderEffect:
     KernelError
         For an unsupported shader, with file, line and caret.
     """
-    entries = {match[match.lastindex or 0]: match for match in _ENTRY.finditer(_without_comments(text))}
+    entries = {match[match.lastindex or 0]: match for match in _ENTRY.finditer(without_comments(text))}
     if "mainImage" not in entries:
         name, entry = next(iter(entries.items()))
         line = text.count("\n", 0, entry.start())
         shown = text.split("\n")[line]
         raise InputError(f"{path}:{line + 1}: {name} makes no picture, and is not read here; mainImage is\n    {shown}")
-    declared, text = declared_signals(text, _without_comments(text), path)
+    declared, text = declared_signals(text, without_comments(text), path)
     channels = {name: _Source(None, name, "repeat") for name in CHANNELS}
     channels |= {name: _Source(None, kind, "clamp", _FILTER_OF[kind]) for name, kind in declared.items()}
     return _effect([(path.stem, text, channels)], "", path, f"{path.stem}: a Shadertoy shader", "")
@@ -233,18 +227,11 @@ def _effect(
             into = replace(into, size=Relative())  # not the size of a signal that it reads
         return _built(passes, inputs_, values, into)
 
+    pictures = tuple(name for name in sources_used if name not in SIGNALS)
     return ShaderEffect(
-        name_of(path),
-        "Shadertoy",
-        summary,
-        credit,
-        tuple(name for name in sources_used if name not in SIGNALS),
-        parameters,
-        notes_of(shaders),
-        str(path),
-        build,
+        name_of(path), "Shadertoy", summary, credit, pictures, parameters, notes_of(shaders), str(path), build,
         signals=signals,
-    )
+    )  # fmt: skip
 
 
 def _behind(text: str) -> str:

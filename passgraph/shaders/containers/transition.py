@@ -10,8 +10,8 @@ from typing import Any
 from passgraph.glsl import parse
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec
-from passgraph.language.types import FLOAT, ImageType, Struct
-from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, zero_of_type
+from passgraph.language.types import FLOAT
+from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, uniforms_of
 from passgraph.shaders.containers.shader_images import handle_or_black
 
 _BEFORE = """
@@ -55,27 +55,19 @@ def read_transition(text: str, path: Path) -> ShaderEffect:
     source = _DEFAULT_WITHIN.sub(lambda m: f"{m[1]}  {_default(m[1], m[2])}  {m[3]}", source)
     shader = parse(source, name=name_of(path), file=str(path), entry="pg_main", prelude=_BEFORE, postlude=_BEHIND)
     kernel: PixelKernel[Target] = PixelKernel.of_shader(shader)
-    used = {parameter.name for parameter in kernel.parameters}
-    more_pictures = tuple(
-        u.name for u in shader.uniforms if isinstance(u.type, ImageType) and u.name not in _PICTURES.values()
-    )
-    parameters = {"progress": ShaderParameter("progress", FLOAT, 0.5, 0.0, 1.0, "how far the first is the second")}
-    for uniform in shader.uniforms:
-        if not isinstance(uniform.type, (ImageType, Struct)) and uniform.name != "progress":
-            default = uniform.default if uniform.has_default else zero_of_type(uniform.type)
-            parameters[uniform.name] = ShaderParameter(uniform.name, uniform.type, default)
+    images, parameters = uniforms_of(shader)
+    uniforms = _PICTURES | {name: name for name in images if name not in _PICTURES.values()}
+    parameters["progress"] = ShaderParameter("progress", FLOAT, 0.5, 0.0, 1.0, "how far the first is the second")
 
     def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
-        named = {own: pictures.get(name) for name, own in _PICTURES.items()} | {
-            n: pictures.get(n) for n in more_pictures
-        }
-        images: dict[str, Any] = {name: handle_or_black(picture) for name, picture in named.items()} | dict(values)
-        return kernel.called({name: value for name, value in images.items() if name in used}, into)
+        given: dict[str, Any] = {own: handle_or_black(pictures.get(name)) for name, own in uniforms.items()}
+        given |= values
+        return kernel.called({parameter.name: given[parameter.name] for parameter in kernel.parameters}, into)
 
     author = re.search(r"^\s*//\s*[Aa]uthors?\s*:\s*(.+)$", text, re.MULTILINE)
     credit = author[1].strip() if author else ""
     summary = f"{path.stem}: a transition between two pictures"
     return ShaderEffect(
-        name_of(path), "gl-transition", summary, credit, ("from", "to", *more_pictures), parameters, shader.notes,
+        name_of(path), "gl-transition", summary, credit, tuple(uniforms), parameters, shader.notes,
         str(path), build,
     )  # fmt: skip
