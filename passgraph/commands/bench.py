@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import asdict, astuple, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -59,10 +58,7 @@ def bench_versions(
     chosen = {name: target for name, target in targets.items() if not names or name in (*names, exact)}
     pictures = read_inputs({"": chosen}, inputs)
     picture_size, given = made_inputs(chosen, pictures, size, DEFAULT_SIZE)
-    with ExitStack() as stack:
-        devices = opened(backends)
-        for device in devices:
-            stack.callback(device.close)
+    with opened(backends) as devices:
         return measure_versions(chosen, exact, devices, picture_size, given, frames, say)
 
 

@@ -30,7 +30,7 @@ from passgraph.commands.input_values import (
     written_value,
 )
 from passgraph.commands.named import named_graphs
-from passgraph.commands.options import BackendType, SizeType
+from passgraph.commands.options import SizeType, backends_option
 from passgraph.commands.running import progress
 from passgraph.commands.tables import marked, show_table
 from passgraph.commands.verdicts import (
@@ -51,8 +51,6 @@ if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
     from passgraph.language.ir import Parameter
     from passgraph.verify.conformance.case import Picture
-    from passgraph.verify.oracle.pass_bounds import Passes
-    from passgraph.verify.oracle.time_limit import TimeLimit
     from passgraph.verify.report import Report
 
 
@@ -240,14 +238,7 @@ class Golden:
     help="Set a run value: a number, a vector (1,2,3), a matrix row by row (1,0;0,1), true or false.",
 )
 @click.option("--size", type=SizeType(), help=f"Size of generated pictures. [default: {MADE_SIZE[0]}x{MADE_SIZE[1]}]")
-@click.option(
-    "--backend",
-    "-b",
-    "backends",
-    multiple=True,
-    type=BackendType(),
-    help="Backend to check; may be repeated.  [default: all available]",
-)
+@backends_option
 @most_ambiguous_option
 @most_seconds_option
 @click.option(
@@ -305,8 +296,7 @@ def check(
         graphs = named_graphs(file)
         pictures = read_inputs(graphs, inputs)
         known_values(graphs, settings)
-        devices = opened(backends)
-        try:
+        with opened(backends) as devices:
             for name, graph in graphs.items():
                 say(name)
                 limit = TimeLimit(most_seconds, _named(say, f"{name}: bounds of"))
@@ -320,9 +310,6 @@ def check(
                     extreme = _Run(title, graph, pictures, dict(settings), size, None, limit, extreme_input)
                     passed &= extreme.checked(devices, say, most_ambiguous, True)
                 well &= passed
-        finally:
-            for backend in devices:
-                backend.close()
     return 0 if well else 1
 
 

@@ -142,7 +142,7 @@ def picture_parameters(effect: Effect, parameters: dict[str, Any]) -> tuple[dict
     replaced, given = dict(parameters), dict[str, Any]()
     for parameter in effect.parameters:
         if parameter.type == "picture" and parameters.get(parameter.name) is not None:
-            given[parameter.name] = _load(parameters[parameter.name], False)
+            given[parameter.name] = load(parameters[parameter.name])
             replaced[parameter.name] = input_of(parameter.name, given[parameter.name])
     return replaced, given
 
@@ -220,10 +220,6 @@ def in_bytes(outputs: dict[str, Target]) -> dict[str, Target]:
     return converted
 
 
-def _load(path: Path, linear: bool) -> NDArray[np.float32]:
-    return load(path, linear=linear)
-
-
 def load_frame(path: Path, linear: bool) -> NDArray[Any]:
     """Load a picture in its file's dtype; as float32 if it must be decoded and no sRGB format exists for it."""
     return as_frame(load_stored(path), linear)
@@ -238,7 +234,7 @@ def as_frame(picture: NDArray[Any], linear: bool) -> NDArray[Any]:
 
 def load_depth(path: Path) -> NDArray[np.float32]:
     """Load linear depth, (height, width, 1)."""
-    return _load(path, False)[:, :, :1]
+    return load(path)[:, :, :1]
 
 
 def is_opaque(picture: NDArray[Any]) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from passgraph.commands.command_graph import subject, subject_options
-from passgraph.commands.options import BackendType, EffectCommand, math_option
+from passgraph.commands.options import EffectCommand, backends_option, math_option
 from passgraph.commands.running import progress
 from passgraph.commands.tables import marked, show_table
 from passgraph.commands.verdicts import most_ambiguous_option, most_seconds_option, say_equality, say_faults
@@ -22,14 +22,7 @@ COMPARE_SIZE = (160, 90)
 
 @click.command(cls=EffectCommand)
 @subject_options("Effect to compute", COMPARE_SIZE)
-@click.option(
-    "--backend",
-    "-b",
-    "backends",
-    multiple=True,
-    type=BackendType(),
-    help="Backend to test; may be repeated.  [default: all available]",
-)
+@backends_option
 @math_option
 @most_ambiguous_option
 @most_seconds_option

@@ -11,9 +11,8 @@ import click
 
 from passgraph.commands.clips import Clip
 from passgraph.commands.command_graph import as_distance, effect_output, in_bytes
-from passgraph.commands.options import check_computes
 from passgraph.commands.parameter_options import Changing
-from passgraph.commands.running import RunOptions, frame_progress, on_one_line
+from passgraph.commands.running import RunOptions, frame_progress, on_one_line, program_of
 from passgraph.commands.sound import audio_picture
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
@@ -27,8 +26,6 @@ from passgraph.files.sequences import Pictures
 from passgraph.files.stored import with_channels
 from passgraph.graph.targets import OPEN_SRGB, Input, Target, named_outputs
 from passgraph.pictures import scaled
-from passgraph.plan.data import Options
-from passgraph.run.compile import compile
 from passgraph.run.program import Program
 
 if TYPE_CHECKING:
@@ -156,16 +153,7 @@ def _compiled(job: FramesJob, settings: Settings, clips: list[Clip]) -> Program:
     # Raw pixels may be gray or RGB, and effects read colors with alpha.
     as_read = not any(isinstance(clip.source, Pipe) and clip.source.raw for clip in clips)
     outputs = job.output(as_read=as_read, as_bytes=as_bytes, linear=settings.linear)
-    program = compile(
-        outputs, settings.backend, job.size, Options(math=settings.math), non_finite=settings.non_finite,
-        check_finite=settings.check_finite, results="stored" if as_bytes else "float32",
-    )  # fmt: skip
-    try:
-        check_computes(type(program.backend))
-    except BaseException:
-        program.close()
-        raise
-    return program
+    return program_of(outputs, job.size, settings, as_stored=as_bytes)
 
 
 def _run_clip(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ import click
 
 from passgraph.backends.base import Backend
 from passgraph.commands.input_values import opened
-from passgraph.commands.options import BackendType, FiniteRange
+from passgraph.commands.options import FiniteRange, backends_option
 from passgraph.commands.written_files import check_folder
 from passgraph.errors import DeviceMissingError
 
@@ -36,10 +36,7 @@ KINDS = ("kernels", "native", "graphs", "draws", "variants")
     show_default=True,
     help="Random seed; the same seed gives the same cases in the same order.",
 )
-@click.option(
-    "--backend", "-b", "backends", multiple=True, type=BackendType(),
-    help="Backend to test; may be repeated.  [default: all available]",
-)  # fmt: skip
+@backends_option
 @click.option(
     "--what",
     type=click.Choice((*KINDS, "all")),
@@ -70,21 +67,17 @@ def fuzz(minutes: float, seed: int, backends: tuple[str, ...], what: str, failur
         import passgraph.verify.fuzz.search  # noqa: F401
     except ImportError as error:
         raise DeviceMissingError(f"fuzzing needs hypothesis ({error}); install it: {INSTALL}") from None
-    with ExitStack() as stack:
-        devices = [stack.enter_context(device) for device in opened(backends)]
+    with opened(backends) as devices:
         if replay is not None:
             return _replay(replay, devices)
         is_new = not failures.exists()
         check_folder(failures)  # before the long run
-        if is_new:
-            stack.callback(_remove_empty, failures)
-        kinds = KINDS if what == "all" else (what,)
-        return _hunt(kinds, devices, seed, minutes * 60, failures)
-
-
-def _remove_empty(folder: Path) -> None:
-    with suppress(OSError):
-        folder.rmdir()
+        try:
+            return _hunt(KINDS if what == "all" else (what,), devices, seed, minutes * 60, failures)
+        finally:
+            if is_new:
+                with suppress(OSError):  # it has failures
+                    failures.rmdir()
 
 
 def _hunt(kinds: tuple[str, ...], backends: list[Backend], seed: int, seconds: float, folder: Path) -> int:

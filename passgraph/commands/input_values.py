@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -240,22 +241,23 @@ class InputType(SettingType):
     name, examples = "NAME=FILE", "frame=photo.png"
 
 
-def opened(names: Sequence[str]) -> list[Any]:
+@contextmanager
+def opened(names: Sequence[str]) -> Iterator[list[Any]]:
     """Open the named backends, or all available ones."""
     from passgraph.backends.registry import backend_names, open_backend
 
-    if names:
-        return [open_backend(name) for name in names]
-    backends = []
-    for name in backend_names():
-        if name not in ("reference", "null"):
+    with ExitStack() as stack:
+        backends = []
+        for name in names or [name for name in backend_names() if name not in ("reference", "null")]:
             try:
-                backends.append(open_backend(name))
+                backends.append(stack.enter_context(open_backend(name)))
             except DeviceMissingError as error:
+                if names:
+                    raise
                 click.echo(f"{name}: missing: {' '.join(str(error).split())}")
-    if not backends:
-        raise InputError("no backend is here to be checked; see: passgraph backends")
-    return backends
+        if not backends:
+            raise InputError("no backend is here to be checked; see: passgraph backends")
+        yield backends
 
 
 def read_inputs(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, str]]) -> dict[str, Picture]:

@@ -119,6 +119,15 @@ backend_option = click.option(
     type=BackendType(),
     help="numpy (the default), gl, opencl, opencl:1 (a device by number or part of its name), reference.",
 )
+#: That of commands that test backends.
+backends_option = click.option(
+    "--backend",
+    "-b",
+    "backends",
+    multiple=True,
+    type=BackendType(),
+    help="Backend to test; may be repeated.  [default: all available]",
+)
 
 
 math_option = click.option(

@@ -17,7 +17,6 @@ from passgraph.commands.options import (
     EffectCommand,
     backend_option,
     capture_option,
-    check_computes,
     check_finite_option,
     given_parameters,
     math_option,
@@ -29,6 +28,7 @@ from passgraph.commands.running import (
     check_one_picture,
     check_outputs,
     frame_progress,
+    program_of,
     progress,
     run_and_save,
 )
@@ -42,8 +42,6 @@ from passgraph.files.sequences import Numbers
 from passgraph.graph.targets import MAX_SIDE, Target
 from passgraph.image_formats import WRITABLE
 from passgraph.language.native import Math
-from passgraph.plan.data import Options
-from passgraph.run.compile import compile
 
 if TYPE_CHECKING:
     from passgraph.effects.effect_table import Effect
@@ -134,9 +132,7 @@ def run_turntable(job: Job, cameras: Sequence[Camera], output: Path, run: RunOpt
     """
     if all(value.name != "camera" for value in run_values(job.outputs)):
         raise InputError("--turntable: this effect takes no camera with each run, so that it cannot go round the scene")
-    options = Options(math=run.math)
-    with compile(job.outputs, run.backend, job.size, options, check_finite=run.check_finite) as program:
-        check_computes(type(program.backend))
+    with program_of(job.outputs, job.size, run, as_stored=False) as program:
         with frame_progress(str(output), len(cameras), complain_of) as step:
             summary = frames(
                 program,

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from passgraph.files.frame import Outcome
+    from passgraph.graph.targets import Target
     from passgraph.run.program import Program
 
 
@@ -166,6 +167,27 @@ class RunOptions:
         return cls(**{field.name: options[field.name] for field in fields(cls) if field.name in options})
 
 
+def program_of(
+    outputs: dict[str, Target], size: tuple[int, int] | None, run: RunOptions, *, as_stored: bool,
+    each_pass: bool = False,
+) -> Program:  # fmt: skip
+    """Compile a graph for a command.
+
+    ``as_stored``: results are in the formats of their targets. ``each_pass``: every pass runs, and keeps its target.
+    """
+    options = Options(fuse=not each_pass, alias=not each_pass, math=run.math)
+    program = compile(
+        outputs, run.backend, size, options, non_finite=run.non_finite,
+        check_finite=run.check_finite, results="stored" if as_stored else "float32",
+    )  # fmt: skip
+    try:
+        check_computes(type(program.backend))  # the backend may come from the environment
+    except BaseException:
+        program.close()
+        raise
+    return program
+
+
 def run_and_save(job: Job, output: Path, run: RunOptions, bits: int = 8, like: Path | None = None) -> None:
     """Run a job once and write its first output.
 
@@ -173,19 +195,13 @@ def run_and_save(job: Job, output: Path, run: RunOptions, bits: int = 8, like: P
     kept.
     """
     observer = None if run.capture is None else Capture(run.capture)
-    options = Options(math=run.math) if observer is None else Options(fuse=False, alias=False, math=run.math)
     # Values that are not finite are reported for formats that cannot store them, which needs float results.
     keeps_more = output.suffix.lower() in FLOAT_SUFFIXES or bits == 16
     in_whole = not (observer or run.check_finite or keeps_more) and job.holds_bytes
     outputs = in_bytes(job.outputs) if in_whole else job.outputs
     with progress("compiling") as say:
         start = perf_counter()
-        opened = compile(
-            outputs, run.backend, job.size, options, non_finite=run.non_finite, check_finite=run.check_finite,
-            results="stored" if in_whole else "float32",
-        )  # fmt: skip
-        with opened as program:
-            check_computes(type(program.backend))  # the backend may come from the environment
+        with program_of(outputs, job.size, run, as_stored=in_whole, each_pass=observer is not None) as program:
             compiled = perf_counter()
             array = _output_of(program, next(iter(outputs)), job, observer, say)
             ran = perf_counter()
