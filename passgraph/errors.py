@@ -38,3 +38,12 @@ class BackendError(PassgraphError):
 
 class DeviceMissingError(BackendError):
     """A missing driver or device; the message has the command that installs it."""
+
+
+def reason(error: BaseException) -> str:
+    """Return the text of an error on one line; of an error of the system without its number and file.
+
+    >>> reason(FileNotFoundError(2, "No such file or directory", "a.png")), reason(ValueError())
+    ('No such file or directory', 'ValueError')
+    """
+    return " ".join(str(getattr(error, "strerror", None) or error).split()) or type(error).__name__

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph import arguments
-from passgraph.errors import InputError
+from passgraph.errors import InputError, reason
 from passgraph.image_files import MAX_BYTES, associated, opened_image, straight, upright, write_image
 from passgraph.image_formats import WRITABLE, Metadata, WritableFormat
 from passgraph.quantise import check_no_nan, quantised
@@ -210,7 +210,7 @@ def read_head(file: Path) -> bytes:
         with file.open("rb") as stream:
             return stream.read(6)
     except (OSError, ValueError) as error:
-        raise InputError(f"{file}: cannot be read ({_reason(error)}); check its permissions") from error
+        raise InputError(f"{file}: cannot be read ({reason(error)}); check its permissions") from error
 
 
 def _as_rgba(pixels: Stored, has_alpha: bool, as_stored: bool) -> Stored:
@@ -245,7 +245,7 @@ def _decode_npy(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tup
         read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         shape, by_columns, dtype = read_header(stream)
     except Exception as error:  # NumPy parses the header as Python text and raises errors of many kinds
-        raise InputError(f"{file}: truncated or corrupt ({_reason(error)}); make or copy the file again") from error
+        raise InputError(f"{file}: truncated or corrupt ({reason(error)}); make or copy the file again") from error
     if len(shape) not in (2, 3) or (len(shape) == 3 and shape[2] not in (1, 2, 3, 4)):
         raise InputError(f"{file}: has shape {shape}; expected (h, w) or (h, w, 1 to 4)")
     check_size(file, shape[1], shape[0], len(data), max_bytes)
@@ -474,10 +474,5 @@ def _write(file: Path, write_to: Callable[[Path], None]) -> None:
             new_file.complete()
     except (OSError, ValueError) as error:
         raise InputError(
-            f"{file}: cannot be written ({_reason(error)}); check the folder's permissions and free space"
+            f"{file}: cannot be written ({reason(error)}); check the folder's permissions and free space"
         ) from error
-
-
-def _reason(error: BaseException) -> str:
-    text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-    return " ".join(text.split())

@@ -10,7 +10,7 @@ import stat
 from pathlib import Path
 from typing import BinaryIO
 
-from passgraph.errors import InputError
+from passgraph.errors import InputError, reason
 
 
 def check_regular(path: str | os.PathLike[str], what: str) -> int:
@@ -108,5 +108,4 @@ def _missing(path: str | os.PathLike[str]) -> InputError:
 
 
 def _unreadable(path: str | os.PathLike[str], error: OSError | ValueError) -> InputError:
-    reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-    return InputError(f"{path}: cannot be read ({reason}); check its permissions")
+    return InputError(f"{path}: cannot be read ({reason(error)}); check its permissions")

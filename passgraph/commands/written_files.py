@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from passgraph.arguments import shown
-from passgraph.errors import InputError
+from passgraph.errors import InputError, reason
 from passgraph.files.animation import is_animated
 from passgraph.files.names import Pattern, has_wildcard, is_film, is_video, unread_files
 from passgraph.image_formats import WRITABLE
@@ -99,8 +99,7 @@ def check_path(path: Path) -> None:
         with NewFile(path) as probe:
             probe.temporary.touch(exist_ok=False)
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise InputError(f"{path}: cannot be written ({reason}); check the folder's permissions") from error
+        raise InputError(f"{path}: cannot be written ({reason(error)}); check the folder's permissions") from error
 
 
 def check_no_video(*options: object) -> None:
@@ -114,7 +113,7 @@ def check_folder(path: Path) -> None:
     try:
         path.mkdir(exist_ok=True)
     except OSError as error:
-        raise InputError(f"{path}: cannot be made a folder ({error.strerror}); make its parent first") from error
+        raise InputError(f"{path}: cannot be made a folder ({reason(error)}); make its parent first") from error
     check_path(path / "probe")
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph import arguments
-from passgraph.errors import InputError
+from passgraph.errors import InputError, reason
 from passgraph.files.frame import Frame
 from passgraph.image_files import MAX_BYTES
 from passgraph.pictures import check_size
@@ -91,7 +91,7 @@ class Animation:
         except InputError:
             raise
         except Exception as error:
-            raise InputError(f"{self.path}: truncated or corrupt ({_text(error)}); make or copy it again") from error
+            raise InputError(f"{self.path}: truncated or corrupt ({reason(error)}); make or copy it again") from error
         self.count = len(self._seconds)
         self.rate = self.count / sum(self._seconds)
 
@@ -107,7 +107,7 @@ class Animation:
                 picture = next(pictures)
             except Exception as error:  # decoders raise errors of any type for damaged files
                 raise InputError(
-                    f"{self.path}: truncated or corrupt from frame {number} on ({_text(error)}); {_done(number - 1)}"
+                    f"{self.path}: truncated or corrupt from frame {number} on ({reason(error)}); {_done(number - 1)}"
                 ) from error
             metadata = {"pts": start, "duration": end - start, "time_base": TIME_BASE}
             yield Frame(number, f"{self.path}, frame {number}", lambda picture=picture: picture, metadata)  # type: ignore[misc]
@@ -134,7 +134,7 @@ class Animation:
         except Exception as error:
             if not seconds:
                 raise
-            self._problem = _text(error)
+            self._problem = reason(error)
         return seconds
 
     def _pictures(self) -> Iterator[NDArray[np.uint8]]:
@@ -157,10 +157,6 @@ def _plays_of(image: ImageFile) -> int:
     if "loop" not in image.info:
         return 1
     return int(image.info["loop"]) + 1 if image.info["loop"] else 0
-
-
-def _text(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
 
 
 def _done(count: int) -> str:

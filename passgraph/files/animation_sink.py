@@ -111,9 +111,7 @@ class ToAnimation(Film):
 
     def abandon(self) -> None:
         self._kept = []
-        if self._new_file is not None:
-            self._new_file.discard()
-            self._new_file = None
+        super().abandon()
 
 
 def _disposal(pictures: tuple[Image, ...]) -> dict[str, int]:

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph import arguments
-from passgraph.errors import InputError
-from passgraph.files.video import import_av, opened, reason
+from passgraph.errors import InputError, reason
+from passgraph.files.video import import_av, opened
 from passgraph.shaders.containers.signals import SIGNALS
 
 #: Samples a second to which sounds are converted; Shadertoy's ``iSampleRate``.

@@ -90,3 +90,8 @@ class Film(Sink):
         assert self._new_file is not None
         self._new_file.complete()
         self._new_file = None
+
+    def abandon(self) -> None:
+        if self._new_file is not None:
+            self._new_file.discard()
+            self._new_file = None

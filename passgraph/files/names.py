@@ -10,7 +10,7 @@ from glob import glob
 from pathlib import Path
 
 from passgraph.cached import cached_property
-from passgraph.errors import InputError
+from passgraph.errors import InputError, reason
 from passgraph.image_formats import READ_SUFFIXES
 
 #: Suffixes of picture files that `passgraph.load` does not read.
@@ -71,8 +71,7 @@ class Pattern:
         try:
             names = os.listdir(folder)
         except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise InputError(f"{self.text}: the folder {folder} cannot be read ({reason})") from error
+            raise InputError(f"{self.text}: the folder {folder} cannot be read ({reason(error)})") from error
         files = {number: Path(self._parts[0], name) for name in names if (number := self.number(name)) is not None}
         if not files:
             raise InputError(f"{self.text}: no file has such a name; check the folder and the digits of the number")
@@ -124,7 +123,7 @@ def folder_files(folder: Path) -> list[Path]:
     try:
         names = [name for name in os.listdir(folder) if not name.startswith(".")]
     except OSError as error:
-        raise InputError(f"{folder}: cannot be read ({error.strerror}); check its permissions") from error
+        raise InputError(f"{folder}: cannot be read ({reason(error)}); check its permissions") from error
     media = [path for name in names if is_picture(path := folder / name) or is_video(path)]
     # A broken link stays, so that reading it reports its name.
     files = [path for path in media if path.is_file() or not path.exists()]

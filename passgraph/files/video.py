@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from passgraph import arguments
-from passgraph.errors import InputError
+from passgraph.errors import InputError, reason
 from passgraph.files.frame import Frame, Stored
 from passgraph.files.video_pixels import FULL, LIMITED, Conversion
 from passgraph.reading import check_regular
@@ -233,11 +233,6 @@ def video_stream(path: Path, container: Any) -> Any:
         if not stream.disposition & stream.disposition.attached_pic and stream.codec_context is not None:
             return stream
     raise InputError(f"{path}: has no video stream that can be decoded; expected a video")
-
-
-def reason(error: BaseException) -> str:
-    text = getattr(error, "strerror", None) or str(error)
-    return " ".join(text.split())
 
 
 def _duration(stream: VideoStream) -> Fraction | None:

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from passgraph import arguments
-from passgraph.errors import InputError
+from passgraph.errors import InputError, reason
 from passgraph.files.film import Film
 from passgraph.files.frame import Frame, OutputError, Source, Stored
 from passgraph.files.stored import with_channels
-from passgraph.files.video import BT709, OPENING, RGB, UNSPECIFIED, Video, import_av, opened, reason, stated
+from passgraph.files.video import BT709, OPENING, RGB, UNSPECIFIED, Video, import_av, opened, stated
 from passgraph.files.video_pixels import FULL, LIMITED, Conversion, is_matrix
 
 if TYPE_CHECKING:
@@ -350,14 +350,13 @@ class ToVideo(Film):
         self._complete_file()
 
     def abandon(self) -> None:
-        new_file, self._new_file = self._new_file, None
-        if new_file is None:
+        if self._new_file is None:
             return
         with suppress(Exception):  # the file is removed even if closing it fails
             self._container.close()
         if self._sound is not None:
             self._sound.close()
-        new_file.discard()
+        super().abandon()
 
     def _guarded(self, work: Callable[[], None]) -> None:
         """Call a function and convert libav's errors to `OutputError` with the file's name; the file cannot go on."""

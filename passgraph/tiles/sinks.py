@@ -10,7 +10,7 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.backends.steps import numbers_of
-from passgraph.errors import InputError
+from passgraph.errors import InputError, reason
 from passgraph.formats import FORMATS, Format
 from passgraph.image_formats import Metadata
 from passgraph.tiles import exr, tiff
@@ -204,8 +204,9 @@ class FileSink(Sink):
         self._inner = None
 
     def _failed(self, error: OSError) -> InputError:
-        reason = error.strerror or " ".join(str(error).split())
-        return InputError(f"{self.what}: cannot be written ({reason}); check the folder's permissions and free space")
+        return InputError(
+            f"{self.what}: cannot be written ({reason(error)}); check the folder's permissions and free space"
+        )
 
     def abandon(self) -> None:
         if isinstance(self._inner, (tiff.TiffSink, exr.ExrSink)):

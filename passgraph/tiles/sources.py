@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from passgraph import arguments
-from passgraph.errors import InputError
+from passgraph.errors import InputError, reason
 from passgraph.image_files import paste
 from passgraph.pictures import split_layer
 from passgraph.run.caller_arrays import GREY_CHANNELS
@@ -66,8 +66,9 @@ def open_zarr(path: Path, what: str) -> Any:
     try:
         array = zarr.open(str(path), mode="r")
     except Exception as error:  # stores raise errors of any type
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"{what}: {path} cannot be read as Zarr ({reason}); give the path of an array") from error
+        raise InputError(
+            f"{what}: {path} cannot be read as Zarr ({reason(error)}); give the path of an array"
+        ) from error
     if not isinstance(array, zarr.Array):
         arrays = ", ".join(sorted(array.array_keys())) or "none"
         raise InputError(f"{what}: {path} is a Zarr group; give the path of one of its arrays: {arrays}")
