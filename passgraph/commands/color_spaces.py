@@ -55,8 +55,7 @@ def take_color_spaces(effect: Effect, inputs: tuple[str, ...], output: str, opti
     if source is None and result is None:
         if config is not None:
             raise InputError("--color-config goes with --from-space or --to-space")
-        encoded = options["linear"] and not effect.encodes and not _holds_floats(output, inputs)
-        return _converted(effect, alpha, encoded=encoded) if encoded or alpha != "straight" else effect
+        return with_straight_alpha(effect, alpha, options["linear"] and not _holds_floats(output, inputs))
     if source is None:
         from passgraph.pictures import split_layer
 
@@ -64,6 +63,12 @@ def take_color_spaces(effect: Effect, inputs: tuple[str, ...], output: str, opti
         source = LINEAR if file.suffix.lower() in FLOAT_SUFFIXES else ENCODED
     options["linear"] = False
     return _converted(effect, alpha, source=source, result=result or source, config=config)
+
+
+def with_straight_alpha(effect: Effect, alpha: Alpha, encoded: bool) -> Effect:
+    """Return the effect with straight alpha outside; if ``encoded``, its result is encoded as sRGB."""
+    encoded = encoded and not effect.encodes
+    return _converted(effect, alpha, encoded=encoded) if encoded or alpha != "straight" else effect
 
 
 def _holds_floats(output: str, inputs: tuple[str, ...]) -> bool:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from passgraph.backends.steps import numbers_of
-from passgraph.commands.color_spaces import take_color_spaces
+from passgraph.commands.color_spaces import with_straight_alpha
 from passgraph.commands.command_graph import (
     RENDER_SIZE,
     accepts,
@@ -202,10 +202,8 @@ class _OfPictures:
         self.size = size or ((shapes[0][1], shapes[0][0]) if shapes else RENDER_SIZE)
         if shapes and any((shape[1], shape[0]) != self.size for shape in shapes):
             raise InputError(f"--size {self.size[0]}x{self.size[1]}: INPUT has another size; leave out --size")
-        self.converted = effect
-        if effect.takes != "nothing":
-            options = {"alpha": effect.alpha, "from_space": None, "to_space": None, "color_config": None}
-            self.converted = take_color_spaces(effect, ("a.png",), "a.png", {**options, "linear": self.is_linear})
+        makes_all = effect.takes == "nothing"
+        self.converted = effect if makes_all else with_straight_alpha(effect, effect.alpha, self.is_linear)
 
     def exported(self, given: Mapping[str, Any]) -> Exported:
         controls = [control for control in map(Control.of, self.effect.parameters) if control is not None]

@@ -11,7 +11,7 @@ import click
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.commands.color_spaces import take_color_spaces
+from passgraph.commands.color_spaces import with_straight_alpha
 from passgraph.commands.command_graph import (
     RENDER_SIZE,
     accepts,
@@ -85,10 +85,7 @@ class EffectSubject:
 
     def _on_pictures(self, effect: Effect) -> Effect:
         """Return the effect as `apply` runs it: with premultiplied alpha if it mixes pixels that may be transparent."""
-        if self._frames is None:
-            return effect
-        options = {"alpha": effect.alpha, "from_space": None, "to_space": None, "color_config": None, "linear": False}
-        return take_color_spaces(effect, tuple(self.inputs), "", options)
+        return effect if self._frames is None else with_straight_alpha(effect, effect.alpha, encoded=False)
 
     def _draw(self, effect: Effect, values: Mapping[str, Any]) -> Drawing:
         parameters = dict(values)
