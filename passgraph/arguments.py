@@ -85,6 +85,14 @@ def whole_number(value: object, what: str, low: int, high: int, error: type[Pass
     return int(value)
 
 
+def size_in_pixels(value: object, what: str, most: int) -> tuple[int, int]:
+    """Return a width and a height from 1 to ``most``."""
+    if not isinstance(value, (tuple, list)) or len(value) != 2:
+        raise InputError(f"{what} must be (width, height) in pixels, got {shown(value)}")
+    width, height = (whole_number(side, f"{what}: each side", 1, most, InputError) for side in value)
+    return width, height
+
+
 def real(
     value: object,
     what: str,

@@ -133,8 +133,9 @@ class Host(OpenCLBackend):
             For a buffer of another context, a picture beyond its end, and offsets that are not aligned to channels.
         """
         self.check_open()
+        checked = arguments.size_in_pixels(size, "host.buffer: size", MOST_SIDE)
         return buffer_picture(
-            self.context, buffer, _checked_size(size), format_named(format), offset=offset, row_pitch=row_pitch,
+            self.context, buffer, checked, format_named(format), offset=offset, row_pitch=row_pitch,
             pixel_pitch=pixel_pitch, order=order, origin=origin,
         )  # fmt: skip
 
@@ -281,13 +282,6 @@ class Host(OpenCLBackend):
             return
         with self.reported("copying a picture"):
             move(self, (source.buffer, source.layout), (destination.buffer, destination.layout))
-
-
-def _checked_size(size: object) -> tuple[int, int]:
-    if not isinstance(size, (tuple, list)) or len(size) != 2:
-        raise InputError(f"host.buffer: size must be (width, height) in pixels, got {arguments.shown(size)}")
-    width, height = (arguments.whole_number(side, "host.buffer: each side", 1, MOST_SIDE, InputError) for side in size)
-    return width, height
 
 
 class _Run(transfers.Running):

@@ -57,10 +57,10 @@ def prepared(
 ) -> Job:
     """Prepare a job; ``stack`` releases its resources. Nothing is written yet."""
     memory_limit = bytes_of(request.memory)
-    tile = None if request.tile is None else _pair(request.tile, "tile")
+    tile = None if request.tile is None else arguments.size_in_pixels(request.tile, "tile", MOST_SIDE)
     bound_graph = bound(request.graph, request.backend, request.options, request.non_finite, stack)
     if request.size is not None:
-        bound_graph = replace(bound_graph, size=_pair(request.size, "size"))
+        bound_graph = replace(bound_graph, size=arguments.size_in_pixels(request.size, "size", MOST_SIDE))
     pictures = _by_name(bound_graph.inputs, request.source)
     sources = _sources(bound_graph.inputs, pictures, block_cache_bytes(memory_limit), stack)
     plan = whole_plan(bound_graph, {name: (source.shape, source.dtype) for name, source in sources.items()})
@@ -86,13 +86,6 @@ def prepared(
 def block_cache_bytes(memory: int | str) -> int:
     """Return the bytes for decoded blocks of files that the next tiles need too."""
     return int(bytes_of(memory) * BLOCKS_SHARE)
-
-
-def _pair(size: object, what: str) -> tuple[int, int]:
-    if not isinstance(size, (tuple, list)) or len(size) != 2:
-        raise InputError(f"{what} must be (width, height) in pixels, got {arguments.shown(size)}")
-    width, height = (arguments.whole_number(side, f"{what}: each side", 1, MOST_SIDE, InputError) for side in size)
-    return width, height
 
 
 def _by_name(specs: Mapping[str, InputSpec], source: object) -> dict[str, Any]:
