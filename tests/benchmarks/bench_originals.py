@@ -1,6 +1,6 @@
 """Effects beside the published GLSL that does the same: on OpenGL by hand, on gl and on numpy.
 
-    python tests/benchmarks/bench_originals.py FOLDER [--runs 9] [WORD ...]
+    python tests/benchmarks/bench_originals.py FOLDER [--runs 9] [--only EFFECT ...]
 
 FOLDER holds the originals (original_passes.py says how to make it).
 """
@@ -73,12 +73,12 @@ def measured(case: Case, texts: Texts, runs: int) -> dict[str, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("folder", type=Path)
-    parser.add_argument("words", nargs="*")
+    parser.add_argument("--only", nargs="*", default=[], metavar="EFFECT")
     parser.add_argument("--runs", type=int, default=9)
     given = parser.parse_args()
     texts = Texts(given.folder)
     for case in CASES:
-        if given.words and case.effect not in given.words:
+        if given.only and case.effect not in given.only:
             continue
         try:
             row = measured(case, texts, given.runs)
