@@ -7,7 +7,7 @@ from __future__ import annotations
 import passgraph as pg
 from passgraph import Const, Image, ivec2, pixel, vec3, vec4
 from passgraph.effects.checked import checked
-from passgraph.effects.color.tone_map import encode_srgb
+from passgraph.effects.color.tone_map import encode_srgb_wide
 
 #: Samples along each side of a pixel.
 ACROSS = 2
@@ -36,7 +36,7 @@ def mean_of_four(color: Image, encoded: Const[bool], straight: Const[bool]) -> v
     if straight and mean.a > 0.0:
         mean.rgb = mean.rgb / mean.a
     if encoded:
-        mean.rgb = vec3(encode_srgb(mean.r), encode_srgb(mean.g), encode_srgb(mean.b))
+        mean.rgb = vec3(encode_srgb_wide(mean.r), encode_srgb_wide(mean.g), encode_srgb_wide(mean.b))
     return mean
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Image, dot, output_size, pixel, vec2, vec4
+from passgraph import Image, dot, exp2, log2, output_size, pixel, vec2, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import NotNegative, mapped, tan_half
 
@@ -17,7 +17,7 @@ def darkened(color: Image, tan_half: float, strength: float) -> vec4:
     """Multiply the color by the fourth power of the cosine between this pixel's ray and the axis."""
     size = vec2(output_size())
     ray = (2.0 * vec2(pixel()) + 1.0 - size) * (tan_half / size.y)
-    share = pow(1.0 + dot(ray, ray), -2.0 * strength)
+    share = exp2(-2.0 * strength * log2(1.0 + dot(ray, ray)))
     c = color[0, 0]
     return vec4(c.rgb * share, c.a)
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import passgraph as pg
 from passgraph import Image, vec4
-from passgraph.effects.color.tone_map import encode_srgb
+from passgraph.effects.color.tone_map import encode_srgb_wide
 
 
 @pg.kernel
@@ -33,7 +33,7 @@ def decoded(color: pg.Target, name: str, stored: str = "rgba16f") -> pg.Target:
 @pg.kernel
 def srgb_of(color: Image) -> vec4:
     light = color[0, 0]
-    return vec4(encode_srgb(light.r), encode_srgb(light.g), encode_srgb(light.b), light.a)
+    return vec4(encode_srgb_wide(light.r), encode_srgb_wide(light.g), encode_srgb_wide(light.b), light.a)
 
 
 def encoded(color: pg.Target) -> pg.Target:
