@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Const, Image, uv, vec3, vec4
+from passgraph import Const, Image, uv, vec4
 from passgraph.effects.checked import effect
 from passgraph.effects.pictures.decoded import decoded
 
@@ -16,16 +16,17 @@ from passgraph.effects.pictures.decoded import decoded
 def dispersed(color: Image, spread: float, samples: Const[int]) -> vec4:
     """Average the picture at one size per wavelength, blue to red, none smaller than the original."""
     away = uv() - 0.5
-    light, light_weight = vec3(0.0), vec3(0.0)
-    alpha = 0.0
+    total, weights = vec4(0.0), vec4(0.0)
     for i in range(samples):
         place = 2.0 * float(i) / float(samples - 1) - 1.0
-        weight = vec3(max(place, 0.0), 1.0 - abs(place), max(-place, 0.0))
+        weight = vec4(max(place, 0.0), 1.0 - abs(place), max(-place, 0.0), 1.0 - abs(place))
         c = color.sample(0.5 + away * (1.0 - 0.5 * (abs(spread) - spread * place)))
-        light += c.rgb * weight
-        light_weight += weight
-        alpha += c.a * weight.g
-    return vec4(light / light_weight, alpha / light_weight.g)
+        # only channels that count, so that the others are not filtered
+        for k in range(4):
+            if weight[k] > 0.0:
+                total[k] += c[k] * weight[k]
+                weights[k] += weight[k]
+    return total / weights
 
 
 @effect("chromatic-aberration", alpha="premultiplied")
