@@ -23,6 +23,9 @@ SCREENS: Any = tuple((cos(angle * pi / 180.0), sin(angle * pi / 180.0)) for angl
 @pg.function
 def inked(ink: float, axis: vec2, cell: float) -> float:
     """Return the fraction of this pixel under diamonds that cover the fraction ``ink`` of each cell."""
+    # At least one of four inks is absent
+    if not ink > 0.0:
+        return 0.0
     covered = 0.0
     for j in range(SAMPLES):
         for i in range(SAMPLES):
