@@ -211,6 +211,7 @@ def ambient_occlusion_passes(
     denoise: bool = True,
     bounces: bool = False,
     ambient: NotNegative | Color = 0.5,
+    most_frames: MostFrames = 1,
     display: bool = True,
 ) -> AmbientOcclusion:
     """Return `ambient_occlusion` with all intermediate targets; parameters as there."""
@@ -222,6 +223,7 @@ def ambient_occlusion_passes(
         radius=_radius_in(scene) if radius is None else radius, method=method,
         slices=slices, steps=steps, falloff=falloff, thickness=thickness, taps=taps, bias=bias,
         range_check=range_check, power=power, half_resolution=half_resolution, denoise=denoise,
+        most_frames=most_frames, previous_camera=pg.Value("previous_camera", pg.Camera),
     )  # fmt: skip
     around, _ = ambient_light(
         shaded.normals,
@@ -266,9 +268,13 @@ def ambient_occlusion() -> None:
     denoise : average over the 4 by 4 pixels of the noise, along surfaces
     bounces : lighten by interreflections between surfaces of the same color
     ambient : scene-linear ambient light (or its red, green, blue); only this light is occluded
+    most_frames : from 2 on, the occlusion is the mean over this many frames, with other noise in each. 4 frames have a
+        third of the noise, and a camera that turns 1 degree a frame smears no more than that noise; 16 have a fifth,
+        and smear 2.5 times as much
     display : return an 8-bit sRGB picture; off, the scene-linear HDR target
 
-    A run takes ``camera=`` and the lights, as `passgraph.effects.shadows.soft_shadow.soft_shadow` does.
+    A run takes ``camera=`` and the lights, as `passgraph.effects.shadows.soft_shadow.soft_shadow` does; with
+    ``most_frames``, also ``previous_camera=``, the camera of the run before.
 
     Returns
     -------
@@ -280,8 +286,7 @@ def ambient_occlusion() -> None:
     the line of sight, not on the screen; a pixel's sum is divided by the sum for an open hemisphere, so that open
     surfaces stay at 1; a tap's depth is moved from its texel's center along the receiver's plane, so that planes do not
     occlude themselves at any angle; normals come from the depth, since interpolated ones make the triangles of a coarse
-    model occlude themselves; the temporal filter is an option of `occlusion`; ssao rotates its points by a pattern
-    computed from the pixel's position, not by a texture.
+    model occlude themselves; ssao rotates its points by a pattern computed from the pixel's position, not by a texture.
 
     Limits of screen space: hidden objects and those outside of the picture do not occlude, and visible objects count as
     infinitely deep.  `passgraph.effects.ambient.contact.contact` has neither limit, on floors.

@@ -189,7 +189,7 @@ def load_scene(path: Path | None, *, up: Literal["y", "z"] | None = None, ground
 
 def values_of(scene: Scene, outputs: dict[str, Target]) -> dict[str, Any]:
     """Return a scene's own camera and lights for run values without a default."""
-    known: dict[str, Any] = {"camera": scene.camera, "lights": scene.lights}
+    known: dict[str, Any] = {"camera": scene.camera, "previous_camera": scene.camera, "lights": scene.lights}
     known |= {f"light{i}": light for i, light in enumerate(scene.lights)}
     if scene.lights:
         known["light"] = scene.lights[0]

@@ -130,8 +130,14 @@ def run_turntable(job: Job, cameras: Sequence[Camera], output: Path, run: RunOpt
     InputError
         The graph's camera is not a run value, or frames cannot be written.
     """
-    if all(value.name != "camera" for value in run_values(job.outputs)):
+    taken = {value.name for value in run_values(job.outputs)}
+    if "camera" not in taken:
         raise InputError("--turntable: this effect takes no camera with each run, so that it cannot go round the scene")
+
+    def values(number: int) -> dict[str, Any]:
+        seen = {"camera": cameras[number - 1], "previous_camera": cameras[max(number - 2, 0)]}
+        return job.given | {name: camera for name, camera in seen.items() if name in taken}
+
     with program_of(job.outputs, job.size, run, as_stored=False) as program:
         with frame_progress(str(output), len(cameras), complain_of) as step:
             summary = frames(
@@ -139,7 +145,7 @@ def run_turntable(job: Job, cameras: Sequence[Camera], output: Path, run: RunOpt
                 Numbers(len(cameras)),
                 output if rate is None else open_film(output, rate),
                 watch=step,
-                values=lambda number: {**job.given, "camera": cameras[number - 1]},
+                values=values,
             )
         click.echo(summary_line(str(output), summary, program.backend.name))
     return 0 if summary.whole else 1

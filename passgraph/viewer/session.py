@@ -143,6 +143,7 @@ class Session:
         #: Held while programs are compiled and run, and while their inputs are replaced.
         self._lock = threading.Lock()
         self._inputs: dict[str, Any] = {}
+        self._orbit_before = self._settings.orbit
         self._keyboard = Keyboard()
         self._keys = self._keyboard.picture()  # of the latest frame
         self._input_changed, self._must_read_input = False, True
@@ -415,6 +416,7 @@ class Session:
             inputs = compiled.program.inputs
             run_inputs = self._run_inputs(program_set.content, compiled.drawing, inputs, compiled.values, settings)
             results[slot] = compiled.run(run_inputs)
+        self._orbit_before = settings.orbit
         return results
 
     def _run_inputs(
@@ -437,6 +439,8 @@ class Session:
         camera = run_inputs.get("camera", getattr(run_values.get("camera"), "default", None))
         if isinstance(camera, pg.Camera):
             run_inputs["camera"] = camera.orbited(*settings.orbit)
+            if "previous_camera" in run_values:
+                run_inputs["previous_camera"] = camera.orbited(*self._orbit_before)
         return run_inputs
 
     def _send(self, *, exact: bool) -> None:

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.effects.ambient.ambient_occlusion import ambient_occlusion_passes
 from passgraph.effects.screen.occluded import occluded
 from passgraph.effects.temporal.accumulate import accumulate, frame_number
 from tests.conftest import DEVICES
 from tests.effects.engine import EngineView
 from tests.effects.scenes import Float64, Picture
-from tests.effects.test_occluded import FALLOFF, RADIUS, SCENE, SIZE, by_horizons, rms
+from tests.effects.test_occluded import BY_RAYS, FALLOFF, RADIUS, SCENE, SIZE, by_horizons, by_rays, rms
 
 #: A picture 16 pixels and 8 units wide at distance 8, 4 at distance 4: a step of 1 unit moves the wall by 2 pixels and
 #: the board before it by 4.
@@ -102,3 +105,50 @@ def test_one_slice_over_frames_is_nearer_to_the_truth_than_two_in_one_frame() ->
     accumulated = error(16, 1, 8)
     assert accumulated < 0.7 * error(1, 2, 4)
     assert accumulated < 0.95 * error(1, 1, 8)
+
+
+def of_scene(frames: int, step_deg: float = 0.0, runs: int = 0, backend: str = "numpy", steady: bool = False) -> Float64:
+    """Visibility after so many runs, the camera turning to where the scene has it; ``steady`` says it stood still."""
+    made = ambient_occlusion_passes(SCENE, radius=RADIUS, slices=1, steps=8, most_frames=frames)
+    runs = runs or frames
+    cameras = [SCENE.camera.orbited(np.radians(step_deg * (i - runs)), 0.0, 1.0) for i in range(runs + 1)]
+    with pg.compile({"visibility": made.occlusion.visibility}, backend, size=SIZE) as program:
+        for before, camera in pairwise(cameras):
+            moved = {"previous_camera": camera if steady else before} if frames > 1 else {}
+            shown = program(camera=camera, **moved)
+    return np.asarray(shown["visibility"][..., 0], np.float64)
+
+
+def test_a_scene_has_less_noise_over_frames() -> None:
+    """Against the mean of many frames, and against rays."""
+    view = EngineView.of(SCENE, SIZE)
+    one, few, more, many = (of_scene(frames) for frames in (1, 4, 16, 64))
+    noise = rms((one - many)[view.shown])
+    assert 0.003 < noise
+    assert rms((few - many)[view.shown]) < 0.4 * noise
+    assert rms((more - many)[view.shown]) < 0.25 * noise
+    rays = by_rays(view, SCENE, RADIUS, FALLOFF)
+    assert rms((more - rays)[view.shown]) < rms((one - rays)[view.shown]) < BY_RAYS
+
+
+def test_a_camera_that_moves_smears_less_than_a_frame_has_noise() -> None:
+    """By 1 degree a frame over 4 frames; and by more if a run does not say where the camera was."""
+    shown = EngineView.of(SCENE, SIZE).shown
+    many = of_scene(64)
+    noise = rms((of_scene(1) - many)[shown])
+    slow, fast = (rms((of_scene(4, step, 24) - many)[shown]) for step in (0.25, 1.0))
+    assert slow < 0.65 * noise
+    assert fast < 1.1 * noise
+    assert fast < 0.85 * rms((of_scene(4, 1.0, 24, steady=True) - many)[shown])
+
+
+def test_a_run_without_the_camera_before_is_refused() -> None:
+    made = ambient_occlusion_passes(SCENE, most_frames=4).occlusion.visibility
+    with pg.compile(made, "numpy", size=SIZE) as program, pytest.raises(pg.InputError, match="previous_camera"):
+        program(camera=SCENE.camera)
+
+
+@pytest.mark.parametrize("backend_name", DEVICES, indirect=True)
+def test_a_scene_over_frames_is_alike_on_every_backend(backend_name: str) -> None:
+    shown = of_scene(4, 0.5, backend=backend_name)
+    assert np.quantile(np.abs(shown - of_scene(4, 0.5)), 0.999) < 0.01
