@@ -13,8 +13,12 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.commands.command_graph import Job, job_of_scene
 from passgraph.commands.entry import run
+from passgraph.commands.render import run_turntable
+from passgraph.commands.running import RunOptions
 from passgraph.commands.scene_view import View, seen_by
+from passgraph.effects.effect_table import EFFECTS
 from tests.commands.told import refused
 
 SIZE = ["--size", "64x36", "--map-size", "128", "--antialias", "none", "-b", "numpy"]
@@ -276,6 +280,20 @@ def test_a_turntable_writes_numbered_pictures_that_are_those_of_its_cameras(caps
     low, high = rows_of(green(frames[2]))
     expected = 18 - 18 * (seen[:, 1] / seen[:, 3])
     assert (low, high + 1) == pytest.approx((expected.min(), expected.max()), abs=1.0)
+
+
+def test_a_turntable_tells_an_effect_the_camera_before() -> None:
+    """The first frame has its own, as one picture has."""
+    filled = pg.kernel(source="def filled(by: float) -> float: return by")
+    now, before = (pg.Value(name, pg.Camera) for name in ("camera", "previous_camera"))
+    by = pg.combine(lambda here, there: (here.eye[0] - there.eye[0]) / 255.0, now, before)
+    job = Job({"way": filled(by, into=pg.target("way", "r8"))}, (4, 4))
+    cameras = [pg.Camera((x, 0.0, 5.0), (x, 0.0, 0.0)) for x in (3.0, 10.0, 30.0)]
+    assert run_turntable(job, cameras, Path("way.%d.png"), RunOptions("numpy"), None) == 0
+    assert [round(float(pg.load(f"way.{n}.png")[0, 0, 0]) * 255.0) for n in (1, 2, 3)] == [0, 7, 20]
+    scene = pg.Scene.shipped()
+    over_frames = job_of_scene(EFFECTS["ambient-occlusion"], scene, (64, 36), {"most_frames": 4})
+    assert over_frames.given == {"previous_camera": scene.camera}
 
 
 def test_a_turntable_becomes_a_video(capsys: pytest.CaptureFixture[str]) -> None:

@@ -403,6 +403,26 @@ def test_a_scene_is_looked_at_from_elsewhere() -> None:
         watched.until(lambda one: one.pictures and not np.array_equal(watched.session.picture("shown"), before))
 
 
+def test_an_effect_gets_the_camera_of_the_picture_before(tmp_path: Path) -> None:
+    effect, picture = files(tmp_path)
+    effect.write_text("""
+import passgraph as pg
+from passgraph.effects import effect
+@effect("way")
+def way(frame: pg.Target) -> pg.Target:
+    filled = pg.kernel(source="def filled(c: Image, by: float) -> vec4: return vec4(by, 0.0, 0.0, 1.0)")
+    now = pg.Value("camera", pg.Camera, default=pg.Camera((0, 0, 5), (0, 0, 0)))
+    way = pg.combine(lambda a, b: 0.2 * abs(a.eye[0] - b.eye[0]), now, pg.Value("previous_camera", pg.Camera))
+    return filled(frame, way)
+""")
+    with Watched(str(effect), str(picture)) as watched:
+        watched.shows(0, 0, (0, 0, 0))
+        watched.session.ask(orbit=(0.5, 0.0, 1.0))
+        watched.shows(0, 0, (round(255.0 * np.sin(0.5)), 0, 0))
+        watched.session.ask(orbit=(0.5, 0.0, 1.0))
+        watched.shows(0, 0, (0, 0, 0))
+
+
 # Looks
 
 TEXELS = np.array([[[0.5, 0.25, 2.0, 0.1], [np.nan, 0, 0, 1], [np.inf, 0, 0, 1], [-1, 0.5, 0.5, 1]]], np.float32)
