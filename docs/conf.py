@@ -17,6 +17,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import passgraph
 import passgraph.engines
+from docs.effect_times import originals_table
 from docs.effect_times import table as effect_times_table
 from passgraph.commands.apply import apply
 from passgraph.commands.entry import COMMANDS
@@ -289,6 +290,7 @@ FIELD = re.compile(r"([*\w][\w, *`]*) : (.*)")
 LISTED = {"Parameters", "Attributes", "Raises", "Returns"}
 LISTS = {
     "<!-- table of effect times -->": effect_times_table,
+    "<!-- table of originals -->": originals_table,
     "<!-- list of effects -->": effect_list,
     "<!-- list of engines -->": engine_list,
     "<!-- list of commands -->": command_list,

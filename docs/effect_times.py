@@ -28,6 +28,8 @@ from passgraph.effects.effect_table import EFFECTS, Effect
 from passgraph.errors import DeviceMissingError, PassgraphError
 
 FILE = Path(__file__).with_suffix(".json")
+#: What tests/benchmarks/bench_originals.py measured.
+ORIGINALS = Path(__file__).with_name("original_times.json")
 #: The numpy backend is always here, and times of the others are measured in turn with it.
 BACKENDS = ("numpy", "gl", "opencl", "webgpu")
 SIZE, FRAMES = (1280, 720), 15
@@ -105,6 +107,23 @@ def table(known: dict[str, Any] | None = None) -> str:
         options = f"`{row['options']}`" if row["options"] else "defaults"
         size = "×".join(map(str, row["size"]))
         lines.append(f"| {row['effect']} | {options} | {row['input']}, {size} | {times} | {row['differ']:.2%} |")
+    return "\n".join(lines) + "\n"
+
+
+def originals_table() -> str:
+    """Return the times of effects relative to the published GLSL, as Markdown."""
+    known = json.loads(ORIGINALS.read_text(encoding="utf-8"))
+    kinds = list(known["rows"][0]["ratios"])
+    lines = [
+        f"Machine: {known['machine']}; taken {known['date']}, medians of {known['runs']} frames.\n",
+        f"| effect | original | ms | {' | '.join(kinds)} | ours differs by |",
+        f"|---|---|---:|{'---:|' * len(kinds)}---|",
+    ]
+    for row in known["rows"]:
+        ratios = " | ".join(f"{row['ratios'][kind]:.2f}" for kind in kinds)
+        differs = row["differs"] or ("nothing" if row["apart"] == 0.0 else f"{row['apart']:.1%} of pixels")
+        name = f"{row['effect']}, {row['options']}" if row["options"] else row["effect"]
+        lines.append(f"| {name} | {row['original']} | {row['ms']:.1f} | {ratios} | {differs} |")
     return "\n".join(lines) + "\n"
 
 

@@ -7,11 +7,15 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+import moderngl
+import numpy as np
+
 import passgraph as pg
 from passgraph import effects
 from passgraph.effects.color.black_and_white import REC601
 from passgraph.effects.filters.blur import gaussian_weights
-from tests.benchmarks.original_passes import LUMINANCE, VERTEX, Pass, Texts
+from tests.benchmarks.original_passes import LUMINANCE, REC709, VERTEX, Drawn, Pass, Picture, Texts
+from tests.effects import smaa_original
 
 WIDTH, HEIGHT = SIZE = (1280, 720)
 RESOLUTION = (float(WIDTH), float(HEIGHT))
@@ -27,7 +31,7 @@ class Case:
 
     Attributes
     ----------
-    effect, options, original : names, for the table
+    effect, options, original : for the table
     passes : of the texts
     ours : of the input and the destination
     differs : what ours does otherwise; empty where both give the same picture
@@ -42,6 +46,35 @@ class Case:
     options: str = ""
     input_size: tuple[int, int] = SIZE
     format: str = "rgba32f"
+
+    def drawn(self, context: moderngl.Context, texts: Texts, frame: Picture) -> Drawn | DrawnSmaa:
+        """Return the original, ready to draw."""
+        return Drawn(context, self.passes(texts), frame)
+
+
+class DrawnSmaa:
+    """The original of SMAA, in its preset "high"; its edges and weights have 8 bits."""
+
+    def __init__(self, context: moderngl.Context, frame: Picture) -> None:
+        self.original = smaa_original.Original(context, 0.1, 16, 8, 0.25)
+        self.pictures = [context.texture(SIZE, 4, dtype=kind) for kind in ("f4", "f1", "f1", "f4")]
+        self.pictures[0].write(frame.tobytes())
+
+    def draw(self) -> None:
+        with self.original.context:
+            self.original.draw(*self.pictures)
+            self.original.context.finish()
+
+    def read(self) -> Picture:
+        with self.original.context:
+            return np.frombuffer(self.pictures[3].read(), np.float32).reshape(HEIGHT, WIDTH, 4)
+
+
+class Smaa(Case):
+    """SMAA, whose original is in the repository."""
+
+    def drawn(self, context: moderngl.Context, texts: Texts, frame: Picture) -> DrawnSmaa:
+        return DrawnSmaa(context, frame)
 
 
 def _three(name: str, **values: Any) -> Callable[[Texts], list[Pass]]:
@@ -101,7 +134,7 @@ def _bloom(texts: Texts) -> list[Pass]:
     head = "#define THRESHOLD\n#define COLOR\n"
     passes = [
         Pass(
-            LUMINANCE.format(0.2126, 0.7152, 0.0722) + head + texts.material("luminance_default"),
+            REC709 + head + texts.material("luminance_default"),
             {"inputBuffer": "frame"}, SIZE, {"threshold": 1.0, "smoothing": 0.03},
         )
     ]  # fmt: skip
@@ -121,7 +154,7 @@ def _bloom(texts: Texts) -> list[Pass]:
 
 
 def _god_rays(texts: Texts) -> list[Pass]:
-    light = LUMINANCE.format(0.2126, 0.7152, 0.0722) + "#define THRESHOLD\n#define COLOR\n"
+    light = REC709 + "#define THRESHOLD\n#define COLOR\n"
     first = Pass(
         light + texts.material("luminance_default"), {"inputBuffer": "frame"}, SMALL,
         {"threshold": 0.9, "smoothing": 0.03},
@@ -248,11 +281,12 @@ CASES = (
     Case(
         "tone-map", "three OutputShader", _tone("AGX"),
         lambda frame, into: effects.tone_map(frame, curve="agx", into=into),
-        "the sigmoid itself, not a polynomial", options="agx", format="rgba8",
+        "the sigmoid itself, by exact logarithms and powers, not a polynomial", options="agx", format="rgba8",
     ),
     Case(
         "vignette", "postprocessing VignetteEffect", _effect("vignette_default", offset=0.5, darkness=0.5),
-        lambda frame, into: effects.vignette(frame, into=into), "a power of the angle's cosine, not a smooth step",
+        lambda frame, into: effects.vignette(frame, into=into),
+        "a power of the angle's cosine, exact, not a smooth step",
     ),
     Case(
         "film-grain", "three FilmShader", _three("FilmShader", time=0.1, intensity=0.5),
@@ -261,7 +295,7 @@ CASES = (
     Case(
         "chromatic-aberration", "three RGBShiftShader", _three("RGBShiftShader", amount=0.005, angle=0.0),
         lambda frame, into: effects.chromatic_aberration(frame, samples=3, into=into),
-        "grows toward the corners", options="3 samples",
+        "grows toward the corners; filters in 32 bits, not by the device", options="3 samples",
     ),
     Case(
         "lens-distortion", "postprocessing LensDistortionEffect",
@@ -270,7 +304,7 @@ CASES = (
             skew=0.0,
         ),
         lambda frame, into: effects.lens_distortion(frame, -0.1, undo=True, into=into),
-        "three coefficients, aspect kept", options="undo",
+        "three coefficients, aspect kept; filters in 32 bits", options="undo",
     ),
     Case(
         "pixelate", "postprocessing PixelationEffect",
@@ -279,7 +313,7 @@ CASES = (
     ),
     Case(
         "halftone", "glfx colorHalftone", _glfx("colorHalftone", angle=0.3, scale=0.4, center=(640.0, 360.0)),
-        lambda frame, into: effects.halftone(frame, into=into), "exact areas of ink by 16 samples of a pixel",
+        lambda frame, into: effects.halftone(frame, into=into), "exact areas of ink: 16 samples of a pixel, not 1",
     ),
     Case(
         "halftone", "three HalftoneShader",
@@ -321,8 +355,12 @@ CASES = (
          "216 positions by 18 reads, not 60 by 60"),
     Case("bloom", "postprocessing MipmapBlurPass", _bloom, lambda frame, into: effects.bloom(frame, into=into),
          "5 and 8 reads, not 13 and 10"),
-    Case("cas", "AMD FidelityFX CAS", _cas, lambda frame, into: effects.cas(frame, into=into)),
-    Case("fsr1", "AMD FidelityFX FSR 1", _fsr1, lambda frame, into: effects.fsr1(frame, into=into), input_size=SMALL),
+    Case("cas", "AMD FidelityFX CAS", _cas, lambda frame, into: effects.cas(frame, into=into),
+         "exact divisions and roots"),
+    Case("fsr1", "AMD FidelityFX FSR 1", _fsr1, lambda frame, into: effects.fsr1(frame, into=into),
+         "exact divisions and roots", input_size=SMALL),
     Case("fxaa", "postprocessing FXAAEffect", _fxaa, lambda frame, into: effects.fxaa(frame, "39", into=into),
          options="39"),
+    Smaa("smaa", "postprocessing SMAAEffect", lambda texts: [],
+         lambda frame, into: effects.smaa(frame, 0.1, 16, 8, 0.25, into=into), "luma in a pass of its own"),
 )  # fmt: skip

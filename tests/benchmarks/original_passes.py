@@ -155,7 +155,9 @@ class Texts:
         image = "" if "void mainImage" in text else "void mainImage(vec4 c, vec2 uv, out vec4 color) { color = c; }\n"
         vertex = VERTEX
         if support:
-            main = "\nvoid main() { vUv = position.xy * 0.5 + 0.5; mainSupport(vUv); gl_Position = vec4(position, 1.0); }"
+            main = (
+                "\nvoid main() { vUv = position.xy * 0.5 + 0.5; mainSupport(vUv); gl_Position = vec4(position, 1.0); }"
+            )
             vertex = defines + _EFFECT_HEAD + "varying vec2 vUv;\n" + self.material(support) + main
         # a word of WebGL's that OpenGL reserves
         text = re.sub(r"\bactive\b", "is_active", text)

@@ -166,7 +166,7 @@ BENCHMARKS = {
     "overhead": Benchmark(overhead, {}),
     "memory": Benchmark(memory, {}),
     "gl": Benchmark(by_hand("bench_gl"), {"moderngl": "moderngl"}),
-    "smaa": Benchmark(by_hand("bench_smaa"), {"moderngl": "moderngl", "skimage": "scikit-image"}),
+    "originals": Benchmark(by_hand("bench_originals"), {"moderngl": "moderngl", "skimage": "scikit-image"}),
     "opencl": Benchmark(by_hand("bench_opencl"), {}),
     "opencl host": Benchmark(by_hand("bench_opencl_host"), {}),
     "frames": Benchmark(by_hand("bench_frames"), {"moderngl": "moderngl"}),
