@@ -3,8 +3,9 @@
     python tests/benchmarks/bench_originals.py [FOLDER] [--runs 15] [--only EFFECT ...] [--document]
 
 FOLDER holds the originals; original_passes.py says how to make it.  Without it, SMAA is measured, whose original is
-in the repository.  The picture stays on the device, and results are not read back.  ``--document`` writes
-docs/original_times.json, which docs/effect-times.md shows.
+in the repository.  The picture stays on the device, and results are not read back.  Everything runs on the processor
+(llvmpipe draws), so times are processor time of all threads.  ``--document`` writes docs/original_times.json, which
+docs/effect-times.md shows.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import argparse
 import json
 import os
 import sys
+import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -68,7 +70,7 @@ def measured(case: Case, texts: Texts, runs: int) -> tuple[list[Ratio], float]:
             options = pg.Options(static=False, math=math)  # type: ignore[arg-type]
             programs[kind] = stack.enter_context(pg.compile(output, backend, SIZE, options))
             jobs[kind] = running(programs[kind], frame)
-        times = interleaved(jobs, runs)
+        times = interleaved(jobs, runs, clock=time.process_time)
         drawn = np.clip(original.read(), 0.0, 1.0)
         shown = [np.clip(program(frame=frame)["out"], 0.0, 1.0) for program in programs.values()]
     apart = max(float((np.abs(one - drawn) > SAME).any(axis=2).mean()) for one in shown)
