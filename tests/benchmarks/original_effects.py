@@ -344,7 +344,7 @@ CASES = (
     Case("unsharp", "glfx unsharpMask", _unsharp, lambda frame, into: effects.unsharp(frame, 0.8, 1.63, into=into),
          "a Gaussian of 11 taps, not a tent of 61"),
     Case("bilateral", "glslSmartDeNoise", _bilateral, lambda frame, into: effects.bilateral(frame, into=into),
-         "whole texels, without the original's two at the disc's edge"),
+         "texels of whole steps, not between two rows; an exact exponential"),
     Case("tilt-shift", "three HorizontalTiltShiftShader, Vertical…", _tilt_shift,
          lambda frame, into: effects.tilt_shift(frame, sigma_px=4.0 / 3.0, into=into),
          "a Gaussian of each pixel's own width", options="9 taps at most"),
