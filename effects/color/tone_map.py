@@ -154,7 +154,7 @@ def encode_srgb(x: float) -> float:
 
 @pg.function
 def encode_srgb_wide(x: float) -> float:
-    """Encode as sRGB, any x: `encode_srgb` for values above 1 too."""
+    """Encode as sRGB, any x: for values above 1, and for tighter bounds where x itself has wide ones."""
     return 12.92 * x if x <= 0.0031308 else 1.055 * pow(x, 1.0 / 2.4) - 0.055
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import passgraph as pg
 from passgraph import Const, Image, discard, length, mat3, mat4, output_size, pixel, vec2, vec3, vec4
 from passgraph.effects.checked import checked, effect
-from passgraph.effects.color.tone_map import encode_srgb
+from passgraph.effects.color.tone_map import encode_srgb_wide
 from passgraph.effects.effect_options import picture_of
 from passgraph.effects.quantities import Color, MapSize, NotNegative
 from passgraph.effects.shadows.five_pass_blur import BlurKernel, WeightsFrom, blur_mask
@@ -105,7 +105,7 @@ def lit(
     shaded = color.rgb * (vec3(ambient) + arriving * spot * shadow)
     if display:
         shaded = min(max(shaded, vec3(0.0)), vec3(1.0))
-        shaded = vec3(encode_srgb(shaded.r), encode_srgb(shaded.g), encode_srgb(shaded.b))
+        shaded = vec3(encode_srgb_wide(shaded.r), encode_srgb_wide(shaded.g), encode_srgb_wide(shaded.b))
     return vec4(shaded, 1.0)
 
 
