@@ -227,3 +227,16 @@ def test_depth_aware_blur_does_not_cross_a_silhouette() -> None:
 def test_a_tolerance_of_zero_is_refused() -> None:
     with pytest.raises(pg.GraphError, match="tolerance must be above 0"):
         depth_aware_blur(FRAME, FRAME, 3, 0.0)
+
+
+@pytest.mark.parametrize("backend_name", DEVICES, indirect=True)
+def test_srgb_is_encoded_within_two_ten_millionths(backend_name: str) -> None:
+    """Against the standard's power, in float64; white is exactly 1."""
+    light = np.concatenate([np.linspace(0.0, 1.0, 4095), np.geomspace(1e-6, 1.0, 4097)]).astype(np.float32)
+    made = tone_map(pg.Input("frame"), curve="linear", into=pg.target("shown", "rgba32f"))
+    with pg.compile(made, backend_name) as program:
+        shown = program(frame=np.repeat(light[None, :, None], 4, axis=2))["shown"][0, :, 0]
+    wide = light.astype(np.float64)
+    truth = np.where(wide <= 0.0031308, 12.92 * wide, 1.055 * wide ** (1.0 / 2.4) - 0.055)
+    assert np.abs(shown - truth).max() < 2.5e-7
+    assert (shown[light == 1.0] == 1.0).all()
