@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.commands.command_graph import Job, job_of_scene
+from passgraph.commands.command_graph import Job, scene_job
 from passgraph.commands.entry import run
 from passgraph.commands.render import run_turntable
 from passgraph.commands.running import RunOptions
@@ -292,7 +292,7 @@ def test_a_turntable_tells_an_effect_the_camera_before() -> None:
     assert run_turntable(job, cameras, Path("way.%d.png"), RunOptions("numpy"), None) == 0
     assert [round(float(pg.load(f"way.{n}.png")[0, 0, 0]) * 255.0) for n in (1, 2, 3)] == [0, 7, 20]
     scene = pg.Scene.shipped()
-    over_frames = job_of_scene(EFFECTS["ambient-occlusion"], scene, (64, 36), {"most_frames": 4})
+    over_frames = scene_job(EFFECTS["ambient-occlusion"], None, (64, 36), {"most_frames": 4}, scene)
     assert over_frames.given == {"previous_camera": scene.camera}
 
 
