@@ -26,6 +26,8 @@ ARGUMENTS = 1 << 32
 SIDE = 1024
 #: Consecutive chunks are this far apart, so that an interrupted measurement has seen numbers of all sizes.
 _STRIDE = 1597
+#: Results are judged in blocks of this many, whose float64 arrays stay in the cache.
+_BLOCK = 1 << 15
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,17 @@ class EveryError:
     outside: int = 0
     outside_at: float | None = None
 
+    def __str__(self) -> str:
+        """Return one line: the errors, what is promised, and how many of all arguments were measured."""
+        part = "" if self.count == ARGUMENTS else f" in {self.count / ARGUMENTS:.1%} of all arguments"
+        bounds = "" if self.outside_at is None else f"; {self.outside:,} outside of bounds, as at {self.outside_at!r}"
+        return f"{self.name}: at most {self.worst:.3f} ULP{part}, at {self.worst_at!r}; promised: {self.promised}{bounds}"
+
+
+def measurable(backend: Backend, math: Math = "exact") -> tuple[str, ...]:
+    """Return the functions of one number that a backend computes in this mode; for native math by itself."""
+    return tuple(name for name in OF_ONE_NUMBER if math == "exact" or name in backend.limits.native)
+
 
 def measure_every(backend: Backend, name: str, math: Math = "exact", side: int = SIDE) -> Iterator[EveryError]:
     """Measure a function over all float32 arguments on an open backend; yield what is found after each chunk.
@@ -61,7 +74,7 @@ def measure_every(backend: Backend, name: str, math: Math = "exact", side: int =
     Parameters
     ----------
     name
-        One of :data:`OF_ONE_NUMBER`; for native math one that the device computes itself.
+        One of :func:`measurable`.
     side
         A chunk has ``side`` squared arguments: a power of two.
 
@@ -75,9 +88,9 @@ def measure_every(backend: Backend, name: str, math: Math = "exact", side: int =
     (81920, True, 0)
     """
     native = backend.limits.native if math == "native" else {}
-    known = [one for one in OF_ONE_NUMBER if math == "exact" or one in native]
-    if name not in known:
-        raise InputError(f"no function of one number is called {name!r} in {math} math; got one of {', '.join(known)}")
+    if name not in (known := measurable(backend, math)):
+        have = f"those are {', '.join(known)}" if known else "it has none"
+        raise InputError(f"{backend.name} measures no function {name!r} of one number in {math} math; {have}")
     row, chunk = OPERATIONS[name], side * side
     found = EveryError(name, math, promised_by(row, math, backend))
     with program_of(backend, row, math, "r32f") as program:
@@ -85,11 +98,13 @@ def measure_every(backend: Backend, name: str, math: Math = "exact", side: int =
             first = number * _STRIDE % (ARGUMENTS // chunk) * chunk
             x = np.arange(first, first + chunk, dtype=np.uint32).view(np.float32)
             results = np.asarray(program(samples=x.reshape(side, side, 1))["measured"], np.float32).reshape(-1)
-            found = _with_chunk(found, row, native.get(name), x, results)
+            for begin in range(0, chunk, _BLOCK):
+                block = slice(begin, begin + _BLOCK)
+                found = _with_block(found, row, native.get(name), x[block], results[block])
             yield found
 
 
-def _with_chunk(
+def _with_block(
     found: EveryError, row: Operation, accuracy: Accuracy | None, x: NDArray[np.float32], results: NDArray[np.float32]
 ) -> EveryError:
     """Return what is found with the results of some more arguments."""
