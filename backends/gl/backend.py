@@ -72,6 +72,7 @@ class GLBackend(Backend):
                 varyings=gl.integer(g.MAX_VARYINGS),
                 filters=not gl.has.is_es,  # ES filters float32 only with an extension
                 native=GLSL_ACCURACY,
+                fuses=True,
                 trips=loop_trips(gl.text(g.RENDERER)),
                 not_kept=gl.has.not_kept(),
                 not_written=gl.has.not_drawn(),

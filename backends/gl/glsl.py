@@ -28,7 +28,7 @@ NEGATED = "({0} ^^ true)"
 SPELLED = spelled({
     "float": {
         "abs": "abs({0})", "round": "roundEven({0})", "bits_from_float": "floatBitsToInt({0})",
-        **builtin_calls(native.GLSL, atan2="atan"),
+        **builtin_calls(native.GLSL, atan2="atan"), "fma": "FMA({0}, {1}, {2})",
     },
     "int": {
         "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "pg_abs({0})",
@@ -188,9 +188,9 @@ class GLSL(CLike):
             return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
         if op.on == "float" and op.operation in ("min", "max"):
             return self._chosen(op.operation, *arguments)
-        if op.on == "float" and op.operation in ("mul", "div"):
-            both = all(self.foreseen.known(a) for a in op.arguments)
-            arguments = [self._hidden(a, both) for a in op.arguments]
+        if op.on == "float" and op.operation in ("mul", "div", "fma"):
+            both = all(self.foreseen.known(a) for a in op.arguments[:2])
+            arguments[:2] = [self._hidden(a, both) for a in op.arguments[:2]]
         return super().operation(op, arguments)
 
     def _chosen(self, operation: str, first: str, second: str) -> str:

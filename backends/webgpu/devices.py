@@ -165,5 +165,6 @@ def limits_of(device: Any, name: str) -> Limits:
         varyings=4 * (limits["max-inter-stage-shader-variables"] - 1),
         filters=FILTERS in device.features,
         native=WGSL,
+        fuses=True,
         trips=65_535 if name.startswith("llvmpipe") else NONE,
     )

@@ -24,7 +24,7 @@ from passgraph.language.ir import own_pixel
 _LIKE_C = spelled({
     "float": {"abs": "abs({0})", "round": "round({0})", "bits_from_float": "bitcast<i32>({0})",
               "min": "select({0}, {1}, {1} < {0})", "max": "select({0}, {1}, {0} < {1})",
-              **builtin_calls(native.WGSL, inversesqrt="inverseSqrt")},
+              "fma": "fma({0}, {1}, {2})", **builtin_calls(native.WGSL, inversesqrt="inverseSqrt")},
     "int": {
         "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "max({0}, 0 - {0})",
         "min": "min({0}, {1})", "max": "max({0}, {1})",
@@ -162,7 +162,7 @@ class WGSL(Printer):
 
     def _float_operation(self, op: s.Op, arguments: list[str]) -> str:
         name = op.operation
-        if name in ("mul", "div", "add", "sub"):
+        if name in ("mul", "div", "add", "sub", "fma"):
             both = all(self.foreseen.known(a) for a in op.arguments)
             arguments = [self._unforeseen(a, both) for a in op.arguments]
         if name in ("equal", "not_equal") and arguments[0] == arguments[1]:

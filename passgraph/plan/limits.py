@@ -39,6 +39,7 @@ class Limits:
     rounding : floats and ints are each padded to multiples of this many numbers
     filters : True if its own filter may replace bilinear samples
     native : functions that ``math="native"`` lets it compute itself, with their accuracy
+    fuses : True if it multiplies and adds in one instruction, which ``math="native"`` then uses
     varyings : numbers passed from a vertex kernel to the fragment kernel
     trips : loop iterations of one pixel, nested loops multiplied; a plan is rejected if every pixel makes more,
         whatever its data
@@ -59,6 +60,7 @@ class Limits:
     varyings: int = NONE
     filters: bool = False
     native: Mapping[str, Accuracy] = field(default_factory=dict)
+    fuses: bool = False
     trips: int = NONE
     not_kept: Mapping[str, str] = field(default_factory=dict)
     not_written: Mapping[str, str] = field(default_factory=dict)

@@ -31,6 +31,11 @@ def native_functions(kernel: Kernel, work: Work) -> Mapping[str, Accuracy]:
     return work.limits.native if is_native(kernel, work) else {}
 
 
+def fuses_products(kernel: Kernel, work: Work) -> bool:
+    """Return True if a kernel multiplies and adds in one instruction."""
+    return work.limits.fuses and is_native(kernel, work)
+
+
 def image_facts(target: Target, where: str, work: Work, sized: bool = False, reader: Pass | None = None) -> ImageFacts:
     """Return the facts of a picture that a pass reads."""
     format_, size = work.format_of(target), work.size_of(target)
@@ -67,7 +72,8 @@ def specialize_pass(lowered: Lowered, work: Work) -> None:
         stores = tuple(spec.format.store for spec in node.into)
         size = lowered.size if sized else None
         native = native_functions(node.kernel, work)
-        lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size, native)
+        fuses = fuses_products(node.kernel, work)
+        lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size, native, fuses)
         lowered.program = lower_once(node.kernel.program, lowered.facts, work.programs)
         _filter_in_kernel(lowered, work)
         lowered.images = used_images(lowered.program, read, node, work)
@@ -109,8 +115,10 @@ def _specialize_draw(
     simplify = work.options.simplify
     native = native_functions(node.vertex, work)
     lowered.vertex_facts = Facts(node.constants, images, (), simplify, lowered.size, native)
-    native = native_functions(node.fragment or node.vertex, work)
-    lowered.facts = Facts(node.constants, images, stores, simplify, size, native)
+    # Products of vertex kernels are not fused: passes that draw one mesh need the same depths.
+    shading = node.fragment or node.vertex
+    native, fuses = native_functions(shading, work), fuses_products(shading, work)
+    lowered.facts = Facts(node.constants, images, stores, simplify, size, native, fuses)
     vertex = lower_once(node.vertex.program, lowered.vertex_facts, work.programs)
     if node.fragment is not None:
         lowered.fragment = lower_once(node.fragment.program, lowered.facts, work.programs)
