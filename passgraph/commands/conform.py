@@ -34,7 +34,10 @@ if TYPE_CHECKING:
     "--functions", is_flag=True, help="Measure the error of each function (exp, sin …) in ULP instead of running cases."
 )
 @click.option(
-    "--every", "names", multiple=True, metavar="NAME",
+    "--every",
+    "names",
+    multiple=True,
+    metavar="NAME",
     help="Measure this function of one number over all 2³² float32 arguments, which takes minutes; may be repeated; "
     "'all' measures each. Ctrl-C prints what was found.",
 )
@@ -113,18 +116,19 @@ def _measure_functions(backend: str, math: Math) -> int:
 
 
 def _has_none(backend: str) -> InputError:
-    return InputError(f"{backend} has no functions of its own that are faster than the exact ones; leave out --math")
+    return InputError(f"{backend} computes all functions alike in exact and native math; leave out --math")
 
 
 def _measure_every(backend: str, math: Math, names: tuple[str, ...]) -> int:
     """Print the largest error of each function over all arguments; on Ctrl-C, over those measured until then."""
     from passgraph.backends.registry import open_backend
-    from passgraph.verify.every_argument import ARGUMENTS, EveryError, measurable, measure_every
+    from passgraph.verify.every_argument import ARGUMENTS, OF_ONE_NUMBER, EveryError, measure_every
+    from passgraph.verify.function_errors import measurable
 
     outside, found = 0, EveryError("", math, "")
     try:
         with open_backend(backend) as opened, progress("measuring") as say:
-            if not (known := measurable(opened, math)):
+            if not (known := measurable(opened, math, OF_ONE_NUMBER)):
                 raise _has_none(backend)
             for name in known if "all" in names else names:
                 for found in measure_every(opened, name, math):

@@ -12,7 +12,7 @@ from passgraph.backends.base import Backend
 from passgraph.errors import InputError
 from passgraph.language.native import Accuracy, Math
 from passgraph.language.operations import OPERATIONS, Operation
-from passgraph.verify.function_errors import SMALLEST_NORMAL, program_of, promised_by, ulp_errors
+from passgraph.verify.function_errors import SMALLEST_NORMAL, measurable, program_of, promised_by, ulp_errors
 from passgraph.verify.oracle.decisions import Track
 from passgraph.verify.oracle.domain import IntervalDomain
 from passgraph.verify.oracle.interval import Interval, as_interval
@@ -57,12 +57,9 @@ class EveryError:
         """Return one line: the errors, what is promised, and how many of all arguments were measured."""
         part = "" if self.count == ARGUMENTS else f" in {self.count / ARGUMENTS:.1%} of all arguments"
         bounds = "" if self.outside_at is None else f"; {self.outside:,} outside of bounds, as at {self.outside_at!r}"
-        return f"{self.name}: at most {self.worst:.3f} ULP{part}, at {self.worst_at!r}; promised: {self.promised}{bounds}"
-
-
-def measurable(backend: Backend, math: Math = "exact") -> tuple[str, ...]:
-    """Return the functions of one number that a backend computes in this mode; for native math by itself."""
-    return tuple(name for name in OF_ONE_NUMBER if math == "exact" or name in backend.limits.native)
+        return (
+            f"{self.name}: at most {self.worst:.3f} ULP{part}, at {self.worst_at!r}; promised: {self.promised}{bounds}"
+        )
 
 
 def measure_every(backend: Backend, name: str, math: Math = "exact", side: int = SIDE) -> Iterator[EveryError]:
@@ -74,7 +71,7 @@ def measure_every(backend: Backend, name: str, math: Math = "exact", side: int =
     Parameters
     ----------
     name
-        One of :func:`measurable`.
+        One of :data:`OF_ONE_NUMBER`; for native math one that the device computes itself, or by fused products.
     side
         A chunk has ``side`` squared arguments: a power of two.
 
@@ -88,7 +85,7 @@ def measure_every(backend: Backend, name: str, math: Math = "exact", side: int =
     (81920, True, 0)
     """
     native = backend.limits.native if math == "native" else {}
-    if name not in (known := measurable(backend, math)):
+    if name not in (known := measurable(backend, math, OF_ONE_NUMBER)):
         have = f"those are {', '.join(known)}" if known else "it has none"
         raise InputError(f"{backend.name} measures no function {name!r} of one number in {math} math; {have}")
     row, chunk = OPERATIONS[name], side * side

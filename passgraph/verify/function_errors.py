@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,7 +59,7 @@ def measure_functions(
     Parameters
     ----------
     math
-        ``"native"`` measures the functions that the device computes itself, and no others.
+        ``"native"`` measures the functions that it changes, and no others.
     side
         The samples are ``side`` squared.
 
@@ -71,8 +71,7 @@ def measure_functions(
     >>> worst["exp2"] < 3
     True
     """
-    names = MEASURED if math == "exact" else tuple(name for name in MEASURED if name in backend.limits.native)
-    for name in names:
+    for name in measurable(backend, math, MEASURED):
         yield _measured(backend, OPERATIONS[name], math, side, seed)
 
 
@@ -95,9 +94,15 @@ def _measured(backend: Backend, row: Operation, math: Math, side: int, seed: int
     )  # fmt: skip
 
 
+def measurable(backend: Backend, math: Math, names: Iterable[str]) -> tuple[str, ...]:
+    """Return the functions whose results depend on this mode: all if products are fused, else the device's own."""
+    limits = backend.limits
+    return tuple(name for name in names if math == "exact" or limits.fuses or name in limits.native)
+
+
 def promised_by(row: Operation, math: Math, backend: Backend) -> str:
     """Return what the language promises of a function, or for native math the device's specification, in words."""
-    if math == "native":
+    if math == "native" and row.name in backend.limits.native:
         return str(backend.limits.native[row.name])
     return f"{row.ulp:g} ULP" + (f" + {row.absolute:.3g}" if row.absolute else "")
 
@@ -125,7 +130,7 @@ def _results(
 
 
 def program_of(backend: Backend, row: Operation, math: Math, format: str) -> Program:
-    """Compile a function: it takes its arguments from the channels of the input ``samples``, and writes ``measured``."""
+    """Compile a function that takes its arguments from channels of the input ``samples`` and writes ``measured``."""
     called = row.as_written(*(f"at.{letter}" for letter in "xy"[: len(row.operands)]), by_name=True)
     text = f"def measured(p: Image) -> float:\n    at = p[0, 0]\n    return {called}\n"
     result = kernel(source=text)(Input("samples", format))
