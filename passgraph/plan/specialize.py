@@ -8,6 +8,7 @@ from typing import cast
 
 from passgraph.errors import GraphError
 from passgraph.graph.targets import DrawPass, Pass, PixelPass, Target
+from passgraph.language.border_rules import BORDERS
 from passgraph.language.emitter import eliminate_dead
 from passgraph.language.ir import MIPS, own_pixel
 from passgraph.language.kernel import Kernel
@@ -44,10 +45,11 @@ def image_facts(target: Target, where: str, work: Work, sized: bool = False, rea
             f"{where} reads {target.name!r} as {target.slice_count} slices, and it is {size[0]}x{size[1]}: "
             "its height must be a multiple of that; pg.stacked makes such a picture of a volume"
         )
-    by_device = isinstance(reader, PixelPass) and work.limits.filters
+    by_device = isinstance(reader, PixelPass) and target.border_rule in work.limits.filters
     hardware = target.hardware or (isinstance(reader, PixelPass) and is_native(reader.kernel, work))
-    # Textures clamp at their edges; encoded values and depths must not be interpolated.
-    fits = target.border_rule == "clamp" and target.filter_rule == "linear" and not (format_.srgb or format_.is_depth)
+    # Encoded values and depths must not be interpolated.
+    wraps = BORDERS[target.border_rule].wraps and target.filter_rule == "linear"
+    fits = wraps and not (format_.srgb or format_.is_depth)
     return ImageFacts(
         format_.channels, target.border_rule, format_.decode, size=size if sized else None, filter=target.filter_rule,
         levels=len(level_sizes(size)) if target.has_levels else 1, slices=target.slice_count,

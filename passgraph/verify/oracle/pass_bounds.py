@@ -114,7 +114,7 @@ class Passes:
 
     def _plan_within(self, limits: Limits) -> Plan:
         """Return the same steps, with other programs where a device filters or calls its own functions."""
-        filters = limits.filters and self._may_filter()
+        filters = limits.filters if self._may_filter() else ()
         native = limits.native if self._may_be_native() else {}
         if not filters and not native:
             return self.plan
