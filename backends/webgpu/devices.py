@@ -10,8 +10,8 @@ from typing import Any
 
 from passgraph.backends.base import DeviceInfo, device_number
 from passgraph.backends.turn import check_driver
-from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.backends.webgpu.wgsl import WRAP_MODES
+from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.language.native import WGSL
 from passgraph.plan.limits import NONE, Limits
 

@@ -85,7 +85,7 @@ class Passes:
         self._build = partial(build, outputs, size, bound, replace(OPTIONS, math=math))
         self.plan: Plan = self._build()
         #: Plans for devices that filter, and that call these functions.
-        self._plans: dict[tuple[bool, tuple[tuple[str, Accuracy], ...]], Plan] = {}
+        self._plans: dict[tuple[tuple[str, ...], tuple[tuple[str, Accuracy], ...]], Plan] = {}
         #: Results of :meth:`allowed`.
         self.found: dict[Promises, tuple[dict[Key, Picture], dict[Key, Allowed]]] = {}
 
