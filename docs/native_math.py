@@ -1,6 +1,7 @@
-"""Measure exact and native math: ``python docs/native_math.py`` writes the tables of docs/native-math.md.
+"""Measure exact and native math: ``python docs/native_math.py [fused]`` writes the tables of docs/native-math.md.
 
-Errors of functions on each device, then time and error of the built-in effects in both modes on OpenGL.
+Errors of functions on each device, then time and error of the built-in effects in both modes.  With ``fused`` only the
+table of times on processors, where native math changes nothing but products in sums.
 """
 
 from __future__ import annotations
@@ -33,6 +34,14 @@ is in the [table of operations](kernels.md#functions-of-numbers).
 #: Sizes for times and for errors: the reference takes seconds for a large picture.
 SIZE, SMALL = (1280, 720), (160, 90)
 ROUNDS = 15
+FUSED_BEGIN, FUSED_END = "<!-- docs/native_math.py fused writes this table -->", "<!-- end of the table -->"
+FUSED = ("bilateral", "color-transform", "film-grain", "tone-map", "vignette")
+EIGHT = """
+def eight_functions(c: Image) -> vec4:
+    v = c[0, 0]
+    powers = exp(-abs(v)) + exp2(v * 0.3) + log2(abs(v) + 1.0) + pow(abs(v) + 0.1, vec4(2.2))
+    return powers + sin(v) + cos(v * 2.0) + atan(v) + tanh(v)
+"""
 
 
 def hdr_picture(size: tuple[int, int]) -> NDArray[np.float32]:
@@ -129,7 +138,33 @@ def effects_table(device: str, truths: dict[str, NDArray[np.float32]]) -> Iterat
             print(device, name, f"{native / exact:.2f}", file=sys.stderr)
 
 
+def fused_table() -> str:
+    """Return a table of times on processors."""
+    lines = [f"Frames of {SIZE[0]} × {SIZE[1]}, native / exact, medians of {ROUNDS} in turn, {date.today()}.\n"]
+    lines += ["| | `numpy` | `opencl` (PoCL) |", "|---|---:|---:|"]
+    found = dict(graphs(SIZE))
+    found["eight functions"] = pg.kernel(source=EIGHT)(pg.Input("frame", "rgba32f", SIZE, static=True))
+    for name in (*FUSED, "eight functions"):
+        ratios = []
+        for device in ("numpy", "opencl"):
+            with open_backend(device) as backend:
+                exact, native = frame_times(found[name], backend)
+            ratios.append(f"{native / exact:.2f}")
+        lines.append(f"| {name} | {' | '.join(ratios)} |")
+        print(lines[-1], file=sys.stderr)
+    return "\n".join(lines)
+
+
+def write_fused() -> None:
+    head, _, rest = PAGE.read_text(encoding="utf-8").partition(FUSED_BEGIN)
+    table = fused_table()
+    PAGE.write_text(f"{head}{FUSED_BEGIN}\n\n{table}\n\n{FUSED_END}{rest.partition(FUSED_END)[2]}", encoding="utf-8")
+
+
 def main() -> None:
+    if sys.argv[1:] == ["fused"]:
+        write_fused()
+        return
     lines = [f"Taken {date.today()} on {platform.machine()}, 2 cores, Python {platform.python_version()}.\n"]
     lines += ["## Functions\n", _ERRORS]
     for name in DEVICES:
