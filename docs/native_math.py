@@ -1,6 +1,7 @@
-"""Measure exact and native math: ``python docs/native_math.py`` writes the tables of docs/native-math.md.
+"""Measure exact and native math: ``python docs/native_math.py [fused]`` writes the tables of docs/native-math.md.
 
-Errors of functions on each device, then time and error of the built-in effects in both modes on OpenGL.
+Errors of functions on each device, then time and error of the built-in effects in both modes.  With ``fused`` only the
+table of times on processors, where native math changes nothing but products in sums.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import platform
 import statistics
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from datetime import date
 from pathlib import Path
 
@@ -33,6 +34,14 @@ is in the [table of operations](kernels.md#functions-of-numbers).
 #: Sizes for times and for errors: the reference takes seconds for a large picture.
 SIZE, SMALL = (1280, 720), (160, 90)
 ROUNDS = 15
+FUSED_BEGIN, FUSED_END = "<!-- docs/native_math.py fused writes this table -->", "<!-- end of the table -->"
+FUSED = ("bilateral", "film-grain", "tone-map", "vignette")
+EIGHT = """
+def eight_functions(c: Image) -> vec4:
+    v = c[0, 0]
+    powers = exp(-abs(v)) + exp2(v * 0.3) + log2(abs(v) + 1.0) + pow(abs(v) + 0.1, vec4(2.2))
+    return powers + sin(v) + cos(v * 2.0) + atan(v) + tanh(v)
+"""
 
 
 def hdr_picture(size: tuple[int, int]) -> NDArray[np.float32]:
@@ -73,19 +82,21 @@ def programs_of(output: pg.Target, backend: Backend, math: str) -> str:
         return "".join(repr(step.program.body) for step in program.plan.steps if isinstance(step, PixelStep))
 
 
-def frame_times(output: pg.Target, backend: Backend) -> tuple[float, float]:
+def frame_times(
+    output: pg.Target, backend: Backend, clock: Callable[[], float] = time.perf_counter, rounds: int = ROUNDS
+) -> tuple[float, float]:
     """Return the medians of frames in milliseconds, exact and native, measured in turn; uploads are left out."""
     modes = ("exact", "native")
     options = {math: pg.Options(static=False, math=math) for math in modes}  # type: ignore[arg-type]
     programs = {math: pg.compile({"out": output}, backend, SIZE, options[math]) for math in modes}
     pictures = {math: given(program, SIZE) for math, program in programs.items()}
     spent: dict[str, list[float]] = {math: [] for math in modes}
-    for _ in range(ROUNDS + 1):
+    for _ in range(rounds + 1):
         for math, program in programs.items():
-            begin = time.perf_counter()
+            begin = clock()
             program.run(**pictures[math])
             program.finish()
-            spent[math].append(time.perf_counter() - begin)
+            spent[math].append(clock() - begin)
     for program in programs.values():
         program.close()
     exact, native = (statistics.median(spent[math][1:]) * 1e3 for math in modes)
@@ -129,7 +140,34 @@ def effects_table(device: str, truths: dict[str, NDArray[np.float32]]) -> Iterat
             print(device, name, f"{native / exact:.2f}", file=sys.stderr)
 
 
+def fused_table() -> str:
+    """Return a table of times on processors: of all threads, which other work on the machine changes little."""
+    title = f"Native / exact: processor time of frames of {SIZE[0]} × {SIZE[1]}, medians of 7 in turn, {date.today()}."
+    lines = [f"{title}\n"]
+    lines += ["| | `numpy` | `opencl` (PoCL) |", "|---|---:|---:|"]
+    found = dict(graphs(SIZE))
+    found["eight functions"] = pg.kernel(source=EIGHT)(pg.Input("frame", "rgba32f", SIZE, static=True))
+    for name in (*FUSED, "eight functions"):
+        ratios = []
+        for device in ("numpy", "opencl"):
+            with open_backend(device) as backend:
+                exact, native = frame_times(found[name], backend, time.process_time, 7)
+            ratios.append(f"{native / exact:.2f}")
+        lines.append(f"| {name} | {' | '.join(ratios)} |")
+        print(lines[-1], file=sys.stderr)
+    return "\n".join(lines)
+
+
+def write_fused() -> None:
+    head, _, rest = PAGE.read_text(encoding="utf-8").partition(FUSED_BEGIN)
+    table = fused_table()
+    PAGE.write_text(f"{head}{FUSED_BEGIN}\n\n{table}\n\n{FUSED_END}{rest.partition(FUSED_END)[2]}", encoding="utf-8")
+
+
 def main() -> None:
+    if sys.argv[1:] == ["fused"]:
+        write_fused()
+        return
     lines = [f"Taken {date.today()} on {platform.machine()}, 2 cores, Python {platform.python_version()}.\n"]
     lines += ["## Functions\n", _ERRORS]
     for name in DEVICES:

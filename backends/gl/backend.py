@@ -23,6 +23,7 @@ from passgraph.backends.gl.passes import DrawRun, Mesh, PixelRun
 from passgraph.backends.gl.programs import Programs
 from passgraph.backends.gl.textures import (
     ALL_PLAIN,
+    WRAP_MODES,
     GLFormat,
     Objects,
     Texture,
@@ -70,8 +71,9 @@ class GLBackend(Backend):
                 numbers=gl.integer(g.MAX_FRAGMENT_UNIFORMS) - OTHER_NUMBERS,
                 rounding=4,
                 varyings=gl.integer(g.MAX_VARYINGS),
-                filters=not gl.has.is_es,  # ES filters float32 only with an extension
+                filters=() if gl.has.is_es else tuple(WRAP_MODES),  # ES filters float32 only with an extension
                 native=GLSL_ACCURACY,
+                fuses=True,
                 trips=loop_trips(gl.text(g.RENDERER)),
                 not_kept=gl.has.not_kept(),
                 not_written=gl.has.not_drawn(),

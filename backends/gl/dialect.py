@@ -14,6 +14,9 @@ _FULLSCREEN = """void main()
 #: OpenGL ES computes floats, ints and texture reads in 16 bits by default.
 _PRECISIONS = "precision highp float;\nprecision highp int;\nprecision highp sampler2D;"
 
+_PRECISE = "#define PRECISE precise\n#define FMA fma"
+_NOT_PRECISE = "#define PRECISE\n#define FMA(a, b, c) ((a) * (b) + (c))"
+
 
 @dataclass(frozen=True)
 class Dialect:
@@ -22,7 +25,7 @@ class Dialect:
     Attributes
     ----------
     version : the ``#version`` line
-    rest : extensions, precisions, and ``PRECISE``, with which drivers keep the order of float arithmetic
+    rest : extensions, precisions, ``PRECISE``, with which drivers keep the order of float arithmetic, and ``FMA``
     is_precise : True if ``PRECISE`` may have an effect
     """
 
@@ -48,11 +51,11 @@ class Dialect:
 #: For desktop OpenGL, where ``precise`` comes through an extension.
 GLSL_330 = Dialect(
     "#version 330 core",
-    """#ifdef GL_ARB_gpu_shader5
+    f"""#ifdef GL_ARB_gpu_shader5
 #extension GL_ARB_gpu_shader5 : enable
-#define PRECISE precise
+{_PRECISE}
 #else
-#define PRECISE
+{_NOT_PRECISE}
 #endif""",
 )
 
@@ -68,8 +71,8 @@ def dialect_of(has: Capabilities) -> Dialect:
     if not has.is_es:
         return GLSL_330
     if has.version >= (3, 2):
-        return Dialect("#version 320 es", f"#define PRECISE precise\n{_PRECISIONS}")
+        return Dialect("#version 320 es", f"{_PRECISE}\n{_PRECISIONS}")
     if has.version >= (3, 1) and "GL_EXT_gpu_shader5" in has.extensions:
-        enabled = "#extension GL_EXT_gpu_shader5 : enable\n#define PRECISE precise"
+        enabled = f"#extension GL_EXT_gpu_shader5 : enable\n{_PRECISE}"
         return Dialect("#version 310 es", f"{enabled}\n{_PRECISIONS}")
-    return Dialect("#version 300 es", f"#define PRECISE\n{_PRECISIONS}", is_precise=False)
+    return Dialect("#version 300 es", f"{_NOT_PRECISE}\n{_PRECISIONS}", is_precise=False)

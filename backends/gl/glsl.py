@@ -28,7 +28,7 @@ NEGATED = "({0} ^^ true)"
 SPELLED = spelled({
     "float": {
         "abs": "abs({0})", "round": "roundEven({0})", "bits_from_float": "floatBitsToInt({0})",
-        **builtin_calls(native.GLSL, atan2="atan"),
+        **builtin_calls(native.GLSL, atan2="atan"), "fma": "FMA({0}, {1}, {2})",
     },
     "int": {
         "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "pg_abs({0})",
@@ -188,9 +188,9 @@ class GLSL(CLike):
             return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
         if op.on == "float" and op.operation in ("min", "max"):
             return self._chosen(op.operation, *arguments)
-        if op.on == "float" and op.operation in ("mul", "div"):
-            both = all(self.foreseen.known(a) for a in op.arguments)
-            arguments = [self._hidden(a, both) for a in op.arguments]
+        if op.on == "float" and op.operation in ("mul", "div", "fma"):
+            both = all(self.foreseen.known(a) for a in op.arguments[:2])
+            arguments[:2] = [self._hidden(a, both) for a in op.arguments[:2]]
         return super().operation(op, arguments)
 
     def _chosen(self, operation: str, first: str, second: str) -> str:
@@ -219,6 +219,9 @@ class GLSL(CLike):
         and textures clamp to their edge.
         """
         image = f"{self.own.image}{self.image_numbers[load.image]}"
+        if load.filtered and self._placement(load.image).is_part and load.border != "clamp":
+            self._name_channels(load, self._mixed(load, image))
+            return
         if load.filtered:
             self._name_channels(load, f"textureLod({image}, {self._filtered_place(load)}, 0.0)")
             return
@@ -239,6 +242,31 @@ class GLSL(CLike):
         for value, letter in zip(load.to, LETTERS, strict=False):
             if value is not None:
                 self.name(value, f"t{first.id}.{letter}")
+
+    def _mixed(self, load: s.LoadTexel, image: str) -> str:
+        """Print a bilinear sample of a part of a texture by four texels: samplers wrap at the edges of textures."""
+        name, size = f"p{next(v for v in load.to if v is not None).id}", self._size(load.image)
+        lies, rule, region = self._placement(load.image), BORDERS[load.border], self._region(load.image)
+        place = f"vec2({self.operand(load.x)}, {self.operand(load.y)}) * vec2({size}) - 0.5"
+        self.line(f"vec2 {name} = clamp({place}, -{FARTHEST_TEXEL}.0, {FARTHEST_TEXEL}.0);")
+        self.line(f"ivec2 {name}_corner = ivec2(floor({name}));")
+
+        def texel(right: int, down: int) -> str:
+            found, inside = [], []
+            for axis, step in zip("xy", (right, down), strict=True):
+                at, count = f"({name}_corner.{axis} + {step})", f"{size}.{axis}"
+                inside.append(f"uint({at}) < uint({count})")
+                if rule.is_nearest:
+                    found.append(f"clamp({at}, 0, {count} - 1)")
+                else:
+                    near = f"pg_nearer({at}, {rule.period.replace('size', count)})"
+                    found.append(f"{border_name(load.border)}({near}, {count})")
+            row = f"{size}.y - 1 - {found[1]}" if lies.bottom_up else found[1]
+            fetch = f"texelFetch({image}, {region}.xy + ivec2({found[0]}, {row}), 0)"
+            return f"({' && '.join(inside)} ? {fetch} : vec4(0.0))" if rule.blank else fetch
+
+        rows = [f"mix({texel(0, down)}, {texel(1, down)}, fract({name}.x))" for down in (0, 1)]
+        return f"mix({rows[0]}, {rows[1]}, fract({name}.y))"
 
     def _filtered_place(self, load: s.LoadTexel) -> str:
         """Convert a position in [0, 1] to texture coordinates, clamped to the outermost texel centers of a part."""

@@ -85,18 +85,18 @@ def run_pixels(
     gl.DrawArrays(g.TRIANGLES, 0, 3)
 
 
-def filtered_images(program: ScalarProgram) -> list[int]:
-    """Return the images of a program that the device filters."""
-    names = {i.image for i in walk(program.body) if isinstance(i, LoadTexel) and i.filtered}
-    return [number for number, use in enumerate(program.images) if use.name in names]
+def filtered_images(program: ScalarProgram) -> dict[int, str]:
+    """Return the border rules of the images that the device filters, by their numbers."""
+    rules = {i.image: i.border for i in walk(program.body) if isinstance(i, LoadTexel) and i.filtered}
+    return {number: rules[use.name] for number, use in enumerate(program.images) if use.name in rules}
 
 
-def with_filters(backend: GLBackend, images: Sequence[Texture], filtered: Sequence[int]) -> Sequence[Texture]:
+def with_filters(backend: GLBackend, images: Sequence[Texture], filtered: dict[int, str]) -> Sequence[Texture]:
     """Return the same textures, with filtering set on some."""
     if not filtered:
         return images
-    linear = backend.objects.linear_sampler()
-    return [replace(image, sampler=linear) if number in filtered else image for number, image in enumerate(images)]
+    samplers = {number: backend.objects.linear_sampler(border) for number, border in filtered.items()}
+    return [replace(image, sampler=samplers.get(k, image.sampler)) for k, image in enumerate(images)]
 
 
 class PixelRun:

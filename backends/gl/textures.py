@@ -203,8 +203,10 @@ def attach(gl: Functions, target: int, point: int, surface: Surface) -> None:
         gl.FramebufferTexture2D(target, point, surface.target, surface.name, surface.level)
 
 
-#: Sampler parameters: bilinear, clamped to the edge, no depth comparison.
-_LINEAR = {0x2801: g.LINEAR, 0x2800: g.LINEAR, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
+#: Sampler parameters: bilinear, no depth comparison.  The border's color is 0 by default.
+_LINEAR = {0x2801: g.LINEAR, 0x2800: g.LINEAR, 0x884C: 0}
+#: Border rule → wrap mode that means the same: to the edge, to the border's color, repeated, mirrored.
+WRAP_MODES = {"clamp": 0x812F, "zero": 0x812D, "repeat": 0x2901, "mirror": 0x8370}
 
 
 class Objects:
@@ -216,7 +218,8 @@ class Objects:
         self.framebuffers: dict[tuple[tuple[int, ...], int], int] = {}
         #: Framebuffer for foreign pictures, and its number of attachments.
         self.for_foreign = self.attached = 0
-        self._linear = self._table = 0
+        self._table = 0
+        self._linear: dict[str, int] = {}  # samplers by border rule
 
     def table(self) -> int:
         """Return a buffer for the counts of one pass of a run; the pass sets its content."""
@@ -224,15 +227,15 @@ class Objects:
             self._table = self.new("Buffer")
         return self._table
 
-    def linear_sampler(self) -> int:
-        """Return a sampler that overrides a texture's parameters: bilinear, clamped to the edge."""
-        if not self._linear:
-            self._linear = self.new("Sampler")
-            for parameter, value in _LINEAR.items():
-                self.gl.SamplerParameteri(self._linear, parameter, value)
+    def linear_sampler(self, border: str) -> int:
+        """Return a sampler that overrides a texture's parameters: bilinear, with a border rule."""
+        if border not in self._linear:
+            sampler = self._linear[border] = self.new("Sampler")
+            for parameter, value in {**_LINEAR, 0x2802: WRAP_MODES[border], 0x2803: WRAP_MODES[border]}.items():
+                self.gl.SamplerParameteri(sampler, parameter, value)
             if self.gl.has.skips_decoding:
-                self.gl.SamplerParameteri(self._linear, g.SRGB_DECODE, g.SKIP_DECODE)
-        return self._linear
+                self.gl.SamplerParameteri(sampler, g.SRGB_DECODE, g.SKIP_DECODE)
+        return self._linear[border]
 
     def new(self, kind: str) -> int:
         name = self.gl.new(kind)
@@ -246,7 +249,8 @@ class Objects:
 
     def delete_all(self) -> None:
         self.framebuffers.clear()
-        self._linear = self._table = 0
+        self._table = 0
+        self._linear.clear()
         for kind, name in list(self.alive):
             self.delete(kind, name)
 

@@ -11,6 +11,7 @@ uint __attribute__((overloadable)) atomic_inc(volatile __local uint*);
 float4 __attribute__((overloadable, pure)) vload4(size_t, const __global float*);
 
 float PG_VALUE fabs(float);
+float PG_VALUE fma(float, float, float);
 float PG_VALUE floor(float);
 float PG_VALUE ceil(float);
 float PG_VALUE trunc(float);

@@ -1,6 +1,13 @@
 // Functions that printed kernels call.  Integer arithmetic wraps through uint: overflow of int is undefined in C.
 #pragma OPENCL FP_CONTRACT OFF
 
+// Rounded once where that is one instruction.
+#if defined(FP_FAST_FMAF) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+#define pg_fma fma
+#else
+#define pg_fma(a, b, c) ((a) * (b) + (c))
+#endif
+
 int pg_add(int a, int b) { return as_int(as_uint(a) + as_uint(b)); }
 int pg_sub(int a, int b) { return as_int(as_uint(a) - as_uint(b)); }
 int pg_mul(int a, int b) { return as_int(as_uint(a) * as_uint(b)); }

@@ -23,7 +23,7 @@ ELEMENTS = {"u1": "uchar", "u2": "ushort", "f2": "ushort", "f4": "float"}
 SPELLED = spelled({
     "float": {
         "abs": "fabs({0})", "round": "rint({0})", "bits_from_float": "as_int({0})",
-        **builtin_calls(native.OPENCL, inversesqrt="rsqrt"),
+        **builtin_calls(native.OPENCL, inversesqrt="rsqrt"), "fma": "pg_fma({0}, {1}, {2})",
     },
     "int": {
         "add": "pg_add({0}, {1})", "sub": "pg_sub({0}, {1})", "mul": "pg_mul({0}, {1})", "neg": "pg_sub(0, {0})",

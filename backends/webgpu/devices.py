@@ -10,6 +10,7 @@ from typing import Any
 
 from passgraph.backends.base import DeviceInfo, device_number
 from passgraph.backends.turn import check_driver
+from passgraph.backends.webgpu.wgsl import WRAP_MODES
 from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.language.native import WGSL
 from passgraph.plan.limits import NONE, Limits
@@ -163,7 +164,8 @@ def limits_of(device: Any, name: str) -> Limits:
         numbers=limits["max-uniform-buffer-binding-size"] // 4 - 16,
         rounding=4,
         varyings=4 * (limits["max-inter-stage-shader-variables"] - 1),
-        filters=FILTERS in device.features,
+        filters=tuple(WRAP_MODES) if FILTERS in device.features else (),
         native=WGSL,
+        fuses=True,
         trips=65_535 if name.startswith("llvmpipe") else NONE,
     )

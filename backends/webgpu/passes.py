@@ -67,8 +67,8 @@ class Stage:
         entries: list[dict[str, Any]] = [
             {"binding": PARAMETERS, "resource": {"buffer": self.buffer, "offset": 0, "size": self.buffer.size}},
             {"binding": NEAREST, "resource": programs.nearest},
-            {"binding": LINEAR, "resource": programs.linear},
         ]
+        entries += [{"binding": LINEAR + k, "resource": sampler} for k, sampler in enumerate(programs.linear)]
         entries += [{"binding": FIRST_IMAGE + k, "resource": image.read_view} for k, image in enumerate(read)]
         return self.backend.device.create_bind_group(layout=self.layout, entries=entries)
 

@@ -11,7 +11,17 @@ import numpy as np
 from passgraph.backends.base import ATTRIBUTES, Block
 from passgraph.backends.printing import Listing
 from passgraph.backends.webgpu.trusted import trusted_module
-from passgraph.backends.webgpu.wgsl import FIRST_IMAGE, FULLSCREEN, HEAD, LINEAR, NEAREST, PARAMETERS, WGSL, vec4_count
+from passgraph.backends.webgpu.wgsl import (
+    FIRST_IMAGE,
+    FULLSCREEN,
+    HEAD,
+    LINEAR,
+    NEAREST,
+    PARAMETERS,
+    WGSL,
+    WRAP_MODES,
+    vec4_count,
+)
 from passgraph.cached import Recent
 from passgraph.errors import BackendError
 from passgraph.language.scalar import LoadTexel, ScalarProgram, walk
@@ -33,7 +43,11 @@ class Programs:
         self.device = device
         self.cached: dict[object, Any] = Recent(MOST_CACHED)
         self.nearest = device.create_sampler(min_filter="nearest", mag_filter="nearest")
-        self.linear = device.create_sampler(min_filter="linear", mag_filter="linear")
+        #: In the order of their bindings.
+        self.linear = [
+            device.create_sampler(min_filter="linear", mag_filter="linear", address_mode_u=mode, address_mode_v=mode)
+            for mode in WRAP_MODES.values()
+        ]
 
     def once(self, key: object, make: Callable[[], _T]) -> _T:
         if key not in self.cached:
@@ -70,8 +84,9 @@ class Programs:
         entries: list[dict[str, Any]] = [
             {"binding": PARAMETERS, "visibility": visible, "buffer": {"type": "uniform"}},
             {"binding": NEAREST, "visibility": visible, "sampler": {"type": "non-filtering"}},
-            {"binding": LINEAR, "visibility": visible, "sampler": {"type": "filtering"}},
         ]
+        for number in range(len(self.linear)):
+            entries.append({"binding": LINEAR + number, "visibility": visible, "sampler": {"type": "filtering"}})
         for number in range(len(program.images)):
             kind = {"sample_type": "float" if number in filtered else "unfilterable-float"}
             entries.append({"binding": FIRST_IMAGE + number, "visibility": visible, "texture": kind})

@@ -24,7 +24,7 @@ from passgraph.language.ir import own_pixel
 _LIKE_C = spelled({
     "float": {"abs": "abs({0})", "round": "round({0})", "bits_from_float": "bitcast<i32>({0})",
               "min": "select({0}, {1}, {1} < {0})", "max": "select({0}, {1}, {0} < {1})",
-              **builtin_calls(native.WGSL, inversesqrt="inverseSqrt")},
+              "fma": "fma({0}, {1}, {2})", **builtin_calls(native.WGSL, inversesqrt="inverseSqrt")},
     "int": {
         "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "max({0}, 0 - {0})",
         "min": "min({0}, {1})", "max": "max({0}, {1})",
@@ -87,8 +87,11 @@ LETTERS = "xyzw"
 FARTHEST_TEXEL = 1 << 30
 #: ``pg_near_mod`` is exact up to here; ``pg_nearer`` reduces every int to this range.
 NEAR = 1 << 20
-#: Bindings of a group: parameters, two samplers, then images.
-PARAMETERS, NEAREST, LINEAR, FIRST_IMAGE = range(4)
+#: Border rule → address mode of a sampler that means the same; there is no mode with a color.
+WRAP_MODES = {"clamp": "clamp-to-edge", "repeat": "repeat", "mirror": "mirror-repeat"}
+#: Bindings of a group: parameters, a sampler for texels, one that filters for each wrap mode, then images.
+PARAMETERS, NEAREST, LINEAR = range(3)
+FIRST_IMAGE = LINEAR + len(WRAP_MODES)
 #: Bytes before a kernel's own parameters: four zeros, the target's size and the guard band's factor.
 HEAD = 32
 
@@ -162,7 +165,7 @@ class WGSL(Printer):
 
     def _float_operation(self, op: s.Op, arguments: list[str]) -> str:
         name = op.operation
-        if name in ("mul", "div", "add", "sub"):
+        if name in ("mul", "div", "add", "sub", "fma"):
             both = all(self.foreseen.known(a) for a in op.arguments)
             arguments = [self._unforeseen(a, both) for a in op.arguments]
         if name in ("equal", "not_equal") and arguments[0] == arguments[1]:
@@ -231,7 +234,7 @@ class WGSL(Printer):
         inside: list[str] = []
         sampler = "pg_nearest"
         if load.filtered:
-            sampler = "pg_linear"
+            sampler = f"pg_linear_{load.border}"
             place = f"vec2<f32>({self.operand(load.x)}, {self.operand(load.y)})"
         else:
             found = [self._place(load, axis, offset) for axis, offset in zip("xy", (load.x, load.y), strict=True)]
@@ -349,7 +352,7 @@ class WGSL(Printer):
             f"    ints: array<vec4<i32>, {max(1, vec4_count(program.int_count))}>,\n}}",
             f"{group} @binding({PARAMETERS}) var<uniform> pg: Parameters;",
             f"{group} @binding({NEAREST}) var pg_nearest: sampler;",
-            f"{group} @binding({LINEAR}) var pg_linear: sampler;",
+            *(f"{group} @binding({LINEAR + k}) var pg_linear_{rule}: sampler;" for k, rule in enumerate(WRAP_MODES)),
         ]
         lines += [
             f"{group} @binding({FIRST_IMAGE + k}) var pg_image{k}: texture_2d<f32>;" for k in range(len(program.images))

@@ -33,27 +33,38 @@ if TYPE_CHECKING:
 @click.option(
     "--functions", is_flag=True, help="Measure the error of each function (exp, sin …) in ULP instead of running cases."
 )
+@click.option(
+    "--every",
+    "names",
+    multiple=True,
+    metavar="NAME",
+    help="Measure this function of one number over all 2³² float32 arguments, which takes minutes; may be repeated; "
+    "'all' measures each. Ctrl-C prints what was found.",
+)
 @click.option("--report", type=click.Path(path_type=Path), metavar="FILE.html", help="Write a report with pictures.")
 @click.option(
     "--json", "json_path", type=click.Path(path_type=Path), metavar="FILE.json", help="Write all results as data."
 )
 def conform(
-    backend: str, groups: tuple[str, ...], quick: bool, math: Math, functions: bool, report: Path | None,
-    json_path: Path | None,
+    backend: str, groups: tuple[str, ...], quick: bool, math: Math, functions: bool, names: tuple[str, ...],
+    report: Path | None, json_path: Path | None,
 ) -> int:  # fmt: skip
     """Run the conformance suite on a backend: every operation, format, draw state and effect, on small pictures.
 
     Each render target of each pass must lie within the bounds that follow from the rounding of operations and
     formats. A case is vacuous, and does not pass, if rounding leaves too many of its pixels undecided.
 
-    Exit status: 0 every case passes, 1 some do not, 2 an error.
+    Exit status: 0 every case passes, 1 some do not, 2 an error. With --every, 1 if a result is outside its bounds.
     """
     from passgraph.verify.conformance import cases, run
 
-    if functions:
+    if functions or names:
+        option = "--functions" if functions else "--every"
         if groups or quick or report is not None or json_path is not None:
-            raise InputError("--functions measures functions and runs no cases; leave out --group, --quick and reports")
-        return _measure_functions(backend, math)
+            raise InputError(f"{option} measures functions and runs no cases; leave out --group, --quick and reports")
+        if functions and names:
+            raise InputError("--functions takes samples, and --every all arguments; leave out one")
+        return _measure_every(backend, math, names) if names else _measure_functions(backend, math)
     for path in (report, json_path):
         if path is not None:
             check_path(path)
@@ -99,9 +110,36 @@ def _measure_functions(backend: str, math: Math) -> int:
             if found.special:
                 special.add_row(found.name, *(f"{result:g}" for _, result in found.special))
     if not table.row_count:
-        raise InputError(f"{backend} has no functions of its own that are faster than the exact ones; leave out --math")
+        raise _has_none(backend)
     Console(highlight=False, soft_wrap=True).print(table, special)
     return 0
+
+
+def _has_none(backend: str) -> InputError:
+    return InputError(f"{backend} computes all functions alike in exact and native math; leave out --math")
+
+
+def _measure_every(backend: str, math: Math, names: tuple[str, ...]) -> int:
+    """Print the largest error of each function over all arguments; on Ctrl-C, over those measured until then."""
+    from passgraph.backends.registry import open_backend
+    from passgraph.verify.every_argument import ARGUMENTS, OF_ONE_NUMBER, EveryError, measure_every
+    from passgraph.verify.function_errors import measurable
+
+    outside, found = 0, EveryError("", math, "")
+    try:
+        with open_backend(backend) as opened, progress("measuring") as say:
+            if not (known := measurable(opened, math, OF_ONE_NUMBER)):
+                raise _has_none(backend)
+            for name in known if "all" in names else names:
+                for found in measure_every(opened, name, math):
+                    say(f"measuring {name}", found.count, ARGUMENTS)
+                click.echo(str(found))
+                outside += found.outside
+    except KeyboardInterrupt:
+        if 0 < found.count < ARGUMENTS:
+            click.echo(str(found))
+        raise
+    return 1 if outside else 0
 
 
 @contextmanager

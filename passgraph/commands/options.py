@@ -135,8 +135,8 @@ math_option = click.option(
     type=click.Choice(MATH),
     default="exact",
     show_default=True,
-    help="Functions such as exp and sin, and filters: alike on every backend, or the device's own (native), "
-    "faster on most and less exact.",
+    help="Functions such as exp and sin, products in sums, and filters: alike on every backend, or the device's "
+    "own (native), faster on most and less exact.",
 )
 
 

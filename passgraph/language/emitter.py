@@ -165,6 +165,13 @@ class Emitter:
         #: it.
         self.places: dict[int, tuple[float, float]] = {}
         self.trip_bounds = Ranges(self.made, ChainMap(self.places, self.ranges))
+        #: Factors of the products of the kernel being lowered, by value, if it fuses them with sums.
+        self.products: dict[int, tuple[s.Operand, ...]] | None = None
+
+    def begin_kernel(self, fuses: bool) -> None:
+        """Begin a kernel or a producer inside it: products are fused with sums of the same kernel only, so that
+        results do not depend on which passes are computed together."""
+        self.products = {} if fuses else None
 
     # Values
 
@@ -192,6 +199,8 @@ class Emitter:
         self.made.pop(number, None)
         self.ranges.pop(number, None)
         self.places.pop(number, None)
+        if self.products is not None:
+            self.products.pop(number, None)
         for bounds in (self.bounds, self.trip_bounds):
             bounds.forget(number)
 
@@ -208,7 +217,32 @@ class Emitter:
         return None
 
     def op(self, name: str, *arguments: s.Operand, span: Span = NOWHERE) -> s.Operand:
-        """Emit a primitive operation, folded or shared where possible."""
+        """Emit a primitive operation, folded, shared or fused with a product where possible."""
+        if self.products is None or arguments[0].type != "float":
+            return self._op(name, arguments, span)
+        if name in ("add", "sub"):
+            return self._sum(name, arguments, span)
+        result = self._op(name, arguments, span)
+        if name == "mul" and isinstance(result, s.Val):
+            self.products[result.id] = arguments
+        return result
+
+    def _sum(self, name: str, terms: tuple[s.Operand, ...], span: Span) -> s.Operand:
+        """Emit a sum or difference; if a term is a product, as one multiplication with addition (`fma`)."""
+        assert self.products is not None
+        for place in (1, 0):
+            term, other = terms[place], terms[1 - place]
+            factors = self.products.get(term.id) if isinstance(term, s.Val) else None
+            if factors is not None:
+                one, two = factors
+                if name == "sub" and place == 1:
+                    one = self._op("neg", (one,), span)
+                elif name == "sub":
+                    other = self._op("neg", (other,), span)
+                return self._op("fma", (one, two, other), span)
+        return self._op(name, terms, span)
+
+    def _op(self, name: str, arguments: tuple[s.Operand, ...], span: Span) -> s.Operand:
         on = arguments[0].type
         result = _fixed_result(name) or on
         # Known integers and bools always fold: loop bounds depend on them.

@@ -76,8 +76,9 @@ def coarse(image: Image, position: vec2) -> vec4:
     # llvmpipe weights channels of 8 bits in 8 bits, twice: two steps.
     rounding = vec4(0.0078125) if image.bits == 8 else max(abs(low), abs(high)) * 9.5367431640625e-07
     slack = (high - low) / 128.0 + rounding
-    # What a device makes of places far outside, and of none, nobody says.
-    near = all(abs(p) < vec2(1048576.0))
+    # No specification says what a device makes of NaN and of places far outside.  Where those are not all alike, as
+    # they are under clamp and zero, the place itself is rounded: from 2**14 on by a quarter of a weight's unit or more.
+    near = all(abs(p) < vec2(1048576.0 if image.border <= 1 else 16384.0))
     return image._filtered(position, linear(image, position), slack if near else vec4(1.0) / 0.0)
 
 def gather(image: Image, position: vec2, channel: int) -> vec4:

@@ -243,6 +243,8 @@ class Lowering:
                 pending += producers
             else:
                 self._produce(pending.pop())
+        if not self.arguments:
+            self.emitter.begin_kernel(self.facts.fuses)
         self.block(self.program.body)
 
     def _producers(self) -> list[Fused]:
@@ -258,6 +260,7 @@ class Lowering:
         if fused.prefix in self.shared.fused:  # done for another reader, since it was put on the stack
             return
         producer = Lowering(fused.program, fused.facts, self.shared, fused.prefix)
+        self.emitter.begin_kernel(fused.facts.fuses)
         producer.block(producer.program.body)
         self.shared.fused[fused.prefix] = [list(o.values) for o in producer.outputs()]
         self.shared.sources.append(fused.program.source)

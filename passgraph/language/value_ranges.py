@@ -306,11 +306,16 @@ def _to_int(a: Range) -> Range:
     return _int_range(min(low, 0), max(high, 0)) if a.nan else _int_range(low, high)
 
 
+def _fma(a: Range, b: Range, c: Range) -> Range | None:
+    product = _corners(lambda p, q: p * q)(a, b)
+    return product and _corners(lambda p, q: p + q)(product, c)
+
+
 _FLOATS: dict[str, Callable[..., Range | None]] = {
     "add": _corners(lambda p, q: p + q), "sub": _corners(lambda p, q: p - q), "mul": _corners(lambda p, q: p * q),
     "min": _float_lower, "max": _float_upper, "neg": lambda a: Range(-a.high, -a.low, a.nan), "abs": _float_abs,
     "floor": _rounding(math.floor), "ceil": _rounding(math.ceil), "trunc": _rounding(math.trunc),
-    "round": _rounding(round), "to_int": _to_int,
+    "round": _rounding(round), "to_int": _to_int, "fma": _fma,
 }  # fmt: skip
 
 

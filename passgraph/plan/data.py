@@ -29,8 +29,8 @@ class Options:
     """Optimizations, each of which can be switched off; results are bit-identical either way.
 
     ``math="native"`` does change results: functions such as ``exp`` and ``sin``, and bilinear filters, are the
-    device's own, faster on most and less exact (docs/native-math.md).  A kernel may choose for itself:
-    ``kernel.with_math("native")``.
+    device's own, faster on most and less exact, and products in sums are rounded once (docs/native-math.md).  A kernel
+    may choose for itself: ``kernel.with_math("native")``.
     """
 
     cull: bool = True

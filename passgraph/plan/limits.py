@@ -37,8 +37,9 @@ class Limits:
     bindings : images and targets of one pass together
     vertex_numbers, numbers : parameters of a vertex kernel, and of any other, in numbers of 4 bytes
     rounding : floats and ints are each padded to multiples of this many numbers
-    filters : True if its own filter may replace bilinear samples
+    filters : border rules under which its own filter may replace bilinear samples
     native : functions that ``math="native"`` lets it compute itself, with their accuracy
+    fuses : True if it multiplies and adds in one instruction, which ``math="native"`` then uses
     varyings : numbers passed from a vertex kernel to the fragment kernel
     trips : loop iterations of one pixel, nested loops multiplied; a plan is rejected if every pixel makes more,
         whatever its data
@@ -57,8 +58,9 @@ class Limits:
     numbers: int = NONE
     rounding: int = 1
     varyings: int = NONE
-    filters: bool = False
+    filters: tuple[str, ...] = ()
     native: Mapping[str, Accuracy] = field(default_factory=dict)
+    fuses: bool = False
     trips: int = NONE
     not_kept: Mapping[str, str] = field(default_factory=dict)
     not_written: Mapping[str, str] = field(default_factory=dict)

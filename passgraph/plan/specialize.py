@@ -8,6 +8,7 @@ from typing import cast
 
 from passgraph.errors import GraphError
 from passgraph.graph.targets import DrawPass, Pass, PixelPass, Target
+from passgraph.language.border_rules import BORDERS
 from passgraph.language.emitter import eliminate_dead
 from passgraph.language.ir import MIPS, own_pixel
 from passgraph.language.kernel import Kernel
@@ -31,6 +32,11 @@ def native_functions(kernel: Kernel, work: Work) -> Mapping[str, Accuracy]:
     return work.limits.native if is_native(kernel, work) else {}
 
 
+def fuses_products(kernel: Kernel, work: Work) -> bool:
+    """Return True if a kernel multiplies and adds in one instruction."""
+    return work.limits.fuses and is_native(kernel, work)
+
+
 def image_facts(target: Target, where: str, work: Work, sized: bool = False, reader: Pass | None = None) -> ImageFacts:
     """Return the facts of a picture that a pass reads."""
     format_, size = work.format_of(target), work.size_of(target)
@@ -39,10 +45,11 @@ def image_facts(target: Target, where: str, work: Work, sized: bool = False, rea
             f"{where} reads {target.name!r} as {target.slice_count} slices, and it is {size[0]}x{size[1]}: "
             "its height must be a multiple of that; pg.stacked makes such a picture of a volume"
         )
-    by_device = isinstance(reader, PixelPass) and work.limits.filters
+    by_device = isinstance(reader, PixelPass) and target.border_rule in work.limits.filters
     hardware = target.hardware or (isinstance(reader, PixelPass) and is_native(reader.kernel, work))
-    # Textures clamp at their edges; encoded values and depths must not be interpolated.
-    fits = target.border_rule == "clamp" and target.filter_rule == "linear" and not (format_.srgb or format_.is_depth)
+    # Encoded values and depths must not be interpolated.
+    wraps = BORDERS[target.border_rule].wraps and target.filter_rule == "linear"
+    fits = wraps and not (format_.srgb or format_.is_depth)
     return ImageFacts(
         format_.channels, target.border_rule, format_.decode, size=size if sized else None, filter=target.filter_rule,
         levels=len(level_sizes(size)) if target.has_levels else 1, slices=target.slice_count,
@@ -67,7 +74,8 @@ def specialize_pass(lowered: Lowered, work: Work) -> None:
         stores = tuple(spec.format.store for spec in node.into)
         size = lowered.size if sized else None
         native = native_functions(node.kernel, work)
-        lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size, native)
+        fuses = fuses_products(node.kernel, work)
+        lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size, native, fuses)
         lowered.program = lower_once(node.kernel.program, lowered.facts, work.programs)
         _filter_in_kernel(lowered, work)
         lowered.images = used_images(lowered.program, read, node, work)
@@ -109,8 +117,10 @@ def _specialize_draw(
     simplify = work.options.simplify
     native = native_functions(node.vertex, work)
     lowered.vertex_facts = Facts(node.constants, images, (), simplify, lowered.size, native)
-    native = native_functions(node.fragment or node.vertex, work)
-    lowered.facts = Facts(node.constants, images, stores, simplify, size, native)
+    # Products of vertex kernels are not fused: passes that draw one mesh need the same depths.
+    shading = node.fragment or node.vertex
+    native, fuses = native_functions(shading, work), fuses_products(shading, work)
+    lowered.facts = Facts(node.constants, images, stores, simplify, size, native, fuses)
     vertex = lower_once(node.vertex.program, lowered.vertex_facts, work.programs)
     if node.fragment is not None:
         lowered.fragment = lower_once(node.fragment.program, lowered.facts, work.programs)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from passgraph.language.native import OPENCL, Math
 from passgraph.language.operations import OPERATIONS, Operation
 from passgraph.plan.data import Options
 from passgraph.run.compile import compile
+from passgraph.run.program import Program
 
 #: Functions that are measured: all that some specification has a precision for.
 MEASURED: tuple[str, ...] = tuple(name for name in OPERATIONS if name in OPENCL)
@@ -58,7 +59,7 @@ def measure_functions(
     Parameters
     ----------
     math
-        ``"native"`` measures the functions that the device computes itself, and no others.
+        ``"native"`` measures the functions that it changes, and no others.
     side
         The samples are ``side`` squared.
 
@@ -70,8 +71,7 @@ def measure_functions(
     >>> worst["exp2"] < 3
     True
     """
-    names = MEASURED if math == "exact" else tuple(name for name in MEASURED if name in backend.limits.native)
-    for name in names:
+    for name in measurable(backend, math, MEASURED):
         yield _measured(backend, OPERATIONS[name], math, side, seed)
 
 
@@ -83,8 +83,6 @@ def _measured(backend: Backend, row: Operation, math: Math, side: int, seed: int
         exact = row.reference(*(a.astype(np.float64) for a in arguments))
     errors = ulp_errors(results, exact)
     at = int(np.argmax(errors))
-    accuracy = backend.limits.native.get(row.name)
-    promised = f"{row.ulp:g} ULP" + (f" + {row.absolute:.3g}" if row.absolute else "")
     special: tuple[tuple[float, float], ...] = ()
     if count == 1:
         given = np.resize(np.array(SPECIAL, np.float32), side * side)
@@ -92,8 +90,21 @@ def _measured(backend: Backend, row: Operation, math: Math, side: int, seed: int
         special = tuple((float(x), float(y)) for x, y in zip(SPECIAL, found, strict=True))
     return FunctionErrors(
         row.name, math, float(errors[at]), float(np.median(errors)), tuple(float(a[at]) for a in arguments),
-        promised if math == "exact" else str(accuracy), special,
+        promised_by(row, math, backend), special,
     )  # fmt: skip
+
+
+def measurable(backend: Backend, math: Math, names: Iterable[str]) -> tuple[str, ...]:
+    """Return the functions whose results depend on this mode: all if products are fused, else the device's own."""
+    limits = backend.limits
+    return tuple(name for name in names if math == "exact" or limits.fuses or name in limits.native)
+
+
+def promised_by(row: Operation, math: Math, backend: Backend) -> str:
+    """Return what the language promises of a function, or for native math the device's specification, in words."""
+    if math == "native" and row.name in backend.limits.native:
+        return str(backend.limits.native[row.name])
+    return f"{row.ulp:g} ULP" + (f" + {row.absolute:.3g}" if row.absolute else "")
 
 
 def _samples(row: Operation, operand: int, random: np.random.Generator, count: int) -> NDArray[np.float32]:
@@ -111,15 +122,19 @@ def _samples(row: Operation, operand: int, random: np.random.Generator, count: i
 def _results(
     backend: Backend, row: Operation, math: Math, arguments: list[NDArray[np.float32]], side: int
 ) -> NDArray[np.float32]:
-    letters = "xy"[: len(arguments)]
-    called = row.as_written(*(f"at.{letter}" for letter in letters), by_name=True)
-    text = f"def measured(p: Image) -> float:\n    at = p[0, 0]\n    return {called}\n"
     picture = np.zeros((side, side, 4), np.float32)
     for channel, numbers in enumerate(arguments):
         picture[..., channel] = numbers.reshape(side, side)
-    result = kernel(source=text)(Input("samples", "rgba32f"))
-    with compile(result, backend, options=Options(math=math), non_finite="keep") as program:
+    with program_of(backend, row, math, "rgba32f") as program:
         return np.asarray(program(samples=picture)["measured"], np.float32).reshape(-1)
+
+
+def program_of(backend: Backend, row: Operation, math: Math, format: str) -> Program:
+    """Compile a function that takes its arguments from channels of the input ``samples`` and writes ``measured``."""
+    called = row.as_written(*(f"at.{letter}" for letter in "xy"[: len(row.operands)]), by_name=True)
+    text = f"def measured(p: Image) -> float:\n    at = p[0, 0]\n    return {called}\n"
+    result = kernel(source=text)(Input("samples", format))
+    return compile(result, backend, options=Options(math=math), non_finite="keep")
 
 
 def ulp_errors(results: NDArray[np.float32], exact: NDArray[np.float64]) -> NDArray[np.float64]:

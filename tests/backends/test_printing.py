@@ -26,7 +26,7 @@ def test_every_primitive_is_spelled_and_the_devices_own_functions(
 ) -> None:
     """To mend: the operation's spelling belongs into the ``SPELLED`` of the language, or of all that are like C."""
     wanted = {(kind, row.name) for row in OPERATIONS.values() for kind in row.types}
-    wanted |= {("float", name) for name in functions}
+    wanted |= {("float", name) for name in (*functions, "fma")}
     assert {(kind, name) for kind, names in printer.spelled.items() for name in names} == wanted
 
 

@@ -181,12 +181,16 @@ def test_a_shader_obeys_the_filter_of_the_handle(device: Backend, glsl: Any) -> 
 # The device's own filter
 
 
-@pytest.mark.parametrize("form", ["rgba32f", "rgba16f", "rgba8", "r8", "rgba16"])
-def test_a_devices_filter_stays_within_its_weights(form: str) -> None:
+@pytest.mark.parametrize(
+    ("form", "border"),
+    [(form, "clamp") for form in ("rgba32f", "rgba16f", "rgba8", "r8", "rgba16")]
+    + [(form, border) for form in ("rgba32f", "r8") for border in ("zero", "repeat", "mirror")],
+)
+def test_a_devices_filter_stays_within_its_weights(form: str, border: Border) -> None:
     """Where the graph allows it OpenGL filters by itself; the oracle knows how coarsely, others compute as before."""
     require("gl")
-    text = "def k(c: Image) -> vec4: return c.sample(uv() * 1.3 - 0.1)"
-    handle = pg.Input("c", form, (53, 37))
+    text = "def k(c: Image) -> vec4: return c.sample(uv() * 1.9 - 0.5)"
+    handle = pg.Input("c", form, (53, 37)).border(border)
     given = picture(53, 37)[..., : handle.spec.format.channels]  # type: ignore[union-attr]
     made = {
         hardware: pg.kernel(source=text)(
@@ -209,7 +213,7 @@ def test_a_devices_filter_stays_within_its_weights(form: str) -> None:
 @pytest.mark.parametrize(
     ("border", "form", "text"),
     [
-        ("repeat", "rgba8", "c.sample(uv() * 1.3)"),
+        ("reflect-101", "rgba8", "c.sample(uv() * 1.3)"),
         ("clamp", "rgba8_srgb", "c.sample(uv() * 1.3)"),
         ("clamp", "depth32f", "c.sample(uv() * 1.3)"),
         ("clamp", "rgba8", "c.sample(uv() * 1.3) + c.texel(pixel())"),
@@ -221,6 +225,61 @@ def test_a_devices_filter_is_left_where_it_means_something_else(border: Border, 
     handle = pg.Input("c", form, (7, 5)).border(border).filter("linear", hardware=True)
     with pg.compile(made(handle, into=pg.target("out", "rgba32f", (9, 9))), backend="gl") as program:
         assert "the device's own filter" not in program.plan.explain()
+
+
+@pytest.mark.parametrize("name", ["gl", "webgpu"])
+@pytest.mark.parametrize("border", ["clamp", "zero", "repeat", "mirror", "reflect-101"])
+def test_every_border_rule_is_kept_in_native_math(name: str, border: Border) -> None:
+    """Samplers wrap as the rule says; reflect-101 has no such mode, and zero none on WebGPU."""
+    require(name)
+    made = pg.kernel(source="def k(c: Image) -> vec4: return c.sample(uv() * 5.3 - 2.1)", name="k")
+    handle = pg.Input("c", "rgba32f", (13, 9)).border(border)
+    output, given = made(handle, into=pg.target("out", "rgba32f", (101, 83))), picture(13, 9)
+    report = compare({"out": output}, [name], math="native", c=given)
+    assert report.passed, report.backends
+    with pg.compile(output, name, options=pg.Options(math="native")) as program:
+        by_device = "the device's own filter" in program.plan.explain()
+        found = np.array(program(c=given)["out"])
+    assert by_device == (border in ("clamp", "repeat", "mirror") or (border, name) == ("zero", "gl"))
+    with pg.compile(output, "reference") as program:
+        assert np.abs(found - program(c=given)["out"]).max() <= HARDWARE
+
+
+@pytest.mark.parametrize("name", ["gl", "webgpu"])
+def test_one_picture_may_be_filtered_under_several_rules(name: str) -> None:
+    require(name)
+    text = """
+def k(a: Image, b: Image, c: Image) -> vec4:
+    p = uv() * 3.0 - 1.0
+    return a.sample(p) + 2.0 * b.sample(p) + 4.0 * c.sample(p)
+"""
+    frame = pg.Input("c", "rgba32f", (13, 9))
+    rules = [frame.border(rule) for rule in ("clamp", "repeat", "mirror")]
+    output = pg.kernel(source=text, name="k")(*rules, into=pg.target("out", "rgba32f", (101, 83)))
+    report = compare({"out": output}, [name], math="native", c=picture(13, 9))
+    assert report.passed, report.backends
+
+
+@pytest.mark.parametrize("name", ["gl", "webgpu"])
+@pytest.mark.parametrize("border", ["clamp", "repeat", "mirror"])
+def test_far_places_are_filtered_alike_and_farther_ones_are_undecided(name: str, border: Border) -> None:
+    """No specification says what a device makes of NaN and of very large places."""
+    require(name)
+    text = "def k(c: Image, p: Image) -> vec4: return c.sample(p[0, 0].xy + float_from_bits(int(p[0, 0].z)))"
+    places = np.zeros((1, 8, 4), np.float32)
+    places[0, :, 0] = [0.3, 40.31, -900.27, 1200.5, 3e4, -1e6, 1e30, 0.0]
+    places[0, 7, 2] = 0x7FC00000  # the bits of NaN
+    handles = pg.Input("c", "rgba32f", (13, 9)).border(border), pg.Input("p", "rgba32f", (8, 1))
+    output = pg.kernel(source=text, name="k")(*handles, into=pg.target("out", "rgba32f", (8, 1)))
+    given = {"c": picture(13, 9), "p": places}
+    (target,) = compare(output, [name], math="native", **given).backends[0].targets
+    assert target.outside == 0
+    with pg.compile(output, name, options=pg.Options(math="native")) as program:
+        found = np.array(program(**given)["out"])
+    with pg.compile(output, "numpy") as program:
+        exact = np.array(program(**given)["out"])
+    # Up to 2**14 texels outside.
+    assert np.abs(found - exact)[0, :4].max() <= HARDWARE
 
 
 # Gather

@@ -102,10 +102,13 @@ def test_every_case_in_an_engines_context(case: Case, engine: tuple[list[Backend
     assert not differences(before, dump())
 
 
-def test_a_devices_own_filter_finds_pictures_as_they_lie(engine: tuple[list[Backend], Dump, State]) -> None:
-    """Rows from the bottom up; weights of 8 bits each way."""
+@pytest.mark.parametrize("border", ["clamp", "zero", "repeat", "mirror"])
+def test_a_devices_own_filter_finds_pictures_as_they_lie(
+    border: str, engine: tuple[list[Backend], Dump, State]
+) -> None:
+    """Rows from the bottom up; weights of 8 bits each way.  Samplers wrap at the edges of whole textures only."""
     text = "def filtered(color: Image) -> vec4: return color.sample(uv() * 1.5 - 0.25)"
-    frame = pg.Input("frame", "rgba32f", (7, 5)).filter("linear", hardware=True)
+    frame = pg.Input("frame", "rgba32f", (7, 5)).border(border).filter("linear", hardware=True)
     made = pg.kernel(source=text)(frame, into=pg.target("filtered", "rgba32f", (33, 26)))
     given = np.random.default_rng(0).random((5, 7, 4), np.float32)
     found = []

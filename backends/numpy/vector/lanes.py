@@ -38,12 +38,12 @@ def constant(value: s.Lit) -> Any:
 
 
 def call(name: str, result: Any) -> Callable[..., Any]:
-    """Return an LLVM intrinsic on one float32; vector units have an instruction for each one used here."""
+    """Return an LLVM intrinsic on float32; vector units have an instruction for each one used here."""
 
-    def emit(b: Any, x: Any) -> Any:
-        kind = llvm.FunctionType(result, [F32])
+    def emit(b: Any, *arguments: Any) -> Any:
+        kind = llvm.FunctionType(result, [F32] * len(arguments))
         function = b.module.globals.get(name) or llvm.Function(b.module, kind, name)
-        return b.call(function, [x])
+        return b.call(function, list(arguments))
 
     return emit
 
@@ -99,6 +99,7 @@ _FLOAT: dict[str, Callable[..., Any]] = {
     "max": lambda b, x, y: b.select(b.fcmp_ordered("<", x, y), y, x),
     "floor": call("llvm.floor.f32", F32), "ceil": call("llvm.ceil.f32", F32), "trunc": call("llvm.trunc.f32", F32),
     "round": call("llvm.roundeven.f32", F32), "sqrt": call("llvm.sqrt.f32", F32),
+    "fma": call("llvm.fmuladd.f32", F32),  # two instructions where the processor has no single one
     "less": lambda b, x, y: b.fcmp_ordered("<", x, y), "less_equal": lambda b, x, y: b.fcmp_ordered("<=", x, y),
     "greater": lambda b, x, y: b.fcmp_ordered(">", x, y), "greater_equal": lambda b, x, y: b.fcmp_ordered(">=", x, y),
     "equal": lambda b, x, y: b.fcmp_ordered("==", x, y), "not_equal": lambda b, x, y: b.fcmp_unordered("!=", x, y),
@@ -236,7 +237,7 @@ class Lanes:
 
     def call(self, function: Any, arguments: list[Any]) -> Any:
         """Call an intrinsic; its name differs for vectors."""
-        if not is_vector(arguments[0]):
+        if not any(map(is_vector, arguments)):
             return self.plain.call(function, arguments)
         kinds = [function.ftype.return_type, *function.ftype.args]
         stem = function.name.removesuffix("." + ".".join(_LETTERS[str(k)] for k in _parts(function.name, kinds)))

@@ -85,7 +85,7 @@ class Passes:
         self._build = partial(build, outputs, size, bound, replace(OPTIONS, math=math))
         self.plan: Plan = self._build()
         #: Plans for devices that filter, and that call these functions.
-        self._plans: dict[tuple[bool, tuple[tuple[str, Accuracy], ...]], Plan] = {}
+        self._plans: dict[tuple[tuple[str, ...], tuple[tuple[str, Accuracy], ...]], Plan] = {}
         #: Results of :meth:`allowed`.
         self.found: dict[Promises, tuple[dict[Key, Picture], dict[Key, Allowed]]] = {}
 
@@ -114,7 +114,7 @@ class Passes:
 
     def _plan_within(self, limits: Limits) -> Plan:
         """Return the same steps, with other programs where a device filters or calls its own functions."""
-        filters = limits.filters and self._may_filter()
+        filters = limits.filters if self._may_filter() else ()
         native = limits.native if self._may_be_native() else {}
         if not filters and not native:
             return self.plan

@@ -23,6 +23,8 @@ const ROW = 256;
 const MOST_BYTES = 2 ** 31;
 /** Bind groups that a stage keeps: pictures with history take turns. */
 const MOST_GROUPS = 64;
+/** Of the samplers that filter, in the order of their bindings, which follow that of the nearest one. @type {GPUAddressMode[]} */
+const WRAP_MODES = ["clamp-to-edge", "repeat", "mirror-repeat"];
 
 /**
  * A device with the features and limits that an effect needs.
@@ -137,7 +139,7 @@ export class Program {
         return { pipeline, groups };
       }));
       this.nearest = device.createSampler({ minFilter: "nearest", magFilter: "nearest" });
-      this.linear = device.createSampler({ minFilter: "linear", magFilter: "linear" });
+      this.linear = WRAP_MODES.map((mode) => device.createSampler({ minFilter: "linear", magFilter: "linear", addressModeU: mode, addressModeV: mode }));
       this.corners = modules[effect.fullscreen];
       this.meshes = effect.meshes.map((/** @type {any} */ mesh) => ({
         count: mesh.count, indices: this.#buffer(mesh.indices, GPUBufferUsage.INDEX),
@@ -371,8 +373,9 @@ export class Program {
     const key = stage.images.map((/** @type {number} */ id) => this.places[id]).join();
     if (!stage.groups.has(key)) {
       if (stage.groups.size >= MOST_GROUPS) stage.groups.clear();
-      const entries = [{ binding: 0, resource: { buffer: stage.buffer } }, { binding: 1, resource: this.nearest }, { binding: 2, resource: this.linear },
-        ...stage.images.map((/** @type {number} */ id, /** @type {number} */ k) => ({ binding: 3 + k, resource: this.#view(id) }))];
+      const entries = [{ binding: 0, resource: { buffer: stage.buffer } }, { binding: 1, resource: this.nearest },
+        ...this.linear.map((sampler, k) => ({ binding: 2 + k, resource: sampler })),
+        ...stage.images.map((/** @type {number} */ id, /** @type {number} */ k) => ({ binding: 2 + WRAP_MODES.length + k, resource: this.#view(id) }))];
       stage.groups.set(key, this.device.createBindGroup({ layout, entries: /** @type {any} */ (entries) }));
     }
     return stage.groups.get(key);
