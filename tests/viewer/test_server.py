@@ -19,7 +19,7 @@ import pytest
 import passgraph as pg
 from passgraph.commands.view import EffectSubject
 from passgraph.pictures import load_stored
-from passgraph.viewer.server import MAX_MESSAGE, checked_changes
+from passgraph.viewer.messages import MAX_MESSAGE, checked_changes
 from tests.viewer.subjects import KERNEL, files
 
 pytest.importorskip("uvicorn")
