@@ -199,7 +199,8 @@ def view(
     subject = GivenSubject(shown, inputs, size)
     is_cell = in_notebook()
     if is_cell and not port:
-        with suppress(ImportError):  # without anywidget the cell shows the page of a local server
+        # Without anywidget, and outside the kernel's event loop, the cell shows the page of a local server.
+        with suppress(ImportError, RuntimeError):
             from passgraph.viewer.widget import CellView
 
             return CellView(subject, backend or "")

@@ -16,10 +16,10 @@ from passgraph.notebook import bundle
 from passgraph.viewer.messages import MAX_MESSAGE, Client, Pages, Upload, error_text
 from passgraph.viewer.subject import Subject
 
-#: Bytes of a file in one message.
+#: Bytes of a file in one message. Jupyter's server takes messages up to 10 MiB.
 PART = 1 << 20
-#: Most pages of one widget; a further one replaces the first, which may have vanished without a message.
-MOST_PAGES = 8
+#: Seconds between pings of a page, and most pings without an answer: notebooks that are closed do not always say so.
+PING_S, MOST_PINGS = 30.0, 3
 _PAGE = Path(__file__).parent / "page"
 
 
@@ -28,7 +28,7 @@ class CellPage(Client):
 
     def __init__(self, view: CellView, name: str) -> None:
         super().__init__(self._post)
-        self.view, self.name = view, name
+        self.view, self.name, self.pings = view, name, 0  # pings since its latest message
         self.uploads: dict[int, Upload] = {}
         self.downloads: dict[int, bytes] = {}
 
@@ -78,13 +78,18 @@ class CellView(Pages):
 
     async def _handle(self, content: Mapping[str, Any], buffers: Sequence[Any]) -> None:
         name, kind = str(content["page"]), content["kind"]
-        if kind == "join":
-            self._join(name)
         page = self._pages.get(name)
-        if page is None or kind == "join":
+        if page is None:
+            if kind == "join" and self.widget.comm is not None:
+                self._join(name)
+            elif kind != "leave":
+                self.widget.send({"page": name, "kind": "lost"})
             return
+        page.pings = 0
         if kind == "leave":
             self._leave(name)
+        elif kind in ("join", "pong"):
+            return
         elif kind != "message":
             reply = {"kind": "reply", "id": content.get("id")}
             try:
@@ -99,14 +104,18 @@ class CellView(Pages):
             await self.receive(page, content["text"])
 
     def _join(self, name: str) -> None:
-        while len(self._pages) >= MOST_PAGES:
-            first = next(iter(self._pages))
-            self.widget.send({"page": first, "kind": "refused", "text": "ended, since the view is shown too often"})
-            self._leave(first)
         if not self._pages:
             self.session.start()
-        self._pages[name] = CellPage(self, name)
-        self.join(self._pages[name])
+        self._pages[name] = page = CellPage(self, name)
+        self.join(page)
+        page.tasks["ping"] = asyncio.create_task(self._ping(page))
+
+    async def _ping(self, page: CellPage) -> None:
+        while page.pings < MOST_PINGS:
+            page.pings += 1
+            await page.send({"kind": "ping"})
+            await asyncio.sleep(PING_S)
+        self._leave(page.name)
 
     def _leave(self, name: str) -> None:
         page = self._pages.pop(name)
@@ -149,6 +158,7 @@ def module_text() -> str:
     """Return the page as one JavaScript module, since modules of widgets cannot import their neighbors."""
     html = (_PAGE / "index.html").read_text("utf-8")
     body = html[html.index("<body>") + len("<body>") : html.index("<script")]
-    texts = [f"const HTML = {json.dumps(body)}, CSS = {json.dumps((_PAGE / 'page.css').read_text('utf-8'))};"]
+    css = (_PAGE / "page.css").read_text("utf-8")
+    texts = [f"const HTML = {json.dumps(body)}, CSS = {json.dumps(css)}, PART = {PART};"]
     texts += [(_PAGE / name).read_text("utf-8") for name in ("debug.js", "page.js", "widget.js")]
     return re.sub(r"^import .*\n", "", "\n".join(texts), flags=re.MULTILINE)

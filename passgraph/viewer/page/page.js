@@ -262,10 +262,12 @@ export function showPage(root, link) {
     make("a", { href: `data:application/json,${encodeURIComponent(JSON.stringify(values, null, 2))}`, download: `${state.name}.json` }).click();
   };
   $("preset-open").onclick = () => $("preset-load").click();
-  $("preset-load").onchange = async (event) => {
-    try { setValues(JSON.parse(await event.target.files[0].text())); } catch { say("that file is no preset: expected a JSON object of values by name"); }
-    event.target.value = "";
-  };
+  chosen("preset-load", async (file) => {
+    try { setValues(JSON.parse(await file.text())); } catch { say("that file is no preset: expected a JSON object of values by name"); }
+  });
+  function chosen(id, use) {
+    $(id).onchange = async () => { if ($(id).files.length) await use($(id).files[0]); $(id).value = ""; };
+  }
 
   // Look
 
@@ -305,7 +307,7 @@ export function showPage(root, link) {
     askAll();
     if (mode === "verdict") { say("looking for the bounds of each pixel"); send({ kind: "verdict" }); }
   };
-  $("reference").onchange = async (event) => { if (await put("reference", event.target.files[0])) askAll(); event.target.value = ""; };
+  chosen("reference", async (file) => { if (await put("reference", file)) askAll(); });
   function showVerdict(verdict) {
     say(verdict.text);
     if (!verdict.mask || $("compare").value !== "verdict") return;
@@ -453,12 +455,11 @@ export function showPage(root, link) {
   stage.addEventListener("dragleave", () => { $("drop").hidden = true; });
   stage.addEventListener("drop", async (event) => {
     event.preventDefault(); $("drop").hidden = true;
-    await put("input", event.dataTransfer.files[0]);
+    if (event.dataTransfer.files.length) await put("input", event.dataTransfer.files[0]);
   });
   $("input-open").onclick = () => $("input-file").click();
-  $("input-file").onchange = async (event) => { await put("input", event.target.files[0]); event.target.value = ""; };
+  chosen("input-file", (file) => put("input", file));
   async function put(use, file) {
-    if (!file) return false;
     try { await link.put(use, file); } catch (error) { say(error.message); return false; }
     say(`${use}: ${file.name}`);
     return true;

@@ -1,9 +1,7 @@
 // The page in a cell of a notebook: messages, pictures and files through the widget's comm. widget.py puts the other
-// modules, and HTML and CSS as texts, before this one.
+// modules before this one, HTML and CSS as texts, and PART, the bytes of a file in one message.
 import { make } from "./debug.js";
 import { showPage } from "./page.js";
-
-const PART = 1 << 20; // bytes of a file in one message; servers of notebooks take up to 10 MiB
 
 export default {
   render({ model, el }) {
@@ -25,16 +23,18 @@ export default {
       open({ take, opened }) {
         receive = (message, buffers) => {
           if (message.page !== page) return;
-          if (message.kind !== "reply") take(message, buffers);
+          if (message.kind === "ping") post({ kind: "pong" });
+          else if (message.kind === "lost") join(); // the kernel took this page for closed
+          else if (message.kind !== "reply") take(message, buffers);
           else {
             const { resolve, reject } = requests.get(message.id);
             requests.delete(message.id);
             if (message.error === undefined) resolve({ ...message, buffers }); else reject(new Error(message.error));
           }
         };
+        const join = () => { post({ kind: "join" }); opened(); };
         model.on("msg:custom", receive);
-        post({ kind: "join" });
-        opened();
+        join();
       },
       send: (message) => post({ kind: "message", text: JSON.stringify(message) }),
       async get(what, query) {
