@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from tests.conftest import require
 from tests.viewer.subjects import KERNEL, files
 from tests.viewer.test_page import CHROMIUM, opened, resources, until
 
@@ -91,15 +92,17 @@ class Used:
         ]  # fmt: skip
 
 
-def test_what_a_server_holds_does_not_grow(tmp_path: Path) -> None:
+@pytest.mark.parametrize("backend", ["numpy", "webgpu"])
+def test_what_a_server_holds_does_not_grow(tmp_path: Path, backend: str) -> None:
     """Rounds of everything in random order, the first half of them to warm up.
 
     PASSGRAPH_VIEW_MINUTES makes it longer than a minute, PASSGRAPH_VIEW_SEED gives another order.
     """
+    require(backend)
     dice = random.Random(int(os.environ.get("PASSGRAPH_VIEW_SEED", "7")))
     effect, picture = files(tmp_path)
     held: list[dict[str, int]] = []
-    with opened(str(effect), str(picture)) as page:
+    with opened(str(effect), str(picture), backend=backend) as page:
         used = Used(page, effect, dice)
         end = time.monotonic() + 60.0 * float(os.environ.get("PASSGRAPH_VIEW_MINUTES", "1"))
         while time.monotonic() < end or len(held) < 10:
