@@ -24,7 +24,7 @@ _LINE = re.compile(r"wgsl:(\d+):\d+|:(\d+):\d+ error")
 _VERTEX, _FRAGMENT = 1, 2
 #: Most objects that are kept for sources and states that come again, beside those in use. Pipelines of software devices
 #: take about half a megabyte.
-MOST_CACHED = 64
+MOST_CACHED = 32
 _T = TypeVar("_T")
 
 
