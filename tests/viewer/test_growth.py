@@ -17,8 +17,9 @@ from tests.viewer.subjects import KERNEL, files
 from tests.viewer.test_page import CHROMIUM, opened, resources, until
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")]
-#: Growth of memory that is no leak: MiB in all, and for each round. Allocators keep what they may need again.
-MOST_MIB, MOST_MIB_A_ROUND = 8.0, 0.1
+#: Growth of memory that is no leak: MiB in all, and for each round. Allocators keep what they may need again, and pages
+#: that pipelines of webgpu have reserved become resident one by one.
+MOST_MIB, MOST_MIB_A_ROUND = 8.0, {"numpy": 0.1, "webgpu": 0.7}
 
 
 class Used:
@@ -105,7 +106,7 @@ def test_what_a_server_holds_does_not_grow(tmp_path: Path, backend: str, minutes
     with opened(str(effect), str(picture), backend=backend) as page:
         used = Used(page, effect, dice)
         end = time.monotonic() + 60.0 * float(os.environ.get("PASSGRAPH_VIEW_MINUTES", minutes))
-        while time.monotonic() < end or len(held) < 10:
+        while time.monotonic() < end or len(held) < 24:
             actions = used.everything()
             dice.shuffle(actions)
             for act in actions:
@@ -118,6 +119,6 @@ def test_what_a_server_holds_does_not_grow(tmp_path: Path, backend: str, minutes
     grown = {
         name: median(one[name] for one in late[-part:]) - median(one[name] for one in late[:part]) for name in late[0]
     }
-    assert grown["memory"] <= MOST_MIB + MOST_MIB_A_ROUND * rounds
+    assert grown["memory"] <= MOST_MIB + MOST_MIB_A_ROUND[backend] * rounds
     assert grown["threads"] <= 1
     assert grown["files"] <= 1
