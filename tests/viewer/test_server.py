@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from time import monotonic
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ import passgraph as pg
 from passgraph.commands.view import EffectSubject
 from passgraph.pictures import load_stored
 from passgraph.viewer.messages import MAX_MESSAGE, checked_changes
+from passgraph.viewer.show import in_notebook
 from tests.viewer.subjects import KERNEL, files
 
 pytest.importorskip("uvicorn")
@@ -323,6 +325,15 @@ def test_a_cell_shows_the_page_in_a_frame_without_anywidget_or_with_a_port(
             assert connection.getresponse().status == 200
     finally:
         view.close()
+
+
+@pytest.mark.parametrize("is_cell", [True, False])
+def test_cells_of_marimo_are_a_notebook_and_its_scripts_are_none(
+    monkeypatch: pytest.MonkeyPatch, is_cell: bool
+) -> None:
+    monkeypatch.delitem(sys.modules, "ipykernel", raising=False)
+    monkeypatch.setitem(sys.modules, "marimo", SimpleNamespace(running_in_notebook=lambda: is_cell))
+    assert in_notebook() is is_cell
 
 
 @pytest.mark.parametrize("extra", ["notebook", "view"])
