@@ -9,8 +9,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from anywidget import AnyWidget
-
 from passgraph.errors import InputError
 from passgraph.notebook import bundle
 from passgraph.viewer.messages import MAX_MESSAGE, Client, Pages, Upload, error_text
@@ -49,6 +47,8 @@ class CellView(Pages):
     """
 
     def __init__(self, subject: Subject, backend: str = "") -> None:
+        from anywidget import AnyWidget
+
         super().__init__(subject, backend)
         self._loop = self._kernel_loop = asyncio.get_running_loop()
         self._pages: dict[str, CellPage] = {}
@@ -73,7 +73,7 @@ class CellView(Pages):
         """Show the page in a cell of marimo."""
         return self.widget
 
-    def _on_message(self, _: AnyWidget, content: Mapping[str, Any], buffers: Sequence[Any]) -> None:
+    def _on_message(self, _: object, content: Mapping[str, Any], buffers: Sequence[Any]) -> None:
         asyncio.run_coroutine_threadsafe(self._handle(content, buffers), self._kernel_loop)
 
     async def _handle(self, content: Mapping[str, Any], buffers: Sequence[Any]) -> None:

@@ -311,7 +311,7 @@ def test_a_cell_shows_the_page_in_a_frame_without_anywidget_or_with_a_port(
         with socket.create_server(("127.0.0.1", 0)) as free:
             port = free.getsockname()[1]
     else:
-        monkeypatch.setitem(sys.modules, "passgraph.viewer.widget", None)
+        monkeypatch.setitem(sys.modules, "anywidget", None)
     tint = pg.kernel(source="def tint(color: Image) -> vec4: return color[0, 0]")
     view = pg.view(tint, color=np.zeros((4, 8, 4), np.float32), backend="numpy", port=port)
     assert isinstance(view, View)
@@ -339,8 +339,8 @@ def test_cells_of_marimo_are_a_notebook_and_its_scripts_are_none(
 @pytest.mark.parametrize("extra", ["notebook", "view"])
 def test_the_missing_package_is_named_with_its_extra(monkeypatch: pytest.MonkeyPatch, extra: str) -> None:
     monkeypatch.setattr("passgraph.viewer.show.in_notebook", lambda: extra == "notebook")
-    for name in ("widget", "server"):
-        monkeypatch.setitem(sys.modules, f"passgraph.viewer.{name}", None)
+    for name in ("anywidget", "passgraph.viewer.server"):
+        monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(pg.InputError, match=rf"pip install 'passgraph\[{extra}\]'"):
         pg.view(pg.kernel(source="def tint(color: Image) -> vec4: return color[0, 0]"))
 
