@@ -90,18 +90,14 @@ class CellView(Pages):
             self._leave(name)
         elif kind in ("join", "pong"):
             return
-        elif kind != "message":
+        else:
             reply = {"kind": "reply", "id": content.get("id")}
             try:
-                facts, parts = await self._transfer(page, kind, content, buffers)
+                facts, parts = await self._answer(page, kind, content, buffers)
             except Exception as error:  # of a user's effect, or of a library that reads the file
                 await page.send({**reply, "error": error_text(error)})
             else:
                 await page.send({**reply, **facts}, parts)
-        elif len(content["text"]) > MAX_MESSAGE:
-            await page.refuse(f"a message is larger than {MAX_MESSAGE >> 10} KiB")
-        else:
-            await self.receive(page, content["text"])
 
     def _join(self, name: str) -> None:
         if not self._pages:
@@ -124,10 +120,17 @@ class CellView(Pages):
             self._kernel_loop.run_in_executor(None, self.session.close)
             self.renew()
 
-    async def _transfer(
+    async def _answer(
         self, page: CellPage, kind: str, content: Mapping[str, Any], buffers: Sequence[Any]
     ) -> tuple[dict[str, Any], list[bytes]]:
-        """Take or give the next part of a file."""
+        """Handle messages, or take or give the next part of a file."""
+        if kind == "messages":
+            for text in content["texts"]:
+                if len(text) > MAX_MESSAGE:
+                    await page.refuse(f"a message is larger than {MAX_MESSAGE >> 10} KiB")
+                else:
+                    await self.receive(page, text)
+            return {}, []
         if kind == "get":
             path = await self.write(content["what"], content["query"])
             page.downloads[content["id"]] = data = path.read_bytes()

@@ -326,10 +326,10 @@ def test_pictures_never_queue_and_the_kernel_stays_free(notebook: Notebook, monk
     view, goes_on = notebook.view(tint, color=picture()), threading.Event()
     notebook.show(view, "a")
     notebook.until_color("a", 2, 1, [0, 102, 204])
-    post = {"page": next(iter(view._pages)), "kind": "message"}
+    post = {"page": next(iter(view._pages)), "kind": "messages", "id": 0}
 
     def tell(message: Any) -> None:
-        content = {**post, "text": message if isinstance(message, str) else json.dumps(message)}
+        content = {**post, "texts": [message if isinstance(message, str) else json.dumps(message)]}
         notebook._to_kernel(view.widget.model_id, content, [])
 
     def answers(kind: str) -> list[Any]:

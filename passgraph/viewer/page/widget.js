@@ -19,12 +19,24 @@ export default {
       requests.set(++last, { resolve, reject });
       post({ ...message, id: last }, buffers);
     });
+    // One message is under way at a time, so that none queue at a busy kernel. Of those made meanwhile the latest of each
+    // kind is sent, with all its changes; keys are all sent.
+    let waiting = [], isSending = false;
+    async function flush() {
+      isSending = true;
+      while (waiting.length) {
+        const texts = waiting.map((message) => JSON.stringify(message));
+        waiting = [];
+        await request({ kind: "messages", texts }).catch(() => {});
+      }
+      isSending = false;
+    }
     const link = {
       open({ take, opened }) {
         receive = (message, buffers) => {
           if (message.page !== page) return;
           if (message.kind === "ping") post({ kind: "pong" });
-          else if (message.kind === "lost") join(); // the kernel took this page for closed
+          else if (message.kind === "lost") { isSending = false; join(); } // the kernel took this page for closed
           else if (message.kind !== "reply") take(message, buffers);
           else {
             const { resolve, reject } = requests.get(message.id);
@@ -36,7 +48,12 @@ export default {
         model.on("msg:custom", receive);
         join();
       },
-      send: (message) => post({ kind: "message", text: JSON.stringify(message) }),
+      send(message) {
+        const earlier = message.kind === "key" ? undefined : waiting.find(({ kind }) => kind === message.kind);
+        if (earlier) Object.assign(earlier, message, message.changes && { changes: { ...earlier.changes, ...message.changes } });
+        else waiting.push({ ...message });
+        if (!isSending) flush();
+      },
       async get(what, query) {
         const { size, file } = await request({ kind: "get", what, query }), parts = [];
         for (let at = 0; at < size; at += PART) parts.push((await request({ kind: "part", file, at })).buffers[0]);
