@@ -357,3 +357,30 @@ def test_pictures_never_queue_and_the_kernel_stays_free(notebook: Notebook, monk
         tell(text)
         answers("refused")
     assert view.session._settings == before
+
+
+def test_messages_do_not_queue_at_a_busy_kernel(notebook: Notebook, monkeypatch: pytest.MonkeyPatch) -> None:
+    """While one is under way the latest values wait for its answer, and are sent together."""
+    is_busy, waiting, handle = threading.Event(), list[Any](), widget.CellView._on_message
+
+    def take(view: Any, *message: Any) -> None:
+        if is_busy.is_set():
+            waiting.append(message)
+        else:
+            handle(view, *message)
+
+    monkeypatch.setattr(widget.CellView, "_on_message", take)
+    view = notebook.view(tint, color=picture())
+    notebook.show(view, "a")
+    notebook.until(notebook.cell("a").locator("#statistics:not(:empty)").count)
+    notebook.pump()
+    is_busy.set()
+    code = """(slider) => { for (let k = 0; k <= 50; k++) { slider.value = k / 100;
+        slider.dispatchEvent(new Event("input")); } }"""
+    notebook.cell("a").locator("#value-gain").evaluate(code)
+    notebook.page.wait_for_timeout(200)
+    assert len([text for _, content, _ in waiting for text in content.get("texts", ()) if '"ask"' in text]) == 1
+    is_busy.clear()
+    for message in waiting:
+        handle(view, *message)
+    notebook.until_color("a", 2, 1, [0, 51, 102])
