@@ -7,6 +7,7 @@ step's own program counts instead if the tables would be too large.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from passgraph.backends.base import Block
@@ -78,9 +79,10 @@ class CountRun:
         counted = {"binding": 1, "visibility": 4, "buffer": {"type": "storage"}}
         written = {"binding": 0, "visibility": 2, "buffer": {"type": "read-only-storage"}}
         entries = [read, counted], [written]
-        self.layouts = programs.once(
-            "count", lambda: [device.create_bind_group_layout(entries=group) for group in entries]
-        )
+        self.layouts = [
+            programs.once(("count layout", number), partial(device.create_bind_group_layout, entries=group))
+            for number, group in enumerate(entries)
+        ]
         quarter = str(step.known.quarter)
         text = _COUNT.replace("BINS", str(bins)).replace("GROUP", str(GROUP))
         self.counting = programs.once(("count", bins), lambda: self._counting(text))

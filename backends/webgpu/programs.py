@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
+from weakref import WeakValueDictionary
 
 import numpy as np
 
@@ -31,16 +32,18 @@ from passgraph.plan.data import DrawStep
 #: Formats of the line in wgpu's messages: "wgsl:12:5" and ":12:5 error".
 _LINE = re.compile(r"wgsl:(\d+):\d+|:(\d+):\d+ error")
 _VERTEX, _FRAGMENT = 1, 2
-#: Most objects that are kept for sources and states that come again.
-MOST_CACHED = 512
+#: Most objects that are kept for sources and states that come again, beside those in use. Pipelines of software devices
+#: take about half a megabyte.
+MOST_CACHED = 32
 _T = TypeVar("_T")
 
 
 class Programs:
-    """Compiled objects of one device, by cache key."""
+    """Compiled objects of one device, by cache key: those in use, and the most recent ones."""
 
     def __init__(self, device: Any) -> None:
         self.device = device
+        self.made: WeakValueDictionary[object, Any] = WeakValueDictionary()
         self.cached: dict[object, Any] = Recent(MOST_CACHED)
         self.nearest = device.create_sampler(min_filter="nearest", mag_filter="nearest")
         #: In the order of their bindings.
@@ -50,10 +53,9 @@ class Programs:
         ]
 
     def once(self, key: object, make: Callable[[], _T]) -> _T:
-        if key not in self.cached:
-            made = self.cached[key] = make()
-            return made
-        found: _T = self.cached[key]
+        found: _T | None = self.made.get(key)
+        if found is None:
+            found = self.made[key] = self.cached[key] = make()
         return found
 
     def module(self, listing: Listing, kernel: str) -> Any:

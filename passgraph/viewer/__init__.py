@@ -2,5 +2,6 @@
 
 Read in this order: :mod:`.subject` (the effect or graph to view), :mod:`.display` (targets to displayable pictures),
 :mod:`.compiled` (the programs), :mod:`.session` (the computing thread), :mod:`.debugger` (lines, passes, code),
-:mod:`.recording` (videos), :mod:`.server` (the page and access to it).
+:mod:`.recording` (videos), :mod:`.messages` (messages and files of pages), :mod:`.server` (the page in the browser and
+access to it), :mod:`.widget` (the page in a cell of a notebook).
 """

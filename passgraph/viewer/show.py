@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,7 @@ from passgraph.viewer.subject import Control, Drawing, Loaded
 
 if TYPE_CHECKING:
     from passgraph.viewer.server import View
+    from passgraph.viewer.widget import CellView
 
 #: Size of the output if no picture has one.
 SIZE = (1280, 720)
@@ -154,11 +156,11 @@ def view(
     port: int = 0,
     browser: bool = True,
     **inputs: Any,
-) -> View:
+) -> View | CellView:
     """Show an effect, a kernel, targets or a program live in the browser, with its parameters as sliders.
 
     In a script the call returns when the page's server is interrupted (Ctrl-C). In a notebook it returns at once, and
-    the cell shows the page. Needs ``pip install 'passgraph[view]'``.
+    the cell shows the page. Needs ``pip install 'passgraph[view]'``, in a notebook ``'passgraph[notebook]'``.
 
     Parameters
     ----------
@@ -170,7 +172,8 @@ def view(
     size
         (width, height) of the output; by default that of the first picture, else 1280x720.
     port
-        Port of the page; 0 takes a free one.
+        Port of the page; 0 takes a free one. In a notebook, a port other than 0 shows the page of a local server in a
+        frame; by default the page is a widget and needs no port.
     browser
         True to open the page in the browser; ignored in a notebook.
     inputs
@@ -178,14 +181,14 @@ def view(
 
     Returns
     -------
-    View
-        The view, with ``url`` and ``close()``.
+    View or CellView
+        The view, with ``close()``; that of a server has ``url``.
 
     Raises
     ------
     InputError
-        For an object that cannot be shown, an input that is no parameter of the effect, and if starlette or uvicorn is
-        missing.
+        For an object that cannot be shown, an input that is no parameter of the effect, and if a package that it
+        needs is missing.
 
     Examples
     --------
@@ -194,12 +197,20 @@ def view(
     >>> pg.view(vignette, color=pg.load("photo.jpg"))  # doctest: +SKIP
     """
     subject = GivenSubject(shown, inputs, size)
+    is_cell = in_notebook()
+    if is_cell and not port:
+        # Without anywidget, and outside the kernel's event loop, the cell shows the page of a local server.
+        with suppress(ImportError, RuntimeError):
+            from passgraph.viewer.widget import CellView
+
+            return CellView(subject, backend or "")
     try:
         from passgraph.viewer.server import View
     except ImportError as error:
-        raise InputError(f"pg.view needs {error.name}: pip install 'passgraph[view]'") from None
+        extra = "notebook" if is_cell else "view"
+        raise InputError(f"pg.view needs {error.name}: pip install 'passgraph[{extra}]'") from None
     page = View(subject, backend or "", port)
-    if in_notebook():
+    if is_cell:
         page.start()
         return page
     print(f"{subject.name}: {page.url}  (Ctrl-C ends)")
@@ -212,5 +223,6 @@ def view(
 
 
 def in_notebook() -> bool:
-    """Return True inside a Jupyter kernel."""
-    return "ipykernel" in sys.modules
+    """Return True in a cell of Jupyter or marimo."""
+    marimo = sys.modules.get("marimo")
+    return "ipykernel" in sys.modules or (marimo is not None and bool(marimo.running_in_notebook()))

@@ -245,6 +245,12 @@ def test_objects_for_sources_that_no_longer_come_are_dropped(monkeypatch: pytest
                 assert program(color=ones)["times"][0, 0, 0] == factor
             assert first(color=ones)["times"][0, 0, 0] == 2
         assert len(backend.programs.cached) == 5
+        # Those in use are found again, and the others are gone.
+        pipelines = [key for key in backend.programs.made if key[0] == "pixel"]
+        assert len(pipelines) == 1 + sum(key[0] == "pixel" for key in backend.programs.cached)
+        monkeypatch.setattr(programs.Programs, "pipeline", None)
+        with pg.compile(times(2), backend=backend) as again:
+            assert again(color=ones)["times"][0, 0, 0] == 2
 
 
 def test_a_closed_backend_may_be_closed_again_and_refuses_work(opened: WebGPUBackend) -> None:

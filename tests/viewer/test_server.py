@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import http.client
 import json
+import socket
 import sys
 import threading
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from time import monotonic
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,10 +21,12 @@ import pytest
 import passgraph as pg
 from passgraph.commands.view import EffectSubject
 from passgraph.pictures import load_stored
-from passgraph.viewer.server import MAX_MESSAGE, checked_changes
+from passgraph.viewer.messages import MAX_MESSAGE, checked_changes
+from passgraph.viewer.show import in_notebook
 from tests.viewer.subjects import KERNEL, files
 
 pytest.importorskip("uvicorn")
+View = pytest.importorskip("passgraph.viewer.server").View
 client = pytest.importorskip("websockets.sync.client")
 
 
@@ -30,8 +34,6 @@ class Served:
     """A view of a small effect in a thread of its own."""
 
     def __init__(self, folder: Path) -> None:
-        from passgraph.viewer.server import View
-
         effect, picture = files(folder)
         self.view = View(EffectSubject(str(effect), [str(picture)], (8, 4), None), "numpy")
         self.view.start()
@@ -300,12 +302,22 @@ def test_files_of_the_page_are_kept_as_long_as_they_are_read(tmp_path: Path) -> 
     assert not folder.exists()
 
 
-def test_a_cell_of_a_notebook_shows_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("port", [0, 1])
+def test_a_cell_shows_the_page_in_a_frame_without_anywidget_or_with_a_port(
+    monkeypatch: pytest.MonkeyPatch, port: int
+) -> None:
     monkeypatch.setitem(sys.modules, "ipykernel", sys)
+    if port:
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            port = free.getsockname()[1]
+    else:
+        monkeypatch.setitem(sys.modules, "anywidget", None)
     tint = pg.kernel(source="def tint(color: Image) -> vec4: return color[0, 0]")
-    view = pg.view(tint, color=np.zeros((4, 8, 4), np.float32), backend="numpy")
+    view = pg.view(tint, color=np.zeros((4, 8, 4), np.float32), backend="numpy", port=port)
+    assert isinstance(view, View)
     try:
         shown = view._repr_mimebundle_()
+        assert port in (0, view.port)
         assert f'<iframe src="{view.url}"' in shown["text/html"]
         assert view.url in shown["text/plain"]
         with closing(http.client.HTTPConnection("127.0.0.1", view.port, timeout=60)) as connection:
@@ -313,6 +325,24 @@ def test_a_cell_of_a_notebook_shows_the_page(monkeypatch: pytest.MonkeyPatch) ->
             assert connection.getresponse().status == 200
     finally:
         view.close()
+
+
+@pytest.mark.parametrize("is_cell", [True, False])
+def test_cells_of_marimo_are_a_notebook_and_its_scripts_are_none(
+    monkeypatch: pytest.MonkeyPatch, is_cell: bool
+) -> None:
+    monkeypatch.delitem(sys.modules, "ipykernel", raising=False)
+    monkeypatch.setitem(sys.modules, "marimo", SimpleNamespace(running_in_notebook=lambda: is_cell))
+    assert in_notebook() is is_cell
+
+
+@pytest.mark.parametrize("extra", ["notebook", "view"])
+def test_the_missing_package_is_named_with_its_extra(monkeypatch: pytest.MonkeyPatch, extra: str) -> None:
+    monkeypatch.setattr("passgraph.viewer.show.in_notebook", lambda: extra == "notebook")
+    for name in ("anywidget", "passgraph.viewer.server"):
+        monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(pg.InputError, match=rf"pip install 'passgraph\[{extra}\]'"):
+        pg.view(pg.kernel(source="def tint(color: Image) -> vec4: return color[0, 0]"))
 
 
 def test_changes_are_checked() -> None:
