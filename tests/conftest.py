@@ -42,7 +42,7 @@ def pytest_itemcollected(item: pytest.Item) -> None:
     """Mark tests as slow that repeat, on another device, what the conformance suite holds there.
 
     So are tests with the parameter webgpu outside the folders above, and tests of effects with the parameters opencl
-    and gl; and two thirds of the parameters of tests with the marker every_third.
+    and gl; and most parameters of tests with the marker sampled: the first and about a sixth of the others always run.
     """
     if not isinstance(item, pytest.Function) or not hasattr(item, "callspec"):
         return
@@ -50,10 +50,10 @@ def pytest_itemcollected(item: pytest.Item) -> None:
     names = {value.partition(":")[0] for value in item.callspec.params.values() if isinstance(value, str)}
     if ("webgpu" in names and folder not in ALWAYS_ON_WEBGPU) or (names & {"opencl", "gl"} and folder == "effects"):
         item.add_marker(pytest.mark.slow)
-    elif item.get_closest_marker("every_third"):
+    elif item.get_closest_marker("sampled"):
         # By a hash: the choice is the same in each run, and no parameter, such as a backend, is always left out.
         test = item.path, item.originalname
-        if test in _begun and crc32(item.name.encode()) % 3:
+        if test in _begun and crc32(item.name.encode()) % 6:
             item.add_marker(pytest.mark.slow)
         _begun.add(test)
 

@@ -33,7 +33,7 @@ def backend(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float16, np.float32])
 @pytest.mark.parametrize("channels", [1, 2, 3, 4])
 def test_an_array_means_the_same_in_its_own_type_and_as_values(backend: str, channels: int, dtype: Any) -> None:
@@ -49,7 +49,7 @@ def test_an_array_means_the_same_in_its_own_type_and_as_values(backend: str, cha
         assert np.array_equal(as_given["gaussian_blur"], as_values["gaussian_blur"])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("format", ["rgba8", "rgba16", "rgba16f", "rgba32f", "rgb8", "rgb16", "rgba8_srgb"])
 def test_results_come_in_the_targets_own_type(backend: str, format: str) -> None:
     held = pg.formats.FORMATS[format]
@@ -93,7 +93,7 @@ def views(base: np.ndarray[Any, Any]) -> dict[str, np.ndarray[Any, Any]]:
     }
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("layout", list(views(np.zeros((72, 323, 3), np.uint8))))
 @pytest.mark.parametrize("channels", [3, 4])
 def test_any_layout_reads_and_writes_as_a_plain_copy(backend: str, layout: str, channels: int) -> None:

@@ -69,7 +69,7 @@ def chain(fmt: str = "rgba32f") -> Target:
     return target
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("kernel", "fmt"),
     [

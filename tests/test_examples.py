@@ -35,7 +35,7 @@ def imports(script: Path) -> list[tuple[str, str]]:
     ]
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", SCRIPTS)
 def test_an_example_writes_pictures_that_differ(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for file in SCRIPTS[name].parent.iterdir():

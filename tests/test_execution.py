@@ -370,7 +370,7 @@ except pg.BackendError as error:
 OPENING = {"webgpu": 170}
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of address space are Linux's")
 @pytest.mark.parametrize("extra", [30, 200], ids=["for its targets", "for its results"])
 def test_a_process_without_memory_is_told_so(backend_name: str, extra: int) -> None:

@@ -91,7 +91,7 @@ def looked_at(backend: str | ReferenceBackend, x: int = 5, y: int = 7) -> Lines:
         return lines_at(target, opened, (x, y), {"frame": FRAME, "gain": 1.5})
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("backend", ["reference", "numpy", "gl", "opencl", "webgpu"])
 @pytest.mark.parametrize("pixel", [(5, 7), (0, 0), (15, 8)])
 def test_values_are_those_of_inspect_and_within_bounds(backend: str, pixel: tuple[int, int]) -> None:
@@ -139,7 +139,7 @@ def test_the_pass_reads_what_the_backend_wrote_before_it() -> None:
     assert second.values[0].value[0] == pytest.approx(2 * np.cos(FRAME[3, 4, 0]), rel=1e-3)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("rule", ["clamp", "zero", "mirror"])
 @pytest.mark.parametrize("kind", ["u8", "one channel", "nan"])
 def test_pictures_of_all_kinds_are_read_as_the_pass_reads_them(rule: str, kind: str) -> None:

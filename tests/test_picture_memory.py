@@ -64,7 +64,7 @@ def _save(path: Path, size: tuple[int, int]) -> None:
         image.save(path, **options.get(suffix, {}))
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "name",
     ["gray.png", "rgb.png", "deep.png", "rgb.jpg", "turned.jpg", "rgb.webp", "rgb.tiff", "turned.tiff", "rgb.bmp",
@@ -116,7 +116,7 @@ except pg.InputError as error:
 """
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("suffix", [".gif", ".jp2", ".jxl"])
 def test_formats_that_are_decoded_when_opened_are_refused_before(tmp_path: Path, suffix: str) -> None:
     """A few bytes of one color, 27 MB of pixels."""

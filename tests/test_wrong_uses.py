@@ -33,7 +33,7 @@ def test_wrong_uses_are_told(name: str) -> None:
     assert len(str(caught.value)) <= LONGEST
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("call", wrong_sweep.calls(), ids=lambda call: call.name)
 def test_no_argument_leads_to_an_error_that_is_not_ours(call: Call) -> None:
     raised = 0
@@ -136,7 +136,7 @@ MEANT: list[tuple[Any, int]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("way", ["baked", "run", "set", "text", "array"])
 def test_bit_patterns_mean_the_int_with_these_bits(way: str, backend_name: str) -> None:
     """The upper and lower half tell the bits, exactly."""

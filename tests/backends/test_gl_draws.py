@@ -317,7 +317,7 @@ BLENDS = [
 ]  # fmt: skip
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("blend", BLENDS, ids=str)
 @pytest.mark.parametrize("format_", ["rgba32f", "rgba16f", "rgba8"])
 def test_blends_combine_as_the_reference_does(blend: Any, format_: str) -> None:
@@ -378,7 +378,7 @@ def test_different_blends_are_refused_where_the_driver_has_none(monkeypatch: pyt
 # Stencil
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "operation",
     ["keep", "zero", "replace", "increment", "increment_wrap", "decrement", "decrement_wrap", "invert"],

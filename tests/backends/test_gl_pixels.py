@@ -44,7 +44,7 @@ def test_offsets_follow_the_border_rule(border: str, offset: str) -> None:
 FAR = (-(2**31), 2**31 - 1, -(2**31) + 7, 2**31 - 64, 2**24 + 1, -(2**24) - 1, 3 * 2**21 - 1, 25_200_000, -1_000_001, 0)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("border", ["repeat", "mirror", "reflect-101"])
 @pytest.mark.parametrize("size", [1, 2, 3, 41, 256, 1001, 8191])
 def test_any_int_finds_its_texel_by_a_periodic_rule(border: str, size: int) -> None:

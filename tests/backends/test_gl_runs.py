@@ -76,7 +76,7 @@ def picture() -> Any:
     return np.random.default_rng(3).random((SIZE[1], SIZE[0], 4), np.float32)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("order", [True, False], ids=["planned order", "order of writing"])
 @pytest.mark.parametrize("second", STATES)
 @pytest.mark.parametrize("first", ["plain", "blended", "culled", "masked", "stencilled"])

@@ -68,7 +68,7 @@ def wide_chain(size: tuple[int, int], border: str, formats: tuple[str, ...]) -> 
     return target
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("border", ["clamp", "zero"])
 @pytest.mark.parametrize("size", [(1, 1), (2, 70), (70, 2), (33, 20), (320, 200)])
 def test_a_chain_gives_the_same_bits_as_its_passes(size: tuple[int, int], border: str) -> None:

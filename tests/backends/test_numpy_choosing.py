@@ -47,7 +47,7 @@ def at(picture: Picture, dx: int, dy: int, border: str) -> Picture:
     return around[2 + dy : 2 + dy + height, 2 + dx : 2 + dx + width]
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("border", PADS)
 @pytest.mark.parametrize("format_", ["r8", "rg16", "rgb8", "rgba8", "rgba16"])
 def test_numbers_are_those_of_numpy(format_: str, border: str) -> None:

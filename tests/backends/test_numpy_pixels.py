@@ -58,7 +58,7 @@ def expected(name: str, picture: np.ndarray, border: str) -> np.ndarray:
     return total
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("border", list(PADS))
 @pytest.mark.parametrize("kernel", [ALIKE, MIXED, LOOPED], ids=lambda kernel: str(kernel.name))
 def test_rows_of_every_width_meet_their_edges(kernel: pg.Kernel, border: str) -> None:

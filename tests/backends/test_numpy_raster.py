@@ -114,7 +114,7 @@ def both(monkeypatch: pytest.MonkeyPatch, name: str, geometry: pg.Mesh, **state:
         np.testing.assert_array_equal(one.view(np.int32), other.view(np.int32))
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", ["branches", "loops", "tables", "pictures"])
 @pytest.mark.parametrize(("count", "size"), [(30, 0.8), (700, 0.03)])
 def test_kernels_in_lanes_give_the_bits_of_kernels_one_by_one(
@@ -146,7 +146,7 @@ def test_states_decide_the_same_fragments(monkeypatch: pytest.MonkeyPatch, state
 MARKED = pg.Stencil("not_equal", 2, read_mask=3, write_mask=7, passed="increment", depth_fail="invert", fail="zero")
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("name", "state"),
     [

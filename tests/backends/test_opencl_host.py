@@ -44,7 +44,7 @@ def buffers(number: int) -> dict[str, tuple[dict[str, Any], Callable[[Any], Any]
     }
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("layout", "dtype"),
     [*((name, np.uint8) for name in buffers(1)), ("all of it", np.float16), ("all of it", np.float32)],

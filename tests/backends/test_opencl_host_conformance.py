@@ -63,7 +63,7 @@ LONG = tuple({case.name.split(" ")[0] for case in CASES if case.group == "effect
 FIRST = {case.id for case in first_of_each()}
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "case",
     [

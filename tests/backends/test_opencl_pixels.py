@@ -46,7 +46,7 @@ def run(device: OpenCLBackend, text: str, picture: Picture, border: str = "clamp
 PAD = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric", "reflect-101": "reflect"}
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("size", [(1, 1), (3, 2), (130, 5), (300, 9)])
 @pytest.mark.parametrize("border", list(PAD))
 def test_neighbours_outside_follow_the_border_rule(device: OpenCLBackend, border: str, size: tuple[int, int]) -> None:
@@ -340,7 +340,7 @@ def test_long_code_has_groups_of_one_run(device: OpenCLBackend, launched: Launch
     assert launched == [((2, 8), (2, 4)), ((2, 8), (1, 1))]
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("height", [12, 9, 10, 7])
 @pytest.mark.parametrize(
     ("sizes", "most"),

@@ -67,7 +67,7 @@ def test_the_front_is_what_nothing_beats() -> None:
     assert kept == sorted(kept, key=lambda i: points[i][0])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", [name for name, scene in SCENES.items() if not scene.needs])
 def test_every_shipped_scene_has_penumbrae(name: str) -> None:
     truth = truth_of(scene_named(name), (192, 108), 16)

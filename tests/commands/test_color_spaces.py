@@ -92,7 +92,7 @@ def test_wrong_spaces_are_told(
     assert not (tmp_path / "b.png").exists()
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("suffix", [".png", ".jpg", ".exr"])
 @pytest.mark.parametrize("effect", ["cas", "color-grade", "tilt-shift", "radial-blur", "gaussian-blur --linear"])
 def test_results_in_linear_light_are_encoded_for_files_of_integers(

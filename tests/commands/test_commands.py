@@ -130,7 +130,7 @@ def test_apply_black_and_white(capsys: pytest.CaptureFixture[str]) -> None:
     assert np.abs(made[..., 0] - pg.load("in.png")[..., 0]).max() <= 1 / 255
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", [n for n, e in EFFECTS.items() if e.takes == "picture"])
 @pytest.mark.parametrize("suffix", [".png", ".jpg", ".tif", ".webp", ".npy"])
 def test_apply_writes_every_format(capsys: pytest.CaptureFixture[str], name: str, suffix: str) -> None:

@@ -58,7 +58,7 @@ def options(name: str) -> Iterator[tuple[str, int]]:
                 yield option.opts[0], option.nargs
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", COMMANDS)
 def test_options_refuse_what_does_not_fit(name: str, capfd: pytest.CaptureFixture[str]) -> None:
     for option, count in options(name):
@@ -136,7 +136,7 @@ def passgraph(shell: str) -> tuple[int, str]:
     return done.returncode, done.stderr.decode(errors="replace")
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("shell", "status", "words"),
     [

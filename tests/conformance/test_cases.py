@@ -38,13 +38,13 @@ def test_every_backend_conforms(case: Case, backends: list[Backend]) -> None:
     assert_all_conform(case, backends)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("case", [case for case in OTHERS if case.values[0].id not in CATCHING])
 def test_every_backend_conforms_in_cases_like_these(case: Case, backends: list[Backend]) -> None:
     assert_all_conform(case, backends)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("on_opencl", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["others", "opencl"])
 @pytest.mark.parametrize("case", list(filter(is_quick_effect, CASES)), ids=lambda case: case.id)
 def test_every_backend_conforms_in_effects(case: Case, backends: list[Backend], on_opencl: bool) -> None:

@@ -22,7 +22,7 @@ def test_every_other_backend_than_opencl_conforms_in_effects(case: Case, backend
     assert_all_conform(case, [backend for backend in backends if backend.name != "opencl"])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("case", EFFECTS, ids=lambda case: case.id)
 def test_opencl_conforms_in_effects(case: Case, backends: list[Backend]) -> None:
     """PoCL compiles their many programs for seconds; what these are made of is in the other groups."""

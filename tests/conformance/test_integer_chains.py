@@ -13,7 +13,7 @@ from passgraph.verify.conformance.case import Case
 CHAINS = [case for case in cases(["language"]) if case.name.startswith("chains after ")]
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("case", CHAINS, ids=lambda case: case.name)
 def test_in_the_reference_every_operation_feeds_every_other_one(case: Case) -> None:
     with pg.compile(case.graph(), "reference", case.size) as program:

@@ -80,7 +80,7 @@ def nearer(step: Any, outputs: list[Storage], depth: Any) -> None:
         depth.pixels[...] = np.where(depth.pixels < 1, depth.pixels * np.float32(0.999), depth.pixels)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("case", "mistake"),
     [
@@ -107,7 +107,7 @@ def test_a_planted_mistake_is_found(case: str, mistake: Mistake) -> None:
     assert f"{case} on mistaken: diverged: " in str(wrong)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("case", "state"),
     [

@@ -70,7 +70,7 @@ def run(device: Backend, text: str, places: NDArray[np.float32], c: NDArray[np.f
         return program(places=places, c=c)["o"][0]
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("border", BORDERS)
 @pytest.mark.parametrize("width", WIDTHS)
 def test_texels_at_every_int(device: Backend, border: Border, width: int) -> None:
@@ -84,7 +84,7 @@ def test_texels_at_every_int(device: Backend, border: Border, width: int) -> Non
     np.testing.assert_array_equal(run(device, TEXEL, places, c, border), np.float32(want))
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("border", BORDERS)
 @pytest.mark.parametrize("width", WIDTHS)
 def test_samples_beyond_all_ints_read_one_texel(device: Backend, border: Border, width: int) -> None:
@@ -101,7 +101,7 @@ def test_samples_beyond_all_ints_read_one_texel(device: Backend, border: Border,
     np.testing.assert_allclose(run(device, SAMPLE, places, c, border), np.float32(want), rtol=1e-6)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("border", BORDERS)
 def test_a_sample_at_nan_is_nan(device: Backend, border: Border) -> None:
     places = np.full((1, 1, 4), np.nan, np.float32)

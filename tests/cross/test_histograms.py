@@ -41,7 +41,7 @@ def device(request: pytest.FixtureRequest) -> Iterator[Backend]:
         yield opened
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("size", [(1, 1), (16384, 1), (3, 150), (130, 65)], ids=str)
 def test_bytes_are_counted_as_by_bincount(device: Backend, size: tuple[int, int]) -> None:
     picture = np.random.default_rng(1).integers(0, 256, (size[1], size[0], 3)).astype(np.uint8)
@@ -51,7 +51,7 @@ def test_bytes_are_counted_as_by_bincount(device: Backend, size: tuple[int, int]
     assert np.array_equal(counts[0, :, 0], np.bincount(picture[..., 2].ravel(), minlength=256))
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("bins", [1, 7, 2048])
 def test_floats_are_counted_as_by_numpy(device: Backend, bins: int) -> None:
     """Ends, beyond them and NaN; numbers lie in the middle of bins, so that no rounding moves one."""
@@ -67,7 +67,7 @@ def test_floats_are_counted_as_by_numpy(device: Backend, bins: int) -> None:
     assert np.array_equal(counts, np.histogram(picture[np.isfinite(picture)], bins, (low, high))[0])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(("format_", "kind"), [("rgba8", np.uint8), ("rgba16f", np.float16), ("rgba32f", np.float32)])
 def test_each_channel_of_each_format_is_counted(device: Backend, format_: str, kind: type) -> None:
     """Steps of an eighth, which all of these hold near enough to stay in their bins."""
@@ -83,7 +83,7 @@ def test_each_channel_of_each_format_is_counted(device: Backend, format_: str, k
         assert np.array_equal(result[f"counts {channel}"][0, :, 0], expected), channel
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 def test_counts_go_from_frame_to_frame(device: Backend) -> None:
     """Tables begin at nothing in each run, pictures that are bound anew are counted, and the target is that given."""
     spec = pg.target("counts", "r32f")
@@ -171,7 +171,7 @@ def test_the_counting_of_a_histogram_is_known() -> None:
         assert [step.known.bins for step in steps if step.known is not None] == [16]
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 def test_it_is_told_which_way_counts(device: Backend) -> None:
     made = pg.histogram(pg.Input("frame", "r8", (8, 8)), name="counts")
     for options in (pg.Options(), pg.Options(fuse=False)):
@@ -205,7 +205,7 @@ def looping(a: Image, b: Image) -> float:
 """
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 def test_what_is_fused_into_a_histogram_is_counted(device: Backend) -> None:
     """Of two pictures, one with a border and read by place, in a loop that uses up a device's trips."""
     random = np.random.default_rng(8)
@@ -222,7 +222,7 @@ def test_what_is_fused_into_a_histogram_is_counted(device: Backend) -> None:
     assert np.array_equal(made, given["counts"])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 def test_every_texel_of_one_bin_is_counted(device: Backend) -> None:
     """All add to one entry of a table, in groups that share it."""
     with pg.compile(pg.histogram(pg.Input("frame", "r8"), 2048, channel=0), backend=device) as program:
@@ -231,7 +231,7 @@ def test_every_texel_of_one_bin_is_counted(device: Backend) -> None:
             assert counts[-1 if level else 0] == counts.sum() == 301 * 517
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 def test_histograms_of_one_picture_go_beside_one_another_and_in_threads(device: Backend) -> None:
     random = np.random.default_rng(9)
     pictures = [random.integers(0, 256, (33, 70, 4)).astype(np.uint8) for _ in range(4)]

@@ -113,7 +113,7 @@ def converter(request: pytest.FixtureRequest) -> Iterator[Backend]:
         yield backend
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", FORMATS)
 def test_what_goes_in_comes_out_in_every_layout(name: str, converter: Backend) -> None:
     """Numbers in and out, and values in and out; bytes beside the array stay as they are."""
@@ -157,7 +157,7 @@ def between(format_: Format) -> NDArray[np.float32]:
     return np.concatenate([made, -made])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", ["r8", "rgba8", "r16", "rgb16", "rgba16", "r16f", "rgb16f", "rgba16f", "rgba8_srgb"])
 def test_values_become_the_nearest_numbers(name: str, device: Backend) -> None:
     """Halves to even, beyond the range its end, NaN the lowest; as many values as devices convert themselves."""
@@ -200,7 +200,7 @@ COPY = pg.kernel(source="def copy(picture: Image) -> vec4: return picture[0, 0]"
 BOTH = pg.kernel(source="def both(one: Image, other: Image) -> vec4: return one[0, 0] * 0.25 + other[0, 0] * 0.5")
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", ["rgba8", "rgba16f", "rgba32f"])
 def test_programs_read_and_write_arrays_of_any_layout(name: str, device: Backend) -> None:
     format_, rng = FORMATS[name], np.random.default_rng(11)

@@ -108,7 +108,7 @@ def judged(device: Backend, cases: list[tuple[str, NDArray[Any]]], head: str = "
             assert len(bad) == 0, f"{text}: (x, y, got, want) {[(x[i], y[i], column[i], want[i]) for i in bad[:4]]}"
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("operation", OPERATIONS)
 def test_a_written_number_beside_a_variable(device: Backend, operation: str) -> None:
     x, y = VALUES.repeat(len(VALUES)), np.tile(VALUES, len(VALUES))

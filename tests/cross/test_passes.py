@@ -36,7 +36,7 @@ def run(target: pg.Target, backend: str, frame: NDArray[np.float32], **options: 
         return program(frame=frame)["out"]
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "format_",
     [
@@ -61,7 +61,7 @@ def test_two_runs_are_the_same_bits(backend_name: str) -> None:
     np.testing.assert_array_equal(run(target, backend_name, frame), run(target, backend_name, frame))
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("case", [c for c in cases(["draw states"]) if c.name in DRAWS], ids=lambda case: case.name)
 def test_a_draw_gives_the_same_bits_again(case: Case, backend_name: str) -> None:
     """In the same program and in another one: the order of triangles is kept, whatever runs in parallel."""

@@ -34,7 +34,7 @@ def reduced(picture: Picture, *wanted: tuple[str, Any], format_: str = "rgba32f"
     return {key: made[f"{key[0]} {key[1]}"] for key in wanted}
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("size", SIZES, ids=str)
 def test_numbers_are_those_of_numpy(size: tuple[int, int]) -> None:
     picture = noise(size)
@@ -48,7 +48,7 @@ def test_numbers_are_those_of_numpy(size: tuple[int, int]) -> None:
         assert (abs(made - expected) <= room).all(), (how, axis)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("size", SIZES, ids=str)
 @pytest.mark.parametrize(("how", "numpy_way"), [("arg_min", np.argmin), ("arg_max", np.argmax)])
 def test_places_are_the_first_of_numpy(size: tuple[int, int], how: str, numpy_way: Callable[..., Any]) -> None:
@@ -86,7 +86,7 @@ def hard_sums() -> dict[str, Picture]:
     }
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("case", hard_sums())
 def test_hard_sums_are_near_exact_ones(backend: Backend, case: str) -> None:
     """Against sums that are rounded once; and every backend rounds alike."""

@@ -89,7 +89,7 @@ UVS = np.float32(
 )
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("border", BORDERS)
 def test_nearest_finds_the_texel_by_exact_numbers(device: Backend, border: Border) -> None:
     """Edges, zeros of both signs, far away and infinite: floor of the float32 product, brought inside."""
@@ -113,7 +113,7 @@ def test_nearest_finds_the_texel_by_exact_numbers(device: Backend, border: Borde
             assert np.array_equal(got["nearest"], got["sample"])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("size", [(1, 1), (2, 5), (7, 1), (33, 21)])
 def test_a_filter_with_opencv_s_default_border(device: Backend, size: tuple[int, int]) -> None:
     """``reflect-101`` is OpenCV's default and SciPy's mirror; small whole numbers, so that every sum is exact."""
@@ -313,7 +313,7 @@ def halved(level: Floats, axis: int) -> Floats:
     return np.moveaxis(made.reshape(half, *np.moveaxis(level, axis, 0).shape[1:]), 0, axis).astype(np.float32)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("size", SIZES)
 def test_levels_are_means_over_areas(quick: Backend, size: tuple[int, int]) -> None:
     """Each level is the area mean of the one before, odd sides too; OpenCV's where its own rounding allows it."""
@@ -342,7 +342,7 @@ def k(c: Image, n: int, m: ivec2) -> vec4:
 LODS = (-1.0, 0.0, 0.5, 1.0, 2.25, 3.0, 9.0)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(("border", "filter"), [("clamp", "linear"), ("repeat", "nearest"), ("repeat", "linear")])
 def test_lod_is_gls(quick: Backend, glsl: Any, border: Border, filter: str) -> None:
     """GLSL's textureLod() on glGenerateMipmap's levels, within the weights of hardware."""

@@ -57,7 +57,7 @@ def test_a_blur_of_a_picture_laid_over_a_background_is_the_blur_of_what_is_seen(
     assert np.abs(over(plain, background) - expected).max() > 0.05
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("one", MIXING, ids=lambda one: one.name)
 def test_what_nobody_sees_has_no_part(one: Any) -> None:
     taken = [pg.Input("frame")]
@@ -71,7 +71,7 @@ def test_what_nobody_sees_has_no_part(one: Any) -> None:
     np.testing.assert_array_equal(made[..., 1:], shown(on_straight_alpha(one.function)(*taken), **without)[..., 1:])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("one", MIXING, ids=lambda one: one.name)
 def test_opaque_pictures_come_out_as_without(one: Any) -> None:
     picture = random_picture()

@@ -95,7 +95,7 @@ def hit_ball(origin: Float64, rays: Float64, centre: Float64, radius: float) -> 
 # Truth
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("method", ["gtao", "ssao"])
 @pytest.mark.parametrize(("elevation_deg", "far"), [(2.0, 30.0), (10.0, 5.0), (60.0, 5.0), (60.0, 5000.0)])
 def test_a_plane_does_not_hide_itself(method: str, elevation_deg: float, far: float, backend_name: str) -> None:

@@ -39,7 +39,7 @@ def results(name: str, frame: NDArray[Any], depth: NDArray[Any], **options: Any)
     return np.asarray(picture)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("name", OF_PICTURES)
 def test_a_bad_pixel_spreads_no_farther_than_the_effect_mixes(name: str, value: float) -> None:
@@ -49,7 +49,7 @@ def test_a_bad_pixel_spreads_no_farther_than_the_effect_mixes(name: str, value: 
     assert bad.sum() <= REACH.get(name, 1)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("value", [np.inf, np.nan, -1.0])
 @pytest.mark.parametrize("name", WITH_DEPTH)
 def test_depth_that_is_no_distance_is_sky(name: str, value: float) -> None:

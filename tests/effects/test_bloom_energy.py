@@ -31,7 +31,7 @@ def shares(size: tuple[int, int], places: list[tuple[int, int]], levels: int, ba
     return found
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("size", SIZES, ids=str)
 @pytest.mark.parametrize("levels", [1, 4])
 def test_a_spot_keeps_its_light_wherever_it_is(size: tuple[int, int], levels: int) -> None:

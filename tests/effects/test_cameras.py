@@ -50,7 +50,7 @@ def mean_apart(one: Picture, other: Picture) -> float:
 
 
 # fog counts from the eye, which stands elsewhere
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("of", sorted({*EFFECTS} - {"fog"}))
 def test_parallel_rays_see_what_a_far_eye_sees(of: str) -> None:
     """From three hundred times as far away, under an angle that keeps the picture as large."""
@@ -65,7 +65,7 @@ def test_parallel_rays_see_what_a_far_eye_sees(of: str) -> None:
     assert (abs(one - other).max(axis=2) > 0.1).mean() < 0.02
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("of", EFFECTS)
 def test_an_off_centre_picture_is_a_part_of_a_wide_one(of: str) -> None:
     half = tan(0.5 * NEAR.vertical_fov_rad)
@@ -82,7 +82,7 @@ def test_an_off_centre_picture_is_a_part_of_a_wide_one(of: str) -> None:
     assert (abs(made - whole).max(axis=2)[inner] > 0.1).mean() < 0.01
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("of", EFFECTS)
 def test_no_far_plane_is_needed(of: str) -> None:
     endless = shown(of, replace(NEAR, far=np.inf))

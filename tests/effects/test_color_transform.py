@@ -161,7 +161,7 @@ BAKED = {
 }  # fmt: skip
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("interpolation", ["best", "linear"])
 @pytest.mark.parametrize("kind", list(BAKED))
 def test_lut_files(kind: str, interpolation: Any, tmp_path: Path) -> None:
@@ -184,7 +184,7 @@ def test_twenty_lut_files_of_each_kind(kind: str, tmp_path: Path) -> None:
         check_lut(lut_file(tmp_path, kind, seed), "best")
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("kind", ["spi1d", "resolve_cube"])
 def test_the_inverse_of_a_lut_file(kind: str, seed: int, tmp_path: Path) -> None:
@@ -265,7 +265,7 @@ def _curve(r: np.random.Generator) -> Any:
     return ocio.GradingRGBCurveTransform(ocio.GradingRGBCurve(same, curve, same, curve), ocio.GRADING_LOG)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("kind", list(GRADES))
 def test_random_grades(kind: str) -> None:
     for seed in range(3):

@@ -90,7 +90,7 @@ def test_under_a_hovering_cube_the_gradient_is_the_height_over_the_field(name: s
     assert (expected[inside] < 0.3).any() and (expected[inside] > 0.95).any()
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("sunk", [0.25, 0.5, 0.8], ids=["a little", "to the middle", "most"])
 @pytest.mark.parametrize("name", FIELDS)
 def test_a_sunk_sphere_leaves_no_gap_and_no_false_dark(name: str, sunk: float, backend_name: str) -> None:

@@ -91,7 +91,7 @@ def test_behind_what_is_thin_light_passes() -> None:
     assert 0 < sheet.sum() < 0.8 * solid.sum()
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("bits", [32, 16])
 @pytest.mark.parametrize("elevation_deg", [3.0, 30.0, 85.0])
 def test_a_floor_throws_none_on_itself(bits: int, elevation_deg: float) -> None:

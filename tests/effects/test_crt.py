@@ -85,7 +85,7 @@ def mask_of(kind: Mask, size: tuple[int, int], dark: float, light: float) -> Flo
     return np.asarray(np.where(third[..., None] == np.arange(3), light, dark) * line[..., None])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_backend
 @pytest.mark.parametrize("mask", MASKS)
 @pytest.mark.parametrize("size", [(1, 1), (12, 16), (21, 33)], ids=str)

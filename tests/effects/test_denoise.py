@@ -32,7 +32,7 @@ def shown(target: pg.Target, backend: str = "numpy", **given: Any) -> Float64:
     return made.astype(np.float64)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_backend
 @pytest.mark.parametrize("noise", [0.0, 0.1])
 @pytest.mark.parametrize(("patch", "search"), [(1, 4), (2, 3)])

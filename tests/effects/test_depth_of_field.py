@@ -40,7 +40,7 @@ FOCUS = Layer(4.0, lambda x, y: waves(x, y, 7.0, (0.6, 0.4, 0.2)), lambda x, y: 
 FRONT = Layer(2.6, lambda x, y: waves(x, y, 20.0, (0.1, 0.5, 0.15)), lambda x, y: 1.0 * (np.abs(x - 0.4 * y - 20) < 9))
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("layers", "f_number", "most"),
     [((FOCUS, BACK), 2.8, 0.03), ((FRONT, BACK), 2.8, 0.03), ((FRONT, FOCUS, BACK), 2.8, 0.03)],
@@ -154,7 +154,7 @@ def middle(picture: Float64) -> Float64:
     return np.array([(picture * x).sum(), (picture * y).sum()]) / picture.sum()
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("distance", [10.0, 2.5])
 @pytest.mark.parametrize(
     ("blades", "turn", "eye"),

@@ -61,7 +61,7 @@ def test_signed_distances_are_those_to_either_side(kind: str) -> None:
     np.testing.assert_array_equal(shown(mask, signed=True) < 0, mask)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_backend
 @pytest.mark.parametrize("reach", [1, 5, 8, 31])
 def test_of_one_pixel_all_within_reach_are_exact(reach: int, backend_name: str) -> None:
@@ -73,7 +73,7 @@ def test_of_one_pixel_all_within_reach_are_exact(reach: int, backend_name: str) 
     np.testing.assert_allclose(shown(mask, backend_name, reach_px=reach, unit_px=4.0), expected / 4.0, rtol=1e-6)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_backend
 @pytest.mark.parametrize("size", [(1, 1), (1, 7), (5, 3)], ids=str)
 def test_all_and_nothing(size: tuple[int, int], backend_name: str) -> None:

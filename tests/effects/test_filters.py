@@ -152,7 +152,7 @@ def test_cas_leaves_what_is_beyond_the_range_of_displays(backend_name: str) -> N
     np.testing.assert_array_equal(shown(cas(FRAME), backend_name, frame=frame), frame)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_backend
 @every_size
 @pytest.mark.parametrize("radius", [1, 4])

@@ -87,7 +87,7 @@ def rcas(frame: Float64, stops: float) -> Float64:
     return np.concatenate([(ring.sum(axis=0) * lobe + e) / (4 * lobe + 1), frame[..., 3:]], axis=-1)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_backend
 @pytest.mark.parametrize(("before", "after"), SIZES, ids=str)
 def test_it_is_its_formulas(before: tuple[int, int], after: tuple[int, int], backend_name: str) -> None:

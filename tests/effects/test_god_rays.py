@@ -83,7 +83,7 @@ def expected(frame: Picture, at: tuple[float, float], intensity: float, threshol
     return made
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_backend
 @pytest.mark.parametrize("at", [(0.4, 0.3), (1.4, -0.2)], ids=["inside", "outside"])
 @pytest.mark.parametrize("size", [(1, 1), (24, 32), (17, 31)], ids=str)

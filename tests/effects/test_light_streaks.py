@@ -40,7 +40,7 @@ def expected(frame: Picture, length: float, axes: list[tuple[int, bool]], streng
     return made
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_backend
 @pytest.mark.parametrize("size", [(1, 1), (24, 40), (31, 57), (5, 700)])
 @pytest.mark.parametrize("length", [0.0, 0.1, 1.0])

@@ -37,7 +37,7 @@ def test_exchanges_bring_the_middle_one_to_its_place(pairs: tuple[tuple[int, ...
     assert np.array_equal(held[count // 2], np.array(expected, np.uint64)[ones])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("backend_name", DEVICES, indirect=True)
 @pytest.mark.parametrize("size_px", [3, 5])
 def test_numbers_are_those_of_numpy(size_px: int, backend_name: str) -> None:

@@ -106,7 +106,7 @@ def test_backends_agree() -> None:
 # Levels
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("size", [(8, 8), (16, 4), (6, 5), (9, 13), (2, 2)])
 def test_levels_are_means_over_areas(size: tuple[int, int]) -> None:
     """Each texel of level 1 by integration over 60 × 60 places inside it."""

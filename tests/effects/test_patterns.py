@@ -35,7 +35,7 @@ def shown(target: pg.Target, backend: str = "reference", **given: Any) -> NDArra
     return made.astype(np.float64)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_backend
 @pytest.mark.parametrize("size", [(1, 1), (17, 31), (16, 32), (49, 98)], ids=str)
 @pytest.mark.parametrize("side", [2, 7, 49])

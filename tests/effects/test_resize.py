@@ -45,7 +45,7 @@ def to(size: tuple[int, int]) -> pg.TargetSpec:
     return pg.target("resize", "rgba32f", size)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", PILLOW)
 @pytest.mark.parametrize(("before", "after"), SIZES, ids=str)
 @every_backend

@@ -40,7 +40,7 @@ def applied(effect: Callable[..., pg.Target], view: EngineView) -> Picture:
     return view.run(effect(pg.Input("frame"), view.distance(), view.camera), frame)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_effect
 def test_it_changes_surfaces_and_neither_sky_nor_alpha(effect: Callable[..., pg.Target]) -> None:
     view = EngineView.of(SCENE, (61, 43))
@@ -51,7 +51,7 @@ def test_it_changes_surfaces_and_neither_sky_nor_alpha(effect: Callable[..., pg.
     assert (abs(made - frame)[view.shown] > 0.05).any()
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_effect
 @pytest.mark.parametrize("far", [50.0, np.inf])
 def test_how_the_buffer_holds_distances_does_not_matter(effect: Callable[..., pg.Target], far: float) -> None:
@@ -69,7 +69,7 @@ def test_16_bits_show_nearly_the_same(effect: Callable[..., pg.Target]) -> None:
     assert abs(fine - coarse).mean() < 5e-3
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_effect
 @pytest.mark.parametrize(
     ("size", "camera"), [((1, 1), CAMERA), ((1, 7), PARALLEL), ((5, 1), CAMERA), ((3, 2), PARALLEL)]
@@ -82,7 +82,7 @@ def test_pictures_of_a_few_pixels_are_finite(
     assert made.min() >= 0.0
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_effect
 @pytest.mark.parametrize("camera", [CAMERA, PARALLEL], ids=["perspective", "parallel"])
 def test_a_depth_of_noise_makes_no_nan(effect: Callable[..., pg.Target], camera: pg.Camera) -> None:
@@ -109,7 +109,7 @@ def test_they_stand_in_one_graph() -> None:
     assert 0.0 < view.run(made)[view.shown].mean() < 1.0
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @every_effect
 def test_a_run_may_bring_another_camera(effect: Callable[..., pg.Target]) -> None:
     other = replace(CAMERA, eye=(1.0, 2.0, 3.5))

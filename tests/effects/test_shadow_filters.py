@@ -54,7 +54,7 @@ def test_every_filter_agrees_with_the_reference(light: str, shadow_filter: str) 
     assert_within_bounds(passes.shadows, (20, 12))
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("light", ["directional", "spot"])
 @pytest.mark.parametrize(
     "options",
@@ -84,7 +84,7 @@ def _width(row: Picture, places: Float64) -> float:
     return float(edges[1] - edges[0])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("height", [0.7, 1.0, 1.4])
 def test_a_pcss_penumbra_is_as_wide_as_the_light_makes_it(height: float) -> None:
     """A disc of tangent R seen over an edge at distance g: half width R·g, 0.1 to 0.9 within 1.374 of that."""
@@ -119,7 +119,7 @@ def test_the_width_of_a_disc_may_be_a_run_value() -> None:
     assert len(np.unique(hard)) < len(np.unique(soft))
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("shadow_filter", EVERY)
 @pytest.mark.parametrize("azimuth", [0.0, 33.0])
 @pytest.mark.parametrize("elevation", [1.0, 3.0, 5.0])
@@ -129,7 +129,7 @@ def test_a_lit_plane_has_no_acne_at_grazing_light(shadow_filter: str, azimuth: f
     assert shadows_of(of, shadow_filter, map_size=64, pcf_size=9, softness=0.5).min() == 1.0
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("shadow_filter", EVERY)
 @pytest.mark.parametrize(
     "light",

@@ -234,7 +234,7 @@ def test_every_target_is_within_its_bound(light: str, options: dict[str, object]
     assert any(name.startswith("moments of light") and name.endswith("blurred y") for name in names)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("radius", [0.5, 0.9, 1.5, 8.9, 9.0, 24.99, 25.0, 60.3, 80.99, 100.5, 128.0])
 def test_blocks_side_by_side_are_a_box(radius: float, backend_name: str) -> None:
     """Of any width: each texel by the part of it that lies within."""
@@ -251,7 +251,7 @@ def test_blocks_side_by_side_are_a_box(radius: float, backend_name: str) -> None
     np.testing.assert_allclose(found, expected, rtol=0, atol=2.0**-24 * (4 * radius**0.5 + 8))
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", MOMENT_FILTERS)
 @pytest.mark.parametrize("softness", [0.05, 0.07])
 def test_a_straight_edge_is_the_ramp_of_a_box(name: str, softness: float) -> None:
@@ -269,7 +269,7 @@ def test_a_straight_edge_is_the_ramp_of_a_box(name: str, softness: float) -> Non
     assert abs(shadows[lower, column] - ramp).max() <= texel / (2.0 * softness)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", MOMENT_FILTERS)
 @pytest.mark.parametrize(
     "light",
@@ -340,7 +340,7 @@ def test_a_box_on_a_floor_is_dark_at_its_foot(name: str) -> None:
     assert shadows[behind].max() < 0.02
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", MOMENT_FILTERS)
 @pytest.mark.parametrize("elevation", [1.0, 3.0, 5.0])
 def test_a_lit_floor_before_a_box_has_no_acne_at_grazing_light(name: str, elevation: float) -> None:

@@ -33,7 +33,7 @@ def casters(whole: pg.Scene) -> pg.Scene:
     return pg.Scene(whole.nodes[1:], whole.camera, whole.lights)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("light", [SUN, LAMP], ids=["sun", "spot"])
 @pytest.mark.parametrize("camera", CAMERAS, ids=["perspective", "parallel", "off-centre, endless"])
 def test_the_share_of_light_is_what_rays_find(camera: pg.Camera, light: pg.Light) -> None:

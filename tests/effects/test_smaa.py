@@ -63,7 +63,7 @@ def originals() -> Iterator[dict[str, Original]]:
         yield {name: Original(context, *preset) for name, preset in PRESETS.items()}
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.gl
 @pytest.mark.parametrize("picture", pictures())
 @pytest.mark.parametrize("preset", PRESETS)

@@ -84,7 +84,7 @@ def test_a_penumbra_is_as_wide_as_asked_for() -> None:
     assert rising[-1] == pytest.approx(1.5 + softness, abs=2.5 * pixel)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("elevation", [0.5, 1.0, 2.0, 5.0, 30.0, 90.0])
 @pytest.mark.parametrize("azimuth", [0.0, 33.0])
 def test_a_lit_plane_has_no_acne_at_grazing_light(elevation: float, azimuth: float) -> None:
@@ -92,7 +92,7 @@ def test_a_lit_plane_has_no_acne_at_grazing_light(elevation: float, azimuth: flo
     assert shadows_of(scene, map_size=64).min() == 1.0
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "light",
     [

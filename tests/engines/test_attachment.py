@@ -451,7 +451,7 @@ FRAMES = "What it returns is written over the frame."
 library = {name: getattr(passgraph.effects, name) for name in passgraph.effects.__all__}
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", [name for name, value in library.items() if hasattr(value, "effect")])
 def test_effects_of_the_library_take_frames_or_say_that_they_take_none(engine: Engine, name: str) -> None:
     """Those that the page for engines lists do."""

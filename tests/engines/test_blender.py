@@ -14,7 +14,7 @@ def _installed() -> None:
     need("bpy")
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("isolation", ["sibling", "guard"])
 def test_other_frames_do_not_change(isolation: str) -> None:
     check_harmless("blender", isolation)

@@ -14,7 +14,7 @@ def _installed() -> None:
     need("mujoco")
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("isolation", ["sibling", "guard"])
 @pytest.mark.parametrize("samples", ["0", "4"])
 def test_other_frames_do_not_change(isolation: str, samples: str) -> None:

@@ -15,7 +15,7 @@ def _installed() -> None:
     need("ogre-python")
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("isolation", ["sibling", "guard"])
 def test_other_frames_do_not_change(isolation: str) -> None:
     check_harmless("ogre", isolation, under=SCREEN)

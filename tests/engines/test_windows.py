@@ -38,7 +38,7 @@ def under(engine: str, request: pytest.FixtureRequest) -> tuple[str, ...]:
     return ("env", f"DISPLAY={request.getfixturevalue('display')}")
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("isolation", ["sibling", "guard"])
 def test_other_frames_do_not_change(engine: str, under: tuple[str, ...], isolation: str) -> None:
     check_harmless(engine, isolation, under=under)

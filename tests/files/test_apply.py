@@ -182,7 +182,7 @@ def test_formats_that_are_not_written_become_png(capsys: pytest.CaptureFixture[s
 NEEDED = {"color-transform": ("--src", "sRGB - Texture", "--dst", "ACEScct")}
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", [n for n, e in EFFECTS.items() if e.takes == "picture"])
 def test_a_sequence_gives_what_single_pictures_give(capsys: pytest.CaptureFixture[str], name: str) -> None:
     """To the bit, of 8 bits that are decoded from sRGB too."""

@@ -37,7 +37,7 @@ def computed(array: Any) -> Any:
         return array.compute()
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("chunks", CHUNKS.values(), ids=CHUNKS)
 @pytest.mark.parametrize("name", ["deep", "blur", "depth-aware blur", "black and white"])
 def test_chunks_are_the_whole_bit_for_bit(name: str, chunks: Any) -> None:

@@ -29,7 +29,7 @@ def needed(graph: pg.Target, given: dict[str, Any]) -> dict[str, Any]:
         return {name: given[name] for name in program.inputs}
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("border", ["clamp", "zero", "mirror", "reflect-101"])
 @pytest.mark.parametrize("name", GRAPHS)
 def test_tiles_are_the_whole_bit_for_bit(name: str, border: str) -> None:
@@ -41,7 +41,7 @@ def test_tiles_are_the_whole_bit_for_bit(name: str, border: str) -> None:
         assert len(grid) == -(-SIZE[0] // grid.core[0]) * -(-SIZE[1] // grid.core[1])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("size", [(1, 1), (40, 1), (1, 40), (2, 33), (33, 3)])
 @pytest.mark.parametrize("border", ["clamp", "zero", "mirror", "reflect-101"])
 def test_pictures_smaller_than_the_halo(size: tuple[int, int], border: str) -> None:

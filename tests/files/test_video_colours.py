@@ -73,7 +73,7 @@ TARGETS = [
 ]  # fmt: skip
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("source", SOURCES)
 def test_colours_come_back_from_every_encoder(tmp_path: Path, source: str) -> None:
     given = write(tmp_path / "given.mkv", *SOURCES[source])

@@ -39,7 +39,7 @@ def backends() -> Iterator[list[Backend]]:
 ON_DEVICES = [("gl", "opencl", "numpy"), ("webgpu",)]
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("names", ON_DEVICES, ids=" ".join)
 @pytest.mark.parametrize("kind", BOUNDED)
 def test_random_cases_are_within_bounds(kind: str, names: tuple[str, ...]) -> None:

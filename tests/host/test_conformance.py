@@ -85,7 +85,7 @@ FIRST = {case.id for case in first_of_each()}
 LONG = tuple({case.name.split(" ")[0] for case in CASES if case.group == "effects"} - {"black-and-white", "bloom"})
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "case",
     [

@@ -91,7 +91,7 @@ def expected() -> Any:
 # Reading
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", KINDS)
 def test_whatever_an_engine_keeps_its_picture_in(place: Place, name: str) -> None:
     has = place.app.gl.has
@@ -108,7 +108,7 @@ def test_whatever_an_engine_keeps_its_picture_in(place: Place, name: str) -> Non
     )
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("reader", READERS)
 def test_the_bits_are_those_of_an_array(place: Place, reader: str) -> None:
     whole = np.random.default_rng(2).normal(0, 1, (32, 64, 4)).astype(np.float32)
@@ -166,7 +166,7 @@ def test_depth_comes_back_from_draws(place: Place) -> None:
         np.testing.assert_array_equal(got, wanted)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("format_", ["r8", "rg8", "rgb8", "rgb8_srgb", "rgba16", "rgb16", "r16f", "rgb16f", "rgb32f"])
 def test_arrays_of_every_kind_go_in_and_come_back(place: Place, format_: str) -> None:
     stored = FORMATS[format_]
@@ -310,7 +310,7 @@ SHORT = {"draws/pictures and parameters"} | {
 }
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "case",
     [pytest.param(case, marks=[] if case.id in SHORT else [pytest.mark.slow]) for case in CASES if case.quick],

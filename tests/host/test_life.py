@@ -116,7 +116,7 @@ def test_a_context_at_the_same_address_is_another(
     app.enter()
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("isolation", ISOLATIONS)
 @pytest.mark.parametrize("order", ["program first", "host first", "engine first", "nobody closes"])
 def test_nothing_of_ours_is_left(app: Application, isolation: Any, order: str) -> None:

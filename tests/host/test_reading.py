@@ -37,7 +37,7 @@ def of_host(app: Application, host: pg.gl.Host, kept: Kept, **asked: Any) -> pg.
     return picture
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("isolation", ISOLATIONS)
 @pytest.mark.parametrize("name", KEPT)
 def test_whatever_an_engine_keeps_its_picture_in(app: Application, name: str, isolation: Any) -> None:
@@ -71,7 +71,7 @@ def texture_of(app: Application, placement: str) -> tuple[np.ndarray, dict[str, 
     return values, {"name": name, "region": region, "origin": "top" if "top" in placement else "bottom"}
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("border", BORDERS)
 @pytest.mark.parametrize("reader", READERS)
 @pytest.mark.parametrize("placement", PLACEMENTS)
@@ -85,7 +85,7 @@ def test_the_bits_are_those_of_an_array(app: Application, placement: str, reader
         np.testing.assert_array_equal(got, program(frame=values)["out"])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("border", BORDERS)
 @pytest.mark.parametrize("placement", PLACEMENTS)
 def test_native_math_filters_a_part_as_a_picture(app: Application, placement: str, border: str) -> None:

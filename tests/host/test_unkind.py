@@ -66,7 +66,7 @@ def test_a_texture_that_gets_another_format_is_not_taken_for_the_old_one(
                 program.run(**given)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("isolation", ISOLATIONS)
 @pytest.mark.parametrize("kind", ["texture", "renderbuffer"])
 @pytest.mark.parametrize("samples", [1, 2, 3])

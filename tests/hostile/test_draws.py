@@ -80,7 +80,7 @@ def decided(seed: int, ratio: float) -> tuple[Soup, dict[tuple[int, int], bool]]
     return mesh, found
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_however_far_apart_corners_are_the_picture_is_that_of_exact_arithmetic(opened: Backend, ratio: float) -> None:
     draw, seen = compiled(Setup(SIZE), opened), 0

@@ -9,7 +9,7 @@ from tests.hostile.threads import hostile_threads
 from tests.test_threads import BACKENDS, child
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", BACKENDS)
 def test_chance_over_threads_finds_only_what_the_rules_allow(name: str) -> None:
     if name != "reference":

@@ -259,7 +259,7 @@ def k(c: Image) -> vec4:
 """)
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", INSIDE)
 def test_backends_agree_on_what_is_around_a_derivative(name: str) -> None:
     given = np.random.default_rng(3).integers(-8, 8, (5, 7, 4)).astype(np.float32) / 4

@@ -167,7 +167,7 @@ HOSTILE = {
 }
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", HOSTILE)
 def test_every_text_ends_quickly(name: str) -> None:
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -100,7 +100,7 @@ class Watching(Evaluator):
             assert bounds.low <= found <= bounds.high, (to, found, bounds, self.drawn.emitter.made.get(to.id))
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("seed", range(60))
 def test_every_value_lies_within_its_bounds(seed: int) -> None:
     drawn = Drawn(seed)

@@ -88,7 +88,7 @@ ONE: dict[str, tuple[Callable[..., Column], list[Column]]] = {
 }
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", [row.name for row in OPERATIONS.values() if row.of_numbers and len(row.operands) == 1])
 def test_functions_of_one_variable_keep_their_bound(name: str) -> None:
     row = OPERATIONS[name]
@@ -182,7 +182,7 @@ def of_several(name: str) -> tuple[str, Meaning, Meaning | None, list[tuple[Colu
     return row.as_written(*"xyz"[: len(columns)]), row.reference, None, [columns]
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "name", {**SEVERAL, **{r.name: 1 for r in OPERATIONS.values() if r.of_numbers and len(r.operands) > 1}}
 )

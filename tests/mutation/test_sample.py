@@ -11,7 +11,7 @@ from tests.mutation.places import ROOT, sources
 from tests.mutation.sample import TESTS, mistakes, ordered
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("package", TESTS)
 def test_every_mistake_is_another_program(package: str) -> None:
     possible = mistakes(package)

@@ -73,7 +73,7 @@ def kernel(body: str) -> pg.PixelKernel:
     return pg.kernel(source=f"def k(c: Image) -> vec4:\n    p = c[0, 0]\n{text}\n", name="k")
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("ways", SEEDS)
 @pytest.mark.parametrize("name", FLOW)
 def test_every_way_that_rounding_turns_is_allowed(name: str, ways: int) -> None:

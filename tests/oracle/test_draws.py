@@ -138,7 +138,7 @@ def test_every_state_lies_inside(state: str, backend_name: str) -> None:
     assert share <= (3.0 if state == "slivers" else 1.0), f"{share:.2f} of the ceiling is ambiguous"
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("seed", range(4))
 def test_random_soups_lie_inside(seed: int, backend_name: str) -> None:
     color, facing = pg.draw(

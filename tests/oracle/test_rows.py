@@ -70,7 +70,7 @@ def computed(name: str, columns: list[NDArray[np.float32]], seed: int) -> NDArra
     return run.outputs()[0][0]
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("special", [False, True], ids=["ordinary", "special"])
 @pytest.mark.parametrize("name", EXPRESSIONS)
 def test_what_float32_makes_of_it_lies_inside(name: str, special: bool) -> None:

@@ -68,7 +68,7 @@ def written(plan: Plan) -> list[list[str]]:
     return [[plan.resources[resource].name for resource in step.writes] for step in plan.steps]
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("wanted", [("color",), ("seen",), ("height", "color"), ("depth",), ("depth", "seen")])
 @pytest.mark.parametrize("name", ["numpy", "gl", "opencl", "webgpu", "reference"])
 def test_what_is_left_is_the_same_bits(name: str, wanted: tuple[str, ...]) -> None:

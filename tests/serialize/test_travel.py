@@ -45,7 +45,7 @@ def assert_same_runs(outputs: Any, backend: str, runs: int, **given: Any) -> Non
         assert here.plan.explain() == there.plan.explain()
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(("name", "variant", "backend"), PICTURES, ids=str)
 def test_every_effect_on_pictures_travels_to_the_same_bits(name: str, variant: Mapping[str, Any], backend: str) -> None:
     effect = EFFECTS[name]

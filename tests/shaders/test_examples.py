@@ -84,7 +84,7 @@ def test_every_example_is_held_against_its_original() -> None:
     assert {path.name for path in FOLDER.iterdir()} == {*ORIGINALS, *HOSTED, *PARTS}
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", ORIGINALS)
 def test_an_example_draws_what_its_original_draws(name: str, context: moderngl.Context) -> None:
     original = _shown(ORIGINALS[name](context, name))
@@ -93,7 +93,7 @@ def test_an_example_draws_what_its_original_draws(name: str, context: moderngl.C
         assert apart(original, _shown(drawn(name, backend, len(original)))).agrees, backend
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", HOSTED)
 def test_an_isf_or_transition_example_draws_what_its_original_draws(name: str, context: moderngl.Context) -> None:
     frames, seed = HOSTED[name]

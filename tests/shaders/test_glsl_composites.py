@@ -287,7 +287,7 @@ def leaves(name: str, type_: Type, value: Any) -> Iterator[tuple[str, Any]]:
         yield name, tuple(value.tolist()) if isinstance(type_, Vector) else value
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", list(SHADERS))
 def test_composites_mean_what_they_mean_on_opengl(name: str, there: Original) -> None:
     text, rng = LIGHT + SHADERS[name], np.random.default_rng(3)

@@ -19,7 +19,7 @@ def body(text: str) -> str:
     return f"void main() {{ {text} gl_FragColor = vec4(1); }}"
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("text", "told"),
     [

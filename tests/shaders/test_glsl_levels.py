@@ -65,7 +65,7 @@ def drawn(
         return np.array(program(t=picture() if given is None else given)["out"])
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("nearest", [False, True])
 @pytest.mark.parametrize("read", READS)
 def test_reads_choose_levels_as_gl_does(gl: Original, read: str, nearest: bool) -> None:

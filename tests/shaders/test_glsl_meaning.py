@@ -38,7 +38,7 @@ def cases() -> dict[str, str]:
 CASES = cases()
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", CASES)
 def test_a_shader_means_what_it_means_to_opengl(gl: Original, name: str) -> None:
     ours, theirs = both(gl, CASES[name], newer=name.endswith("4.30"))

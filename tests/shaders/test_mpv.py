@@ -175,7 +175,7 @@ vec4 hook() {
 """
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("hook", "offset"),
     [

@@ -40,7 +40,7 @@ SETTLED = {
 }
 
 
-@pytest.mark.every_third
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", CHOSEN)
 @pytest.mark.parametrize("size", [(64, 48), (53, 31)])
 def test_chosen_file_draws_what_the_original_draws(name: str, size: tuple[int, int], context: moderngl.Context) -> None:
