@@ -28,7 +28,7 @@ class CellPage(Client):
         super().__init__(self._post)
         self.view, self.name, self.pings = view, name, 0  # pings since its latest message
         self.uploads: dict[int, Upload] = {}
-        self.downloads: dict[int, bytes] = {}
+        self.downloads: dict[int, Path] = {}
 
     async def _post(self, message: Mapping[str, Any], buffers: Sequence[bytes]) -> None:
         self.view.widget.send({"page": self.name, **message}, list(buffers))
@@ -37,6 +37,8 @@ class CellPage(Client):
         super().close()
         for upload in self.uploads.values():
             upload.discard()
+        for path in self.downloads.values():
+            path.unlink(missing_ok=True)
 
 
 class CellView(Pages):
@@ -133,14 +135,17 @@ class CellView(Pages):
             return {}, []
         if kind == "get":
             path = await self.write(content["what"], content["query"])
-            page.downloads[content["id"]] = data = path.read_bytes()
-            path.unlink()
-            return {"file": content["id"], "size": len(data)}, []
+            page.downloads[content["id"]] = path
+            return {"file": content["id"], "size": path.stat().st_size}, []
         if kind == "part":
-            data, at = page.downloads[content["file"]], int(content["at"])
-            if at + PART >= len(data):
+            path, at = page.downloads[content["file"]], int(content["at"])
+            with path.open("rb") as file:
+                file.seek(at)
+                data = file.read(PART)
+            if at + PART >= path.stat().st_size:
+                path.unlink()
                 del page.downloads[content["file"]]
-            return {}, [data[at : at + PART]]
+            return {}, [data]
         if kind != "put":
             raise InputError(f"no message is called {str(kind)[:40]!r}")
         number = content["id"] if content["upload"] is None else content["upload"]
