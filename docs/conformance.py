@@ -40,6 +40,7 @@ PARTS = {
     "spelling of operations, lowering, printing": (
         "passgraph/language/",
         "backends/printing.py",
+        "backends/shader_printing.py",
         "backends/foreseen.py",
         "backends/steps.py",
     ),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from passgraph.backends.gl.dialect import Dialect
-from passgraph.backends.gl.glsl import GLSL, functions
+from passgraph.backends.gl.glsl import GLSL
 from passgraph.backends.gl.textures import Placement, Placements
 from passgraph.backends.printing import Listing
 from passgraph.language.source import NOWHERE
@@ -73,34 +73,23 @@ void main()
 class Numbers(GLSL):
     """A pixel program as the function ``pg_number`` of a pixel's center."""
 
-    place = "pg_place"
+    center_here = "pg_place"
 
-    def function(self) -> Listing:
-        """Print the function and what it depends on."""
-        self.depth = 1
-        self.variables()
-        self.block(self.program.body)
+    def head(self) -> str:
+        return "float pg_number(vec2 pg_place)"
+
+    def results(self) -> None:
         (output,) = self.program.outputs
         self.line(f"return {self.operand(output.values[0])};")
-        self.depth = 0
-        self.line("}")
-        declared = "".join(f"\n    {text}" for text in self.declarations.values())
-        interface = [line for line in self.interface() if " out " not in line]
-        size = "uniform ivec2 pg_output_size;"
-        parts = [
-            self.dialect.header,
-            *interface,
-            *([] if size in interface else [size]),
-            self.called(functions()),
-            f"float pg_number(vec2 pg_place)\n{{{declared}",
-        ]
-        self.front("\n".join(part for part in parts if part))
-        return self.listing()
+
+    def interface(self) -> list[str]:
+        lines, size = [line for line in super().interface() if " out " not in line], "uniform ivec2 pg_output_size;"
+        return lines if size in lines else [*lines, size]
 
 
 def counts_listing(placements: Placements, dialect: Dialect, bins: int, group: int) -> Listing:
     """Return the compute shader."""
-    numbers = Numbers(numbers_program(), (), replace(placements, output=Placement()), dialect).function()
+    numbers = Numbers(numbers_program(), (), replace(placements, output=Placement()), dialect).shader()
     text = _MAIN.replace("GROUP", str(group)).replace("BINS", str(bins))
     return Listing(numbers.text + text, (*numbers.spans, *(NOWHERE,) * text.count("\n")))
 

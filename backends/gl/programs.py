@@ -14,9 +14,10 @@ from passgraph.backends.base import Block
 from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl.counts_source import counting_dialect, counts_listing, sums_text
 from passgraph.backends.gl.dialect import Dialect, dialect_of
-from passgraph.backends.gl.glsl import GLSL, NAMES, in_vectors, region_name, vec4_count
+from passgraph.backends.gl.glsl import GLSL, NAMES, in_vectors, region_name
 from passgraph.backends.gl.textures import ALL_PLAIN, Objects, Placements, Texture
 from passgraph.backends.printing import Listing
+from passgraph.backends.shader_printing import vec4_count
 from passgraph.cached import Recent
 from passgraph.errors import BackendError
 from passgraph.language.scalar import ScalarProgram

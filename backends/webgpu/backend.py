@@ -301,10 +301,10 @@ class WebGPUBackend(Backend):
     def code(self, step: PixelStep | DrawStep, sizes: Mapping[int, tuple[int, int]]) -> str:
         steps = self.steps(step)
         if isinstance(step, PixelStep):
-            return WGSL(step.program, (), steps).module().text
+            return WGSL(step.program, (), steps).shader().text
         count = len(step.vertex.images)
         stages = (step.vertex, steps[:count]), (step.fragment, steps[count:])
-        return "\n".join(WGSL(p, step.varyings, read).module().text for p, read in stages if p is not None)
+        return "\n".join(WGSL(p, step.varyings, read).shader().text for p, read in stages if p is not None)
 
     def finish(self) -> None:
         if not self.closed:

@@ -11,6 +11,7 @@ import numpy as np
 
 from passgraph.backends.base import ATTRIBUTES, Block
 from passgraph.backends.printing import Listing
+from passgraph.backends.shader_printing import vec4_count
 from passgraph.backends.webgpu.trusted import trusted_module
 from passgraph.backends.webgpu.wgsl import (
     FIRST_IMAGE,
@@ -21,7 +22,6 @@ from passgraph.backends.webgpu.wgsl import (
     PARAMETERS,
     WGSL,
     WRAP_MODES,
-    vec4_count,
 )
 from passgraph.cached import Recent
 from passgraph.errors import BackendError
@@ -99,7 +99,7 @@ class Programs:
         return self.once(("pixel", program.key, steps, formats), lambda: self._pixel(program, steps, formats))
 
     def _pixel(self, program: ScalarProgram, steps: tuple[int, ...], formats: tuple[str, ...]) -> Any:
-        module = self.module(WGSL(program, (), steps).module(), program.name)
+        module = self.module(WGSL(program, (), steps).shader(), program.name)
         corners = self.module(Listing(FULLSCREEN, (NOWHERE,)), "fullscreen")
         layout = self.device.create_pipeline_layout(bind_group_layouts=[self.stage_layout(program)])
         return self.pipeline(
@@ -132,10 +132,10 @@ class Programs:
             for location, (name, (_, size)) in enumerate(ATTRIBUTES.items())
             if name in vertex.attributes
         ]
-        first = self.module(WGSL(vertex, varyings, steps[:count]).module(), vertex.name)
+        first = self.module(WGSL(vertex, varyings, steps[:count]).shader(), vertex.name)
         layouts, shown = [self.stage_layout(vertex)], {}
         if fragment is not None:
-            second = self.module(WGSL(fragment, varyings, steps[count:]).module(), fragment.name)
+            second = self.module(WGSL(fragment, varyings, steps[count:]).shader(), fragment.name)
             layouts.append(self.stage_layout(fragment))
             shown = {"fragment": {"module": second, "entry_point": "main", "targets": list(targets)}}
         return self.pipeline(

@@ -21,7 +21,7 @@ def printer(source: str = "def one(color: Image) -> float: return color[0, 0].r"
 
 
 def module(source: str, border: str = "clamp") -> str:
-    return printer(source, border).module().text
+    return printer(source, border).shader().text
 
 
 @pytest.mark.parametrize(
