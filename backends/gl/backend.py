@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import SNAP_PX, Backend, DeviceInfo, FloatBlock, PixelRunner, device_number
+from passgraph.backends.base import SNAP_PX, DeviceInfo, FloatBlock, PixelRunner, device_number
+from passgraph.backends.driver import DriverBackend, chosen_device
 from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl import transfers
@@ -30,7 +31,7 @@ from passgraph.backends.gl.textures import (
     gl_format_of,
     stored_clear,
 )
-from passgraph.errors import BackendError, DeviceMissingError
+from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph.draw_state import Geometry
 from passgraph.language.native import GLSL as GLSL_ACCURACY
@@ -43,7 +44,7 @@ _PARAMETERS = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x8
 OTHER_NUMBERS = 8
 
 
-class GLBackend(Backend):
+class GLBackend(DriverBackend):
     """OpenGL 3.3 off screen.  Every call and every run makes the context current, in any thread, and then restores the
     previous one."""
 
@@ -51,10 +52,9 @@ class GLBackend(Backend):
     corner_px = SNAP_PX
 
     def __init__(self, device: str | None = None) -> None:
-        self._open(OwnContext(_device_number(device), self.turn))
+        self._open(OwnContext(_number(device), self.turn))
 
     def _open(self, context: Context) -> None:
-        self.closed = False
         self.in_run = False
         self.context = context
         with self.context as gl:
@@ -191,11 +191,6 @@ class GLBackend(Backend):
         with self._transferring("uploading", storage):
             transfers.send(self, storage, numbers)
 
-    def download(self, storage: Texture) -> FloatBlock:
-        values = np.empty((*storage.size[::-1], storage.format.channels), np.float32)
-        self.download_into(storage, values, storage.format)
-        return values
-
     def download_into(self, storage: Texture, into: NDArray[Any], format: Format) -> None:
         with self._transferring("downloading", storage):
             transfers.receive(self, storage, into)
@@ -209,11 +204,7 @@ class GLBackend(Backend):
             gl.check(f"{doing} a {name} picture of {width} x {height}")
 
     def copy(self, source: Texture, destination: Texture) -> None:
-        if (source.format, source.size) != (destination.format, destination.size):
-            raise BackendError(
-                f"gl: cannot copy {source.format.name} {source.size} into "
-                f"{destination.format.name} {destination.size}; format and size must be the same"
-            )
+        self.check_copy(source, destination)
         (width, height), bits = source.size, g.COLOR_BUFFER_BIT
         if source.format.is_depth:
             bits = g.DEPTH_BUFFER_BIT | (g.STENCIL_BUFFER_BIT if source.format.stencil else 0)
@@ -288,34 +279,20 @@ class GLBackend(Backend):
             with self.context as gl:
                 gl.Finish()
 
-    def close(self) -> None:
-        if self.turn.lost:
-            self.closed = True
-            return
-        with self.turn:
-            if self.closed:
-                return
-            self.closed = True
-            # If the context cannot be made current, its objects are destroyed with it.
-            with suppress(BackendError), self.context:
-                self.objects.delete_all()
-            self.objects.alive.clear()
-            self.context.release()
+    def _close(self) -> None:
+        self.closed = True
+        # If the context cannot be made current, its objects are destroyed with it.
+        with suppress(BackendError), self.context:
+            self.objects.delete_all()
+        self.objects.alive.clear()
+        self.context.release()
 
 
 def gl_format_bytes(gl_format: GLFormat, size: tuple[int, int]) -> int:
     return int(np.dtype(gl_format.dtype).itemsize * gl_format.channels * size[0] * size[1])
 
 
-def _device_number(device: str | None) -> int:
-    """Return a device's number, given a number or a part of its name."""
-    if device is None:
-        return 0
-    number = device_number(device)
-    if number is not None:
-        return number
-    names = [names[0] for names in device_names()]
-    for number, name in enumerate(names):
-        if device.lower() in name.lower():
-            return number
-    raise DeviceMissingError(f"gl: no device is called {device!r}; there are {', '.join(names)}")
+def _number(device: str | None) -> int:
+    """Return a device's number; names are looked up only for a part of one."""
+    number = 0 if device is None else device_number(device)
+    return chosen_device(device, [name for name, *_ in device_names()], "OpenGL") if number is None else number

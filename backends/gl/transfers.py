@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Block, FloatBlock
+from passgraph.backends.driver import shaped
 from passgraph.backends.gl import gl_functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.passes import run_pixels
@@ -29,7 +30,6 @@ from passgraph.backends.gl.textures import (
     with_stencil,
 )
 from passgraph.backends.steps import numbers_of, values_into
-from passgraph.errors import InputError
 from passgraph.formats import Format, float_format
 from passgraph.language.scalar import ScalarProgram
 
@@ -94,7 +94,7 @@ def storing_program(format_: Format, read: Format | None = None) -> ScalarProgra
 
 def send_values(backend: GLBackend, texture: Texture, picture: FloatBlock) -> None:
     """Upload values to a texture, rounded to its format; a stencil becomes 0."""
-    values = _shaped(np.asarray(picture, np.float32), texture)
+    values = shaped(np.asarray(picture, np.float32), texture)
     format_ = texture.format
     if format_.number == "f4":
         send(backend, texture, values)
@@ -127,26 +127,26 @@ def _scratch(backend: GLBackend, texture: Texture) -> Texture:
 
 def send(backend: GLBackend, texture: Texture, numbers: NDArray[Any]) -> None:
     """Upload numbers in a texture's format directly; a stencil becomes 0."""
-    shaped = _shaped(numbers, texture)
+    given = shaped(numbers, texture)
     if texture.format.stencil:
-        shaped = with_stencil(shaped)
+        given = with_stencil(given)
     gl, (width, height) = backend.context.gl, texture.size
     padded = texture.padded and gl.has.is_es  # OpenGL ES does not add alpha
     if padded:
-        shaped = _with_alpha(shaped, texture.format)
-    rows = None if shaped.dtype != _dtype(texture) else rows_of(shaped)
+        given = _with_alpha(given, texture.format)
+    rows = None if given.dtype != _dtype(texture) else rows_of(given)
     if rows is None:
-        shaped, rows = np.ascontiguousarray(shaped, _dtype(texture)), Rows()
+        given, rows = np.ascontiguousarray(given, _dtype(texture)), Rows()
     external, type_ = (texture.gl_format.external, texture.gl_format.type) if padded else external_of(texture.format)
     with fixed.transfer(gl, rows):
         gl.BindTexture(g.TEXTURE_2D, texture.name)
-        gl.TexSubImage2D(g.TEXTURE_2D, 0, 0, 0, width, height, external, type_, shaped.ctypes.data)
+        gl.TexSubImage2D(g.TEXTURE_2D, 0, 0, 0, width, height, external, type_, given.ctypes.data)
 
 
 def receive(backend: GLBackend, texture: Texture, into: NDArray[Any]) -> None:
     """Download a texture into an array: as values for float32, else unconverted."""
     format_ = texture.format
-    destination = _shaped(into, texture)
+    destination = shaped(into, texture)
     if into.dtype == np.float32 and format_.steps:
         numbers = np.empty(destination.shape, format_.number)
         _fetch(backend, texture, numbers, external_of(format_)[1])
@@ -203,14 +203,3 @@ def _with_alpha(given: NDArray[Any], format_: Format) -> NDArray[Any]:
     with_alpha = np.full((*given.shape[:2], 4), format_.steps or 1, format_.number)
     with_alpha[..., :3] = given
     return with_alpha
-
-
-def _shaped(array: NDArray[Any], texture: Texture) -> NDArray[Any]:
-    width, height = texture.size
-    expected = height, width, texture.format.channels
-    if array.shape != expected:
-        raise InputError(
-            f"a picture of shape {array.shape} does not fit {texture.format.name} of {width}x{height} pixels; "
-            f"expected shape {expected}"
-        )
-    return array

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any, ClassVar
@@ -12,14 +11,13 @@ from numpy.typing import NDArray
 
 from passgraph.backends.base import (
     READ,
-    Backend,
     DeviceInfo,
     DrawRunner,
     FloatBlock,
     PixelRunner,
     Use,
-    device_number,
 )
+from passgraph.backends.driver import DriverBackend, chosen_device
 from passgraph.backends.opencl import transfers
 from passgraph.backends.opencl.programs import MOST_LAYOUTS, Programs
 from passgraph.backends.opencl.storage import ImageLayout, Storage
@@ -69,17 +67,8 @@ def all_devices() -> list[Any]:
 def choose(device: str | None) -> Any:
     """Return the device with this number or with this text in its name; the first one for None."""
     devices = all_devices()
-    if device is None:
-        return devices[0]
-    number = device_number(device)
-    if number is not None:
-        matches = devices[number : number + 1]
-    else:
-        matches = [one for one in devices if device.lower() in f"{one.name} {one.platform.name}".lower()]
-    if not matches:
-        names = "; ".join(f"{number}: {one.name.strip()}" for number, one in enumerate(devices))
-        raise DeviceMissingError(f"there is no OpenCL device {device!r}; there are {names}")
-    return matches[0]
+    names = [f"{one.name.strip()} ({one.platform.name})" for one in devices]
+    return devices[chosen_device(device, names, "OpenCL")]
 
 
 def device_infos() -> list[DeviceInfo]:
@@ -100,7 +89,7 @@ def device_infos() -> list[DeviceInfo]:
 OTHER_ARGUMENTS = 20
 
 
-class OpenCLBackend(Backend):
+class OpenCLBackend(DriverBackend):
     """Runs passes on an OpenCL 1.2 device.
 
     ``device`` is a number counted over all platforms, or a part of a device's or platform's name.
@@ -131,7 +120,6 @@ class OpenCLBackend(Backend):
         self.lent: dict[tuple[int, int], Storage] | None = None
         self.conversions: dict[str, dict[str, Any]] = {}  # kernels by channel type
         self.moves: dict[tuple[ImageLayout, ImageLayout], Any] = Recent(MOST_LAYOUTS)  # kernels by layouts
-        self.closed = False
         #: Alignment in bytes of a sub-buffer's start.
         self.alignment = max(1, int(self.device.mem_base_addr_align) // 8)
         self.is_cpu = bool(self.device.type & cl.device_type.CPU)
@@ -175,13 +163,9 @@ class OpenCLBackend(Backend):
         self.alive[buffer.int_ptr] = buffer
         return buffer
 
-    def free(self, buffer: Any) -> None:
-        if buffer is not None and not self.turn.lost and self.alive.pop(buffer.int_ptr, None) is not None:
-            buffer.release()
-
-    def free_with(self, owner: object, buffer: Any) -> None:
-        """Free a buffer when its owner is garbage-collected."""
-        weakref.finalize(owner, _freed, weakref.ref(self), buffer).atexit = False
+    def free(self, resource: Any) -> None:
+        if resource is not None and not self.turn.lost and self.alive.pop(resource.int_ptr, None) is not None:
+            resource.release()
 
     def scratch_buffer(self, purpose: str, size: int) -> Any:
         """Return a buffer that every draw may use while its commands are queued."""
@@ -250,11 +234,6 @@ class OpenCLBackend(Backend):
         with self.reported("uploading a picture"):
             transfers.send(self, storage, numbers)
 
-    def download(self, storage: Storage) -> FloatBlock:
-        values = np.empty(storage.shape, np.float32)
-        self.download_into(storage, values, storage.format)
-        return values
-
     def download_into(self, storage: Storage, into: NDArray[Any], format: Format) -> None:
         self.check_open()
         with self.reported("downloading a picture"):
@@ -311,20 +290,7 @@ class OpenCLBackend(Backend):
             with self.reported("finishing"):
                 self.queue.finish()
 
-    def check_open(self) -> None:
-        if self.closed:
-            raise BackendError("this opencl backend was closed; open another one")
-
-    def close(self) -> None:
-        if self.turn.lost:
-            self.closed = True
-            return
-        with self.turn:
-            self._close()
-
     def _close(self) -> None:
-        if self.closed:
-            return
         self.finish()
         self.closed = True
         for buffer in list(self.alive.values()):
@@ -337,10 +303,3 @@ class OpenCLBackend(Backend):
         self.queue = None
         self.context = None
         self.programs.context = None
-
-
-def _freed(backend: weakref.ReferenceType[OpenCLBackend], buffer: Any) -> None:
-    """Free a buffer; the finalizer holds only a weak reference, so that it does not keep the backend alive."""
-    owner = backend()
-    if owner is not None:
-        owner.free(buffer)

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import FloatBlock
+from passgraph.backends.driver import shaped
 from passgraph.backends.opencl.opencl_c import element, join, load_expression, package_text
 from passgraph.backends.opencl.storage import ImageLayout, Storage
 from passgraph.backends.steps import numbers_of, values_into
-from passgraph.errors import InputError
 from passgraph.formats import Format
 
 if TYPE_CHECKING:
@@ -184,7 +184,7 @@ class Running:
 
 def send_values(backend: OpenCLBackend, storage: Storage, picture: FloatBlock) -> None:
     """Upload values to a storage, rounded to its format."""
-    values, format_ = _shaped(np.asarray(picture, np.float32), storage), storage.format
+    values, format_ = shaped(np.asarray(picture, np.float32), storage), storage.format
     if format_.number == "f4":
         send(backend, storage, values)
     elif values.size <= SMALL or values.nbytes > backend.max_bytes:
@@ -197,7 +197,7 @@ def send_values(backend: OpenCLBackend, storage: Storage, picture: FloatBlock) -
 
 def send(backend: OpenCLBackend, storage: Storage, numbers: NDArray[Any]) -> None:
     """Upload numbers in a storage's format."""
-    array = _shaped(numbers, storage)
+    array = shaped(numbers, storage)
     if array.flags.c_contiguous and array.dtype == np.dtype(storage.format.number):
         backend.cl.enqueue_copy(backend.queue, storage.buffer, array, is_blocking=True)
         return
@@ -207,7 +207,7 @@ def send(backend: OpenCLBackend, storage: Storage, numbers: NDArray[Any]) -> Non
 
 def receive(backend: OpenCLBackend, storage: Storage, into: NDArray[Any]) -> None:
     """Download a storage into an array: as values for float32, else unconverted."""
-    format_, destination = storage.format, _shaped(into, storage)
+    format_, destination = storage.format, shaped(into, storage)
     if storage.lent is not None and storage.released:
         # The run is over: its results are already in the caller's array.
         if into.dtype == np.float32:
@@ -306,12 +306,3 @@ def _kernels(backend: OpenCLBackend, format_: Format) -> dict[str, Any]:
         built = backend.programs.build(source, what)
         backend.conversions[format_.number] = {n: backend.cl.Kernel(built, n) for n in ("pg_values", "pg_numbers")}
     return backend.conversions[format_.number]
-
-
-def _shaped(array: NDArray[Any], storage: Storage) -> NDArray[Any]:
-    if array.shape != storage.shape:
-        raise InputError(
-            f"a picture of shape {array.shape} cannot go into {storage.format.name} of {storage.size[0]}x"
-            f"{storage.size[1]} pixels; expected shape {storage.shape}"
-        )
-    return array

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-import weakref
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, ClassVar
 
-import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import SNAP_PX, Backend, Block, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
+from passgraph.backends.base import SNAP_PX, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
+from passgraph.backends.driver import DriverBackend
 from passgraph.backends.steps import numbers_of
 from passgraph.backends.turn import check_driver, open_driver
 from passgraph.backends.webgpu import devices, transfers
@@ -25,10 +24,8 @@ from passgraph.formats import Format, float_format
 from passgraph.graph.draw_state import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 
-_EMPTY = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
 
-
-class WebGPUBackend(Backend):
+class WebGPUBackend(DriverBackend):
     """Runs passes on a WebGPU device.
 
     ``device`` is a number, or a part of a device's or driver's name, or "chromium" for a device of headless Chromium.
@@ -61,7 +58,6 @@ class WebGPUBackend(Backend):
         self.programs: Any = Programs(device)
         self.draws_norm16 = devices.draws_norm16(device)
         self.alive: dict[int, Any] = {}  # textures and buffers not yet released, by id
-        self.closed = False
         self.in_run = False
         self._encoder: Any = None
         self._staging: Any = None
@@ -145,10 +141,6 @@ class WebGPUBackend(Backend):
         if resource is not None and not self.turn.lost and self.alive.pop(id(resource), None) is not None:
             resource.destroy()
 
-    def free_with(self, owner: object, buffer: Any) -> None:
-        """Free a buffer when its owner is garbage-collected."""
-        weakref.finalize(owner, _freed, weakref.ref(self), buffer).atexit = False
-
     def staging(self, size: int) -> Any:
         """Return the buffer for readback."""
         if self._staging is None or self._staging.size < size:
@@ -213,11 +205,6 @@ class WebGPUBackend(Backend):
                 storage.is_uploaded = True
             transfers.send(self, storage.readable, numbers)
 
-    def download(self, storage: Texture) -> FloatBlock:
-        values = np.empty((*storage.size[::-1], storage.format.channels), np.float32)
-        self.download_into(storage, values, storage.format)
-        return values
-
     def download_into(self, storage: Texture, into: NDArray[Any], format: Format) -> None:
         self.check_open()
         with self.reported("downloading a picture"):
@@ -234,11 +221,7 @@ class WebGPUBackend(Backend):
         return storage.values
 
     def copy(self, source: Texture, destination: Texture) -> None:
-        if (source.format, source.size) != (destination.format, destination.size):
-            raise BackendError(
-                f"webgpu: cannot copy {source.format.name} {source.size} into "
-                f"{destination.format.name} {destination.size}; format and size must be the same"
-            )
+        self.check_copy(source, destination)
         with self.reported("copying a picture"):
             if source.format.is_depth:
                 self.as_depth(source)
@@ -316,36 +299,19 @@ class WebGPUBackend(Backend):
                 buffer.map_sync("READ", 0, 4)
                 buffer.unmap()
 
-    def check_open(self) -> None:
-        if self.closed:
-            raise BackendError("this webgpu backend was closed; open another one")
-
     def after_fork(self) -> bool:
         """Keep a child process from releasing the device at exit: that would wait for threads of the parent."""
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(self.device))
         return False
 
-    def close(self) -> None:
-        if self.turn.lost:
-            self.closed = True
-            return
-        with self.turn:
-            if self.closed:
-                return
-            self.finish()
-            self.closed = True
-            for resource in list(self.alive.values()):
-                self.free(resource)
-            self._close_device()
-            # wgpu releases a device with its last Python object: drop them all.
-            self.programs = self.device = self._staging = None
+    def _close(self) -> None:
+        self.finish()
+        self.closed = True
+        for resource in list(self.alive.values()):
+            self.free(resource)
+        self._close_device()
+        # wgpu releases a device with its last Python object: drop them all.
+        self.programs = self.device = self._staging = None
 
     def _close_device(self) -> None:
         self.device.destroy()
-
-
-def _freed(backend: weakref.ReferenceType[WebGPUBackend], buffer: Any) -> None:
-    """Free a buffer; the finalizer holds only a weak reference, so that it does not keep the backend alive."""
-    owner = backend()
-    if owner is not None and not owner.closed:
-        owner.free(buffer)

@@ -8,7 +8,8 @@ from contextlib import contextmanager, suppress
 from threading import Lock
 from typing import Any
 
-from passgraph.backends.base import DeviceInfo, device_number
+from passgraph.backends.base import DeviceInfo
+from passgraph.backends.driver import chosen_device
 from passgraph.backends.turn import check_driver
 from passgraph.backends.webgpu.wgsl import WRAP_MODES
 from passgraph.errors import BackendError, DeviceMissingError
@@ -91,17 +92,7 @@ def all_adapters() -> list[Any]:
 def choose(device: str | None) -> Any:
     """Return the adapter with this number or with this text in its name; the first one for None."""
     found = all_adapters()
-    if device is None:
-        return found[0]
-    number = device_number(device)
-    if number is not None:
-        matches = found[number : number + 1]
-    else:
-        matches = [one for one in found if device.lower() in f"{name_of(one)} {one.info['description']}".lower()]
-    if not matches:
-        names = "; ".join(f"{number}: {name_of(one)}" for number, one in enumerate(found))
-        raise DeviceMissingError(f"there is no WebGPU device {device!r}; there are {names}")
-    return matches[0]
+    return found[chosen_device(device, [f"{name_of(one)} ({one.info['description']})" for one in found], "WebGPU")]
 
 
 def name_of(adapter: Any) -> str:

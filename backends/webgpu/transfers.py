@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.backends.driver import shaped
 from passgraph.backends.printing import Listing
 from passgraph.backends.steps import numbers_of, values_into, values_of
 from passgraph.backends.webgpu.textures import Texture
 from passgraph.backends.webgpu.wgsl import FULLSCREEN
-from passgraph.errors import InputError
 from passgraph.language.source import NOWHERE
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def send(backend: WebGPUBackend, texture: Texture, numbers: NDArray[Any]) -> Non
 
 def texels(texture: Texture, numbers: NDArray[Any]) -> NDArray[Any]:
     """Return numbers of a format as a texture stores them."""
-    given, stored = _shaped(numbers, texture), texture.stored
+    given, stored = shaped(numbers, texture), texture.stored
     if given.dtype.kind != stored.dtype.kind:
         given = values_of(given, texture.format)
     if texture.padded:
@@ -44,7 +44,7 @@ def texels(texture: Texture, numbers: NDArray[Any]) -> NDArray[Any]:
 
 def receive(backend: WebGPUBackend, texture: Texture, into: NDArray[Any]) -> None:
     """Download a texture into an array: as values for float32, else unconverted."""
-    room, stored, format_ = _shaped(into, texture), texture.stored, texture.format
+    room, stored, format_ = shaped(into, texture), texture.stored, texture.format
     width, height = texture.size
     pixel = stored.channels * stored.dtype.itemsize
     row = -(-width * pixel // ROW_ALIGNMENT) * ROW_ALIGNMENT
@@ -71,17 +71,6 @@ def _convert(numbers: NDArray[Any], room: NDArray[Any], texture: Texture) -> Non
         np.copyto(room, numbers_of(numbers, format_))
     else:
         np.copyto(room, numbers)
-
-
-def _shaped(array: NDArray[Any], texture: Texture) -> NDArray[Any]:
-    width, height = texture.size
-    expected = height, width, texture.format.channels
-    if array.shape != expected:
-        raise InputError(
-            f"a picture of shape {array.shape} does not fit {texture.format.name} of {width}x{height} pixels; "
-            f"expected shape {expected}"
-        )
-    return array
 
 
 #: Copies values to depth or back, which transfer commands cannot do in all formats.

@@ -59,7 +59,7 @@ def test_a_missing_device_names_the_command() -> None:
 def test_a_device_is_found_by_a_part_of_its_name() -> None:
     name = GLBackend.devices()[0].name
     GLBackend(name[:5].lower()).close()
-    with pytest.raises(DeviceMissingError, match="no device is called 'voodoo'"):
+    with pytest.raises(DeviceMissingError, match="there is no OpenGL device 'voodoo'"):
         GLBackend("voodoo")
 
 
