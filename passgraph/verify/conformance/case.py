@@ -56,3 +56,17 @@ def values(size: tuple[int, int], channels: int = 4, seed: int = 0) -> Picture:
     picture = random.uniform(-0.2, 1.2, (size[1], size[0], channels)).astype(np.float32)
     picture.reshape(-1)[3::7] = (random.integers(0, 255, picture.size)[3::7] + 0.5) / 255
     return picture
+
+
+def whole_numbers(size: tuple[int, int], seed: int) -> Picture:
+    """Return a picture of whole numbers from 0 to 7."""
+    return np.random.default_rng(seed).integers(0, 8, (size[1], size[0], 4)).astype(np.float32)
+
+
+def graph_of(text: str, size: tuple[int, int] | None = None, **values: Any) -> Mapping[str, pg.Target]:
+    """Return the pass of a kernel's text, ``run``: its images are inputs of their names, its results ``result0`` …"""
+    kernel = pg.kernel(source=text)
+    into = tuple(pg.target(f"result{k}", "rgba32f", size=size) for k in range(len(kernel.program.results)))
+    inputs = [pg.Input(name) for name in kernel.program.images]
+    targets = kernel(*inputs, into=into if len(into) > 1 else into[0], **values)
+    return {target.name: target for target in (targets if isinstance(targets, tuple) else (targets,))}

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.verify.conformance.case import Case, Picture
+from passgraph.verify.conformance.case import Case, Picture, graph_of, whole_numbers
 
 GROUP = "composites"
 SIZE = (23, 17)
@@ -126,22 +126,16 @@ def cases() -> Iterator[Case]:
     yield _run_values()
 
 
-def _small_integers() -> Picture:
-    """Return whole numbers from 0 to 7."""
-    return np.random.default_rng(11).integers(0, 8, (SIZE[1], SIZE[0], 4)).astype(np.float32)
-
-
-def _graph(text: str, **values: Any) -> Mapping[str, pg.Target]:
-    kernel = pg.kernel(source=text)
-    return {"result": kernel(pg.Input("color"), into=pg.target("result", "rgba32f"), **values)}
-
-
 def _case(name: str, text: str, one: Callable[[NDArray[Any], int, int], Any], **values: Any) -> Case:
     """Return the case of a kernel of one picture; ``one`` computes its result from a texel, its column and its row."""
-    picture = _small_integers()
-    rows = [[one(picture[y, x].astype(np.float64), x, y) for x in range(SIZE[0])] for y in range(SIZE[1])]
-    exact = {"result": np.array(rows, np.float32)}
-    return Case(GROUP, name, partial(_graph, text, **values), SIZE, ({"color": picture},), exact=exact)
+    picture = whole_numbers(SIZE, 11)
+    graph = partial(graph_of, text, **values)
+    return Case(GROUP, name, graph, SIZE, ({"color": picture},), exact={"result0": _of_each(picture, one)})
+
+
+def _of_each(picture: Picture, one: Callable[[NDArray[Any], int, int], Any]) -> Picture:
+    texels = picture.astype(np.float64)
+    return np.array([[one(texels[y, x], x, y) for x in range(SIZE[0])] for y in range(SIZE[1])], np.float32)
 
 
 def _oblong() -> Case:
@@ -240,19 +234,19 @@ def _long() -> Case:
 
 def _run_values() -> Case:
     """Test a long array as a run value: a read-only one, another read-only one, and the same again."""
-    picture, tables = _small_integers(), np.array(np.arange(3000.0).reshape(2, 1500), np.float32)
+    picture, tables = whole_numbers(SIZE, 11), np.array(np.arange(3000.0).reshape(2, 1500), np.float32)
     tables.flags.writeable = False
     frames = tuple({"color": picture, "table": tables[k]} for k in (0, 1, 1))
     entries = tables[1, (70 * np.arange(SIZE[0])).clip(0, 1499)]
-    exact = {"result": picture + entries[:, None]}
-    graph = partial(_graph, RUN_VALUE, table=pg.Value("table", pg.Array))
+    exact = {"result0": picture + entries[:, None]}
+    graph = partial(graph_of, RUN_VALUE, table=pg.Value("table", pg.Array))
     return Case(GROUP, "long arrays that runs bring", graph, SIZE, frames, exact=exact)
 
 
 def _images() -> Case:
     """Test the choice of an image: by a literal, a loop's index, or a pixel's value."""
     names = ("color", "a", "b", "c")
-    pictures = {name: np.roll(_small_integers(), 3 * k, axis=1) + k for k, name in enumerate(names)}
+    pictures = {name: np.roll(whole_numbers(SIZE, 11), 3 * k, axis=1) + k for k, name in enumerate(names)}
     color, a, b, c = (pictures[name].astype(np.float64) for name in names)
 
     def at(image: NDArray[Any], x: int, y: int) -> NDArray[Any]:
@@ -272,8 +266,7 @@ def _images() -> Case:
         total = total + read(layers[_end(x - 8, 2)], x % 2, x, y, (2 * x, 2 * y))
         return np.asarray(total + read((color, (b, a), 2.0), x % 3, x, y, (0, 0)))
 
-    rows = [[one(color[y, x], x, y) for x in range(SIZE[0])] for y in range(SIZE[1])]
-    exact = {"result": np.array(rows, np.float32)}
+    exact = {"result0": _of_each(pictures["color"], one)}
     return Case(GROUP, "images of arrays and structs", _image_graph, SIZE, (pictures,), exact=exact)
 
 
@@ -283,4 +276,4 @@ def _image_graph() -> Mapping[str, pg.Target]:
         SimpleNamespace(picture=b, others=[c, a], gain=3.0),
         SimpleNamespace(picture=color, others=[b, c], gain=-1.0),
     ]
-    return {"result": pg.kernel(source=IMAGES)(color, [a, b, c], layers, into=pg.target("result", "rgba32f"))}
+    return {"result0": pg.kernel(source=IMAGES)(color, [a, b, c], layers, into=pg.target("result0", "rgba32f"))}

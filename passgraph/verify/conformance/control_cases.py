@@ -6,7 +6,8 @@ Numbers are whole and small, so every sum is exact.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -14,12 +15,93 @@ from typing import Any
 import numpy as np
 
 import passgraph as pg
-from passgraph.verify.conformance.case import Case, Picture
+from passgraph.verify.conformance.case import Case, Picture, graph_of
 
 SIZE = (23, 9)
 
-#: Name → a kernel ``run`` over ``c``, which holds whole numbers from -6 to 11, and a number ``n``.
+#: Name → a kernel ``run`` over a picture of whole numbers from -6 to 11, and many over a number ``n``.
 KERNELS: dict[str, str] = {
+    # More than 64 trips, the limit of unrolling; loops with jumps are never unrolled.
+    "a long loop": """
+def run(color: Image) -> vec4:
+    total = vec4(0.0)
+    for i in range(70):
+        total += color.texel(ivec2(i % 23, i // 23)) * float(i)
+    return total
+""",
+    "a loop down": """
+def run(color: Image) -> vec4:
+    total = color[0, 0]
+    for i in range(9, -4, -3):
+        if (pixel().x + i) % 2 == 0:
+            continue
+        total = total * 2.0 + float(i)
+    return total
+""",
+    "break": """
+def run(color: Image) -> vec4:
+    total = color[0, 0]
+    for i in range(40):
+        if i * 2 > pixel().x + pixel().y:
+            break
+        total += float(i)
+    return total
+""",
+    "continue": """
+def run(color: Image) -> vec4:
+    total = color[0, 0]
+    for i in range(12):
+        if (i + pixel().x) % 3 == 0:
+            continue
+        total += float(i)
+    return total
+""",
+    "loops in loops": """
+def run(color: Image) -> vec4:
+    total = color[0, 0]
+    for i in range(5):
+        for j in range(7):
+            if j > i + pixel().x % 3:
+                break
+            if (i + j) % 2 == 1:
+                continue
+            total += float(10 * i + j)
+        if i >= pixel().y % 4 + 1:
+            break
+        total += 100.0
+    return total
+""",
+    "return in a loop": """
+def run(color: Image) -> vec4:
+    for i in range(20):
+        if i * i >= pixel().x:
+            return color[0, 0] + float(i)
+    return vec4(-1.0)
+""",
+    "branches that read": """
+def run(color: Image) -> vec4:
+    result = vec4(0.0)
+    if pixel().x % 2 == 0:
+        result = color[1, 0] * 2.0
+    elif pixel().y % 2 == 0:
+        result = color[0, 1] + color[0, -1]
+        if result.x > 6.0:
+            result += color[-1, -1]
+    else:
+        result = -color[0, 0]
+    return result
+""",
+    "bools chosen": """
+def run(color: Image, wanted: Const[bool] = True, other: Const[bool] = False) -> vec4:
+    c = color[0, 0]
+    low = c.x > 3.0 if c.y > 2.0 else c.z < 4.0
+    high = (c.w > 1.0 if wanted else c.w > 100.0) if low else c.x == c.y
+    return vec4(float(low), float(high), c.x if wanted else -1.0, -1.0 if other else c.y)
+""",
+    "columns beside channels": """
+def run(color: Image) -> vec4:
+    return color[-1, 1] + vec4(float(pixel().x))
+""",
     "bounds from data": """
 def run(c: Image, n: int) -> vec4:
     p = c[0, 0]
@@ -175,17 +257,15 @@ SMALL = {"a whole picture": (3, 1)}
 def cases() -> Iterator[Case]:
     picture = np.random.default_rng(5).integers(-6, 12, (SIZE[1], SIZE[0], 4)).astype(np.float32)
     for name, text in KERNELS.items():
-        size = SMALL.get(name, SIZE)
-        frames = tuple({"c": picture, "n": n} for n in (7, -4, 3))
-        exact = _by_python(text, picture, size, 3)
-        yield Case("language", name, partial(_graph, text, size), size, frames, exact=exact)
-
-
-def _graph(text: str, size: tuple[int, int]) -> Mapping[str, pg.Target]:
-    kernel = pg.kernel(source=text)
-    into = [pg.target(f"result{k}", "rgba32f", size=size) for k in range(len(kernel.program.results))]
-    targets = kernel(pg.Input("c", size=SIZE), n=pg.Value("n", int), into=tuple(into) if len(into) > 1 else into[0])
-    return {target.name: target for target in (targets if isinstance(targets, tuple) else (targets,))}
+        image, *number = re.findall(
+            r"(\w+): ", text[text.index("def run(") : text.index(") ->", text.index("def run("))]
+        )[:2]
+        runs = [{"n": n} for n in (7, -4, 3)] if number == ["n"] else [{}]
+        frames = tuple({image: picture, **values} for values in runs)
+        size = SMALL.get(name)
+        graph = partial(graph_of, text, size, **({"n": pg.Value("n", int)} if "n" in runs[-1] else {}))
+        exact = _by_python(text, picture, size or SIZE, runs[-1])
+        yield Case("language", name, graph, size or SIZE, frames, exact=exact)
 
 
 # The same text as Python
@@ -203,6 +283,19 @@ class _Vector:
 
     def __getattr__(self, letter: str) -> Any:
         return self.numbers["xyzw".index(letter)]
+
+    def __add__(self, other: Any) -> _Vector:
+        return _Vector(tuple(a + b for a, b in zip(self.numbers, _spread(other), strict=True)))
+
+    def __mul__(self, other: Any) -> _Vector:
+        return _Vector(tuple(a * b for a, b in zip(self.numbers, _spread(other), strict=True)))
+
+    def __neg__(self) -> _Vector:
+        return self * -1.0
+
+
+def _spread(value: Any) -> tuple[Any, ...]:
+    return value.numbers if isinstance(value, _Vector) else (value,) * 4
 
 
 @dataclass(frozen=True)
@@ -251,7 +344,7 @@ def _names(x: int, y: int, size: tuple[int, int]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _by_python(text: str, picture: Picture, size: tuple[int, int], n: int) -> dict[str, Picture]:
+def _by_python(text: str, picture: Picture, size: tuple[int, int], values: dict[str, int]) -> dict[str, Picture]:
     """Run the text in Python, pixel by pixel; discarded pixels are zero."""
     results: list[list[tuple[Any, ...]] | None] = []
     code = compile(f"from __future__ import annotations\n{text}", "<kernel>", "exec")
@@ -260,15 +353,9 @@ def _by_python(text: str, picture: Picture, size: tuple[int, int], n: int) -> di
             for x in range(size[0]):
                 names = _names(x, y, size)
                 exec(code, names)
-                run: Callable[[_Seen, int], Any] = names["run"]
                 try:
-                    results_of_run = run(_Seen(picture, x, y), n)
-                    results.append(
-                        [
-                            v.numbers
-                            for v in (results_of_run if isinstance(results_of_run, tuple) else (results_of_run,))
-                        ]
-                    )
+                    found = names["run"](_Seen(picture, x, y), **values)
+                    results.append([v.numbers for v in (found if isinstance(found, tuple) else (found,))])
                 except _Discarded:
                     results.append(None)
     count = max(len(pixel) for pixel in results if pixel is not None)

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.verify.conformance.case import Case, Picture
-from passgraph.verify.conformance.language_cases import SIZE, whole_numbers
+from passgraph.verify.conformance.case import Case, Picture, graph_of, whole_numbers
 
 GROUP = "derivatives"
+SIZE = (23, 17)
 
 
 def _grown(values: Callable[[int, int], NDArray[Any]], axis: int) -> NDArray[Any]:
@@ -168,20 +168,16 @@ def _square() -> pg.Mesh:
 def cases() -> Iterator[Case]:
     """Yield each kernel with its expected result; width and height are odd."""
     y, x = np.mgrid[0 : SIZE[1], 0 : SIZE[0]]
+    picture = whole_numbers(SIZE, 9)
     for name, (text, expected) in KERNELS.items():
-        exact = {"result": np.asarray(expected(whole_numbers(), x, y), np.float32)}
-        yield Case(GROUP, name, partial(_graph, text), SIZE, ({"color": whole_numbers()},), exact=exact)
-    exact = {"result": np.asarray(_drawn(whole_numbers(), x, y), np.float32)}
-    yield Case(GROUP, "beside a triangle", _draw, SIZE, ({"color": whole_numbers()},), exact=exact)
-
-
-def _graph(text: str) -> Mapping[str, pg.Target]:
-    return {"result": pg.kernel(source=text)(pg.Input("color"), into=pg.target("result", "rgba32f"))}
+        exact = {"result0": np.asarray(expected(picture, x, y), np.float32)}
+        yield Case(GROUP, name, partial(graph_of, text), SIZE, ({"color": picture},), exact=exact)
+    exact = {"result0": np.asarray(_drawn(picture, x, y), np.float32)}
+    yield Case(GROUP, "beside a triangle", _draw, SIZE, ({"color": picture},), exact=exact)
 
 
 def _draw() -> Mapping[str, pg.Target]:
     place, run = pg.vertex(source=DRAWN, name="place"), pg.fragment(source=DRAWN, name="run")
     images = {"color": pg.Input("color")}
-    return {
-        "result": pg.draw(_square(), vertex=place, fragment=run, into=pg.target("result", "rgba32f"), values=images)
-    }
+    into = pg.target("result0", "rgba32f")
+    return {"result0": pg.draw(_square(), vertex=place, fragment=run, into=into, values=images)}

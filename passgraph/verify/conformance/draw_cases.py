@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.effects.surfaces.marks import points
 from passgraph.graph.draw_state import Blend, Stencil
-from passgraph.verify.conformance.case import Case, Picture
+from passgraph.verify.conformance.case import Case, Picture, whole_numbers
 from passgraph.verify.conformance.case_inputs import Soup, quad, soup
 from passgraph.verify.conformance.draw_state_cases import SIZE, STENCIL_DEPTH, painted
 
@@ -86,15 +86,9 @@ _PLAIN = (1.0, 2.0, 3.0, 4.0)
 
 def cases() -> Iterator[Case]:
     """Yield each case, with its exact result if it is known."""
-    yield Case(GROUP, "the last of thousands", partial(_squares, None), SMALL, exact={"color": _last(SQUARES)})
-    yield Case(
-        GROUP,
-        "thousands blended in order",
-        partial(_squares, _OVER),
-        SMALL,
-        exact={"color": _blended(SQUARES)},
-        quick=False,
-    )
+    for name, blend in (("the last of thousands", None), ("thousands blended in order", _OVER)):
+        exact = {"color": _summed(SQUARES, blend)}
+        yield Case(GROUP, name, partial(_squares, blend), SMALL, exact=exact, quick=blend is None)
     yield Case(GROUP, "discard without a stencil", discarding, SIZE)
     for name, stencil, start, end in STENCILS:
         graph = partial(_counted, stencil, start, end)
@@ -110,9 +104,9 @@ def cases() -> Iterator[Case]:
             mixed = np.array([factors[0] * 5 + factors[1] * 3] * channels, np.float32)
             graph = partial(_opaque, form, Blend(source, destination))
             yield Case(GROUP, name, graph, SMALL, exact={"color": mixed})
-    frame = {"far": _small_integers(SMALL[::-1]), "near": _small_integers(SMALL)}
+    frame = {"far": whole_numbers(SMALL[::-1], 4), "near": whole_numbers(SMALL, 4)}
     yield Case(GROUP, "pictures and parameters", pictures, SMALL, (frame,), exact={"color": _pictured(**frame)})
-    frame = {"cloud": _CLOUD, "far": _small_integers(SMALL)}
+    frame = {"cloud": _CLOUD, "far": whole_numbers(SMALL, 4)}
     yield Case(GROUP, "scatter", scatter, SMALL, (frame,), exact={"color": _scattered(frame["far"])})
     # 0.2 is a whole number of steps of 1/255 and of 1/65535, 0.25 a half float.
     clamped = (1.0, 0.0, 1.0, 0.0)
@@ -131,10 +125,6 @@ def cases() -> Iterator[Case]:
     names = ("normal and uv", "color", "tangent")
     first = np.array([1, 2, 3, 5]), np.array([6, 7, 8, 9]), np.array([13, 12, 11, 4])
     yield Case(GROUP, "every attribute", attributes, SMALL, exact=dict(zip(names, first, strict=True)))
-
-
-def _small_integers(size: tuple[int, int]) -> Picture:
-    return np.random.default_rng(4).integers(0, 8, (size[1], size[0], 4)).astype(np.float32)
 
 
 #: Replaces the destination where the source's alpha is 1, and adds to it where it is 0.
@@ -164,17 +154,11 @@ def _squares(blend: Blend | None) -> Mapping[str, pg.Target]:
     return {"color": painted(mesh, pg.target("color", "rgba32f"), blend=blend)}
 
 
-def _last(count: int) -> Picture:
+def _summed(count: int, over: Blend | None) -> Picture:
+    """Return the last color of each pixel, or its colors blended in order."""
     picture = np.zeros((SMALL[1], SMALL[0], 4), np.float32)
     for (column, row), colour in zip(_places(count), _colours(count), strict=True):
-        picture[row, column] = colour
-    return picture
-
-
-def _blended(count: int) -> Picture:
-    picture = np.zeros((SMALL[1], SMALL[0], 4), np.float32)
-    for (column, row), colour in zip(_places(count), _colours(count), strict=True):
-        picture[row, column] = colour + picture[row, column] * (1 - colour[3])
+        picture[row, column] = colour + (0 if over is None else picture[row, column] * (1 - colour[3]))
     return picture
 
 

@@ -8,15 +8,14 @@ those feed comparisons, clamps, indices and loops.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-import passgraph as pg
-from passgraph.verify.conformance.case import Case
+from passgraph.verify.conformance.case import Case, graph_of
 
 GROUP = "language"
 #: Range ends, shift distances around 32, divisors, and neighbors of powers of two.
@@ -142,13 +141,13 @@ def _halves_of(values: NDArray[np.int64]) -> NDArray[np.float32]:
     return np.stack([values >> 16, values & 0xFFFF], axis=-1).astype(np.float32)
 
 
-def cases(graph: Callable[..., Mapping[str, pg.Target]]) -> Iterator[Case]:
-    """Yield a case for each operation that comes first; ``graph`` builds its graph from a kernel's text."""
+def cases() -> Iterator[Case]:
+    """Yield a case for each operation that comes first."""
     side = len(VALUES)
     pairs = np.array(list(product(VALUES, VALUES)), np.int64).reshape(side, side, 2)
     color = np.concatenate([_halves_of(pairs[..., 0]), _halves_of(pairs[..., 1])], axis=-1)
     given = tuple(float(value) for value in TABLE)
     for first in STEPS:
-        make, exact = partial(graph, kernel_text(first), given=given), {"result0": partial(totals, first)}
+        make, exact = partial(graph_of, kernel_text(first), given=given), {"result0": partial(totals, first)}
         frames = ({"color": color},)
         yield Case(GROUP, f"chains after {first}", make, (side, side), frames, exact=exact, quick=first in QUICK)

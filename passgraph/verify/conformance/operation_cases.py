@@ -6,19 +6,18 @@ documented domain, so lists are mapped into it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-import passgraph as pg
 from passgraph.language import operation
 from passgraph.language.operation import Domain
 from passgraph.language.operations import OPERATIONS, Operation
 from passgraph.verify.compare import MOST_AMBIGUOUS
-from passgraph.verify.conformance.case import Case
+from passgraph.verify.conformance.case import Case, graph_of
 
 GROUP = "operations"
 Values = NDArray[np.float32]
@@ -219,17 +218,10 @@ def _known_powers() -> Case:
     return _case("pow of known exponents", f"{head}    return {shown}\n", a, b)
 
 
-def _graph(text: str) -> Mapping[str, pg.Target]:
-    kernel = pg.kernel(source=text)
-    into = tuple(pg.target(f"result{i}", "rgba32f") for i in range(len(kernel.program.results)))
-    targets = kernel(pg.Input("a"), pg.Input("b"), into=into if len(into) > 1 else into[0])
-    return {target.name: target for target in (targets if isinstance(targets, tuple) else (targets,))}
-
-
 def _case(name: str, text: str, a: NDArray[Any], b: NDArray[Any]) -> Case:
     height, width = a.shape[:2]
     frame = {"a": a.astype(np.float32), "b": b.astype(np.float32)}
-    graph = partial(_graph, text)
+    graph = partial(graph_of, text)
     return Case(GROUP, name, graph, (width, height), (frame,), most_ambiguous=OPEN_SHARE)
 
 

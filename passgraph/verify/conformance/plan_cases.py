@@ -12,26 +12,19 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.verify.conformance import reduction_cases
-from passgraph.verify.conformance.case import Case
+from passgraph.verify.conformance.case import Case, whole_numbers
 from passgraph.verify.conformance.case_inputs import quad
 from passgraph.verify.conformance.draw_state_cases import painted
-from passgraph.verify.conformance.sequence_cases import KERNELS, SIZE, shift, whole_numbers
+from passgraph.verify.conformance.sequence_cases import SIZE, called, shift
 
 GROUP = "plans"
 #: More equal passes than a backend compiles separately.
 ROW = 12
 
 
-def _pass(name: str, *arguments: object, into: object, **values: object) -> pg.Target:
-    spec = pg.target(into, "rgba32f") if isinstance(into, str) else into
-    title = into if isinstance(into, str) else spec.name  # type: ignore[attr-defined]
-    target: pg.Target = pg.kernel(source=KERNELS[name])(*arguments, into=spec, name=title, **values)
-    return target
-
-
 def _shifted(picture: Any, into: str) -> pg.Target:
     """Return a pass that reads next to its pixel, so it is never fused with its producer."""
-    return _pass("shift", picture.border("zero"), into=into)
+    return called("shift", picture.border("zero"), into=into)
 
 
 def row() -> dict[str, pg.Target]:
@@ -47,15 +40,15 @@ def row() -> dict[str, pg.Target]:
 
 def cases() -> Iterator[Case]:
     """Yield each case with its exact result after the last frame."""
-    frames = tuple({"frame": whole_numbers(seed)} for seed in range(3))
+    frames = tuple({"frame": whole_numbers(SIZE, seed)} for seed in range(3))
     total = np.sum([frame["frame"] for frame in frames], axis=0)
     yield Case(GROUP, "history that is no result", hidden_history, SIZE, frames, exact={"out": shift(shift(total))})
-    lone = whole_numbers(0)
+    lone = whole_numbers(SIZE, 0)
     wanted = {"half way": lone * 2.0, "out": lone * 2.0 + lone}
     yield Case(GROUP, "a result on the way", on_the_way, SIZE, frames[:1], exact=wanted)
-    tables = {"one": whole_numbers(5), "two": whole_numbers(6)}
+    tables = {"one": whole_numbers(SIZE, 5), "two": whole_numbers(SIZE, 6)}
     changing: tuple[Mapping[str, Any], ...] = tuple(
-        {**tables, "frame": whole_numbers(seed), "factor": float(seed + 1)} for seed in range(3)
+        {**tables, "frame": whole_numbers(SIZE, seed), "factor": float(seed + 1)} for seed in range(3)
     )
     last = frames[-1]["frame"]
     apart = shift(shift(tables["one"]) + last) + shift(shift(tables["two"]))
@@ -86,50 +79,50 @@ def _without(frames: tuple[Mapping[str, Any], ...], name: str) -> tuple[Mapping[
 def hidden_history() -> Mapping[str, pg.Target]:
     """History that the next frame reads; later passes must not reuse its memory."""
     spec = pg.target("sum", "rgba32f")
-    added = _pass("add", pg.previous(spec), pg.Input("frame"), into=spec)
+    added = called("add", pg.previous(spec), pg.Input("frame"), into=spec)
     return {"out": _shifted(_shifted(added, "between"), "out")}
 
 
 def on_the_way() -> Mapping[str, pg.Target]:
     """An intermediate result that is also an output, although it could be fused."""
     frame = pg.Input("frame")
-    half_way = _pass("scale", frame, into="half way", factor=2.0)
-    return {"half way": half_way, "out": _pass("add", half_way, frame, into="out")}
+    half_way = called("scale", frame, into="half way", factor=2.0)
+    return {"half way": half_way, "out": called("add", half_way, frame, into="out")}
 
 
 def kept_apart() -> Mapping[str, pg.Target]:
     """Keep apart two static pictures that are read at different times of each frame."""
     frame = pg.Input("frame")
     one = _shifted(pg.Input("one", static=True), "baked one")
-    added = _shifted(_pass("add", one, frame, into="added"), "beside")
+    added = _shifted(called("add", one, frame, into="added"), "beside")
     two = _shifted(_shifted(pg.Input("two", static=True), "baked two"), "baked three")
-    return {"out": _pass("add", added, two, into="out")}
+    return {"out": called("add", added, two, into="out")}
 
 
 def not_static() -> Mapping[str, pg.Target]:
     """A static picture multiplied by a number that changes with each frame."""
-    scaled = _pass("scale", pg.Input("one", static=True), into="scaled", factor=pg.Value("factor", float))
-    return {"out": _pass("add", _shifted(scaled, "beside"), pg.Input("frame"), into="out")}
+    scaled = called("scale", pg.Input("one", static=True), into="scaled", factor=pg.Value("factor", float))
+    return {"out": called("add", _shifted(scaled, "beside"), pg.Input("frame"), into="out")}
 
 
 def static_history() -> Mapping[str, pg.Target]:
     """A pass of static inputs with history, so its picture alternates between two allocations."""
-    now = _pass("scale", pg.Input("one", static=True), into="now", factor=2.0)
-    late = _pass("add", pg.previous(now), pg.Input("frame"), into="late")
+    now = called("scale", pg.Input("one", static=True), into="now", factor=2.0)
+    late = called("add", pg.previous(now), pg.Input("frame"), into="late")
     return {"late": late, "now": now}
 
 
 def baked() -> Mapping[str, pg.Target]:
     """A graph of static passes only."""
     factor = pg.Value("factor", float, static=True)
-    return {"out": _shifted(_pass("scale", pg.Input("table", static=True), into="scaled", factor=factor), "out")}
+    return {"out": _shifted(called("scale", pg.Input("table", static=True), into="scaled", factor=factor), "out")}
 
 
 def needed_later() -> Mapping[str, pg.Target]:
     """A pass that reads the content before and after a draw."""
     first = painted(quad(), pg.target("hits", "rgba32f"), blend="add", name="first")
     again = painted(quad(), first, blend="add", name="again")
-    return {"sum": _pass("add", first, again, into="sum"), "again": again}
+    return {"sum": called("add", first, again, into="sum"), "again": again}
 
 
 def branching() -> Mapping[str, pg.Target]:

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.verify.conformance.case import Case
-from passgraph.verify.conformance.sequence_cases import whole_numbers
+from passgraph.verify.conformance.case import Case, whole_numbers
 
 GROUP = "plans"
 #: Two levels of blocks across, with partial blocks at the edges.
@@ -30,7 +29,7 @@ HIGH = (7, 150)
 
 def cases() -> Iterator[Case]:
     """Yield each case with NumPy's result."""
-    picture = whole_numbers(7, SIZE)
+    picture = whole_numbers(SIZE, 7)
     frames = ({"frame": picture},)
     sums = {"all": picture.sum((0, 1), keepdims=True), "rows": picture.sum(1, keepdims=True)}
     yield Case(GROUP, "sums", summed, SIZE, frames, exact=sums)
@@ -51,7 +50,7 @@ def cases() -> Iterator[Case]:
     yield Case(
         GROUP, "counts of 64 rows each", counted_together, (ROWS[0], len(blocks)), together, exact=exact, quick=False
     )
-    last, now = whole_numbers(8, EVEN), whole_numbers(9, EVEN)
+    last, now = whole_numbers(EVEN, 8), whole_numbers(EVEN, 9)
     above = now - last.mean((0, 1), np.float64)
     yield Case(GROUP, "less last frame's mean", levelled, EVEN, ({"frame": last}, {"frame": now}), exact={"out": above})
 

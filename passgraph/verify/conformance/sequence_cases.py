@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 import passgraph as pg
-from passgraph.verify.conformance.case import Case, Picture
+from passgraph.verify.conformance.case import Case, Picture, whole_numbers
 from passgraph.verify.conformance.case_inputs import quad
 from passgraph.verify.conformance.draw_state_cases import painted
 
@@ -28,12 +28,7 @@ KERNELS = {
 }
 
 
-def whole_numbers(seed: int, size: tuple[int, int] = SIZE) -> Picture:
-    """Return whole numbers from 0 to 7."""
-    return np.random.default_rng(seed).integers(0, 8, (size[1], size[0], 4)).astype(np.float32)
-
-
-def _call(name: str, *arguments: object, into: str | pg.TargetSpec, **values: object) -> pg.Target:
+def called(name: str, *arguments: object, into: str | pg.TargetSpec, **values: object) -> pg.Target:
     kernel = pg.kernel(source=KERNELS[name])
     spec = pg.target(into, "rgba32f") if isinstance(into, str) else into
     target: pg.Target = kernel(*arguments, into=spec, name=spec.name, **values)
@@ -42,7 +37,7 @@ def _call(name: str, *arguments: object, into: str | pg.TargetSpec, **values: ob
 
 def cases() -> Iterator[Case]:
     """Yield each case with its exact result after the last frame."""
-    frames = tuple({"frame": whole_numbers(seed)} for seed in range(4))
+    frames = tuple({"frame": whole_numbers(SIZE, seed)} for seed in range(4))
     pictures = [frame["frame"] for frame in frames]
     total = np.sum(pictures, axis=0)
     for form in ("rgba32f", "rgba16f"):
@@ -55,7 +50,7 @@ def cases() -> Iterator[Case]:
     yield Case(GROUP, "history read beside the pixel", moving, SIZE, frames, exact={"moved": shifted})
     lagging = {"late": pictures[-2] * 2.0}
     yield Case(GROUP, "last frame's picture", one_late, SIZE, frames, exact=lagging)
-    began = whole_numbers(9)
+    began = whole_numbers(SIZE, 9)
     lags = {"late": began + 10.0 * pictures[0] + 100.0 * pictures[2], "now": pictures[3]}
     yield Case(GROUP, "pictures of several runs ago", partial(several_ago, began), SIZE, frames, exact=lags)
     yield Case(GROUP, "what history starts from", started, SIZE, frames, exact={"out": total + np.array([3, 2, 1, 0])})
@@ -83,21 +78,21 @@ def running_sum(form: str) -> Mapping[str, pg.Target]:
 def moving() -> Mapping[str, pg.Target]:
     """History read at other pixels, with a pass in between."""
     spec = pg.target("moved", "rgba32f")
-    shifted = _call("shift", pg.previous(spec).border("zero"), into="beside")
+    shifted = called("shift", pg.previous(spec).border("zero"), into="beside")
     return {"moved": pg.kernel(source=KERNELS["add"])(shifted, pg.Input("frame"), into=spec)}
 
 
 def one_late() -> Mapping[str, pg.Target]:
     """Read the last run's content while this run writes a new one."""
-    now = _call("scale", pg.Input("frame"), into="now", factor=2.0)
-    late = _call("scale", pg.previous(now), into="late", factor=1.0)
+    now = called("scale", pg.Input("frame"), into="now", factor=2.0)
+    late = called("scale", pg.previous(now), into="late", factor=1.0)
     return {"late": late, "now": now}
 
 
 def several_ago(began: Picture) -> Mapping[str, pg.Target]:
     """The fourth run reads the target's initial value, and the contents of the first and third runs."""
     text = "def late(a: Image, b: Image, c: Image) -> vec4: return a.texel(pixel()) + b[0, 0] * 10.0 + c[0, 0] * 100.0"
-    now = _call("scale", pg.Input("frame"), into=pg.target("now", "rgba32f", initial=began), factor=1.0)
+    now = called("scale", pg.Input("frame"), into=pg.target("now", "rgba32f", initial=began), factor=1.0)
     earlier = (pg.previous(now, ago) for ago in (4, 3, 1))
     return {"late": pg.kernel(source=text)(*earlier, into=pg.target("late", "rgba32f")), "now": now}
 
@@ -116,7 +111,7 @@ def numbered() -> Mapping[str, pg.Target]:
 def drawn_over() -> Mapping[str, pg.Target]:
     """Add a draw to a copy of its sum from the last run."""
     seen = pg.target("hits", "rgba32f")
-    kept = _call("scale", pg.previous(seen), into="kept", factor=1.0)
+    kept = called("scale", pg.previous(seen), into="kept", factor=1.0)
     one = painted(quad(), pg.target("one", "rgba32f"), blend="add", name="one")
     return {"hits": pg.kernel(source=KERNELS["add"])(kept, one, into=seen)}
 
@@ -158,9 +153,9 @@ def _static(pictures: list[Picture]) -> Iterator[Case]:
 def static() -> Mapping[str, pg.Target]:
     """Return two passes that depend on a static input and a static value, and a third that does not."""
     factor = pg.Value("factor", float, static=True)
-    scaled = _call("scale", pg.Input("table", static=True), into="scaled", factor=factor)
-    baked = _call("shift", scaled.border("zero"), into="baked")
-    return {"out": _call("add", baked, pg.Input("frame"), into="out")}
+    scaled = called("scale", pg.Input("table", static=True), into="scaled", factor=factor)
+    baked = called("shift", scaled.border("zero"), into="baked")
+    return {"out": called("add", baked, pg.Input("frame"), into="out")}
 
 
 def _memories(picture: Picture) -> Iterator[Case]:
@@ -180,28 +175,28 @@ def chain(count: int) -> Mapping[str, pg.Target]:
     """A chain of passes that read next to their pixel, so none is fused; two allocations suffice."""
     target = pg.Input("frame")
     for number in range(count):
-        target = _call("shift", target.border("zero"), into="out" if number == count - 1 else f"link {number}")
+        target = called("shift", target.border("zero"), into="out" if number == count - 1 else f"link {number}")
     return {"out": target}
 
 
 def braid() -> Mapping[str, pg.Target]:
     """Pictures with different lifetimes."""
     frame = pg.Input("frame")
-    base = _call("shift", frame.border("zero"), into="base")
-    first = _call("scale", base, into="held", factor=1.0)
-    second = _call("scale", base, into="second", factor=2.0)
-    third = _call("scale", base, into="third", factor=3.0)
-    turned = _call("shift", second.border("zero"), into="turned")
-    joined = _call("add", turned, third, into="joined")
-    last = _call("shift", joined.border("zero"), into="last")
-    return {"out": _call("add", first, last, into="out")}
+    base = called("shift", frame.border("zero"), into="base")
+    first = called("scale", base, into="held", factor=1.0)
+    second = called("scale", base, into="second", factor=2.0)
+    third = called("scale", base, into="third", factor=3.0)
+    turned = called("shift", second.border("zero"), into="turned")
+    joined = called("add", turned, third, into="joined")
+    last = called("shift", joined.border("zero"), into="last")
+    return {"out": called("add", first, last, into="out")}
 
 
 def twice() -> Mapping[str, pg.Target]:
     """The content before a draw over a target stays readable."""
     first = painted(quad(), pg.target("hits", "rgba32f"), blend="add", name="first")
     again = painted(quad(), first, blend="add", name="again")
-    return {"first": _call("scale", first, into="first copy", factor=1.0), "again": again}
+    return {"first": called("scale", first, into="first copy", factor=1.0), "again": again}
 
 
 def _size_frames() -> tuple[Mapping[str, Picture], ...]:

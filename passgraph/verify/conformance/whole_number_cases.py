@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-import passgraph as pg
-from passgraph.verify.conformance.case import Case
+from passgraph.verify.conformance.case import Case, graph_of
 
 GROUP = "language"
 SIZE = (29, 13)
@@ -108,14 +107,14 @@ def _halves(pairs: NDArray[Any]) -> NDArray[np.float32]:
     return np.stack([a & 0xFFFF, a >> 16, b & 0xFFFF, b >> 16], axis=-1).astype(np.float32)
 
 
-def cases(graph: Callable[..., Mapping[str, pg.Target]]) -> Iterator[Case]:
-    """Yield each kernel with its expected result; ``graph`` builds its graph from a kernel's text."""
+def cases() -> Iterator[Case]:
+    """Yield each kernel with its expected result."""
     frame = {"color": _numbers()}
     results = np.array([[_uints(x, y) for x in range(SIZE[0])] for y in range(SIZE[1])], np.int64)
     exact = {f"result{k}": _halves(results[:, :, k]) for k in range(3)}
-    values = {"seed": SEED, "steps": STEPS, "scale": SCALE}
-    yield Case(GROUP, "uints", partial(graph, UINTS, **values), SIZE, (frame,), exact=exact)
+    values: dict[str, Any] = {"seed": SEED, "steps": STEPS, "scale": SCALE}
+    yield Case(GROUP, "uints", partial(graph_of, UINTS, **values), SIZE, (frame,), exact=exact)
     for name, (_, pack) in PACKS.items():
         bits = np.array([[struct.unpack("<I", pack(v))[0] for v in row] for row in frame["color"]], np.int64)
         known = {"result0": _halves(np.stack([bits, bits], axis=-1))}
-        yield Case(GROUP, f"packing as {name}", partial(graph, _packed(name)), SIZE, (frame,), exact=known)
+        yield Case(GROUP, f"packing as {name}", partial(graph_of, _packed(name)), SIZE, (frame,), exact=known)
