@@ -236,10 +236,14 @@ class Egl:
             return None
         handle, number = ctypes.c_void_p, ctypes.c_int
         query = function(self._library, "eglQuerySurface", ctypes.c_uint, handle, handle, number, handle)
-        found = [number(0), number(0)]
-        for what, room in zip(_EGL_SIDES, found, strict=True):
-            query(state.display, state.draw, what, ctypes.byref(room))
-        return found[0].value, found[1].value
+        return _surface_size(query, state, _EGL_SIDES, number)
+
+
+def _surface_size(query: Callable[..., Any], state: State, sides: tuple[int, int], number: Any) -> tuple[int, int]:
+    found = number(0), number(0)
+    for what, room in zip(sides, found, strict=True):
+        query(state.display, state.draw, what, ctypes.byref(room))
+    return found[0].value, found[1].value
 
 
 _GLX_CONFIG_ID, _GLX_SCREEN, _GLX_SIDES = 0x8013, 0x800C, (0x801D, 0x801E)
@@ -303,10 +307,7 @@ class Glx:
             return None
         handle, number = ctypes.c_void_p, ctypes.c_uint
         query = function(self._library, "glXQueryDrawable", None, handle, ctypes.c_ulong, ctypes.c_int, handle)
-        found = [number(0), number(0)]
-        for what, room in zip(_GLX_SIDES, found, strict=True):
-            query(state.display, state.draw, what, ctypes.byref(room))
-        return found[0].value, found[1].value
+        return _surface_size(query, state, _GLX_SIDES, number)
 
 
 def loaded_glx() -> Glx | None:

@@ -118,7 +118,6 @@ class OpenCLBackend(DriverBackend):
         self.scratch: dict[str, Any] = {}  # buffers shared by draws, by purpose; they only grow
         #: Storages in memory of the caller, by address and length, during a run.
         self.lent: dict[tuple[int, int], Storage] | None = None
-        self.conversions: dict[str, dict[str, Any]] = {}  # kernels by channel type
         self.moves: dict[tuple[ImageLayout, ImageLayout], Any] = Recent(MOST_LAYOUTS)  # kernels by layouts
         #: Alignment in bytes of a sub-buffer's start.
         self.alignment = max(1, int(self.device.mem_base_addr_align) // 8)
@@ -296,7 +295,6 @@ class OpenCLBackend(DriverBackend):
         for buffer in list(self.alive.values()):
             self.free(buffer)
         self.scratch.clear()
-        self.conversions.clear()
         self.moves.clear()
         self.programs.close()
         # pyopencl releases a context with its last Python object: drop them all.

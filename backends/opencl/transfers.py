@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,18 +14,18 @@ from numpy.typing import NDArray
 from passgraph.backends.base import FloatBlock
 from passgraph.backends.driver import shaped
 from passgraph.backends.opencl.opencl_c import element, join, load_expression, package_text
-from passgraph.backends.opencl.storage import ImageLayout, Storage
+from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout, Storage
 from passgraph.backends.steps import numbers_of, values_into
-from passgraph.formats import Format
+from passgraph.formats import Format, float_format
 
 if TYPE_CHECKING:
     from passgraph.backends.opencl.backend import OpenCLBackend
 
 
 _MOVE_SOURCE = """
-__kernel void pg_move(__global const {source}* restrict from, __global {destination}* restrict to)
+__kernel void pg_move(__global const {source}* restrict from, __global {destination}* restrict to, int width)
 {{
-    int y = (int)get_global_id(1), start = (int)get_global_id(0) * {run}, end = min(start + {run}, {width});
+    int y = (int)get_global_id(1), start = (int)get_global_id(0) * {run}, end = start + min({run}, width - start);
     for (int x = start; x < end; ++x)
     {{
         {source_type} f = {source_place};
@@ -33,6 +34,8 @@ __kernel void pg_move(__global const {source}* restrict from, __global {destinat
     }}
 }}
 """
+#: Numbers of a row that one work-item moves: on CPUs enough for several vectors, elsewhere one.
+RUN, RUN_GPU = 1 << 12, 1
 
 
 def nearest_number(format_: Format, value: str) -> str:
@@ -59,56 +62,33 @@ def move_source(source: ImageLayout, destination: ImageLayout, run: int) -> str:
             number = nearest_number(destination.format, f"v{channel}")
         rows.append(f"to[t + {destination.channel(channel)}] = {number};")
     return _MOVE_SOURCE.format(
-        source=element(source.format), destination=element(destination.format), run=run, width=source.size[0],
+        source=element(source.format), destination=element(destination.format), run=run,
         source_type=source.index_type, source_place=source.place("x", "y"),
         destination_type=destination.index_type, destination_place=destination.place("x", "y"),
         body="\n        ".join(rows),
     )  # fmt: skip
 
 
-def move(backend: OpenCLBackend, source: tuple[Any, ImageLayout], destination: tuple[Any, ImageLayout]) -> None:
-    """Copy a buffer's picture into another one of the same size."""
+def move(
+    backend: OpenCLBackend, source: tuple[Any, ImageLayout], destination: tuple[Any, ImageLayout],
+    size: tuple[int, int] | None = None,
+) -> None:  # fmt: skip
+    """Copy a buffer's picture into another one of the same size, or as much of it as ``size`` says."""
     layouts = source[1], destination[1]
-    width, height = layouts[0].size
-    run = width if backend.is_cpu else 1
+    width, height = size or layouts[0].size
+    run = RUN if backend.is_cpu else RUN_GPU
     kernel = backend.moves.get(layouts)
     if kernel is None:
         text = join(package_text("helpers.cl"), move_source(*layouts, run))
         kernel = backend.cl.Kernel(backend.programs.build(text, "a copy of a picture"), "pg_move")
         backend.moves[layouts] = kernel
-    kernel.set_args(source[0], destination[0])
+    kernel.set_args(source[0], destination[0], np.int32(width))
     group = (1, 1) if backend.is_cpu else None
     backend.cl.enqueue_nd_range_kernel(backend.queue, kernel, (-(-width // run), height), group)
 
 
 #: The host converts up to this many numbers faster than a kernel starts.
 SMALL = 1 << 14
-#: Numbers per work-item: on CPUs enough for several vectors, elsewhere one.
-RUN, RUN_GPU = 1 << 12, 1
-
-_SOURCE = """
-__kernel void pg_values(__global const {number}* restrict numbers, __global float* restrict values, ulong count)
-{{
-    ulong start = get_global_id(0) * {run}, end = min(start + {run}, count);
-    for (ulong i = start; i < end; ++i) {{ values[i] = {value}; }}
-}}
-__kernel void pg_numbers(__global const float* restrict values, __global {number}* restrict numbers, ulong count)
-{{
-    ulong start = get_global_id(0) * {run}, end = min(start + {run}, count);
-    for (ulong i = start; i < end; ++i) {{ numbers[i] = {nearest}; }}
-}}
-"""
-
-
-def source_of(format_: Format, run: int) -> str:
-    """Return kernels between a format's numbers and values; as in passgraph.backends.steps, NaN becomes 0."""
-    number = element(format_)
-    value, nearest = load_expression(format_, "numbers", "i"), nearest_number(format_, "values[i]")
-    return _SOURCE.format(number=number, run=run, value=value, nearest=nearest)
-
-
-def _run(backend: OpenCLBackend) -> int:
-    return RUN if backend.is_cpu else RUN_GPU
 
 
 # In place
@@ -187,12 +167,12 @@ def send_values(backend: OpenCLBackend, storage: Storage, picture: FloatBlock) -
     values, format_ = shaped(np.asarray(picture, np.float32), storage), storage.format
     if format_.number == "f4":
         send(backend, storage, values)
-    elif values.size <= SMALL or values.nbytes > backend.max_bytes:
+    elif not _is_converted_here(backend, values):
         send(backend, storage, numbers_of(values, format_))
     else:
         values = np.ascontiguousarray(values)
         with _buffer_of(backend, values) as buffer:
-            _convert(backend, "pg_numbers", format_, buffer, storage.buffer, values.size)
+            _convert(backend, (buffer, float_format(1)), (storage.buffer, format_), values.size)
 
 
 def send(backend: OpenCLBackend, storage: Storage, numbers: NDArray[Any]) -> None:
@@ -217,7 +197,7 @@ def receive(backend: OpenCLBackend, storage: Storage, into: NDArray[Any]) -> Non
         return
     if into.dtype != np.float32 or format_.number == "f4":
         _fetch(backend, storage.buffer, destination, format_.number)
-    elif destination.size <= SMALL or destination.nbytes > backend.max_bytes or not _exact(backend, format_):
+    elif not (_is_converted_here(backend, destination) and _exact(backend, format_)):
         numbers = np.empty(destination.shape, format_.number)
         _fetch(backend, storage.buffer, numbers, format_.number)
         values_into(destination, numbers, format_)
@@ -226,20 +206,16 @@ def receive(backend: OpenCLBackend, storage: Storage, into: NDArray[Any]) -> Non
 
 
 def _receive_values(backend: OpenCLBackend, storage: Storage, destination: NDArray[np.float32]) -> None:
-    buffer = (
-        _buffer_over(backend, destination)
-        if backend.is_cpu and destination.flags.c_contiguous and destination.flags.aligned
-        else None
-    )
-    if buffer is not None:
-        try:
-            _convert(backend, "pg_values", storage.format, storage.buffer, buffer, destination.size)
-        finally:
-            _give_back(backend, buffer, destination)
-        return
-    buffer = backend.scratch_buffer("converted values", destination.size * 4)
-    _convert(backend, "pg_values", storage.format, storage.buffer, buffer, destination.size)
-    _fetch(backend, buffer, destination, "f4")
+    in_place = backend.is_cpu and destination.flags.c_contiguous and destination.flags.aligned
+    own = _buffer_over(backend, destination) if in_place else None
+    buffer = own or backend.scratch_buffer("converted values", destination.size * 4)
+    try:
+        _convert(backend, (storage.buffer, storage.format), (buffer, float_format(1)), destination.size)
+    finally:
+        if own is not None:
+            _give_back(backend, own, destination)
+    if own is None:
+        _fetch(backend, buffer, destination, "f4")
 
 
 def _fetch(backend: OpenCLBackend, buffer: Any, destination: NDArray[Any], number: str) -> None:
@@ -291,18 +267,12 @@ def _exact(backend: OpenCLBackend, format_: Format) -> bool:
     return bool(backend.device.single_fp_config & backend.cl.device_fp_config.DENORM)
 
 
-def _convert(backend: OpenCLBackend, name: str, format_: Format, source: Any, destination: Any, count: int) -> None:
-    kernel = _kernels(backend, format_)[name]
-    kernel.set_args(source, destination, np.uint64(count))
-    items = -(-count // _run(backend))
-    group = (1,) if backend.is_cpu else None
-    backend.cl.enqueue_nd_range_kernel(backend.queue, kernel, (items,), group)
+def _is_converted_here(backend: OpenCLBackend, values: NDArray[Any]) -> bool:
+    """Return True if values are converted on the device: not few, nor more than it takes at once."""
+    return SMALL < values.size < INT_LIMIT and values.nbytes <= backend.max_bytes
 
 
-def _kernels(backend: OpenCLBackend, format_: Format) -> dict[str, Any]:
-    if format_.number not in backend.conversions:
-        what = f"conversions of {format_.number}"
-        source = join(package_text("helpers.cl"), source_of(format_, _run(backend)))
-        built = backend.programs.build(source, what)
-        backend.conversions[format_.number] = {n: backend.cl.Kernel(built, n) for n in ("pg_values", "pg_numbers")}
-    return backend.conversions[format_.number]
+def _convert(backend: OpenCLBackend, source: tuple[Any, Format], destination: tuple[Any, Format], count: int) -> None:
+    """Convert numbers of a buffer into those of another format: one kernel for all sizes."""
+    row = [(buffer, ImageLayout(replace(format_, channels=1), (1, 1))) for buffer, format_ in (source, destination)]
+    move(backend, row[0], row[1], (count, 1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -70,19 +71,26 @@ def border_name(rule: str) -> str:
     return f"pg_border_{rule.replace('-', '_')}"
 
 
-def computed(program: s.ScalarProgram, inputs: dict[str, Any]) -> Any:
-    """Return the output of a branchless int program, each operation by its reference function."""
+def _by_reference(operation: str, *arguments: Any) -> Any:
     from passgraph.language.operations import OPERATIONS
 
+    return OPERATIONS[operation].reference(*arguments)
+
+
+def computed(
+    program: s.ScalarProgram, inputs: dict[str, Any], apply: Callable[..., Any] = _by_reference,
+    number: Callable[[Any], Any] = np.int64,
+) -> Any:  # fmt: skip
+    """Return the output of a branchless int program; ``apply`` computes an operation, ``number`` makes a literal."""
     values: dict[int, Any] = {}
 
     def value(operand: s.Operand) -> Any:
-        return values[operand.id] if isinstance(operand, s.Val) else np.int64(operand.value)
+        return values[operand.id] if isinstance(operand, s.Val) else number(operand.value)
 
     for i in program.body:
         if isinstance(i, s.LoadBuiltin):
             values[i.to.id] = inputs[i.name]
         else:
             assert isinstance(i, s.Op)
-            values[i.to.id] = OPERATIONS[i.operation].reference(*map(value, i.arguments))
+            values[i.to.id] = apply(i.operation, *map(value, i.arguments))
     return value(program.outputs[0].values[0])

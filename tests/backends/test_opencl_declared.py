@@ -20,7 +20,7 @@ from passgraph.backends.opencl.opencl_c import (
     store_expression,
 )
 from passgraph.backends.opencl.storage import ImageLayout
-from passgraph.backends.opencl.transfers import move_source, source_of
+from passgraph.backends.opencl.transfers import move_source
 from passgraph.backends.registry import open_backend
 from passgraph.errors import BackendError
 from passgraph.formats import FORMATS
@@ -50,8 +50,8 @@ def texts() -> Iterator[str]:
     yield from (text for spelled in SPELLED.values() for text in spelled.values())
     for format_ in FORMATS.values():
         yield load_expression(format_, "image", "i") + store_expression(format_, "value")
-        yield source_of(format_, 64)
-    yield move_source(ImageLayout(FORMATS["rgba8"], (4, 4)), ImageLayout(FORMATS["rgba16f"], (4, 4)), 4)
+        yield move_source(ImageLayout(format_, (4, 4)), ImageLayout(FORMATS["rgba32f"], (4, 4)), 4)
+        yield move_source(ImageLayout(FORMATS["rgba32f"], (4, 4)), ImageLayout(format_, (4, 4)), 4)
     # What is printed by other parts: bounds of reads, and of the stencil.
     yield "clamp(x, 0, 1) min(a, b) max(a, b) get_global_id(0)"
 

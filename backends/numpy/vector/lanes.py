@@ -17,7 +17,7 @@ import numpy as np
 from passgraph.backends.numpy.machine import llvm
 from passgraph.formats import Format
 from passgraph.language import scalar as s
-from passgraph.language.borders import BORDERS, border_program, period_program
+from passgraph.language.borders import BORDERS, border_program, computed, period_program
 
 F32, F64, I32, I64, BOOL = llvm.FloatType(), llvm.DoubleType(), llvm.IntType(32), llvm.IntType(64), llvm.IntType(1)
 I8 = llvm.IntType(8)
@@ -408,17 +408,7 @@ def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
 
 def _computed(b: Any, program: s.ScalarProgram, values: dict[str, Any]) -> Any:
     """Return the output of an int program without branches."""
-    computed: dict[int, Any] = {}
-    for i in program.body:
-        if isinstance(i, s.LoadBuiltin):
-            computed[i.to.id] = values[i.name]
-        else:
-            assert isinstance(i, s.Op)
-            arguments = [computed[a.id] if isinstance(a, s.Val) else llvm.Constant(I32, a.value) for a in i.arguments]
-            computed[i.to.id] = _WHOLE[i.operation](b, *arguments)
-    place = program.outputs[0].values[0]
-    assert isinstance(place, s.Val)
-    return computed[place.id]
+    return computed(program, values, lambda name, *given: _WHOLE[name](b, *given), lambda n: llvm.Constant(I32, n))
 
 
 def _at_least(b: Any, value: Any, low: Any) -> Any:

@@ -31,6 +31,7 @@ _PLUS_OR_MINUS: dict[str, Callable[..., Interval]] = {"add": iv.add, "sub": iv.s
 _SIMPLE: dict[str, Callable[..., Interval]] = {
     "div": iv.div, "neg": iv.neg, "abs": iv.absolute, "sqrt": iv.sqrt, "min": iv.minimum, "max": iv.maximum,
 }  # fmt: skip
+COMPARISONS = ("less", "less_equal", "greater", "greater_equal", "equal", "not_equal")
 #: Operations on floats that jump between whole numbers.
 _WHOLE = {"floor": np.floor, "ceil": np.ceil, "trunc": np.trunc, "round": np.rint}
 
@@ -105,6 +106,8 @@ class IntervalDomain(Domain[Bounded, Lanes]):
             return _PLUS_OR_MINUS[name](*a)
         if name in _SIMPLE:
             return _SIMPLE[name](*a)
+        if name in COMPARISONS:
+            return self._compared(name, *a)
         if name in _WHOLE:
             return self._to_integer(_WHOLE[name], a[0], name)
         if name in self.native:
@@ -126,26 +129,10 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         chosen = np.where(self.track.choose((low < high) & ~wide, name), high, low)
         return Interval(chosen, np.where(wide, high, chosen), a.nan)
 
-    def _less(self, a: Interval, b: Interval) -> Lanes:
-        return self._decided(a.lo < b.hi, ~(a.hi < b.lo) | a.nan | b.nan, "less")
-
-    def _greater(self, a: Interval, b: Interval) -> Lanes:
-        return self._decided(a.hi > b.lo, ~(a.lo > b.hi) | a.nan | b.nan, "greater")
-
-    def _less_equal(self, a: Interval, b: Interval) -> Lanes:
-        return self._decided(a.lo <= b.hi, ~(a.hi <= b.lo) | a.nan | b.nan, "less_equal")
-
-    def _greater_equal(self, a: Interval, b: Interval) -> Lanes:
-        return self._decided(a.hi >= b.lo, ~(a.lo >= b.hi) | a.nan | b.nan, "greater_equal")
-
-    def _equal(self, a: Interval, b: Interval) -> Lanes:
-        surely_equal = a.exact & b.exact & (a.lo == b.lo)
-        return self._decided((a.lo <= b.hi) & (b.lo <= a.hi), ~surely_equal, "equal")
-
-    def _not_equal(self, a: Interval, b: Interval) -> Lanes:
-        surely_equal = a.exact & b.exact & (a.lo == b.lo)
-        apart = ~((a.lo <= b.hi) & (b.lo <= a.hi))
-        return ~self._decided(~apart, ~surely_equal, "not_equal")
+    def _compared(self, name: str, a: Interval, b: Interval) -> Lanes:
+        if name == "not_equal":  # its first way is that of equal numbers
+            return ~self._decided(*iv.compared("equal", a, b), name)
+        return self._decided(*iv.compared(name, a, b), name)
 
     def _isnan(self, a: Interval) -> Lanes:
         return self._decided(a.nan, ~np.isnan(a.lo), "isnan")
@@ -192,7 +179,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         return Interval.point(np.where(positive, 1.0, np.where(negative, -1.0, 0.0)))
 
     def _step(self, edge: Interval, x: Interval) -> Interval:
-        return Interval.point(np.where(self._less(x, edge), 0.0, 1.0))
+        return Interval.point(np.where(self._compared("less", x, edge), 0.0, 1.0))
 
     def _clamp(self, x: Interval, low: Interval, high: Interval) -> Interval:
         return iv.minimum(iv.maximum(x, low), high)
@@ -236,7 +223,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
     def _smoothstep(self, low: Interval, high: Interval, x: Interval) -> Interval:
         low, high, x = (a.both(lambda end: 0.5 * end) for a in (low, high, x))  # exact, as the prelude does
         width = iv.sub(high, low)
-        equal = self._equal(width, Interval.point(np.zeros_like(width.lo)))
+        equal = self._compared("equal", width, Interval.point(np.zeros_like(width.lo)))
         one = Interval.point(np.ones_like(width.lo))
         inside = iv.div(iv.sub(x, low), iv.where(equal, one, width))
         # Only in lanes with equal edges: the decisions that a lane meets must depend on that lane only.

@@ -185,6 +185,22 @@ def _outward(lo: Float64, hi: Float64) -> tuple[Float64, Float64]:
     return np.negative(outward[0], out=outward[0]), outward[1]
 
 
+def compared(name: str, a: Interval, b: Interval) -> tuple[Lanes, Lanes]:
+    """Return where a comparison may hold, and where it may fail, as for NaN."""
+    same = a.exact & b.exact & (a.lo == b.lo)
+    meet, nan = (a.lo <= b.hi) & (b.lo <= a.hi), a.nan | b.nan
+    return {
+        "never": (np.zeros_like(meet), np.ones_like(meet)),
+        "always": (np.ones_like(meet), np.zeros_like(meet)),
+        "less": (a.lo < b.hi, ~(a.hi < b.lo) | nan),
+        "less_equal": (a.lo <= b.hi, ~(a.hi <= b.lo) | nan),
+        "greater": (a.hi > b.lo, ~(a.lo > b.hi) | nan),
+        "greater_equal": (a.hi >= b.lo, ~(a.lo >= b.hi) | nan),
+        "equal": (meet, ~same),
+        "not_equal": (~same, meet),
+    }[name]
+
+
 # Arithmetic
 
 

@@ -107,7 +107,7 @@ class State:
         """Return the fragments that may pass the depth and stencil tests; others may still change the stencil."""
         if self.depth is None or self.stencil is not None:
             return np.arange(len(at))
-        can_pass, _ = compared(self.step.state.depth_compare, depth, self.depth.take(at))
+        can_pass, _ = iv.compared(self.step.state.depth_compare, depth, self.depth.take(at))
         return np.flatnonzero(can_pass)
 
     def add(
@@ -128,7 +128,7 @@ class State:
 
     def _tests(self, at: Ints, depth: Interval, surely: Lanes, perhaps: Lanes, stored: Interval) -> tuple[Lanes, Lanes]:
         state = self.step.state
-        can_pass, can_fail = compared(state.depth_compare, depth, stored.take(at))
+        can_pass, can_fail = iv.compared(state.depth_compare, depth, stored.take(at))
         if state.stencil is not None and self.stencil is not None:
             allowed, refused = self._stencil_test(state.stencil, at, surely, perhaps, can_pass, can_fail)
             can_pass, can_fail = can_pass & allowed, can_fail | refused
@@ -194,23 +194,6 @@ def _put(stored: Interval, at: Ints, new: Interval, surely: Lanes, perhaps: Lane
     shape = (-1,) + (1,) * (old.ndim - 1)
     value = iv.where(surely.reshape(shape), new, iv.where(perhaps.reshape(shape), iv.hull(old, new), old))
     stored.lo[at], stored.hi[at], stored.nan[at] = value.lo, value.hi, value.nan
-
-
-def compared(name: str, a: Interval, b: Interval) -> tuple[Lanes, Lanes]:
-    """Return where a comparison may hold, and where it may fail."""
-    never, always = np.zeros(len(a), np.bool_), np.ones(len(a), np.bool_)
-    same = (a.lo == a.hi) & (b.lo == b.hi) & (a.lo == b.lo)
-    meet = (a.lo <= b.hi) & (b.lo <= a.hi)
-    return {
-        "never": (never, always),
-        "always": (always, never),
-        "less": (a.lo < b.hi, a.hi >= b.lo),
-        "less_equal": (a.lo <= b.hi, a.hi > b.lo),
-        "greater": (a.hi > b.lo, a.lo <= b.hi),
-        "greater_equal": (a.hi >= b.lo, a.lo < b.hi),
-        "equal": (meet, ~same),
-        "not_equal": (~same, meet),
-    }[name]
 
 
 def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> Interval:

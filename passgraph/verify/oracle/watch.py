@@ -8,7 +8,7 @@ This takes time, so the oracle does it for one step at a time, on request
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -87,32 +87,24 @@ class WatchedInterpreter(Interpreter[Bounded, Lanes]):
         wider = _vague_count(self.track) - doubt
         if wider:
             self.watch.decisions[Cause(expression.operation, expression.span)] += wider
-        self._note_opened(expression, arguments, result)
-        self._note_imprecise(expression, arguments, result)
+        cause = Cause(expression.operation, expression.span)
+        if len(opened := self._fresh(_special, arguments, result)):
+            self.watch.opened.setdefault(cause, []).append(self.pixels[self.track.lanes[opened]])
+        if count := len(self._fresh(_imprecise, arguments, result)):
+            self.watch.imprecise[cause] += count
         return result
 
-    def _note_opened(self, expression: ir.Apply, arguments: Sequence[Bounded], result: Bounded) -> None:
+    def _fresh(
+        self, marked: Callable[[Interval], Lanes], arguments: Sequence[Bounded], result: Bounded
+    ) -> NDArray[np.intp]:
+        """Return the active lanes whose result is marked although no argument is."""
         if not isinstance(result, Interval):
-            return
-        fresh = _special(result)
+            return np.zeros(0, np.intp)
+        fresh = marked(result)
         for argument in arguments:
             if isinstance(argument, Interval):
-                fresh = fresh & ~_special(argument)
-        lanes = np.flatnonzero(np.broadcast_to(fresh, self.track.lanes.shape) & self.track.active)
-        if len(lanes):
-            found = self.watch.opened.setdefault(Cause(expression.operation, expression.span), [])
-            found.append(self.pixels[self.track.lanes[lanes]])
-
-    def _note_imprecise(self, expression: ir.Apply, arguments: Sequence[Bounded], result: Bounded) -> None:
-        if not isinstance(result, Interval):
-            return
-        fresh = _imprecise(result)
-        for argument in arguments:
-            if isinstance(argument, Interval):
-                fresh = fresh & ~_imprecise(argument)
-        count = int((np.broadcast_to(fresh, self.track.lanes.shape) & self.track.active).sum())
-        if count:
-            self.watch.imprecise[Cause(expression.operation, expression.span)] += count
+                fresh = fresh & ~marked(argument)
+        return np.flatnonzero(np.broadcast_to(fresh, self.track.lanes.shape) & self.track.active)
 
 
 def _imprecise(a: Interval) -> Lanes:
