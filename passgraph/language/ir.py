@@ -7,7 +7,7 @@ other backends print.  Spans do not take part in equality.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, TypeAlias, get_args, overload
 from typing import Literal as OneOf
@@ -371,13 +371,16 @@ def expressions(*roots: Stmt | Expr) -> Iterator[Expr]:
         pending += parts_of(part)
 
 
-def assignments(statements: tuple[Stmt, ...]) -> Iterator[Assign]:
-    """Yield every assignment, including those inside branches and loops."""
+def walk(statements: Iterable[Stmt]) -> Iterator[Stmt]:
+    """Yield every statement, including those inside branches and loops."""
     for statement in statements:
-        if isinstance(statement, Assign):
-            yield statement
-        elif isinstance(statement, If):
-            yield from assignments(statement.then)
-            yield from assignments(statement.orelse)
+        yield statement
+        if isinstance(statement, If):
+            yield from walk((*statement.then, *statement.orelse))
         elif isinstance(statement, For):
-            yield from assignments(statement.body)
+            yield from walk(statement.body)
+
+
+def assignments(statements: Iterable[Stmt]) -> Iterator[Assign]:
+    """Yield every assignment, including those inside branches and loops."""
+    return (statement for statement in walk(statements) if isinstance(statement, Assign))

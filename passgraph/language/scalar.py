@@ -8,7 +8,7 @@ only primitive rows of the operations table, so a printer is a loop over a few i
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
@@ -315,14 +315,22 @@ def walk(body: Iterable[Instruction]) -> Iterator[Instruction]:
 
 def count(body: Iterable[Instruction]) -> int:
     """Count the instructions, nested ones included."""
-    total = 0
+    return sum(1 for _ in walk(body))
+
+
+def rewritten(
+    body: Iterable[Instruction], change: Callable[[Instruction], Iterable[Instruction]]
+) -> tuple[Instruction, ...]:
+    """Replace each instruction, except branches and loops, by those that ``change`` returns."""
+    made: list[Instruction] = []
     for i in body:
-        total += 1
         if isinstance(i, If):
-            total += count(i.then) + count(i.orelse)
+            made.append(replace(i, then=rewritten(i.then, change), orelse=rewritten(i.orelse, change)))
         elif isinstance(i, For):
-            total += count(i.body)
-    return total
+            made.append(replace(i, body=rewritten(i.body, change)))
+        else:
+            made += change(i)
+    return tuple(made)
 
 
 def work(body: Iterable[Instruction]) -> int:
@@ -397,27 +405,15 @@ def nameless(program: ScalarProgram) -> ScalarProgram:
     """
     names = {use.name: f"image{number}" for number, use in enumerate(program.images)}
     sizes = {f"size.{name}.{axis}": f"size.{new}.{axis}" for name, new in names.items() for axis in (0, 1)}
+
+    def renamed(i: Instruction) -> tuple[Instruction]:
+        if isinstance(i, LoadTexel):
+            return (replace(i, image=names[i.image]),)
+        return (replace(i, name=sizes.get(i.name, i.name)) if isinstance(i, LoadBuiltin) else i,)
+
     return replace(
         program,
-        body=_renamed(program.body, names, sizes),
+        body=rewritten(program.body, renamed),
         images=tuple(replace(use, name=names[use.name]) for use in program.images),
         builtins=tuple((sizes.get(name, name), kind) for name, kind in program.builtins),
     )
-
-
-def _renamed(
-    body: tuple[Instruction, ...], names: Mapping[str, str], sizes: Mapping[str, str]
-) -> tuple[Instruction, ...]:
-    renamed: list[Instruction] = []
-    for i in body:
-        if isinstance(i, LoadTexel):
-            renamed.append(replace(i, image=names[i.image]))
-        elif isinstance(i, LoadBuiltin) and i.name in sizes:
-            renamed.append(replace(i, name=sizes[i.name]))
-        elif isinstance(i, If):
-            renamed.append(replace(i, then=_renamed(i.then, names, sizes), orelse=_renamed(i.orelse, names, sizes)))
-        elif isinstance(i, For):
-            renamed.append(replace(i, body=_renamed(i.body, names, sizes)))
-        else:
-            renamed.append(i)
-    return tuple(renamed)

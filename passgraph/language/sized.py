@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from passgraph.language import ir
 
 
 def loops_over_sizes(program: ir.TypedKernel) -> bool:
     """Return True if a bound of a loop depends on the size of an image or of the output, also through variables."""
-    bounds: list[ir.Expr] = [bound for loop in _loops(program.body) for bound in (loop.start, loop.stop, loop.step)]
+    bounds: list[ir.Expr] = [
+        bound
+        for loop in ir.walk(program.body)
+        if isinstance(loop, ir.For)
+        for bound in (loop.start, loop.stop, loop.step)
+    ]
     pending: list[ir.Expr] = [bound for bound in bounds if not isinstance(bound, ir.Literal)]
     if not pending:
         return False
@@ -23,13 +26,3 @@ def loops_over_sizes(program: ir.TypedKernel) -> bool:
             if isinstance(part, ir.Local):
                 pending += values.pop(part.name, [])
     return False
-
-
-def _loops(statements: tuple[ir.Stmt, ...]) -> Iterator[ir.For]:
-    for statement in statements:
-        if isinstance(statement, ir.If):
-            yield from _loops(statement.then)
-            yield from _loops(statement.orelse)
-        elif isinstance(statement, ir.For):
-            yield statement
-            yield from _loops(statement.body)

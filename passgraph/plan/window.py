@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
-from itertools import chain
+from itertools import chain, count
 from typing import NamedTuple, NoReturn
 
 import numpy as np
@@ -273,44 +273,20 @@ def placed(program: s.ScalarProgram, inside: Iterable[str]) -> s.ScalarProgram:
     if not any(name in entries for name, _ in program.builtins):
         return program
     slot = s.UniformSlot(WINDOW.name, IVEC4, "int", program.int_count, 4)
-    body = _Rewriting(program, {name: s.Lit("int", slot.offset + entry) for name, entry in entries.items()})
-    builtins = tuple((name, type_) for name, type_ in program.builtins if name.rpartition(".")[0] not in sizes)
-    return replace(program, body=body.block(program.body), uniforms=(*program.uniforms, slot), builtins=builtins)
+    walked = list(s.walk(program.body))
+    defined = [*chain.from_iterable(map(s.results_of, walked)), *(i.index for i in walked if isinstance(i, s.For))]
+    fresh = (s.Val("int", number) for number in count(max((value.id for value in defined), default=0) + 1))
 
-
-class _Rewriting:
-    """Rewrites instructions to read builtins from the window parameter."""
-
-    def __init__(self, program: s.ScalarProgram, entries: dict[str, s.Lit]) -> None:
-        self.entries = entries
-        walked = list(s.walk(program.body))
-        results = chain.from_iterable(s.results_of(i) for i in walked)
-        indices = (i.index for i in walked if isinstance(i, s.For))
-        self.last = max((value.id for value in chain(results, indices)), default=0)
-
-    def block(self, body: tuple[s.Instruction, ...]) -> tuple[s.Instruction, ...]:
-        rewritten: list[s.Instruction] = []
-        for i in body:
-            if isinstance(i, s.LoadBuiltin) and i.name in self.entries:
-                rewritten += self._load(i)
-            elif isinstance(i, s.If):
-                rewritten.append(s.If(i.condition, self.block(i.then), self.block(i.orelse)))
-            elif isinstance(i, s.For):
-                rewritten.append(replace(i, body=self.block(i.body)))
-            else:
-                rewritten.append(i)
-        return tuple(rewritten)
-
-    def _load(self, i: s.LoadBuiltin) -> list[s.Instruction]:
+    def read(i: s.Instruction) -> list[s.Instruction]:
+        """Read a builtin from the window's parameter."""
+        if not isinstance(i, s.LoadBuiltin) or i.name not in entries:
+            return [i]
+        entry = s.Lit("int", slot.offset + entries[i.name])
         if not i.name.startswith("pixel."):
-            return [s.LoadUniform(i.to, "int", self.entries[i.name])]
-        here, origin = self._fresh(), self._fresh()
-        return [
-            s.LoadBuiltin(here, i.name),
-            s.LoadUniform(origin, "int", self.entries[i.name]),
-            s.Op(i.to, "add", "int", (here, origin)),
-        ]
+            return [s.LoadUniform(i.to, "int", entry)]
+        here, origin = next(fresh), next(fresh)
+        added = s.Op(i.to, "add", "int", (here, origin))
+        return [s.LoadBuiltin(here, i.name), s.LoadUniform(origin, "int", entry), added]
 
-    def _fresh(self) -> s.Val:
-        self.last += 1
-        return s.Val("int", self.last)
+    builtins = tuple((name, type_) for name, type_ in program.builtins if name.rpartition(".")[0] not in sizes)
+    return replace(program, body=s.rewritten(program.body, read), uniforms=(*program.uniforms, slot), builtins=builtins)

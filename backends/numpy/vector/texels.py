@@ -339,9 +339,8 @@ def _sums(program: s.ScalarProgram) -> Iterator[tuple[int, tuple[s.Val, int]]]:
 def _blocks(body: tuple[s.Instruction, ...]) -> Iterator[tuple[s.Instruction, ...]]:
     """Yield sequences of instructions that run one after another."""
     yield body
-    for i in body:
+    for i in s.walk(body):
         if isinstance(i, s.If):
-            yield from _blocks(i.then)
-            yield from _blocks(i.orelse)
+            yield from (i.then, i.orelse)
         elif isinstance(i, s.For):
-            yield from _blocks(i.body)
+            yield i.body
