@@ -384,3 +384,8 @@ def walk(statements: Iterable[Stmt]) -> Iterator[Stmt]:
 def assignments(statements: Iterable[Stmt]) -> Iterator[Assign]:
     """Yield every assignment, including those inside branches and loops."""
     return (statement for statement in walk(statements) if isinstance(statement, Assign))
+
+
+def jumps(statements: Iterable[Stmt], kinds: type | tuple[type, ...] = (Break, Continue)) -> bool:
+    """Return True if a jump of the loop with these statements is inside (not one of a nested loop)."""
+    return any(isinstance(s, kinds) or (isinstance(s, If) and jumps((*s.then, *s.orelse), kinds)) for s in statements)

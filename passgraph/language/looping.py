@@ -217,13 +217,7 @@ def _joined(sections: Sequence[Section]) -> list[Section]:
 def _is_separate(section: Section, last: bool) -> bool:
     """Return True if a section leaves the switch at its end and nowhere else."""
     ends = bool(section.body) and isinstance(section.body[-1], (ir.Break, ir.Continue))
-    return (ends or last) and not _breaks(section.body[:-1] if ends else section.body)
-
-
-def _breaks(statements: tuple[ir.Stmt, ...]) -> bool:
-    return any(
-        isinstance(s, ir.Break) or (isinstance(s, ir.If) and (_breaks(s.then) or _breaks(s.orelse))) for s in statements
-    )
+    return (ends or last) and not ir.jumps(section.body[:-1] if ends else section.body, ir.Break)
 
 
 def _fall_through(builder: Builder, sections: Sequence[tuple[ir.Expr, tuple[ir.Stmt, ...]]], span: Span) -> None:

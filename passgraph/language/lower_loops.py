@@ -105,7 +105,7 @@ class Loops:
     def _unroll(self, statement: ir.For, trips: range) -> bool:
         """Unroll the loop; give up if all copies together are, or after the first would be, too long."""
         e, shared, lowering = self.emitter, self.lowering.shared, self.lowering
-        if not e.simplify or len(trips) > MAX_UNROLLED_TRIPS or _jumps(statement.body):
+        if not e.simplify or len(trips) > MAX_UNROLLED_TRIPS or ir.jumps(statement.body):
             return False
         before, length, ids = dict(lowering.locals), len(e.blocks[-1]), e.ids
         known_values, unrolled, grown = dict(e.known[-1]), shared.unrolled, 0
@@ -242,16 +242,6 @@ class Loops:
 def names_assigned(statements: tuple[ir.Stmt, ...]) -> list[str]:
     """Return each name once, in an order independent of the names."""
     return list(dict.fromkeys(assigned.name for assigned in ir.assignments(statements)))
-
-
-def _jumps(statements: tuple[ir.Stmt, ...]) -> bool:
-    """Return True if a break or continue of this loop is inside (not one of a nested loop)."""
-    for statement in statements:
-        if isinstance(statement, (ir.Break, ir.Continue)):
-            return True
-        if isinstance(statement, ir.If) and (_jumps(statement.then) or _jumps(statement.orelse)):
-            return True
-    return False
 
 
 def leaves(block: list[s.Instruction] | tuple[s.Instruction, ...]) -> bool:

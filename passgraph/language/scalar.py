@@ -360,9 +360,9 @@ def trips(body: Iterable[Instruction], certain: bool = False) -> int:
     return total
 
 
-def breaks(body: Iterable[Instruction]) -> bool:
-    """Return True if the loop with this body may be left early."""
-    return any(isinstance(i, Break) or (isinstance(i, If) and (breaks(i.then) or breaks(i.orelse))) for i in body)
+def breaks(body: Iterable[Instruction], jumps: type | tuple[type, ...] = Break) -> bool:
+    """Return True if the loop with this body may be left early, or if another of its ``jumps`` is inside."""
+    return any(isinstance(i, jumps) or (isinstance(i, If) and breaks((*i.then, *i.orelse), jumps)) for i in body)
 
 
 def is_straight(program: ScalarProgram) -> bool:

@@ -276,7 +276,8 @@ class LaneBody:
     def _if(self, i: s.If) -> None:
         b = self.builder
         condition = self.operand(i.condition)
-        leaves = _leaves(i.then) or _leaves(i.orelse)
+        # Lanes may be idle behind: they left for the end or next iteration of an enclosing loop.
+        leaves = s.breaks((i,), (s.Break, s.Continue))
         if not is_vector(condition) and not leaves:
             self._if_all(condition, i)
             return
@@ -347,15 +348,6 @@ class LaneBody:
         b.branch(check)
         b.position_at_end(behind)
         b.store(before, self.mask)
-
-
-def _leaves(body: tuple[s.Instruction, ...]) -> bool:
-    """Return True if lanes may be idle after this body: they left for the end or next iteration of an enclosing
-    loop."""
-    return any(
-        isinstance(i, (s.Break, s.Continue)) or (isinstance(i, s.If) and (_leaves(i.then) or _leaves(i.orelse)))
-        for i in body
-    )
 
 
 def _long(body: tuple[s.Instruction, ...]) -> bool:
