@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, MutableMapping, Sequence
 from typing import Any, TypeVar
 from weakref import WeakValueDictionary
 
@@ -43,7 +43,7 @@ class Programs:
 
     def __init__(self, device: Any) -> None:
         self.device = device
-        self.made: WeakValueDictionary[object, Any] = WeakValueDictionary()
+        self.made: MutableMapping[object, Any] = WeakValueDictionary()
         self.cached: dict[object, Any] = Recent(MOST_CACHED)
         self.nearest = device.create_sampler(min_filter="nearest", mag_filter="nearest")
         #: In the order of their bindings.

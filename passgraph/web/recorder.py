@@ -70,6 +70,7 @@ class RecordingBackend(WebGPUBackend):
         self.device_name = "a browser"
         self.limits = devices.limits_of(self.device, self.device_name)
         self.programs: Any = Programs(self.device)
+        self.programs.made = {}  # descriptors cannot be held weakly
         self.draws_norm16 = False
         self.closed = False
 
