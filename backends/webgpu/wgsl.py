@@ -21,7 +21,7 @@ from passgraph.language import scalar as s
 _LIKE_C = spelled({
     "float": {"abs": "abs({0})", "round": "round({0})", "bits_from_float": "bitcast<i32>({0})",
               "min": "select({0}, {1}, {1} < {0})", "max": "select({0}, {1}, {0} < {1})",
-              "fma": "fma({0}, {1}, {2})", **builtin_calls(native.WGSL, inversesqrt="inverseSqrt")},
+              **builtin_calls(native.WGSL, inversesqrt="inverseSqrt")},
     "int": {
         "add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "neg": "(-{0})", "abs": "max({0}, 0 - {0})",
         "min": "min({0}, {1})", "max": "max({0}, {1})",
@@ -148,7 +148,7 @@ class WGSL(ShaderPrinter):
             arguments[0] = self.hidden(arguments[0], op.on)
         if op.on != "float":
             return super().operation(op, arguments)
-        if op.operation in ("mul", "div", "add", "sub", "fma"):
+        if op.operation in ("mul", "div", "add", "sub"):
             arguments = self.unforeseen_operands(op.arguments)
         if op.operation in ("sub", "div") and self.combined.same(*op.arguments):
             arguments = [arguments[0], f"bitcast<f32>(bitcast<u32>({arguments[1]}) | pg_nil2)"]
