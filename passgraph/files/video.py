@@ -51,6 +51,17 @@ def import_av(file: Path) -> Any:
     return av
 
 
+def open_container(av: Any, path: str | os.PathLike[str], mode: str = "r", **options: Any) -> Any:
+    """Open a file with PyAV so that metadata keeps its bytes, including text that is not UTF-8.
+
+    PyAV 19 always decodes and encodes metadata with "surrogateescape". Earlier versions raise UnicodeError by default
+    and have a keyword for it, which PyAV 19 removed.
+    """
+    if hasattr(av.container.Container, "metadata_errors"):
+        options["metadata_errors"] = "surrogateescape"
+    return av.open(os.fspath(path), mode, **options)
+
+
 @dataclass
 class _Position:
     """How far a file is read: frames, the time of the last one in seconds, and True if its last packet is cut."""
@@ -220,7 +231,7 @@ def opened(path: Path, what: str = "a video") -> Iterator[Any]:
     check_regular(path, what)
     av = import_av(path)
     try:
-        container = av.open(os.fspath(path), metadata_errors="replace", options=OPENING)
+        container = open_container(av, path, options=OPENING)
     except (av.error.FFmpegError, OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read as {what} ({reason(error)}); make or copy the file again") from error
     with container:

@@ -16,7 +16,7 @@ from passgraph.errors import InputError, reason
 from passgraph.files.film import Film
 from passgraph.files.frame import Frame, OutputError, Source, Stored
 from passgraph.files.stored import with_channels
-from passgraph.files.video import BT709, OPENING, RGB, UNSPECIFIED, Video, import_av, opened, stated
+from passgraph.files.video import BT709, OPENING, RGB, UNSPECIFIED, Video, import_av, open_container, opened, stated
 from passgraph.files.video_pixels import FULL, LIMITED, Conversion, is_matrix
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class Sound:
 
     def __init__(self, path: Path, container: Any) -> None:
         self._av = import_av(path)
-        self._container = self._av.open(os.fspath(path), metadata_errors="replace", options=OPENING)
+        self._container = open_container(self._av, path, options=OPENING)
         self._streams: dict[int, Any] = {}
         for stream in self._container.streams:
             if stream.type in ("audio", "subtitle") and stream.codec_context is not None:
@@ -190,7 +190,7 @@ class ToVideo(Film):
         super().begin(source)
         assert self._new_file is not None
         try:
-            self._container = self._av.open(os.fspath(self._new_file.temporary), "w")
+            self._container = open_container(self._av, self._new_file.temporary, "w")
             self._encoder = self._choose_encoder()
             if self._sound_file is not None:
                 check_sound(self._sound_file, self._container, self.path)

@@ -54,12 +54,15 @@ def video(
     sound: bool = False,
     codec: str = "libx264",
     pix_fmt: str = "yuv420p",
+    title: str = "",
     **colours: int,
 ) -> Path:
     """Frames of one gray each, 20, 30, 40 ... of 255, at 25 a second or at ``times`` of a 1/1000 second."""
     av: Any = __import__("av")
     base = Fraction(1, 25) if times is None else Fraction(1, 1000)
     with av.open(str(path), "w") as container:
+        if title:
+            container.metadata["title"] = title
         stream = container.add_stream(codec, rate=25, options={"crf": "10"} if codec == "libx264" else {})
         stream.width, stream.height, stream.pix_fmt = *size, pix_fmt
         stream.codec_context.time_base = base

@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.errors import InputError
 from passgraph.files import Arrays, Outcome, ToArrays, ToVideo, Video
+from passgraph.files.video import open_container
 from tests.files.made import INVERT, SCALED, grays, inverted, picture, sequence, summed, value, video
 
 av: Any = pytest.importorskip("av")
@@ -139,6 +141,42 @@ def test_matrix_and_range_are_those_of_the_file(
         container.mux(stream.encode())
     got = next(iter(Video(tmp_path / "a.mkv"))).read()[height // 2, 32, :3]
     assert np.abs(got.astype(int) - expected).max() <= 2
+
+
+def test_a_title_that_is_not_utf8_keeps_its_bytes(tmp_path: Path) -> None:
+    """The bytes in the files are compared: the title, and the packets of the sound, which is opened again."""
+    utf8 = video(tmp_path / "utf8.mkv", 3, sound=True, title="title: café")
+    latin = b"title: caf\xe9!"
+    given = utf8.read_bytes().replace("title: café".encode(), latin)
+    assert given.count(latin) == 1
+    (tmp_path / "latin.mkv").write_bytes(given)
+    with inverted("numpy") as program:
+        summary = pg.frames(program, tmp_path / "latin.mkv", tmp_path / "out.mkv")
+    assert summary.written == 3
+    out = (tmp_path / "out.mkv").read_bytes()
+    assert out.count(latin) == 1
+    (tmp_path / "out.mkv").write_bytes(out.replace(latin, "title: café".encode()))  # for PyAV 18 as the test calls it
+    assert packets(tmp_path / "out.mkv", "audio") == packets(utf8, "audio")
+
+
+@pytest.mark.parametrize("mode", ["r", "w"])
+def test_each_version_of_pyav_gets_only_keywords_that_it_has(mode: str) -> None:
+    """PyAV 18 needs ``metadata_errors`` for text that is not UTF-8; PyAV 19 raises TypeError for the keyword."""
+
+    def open_18(file: str, mode: str = "r", *, options: object = None, metadata_errors: str = "strict") -> object:
+        return file, mode, options, metadata_errors
+
+    def open_19(file: str, mode: str = "r", *, options: object = None) -> object:
+        return file, mode, options
+
+    class Container18:
+        metadata_errors = "strict"
+
+    old = SimpleNamespace(open=open_18, container=SimpleNamespace(Container=Container18))
+    new = SimpleNamespace(open=open_19, container=SimpleNamespace(Container=object))
+    options = {"a": "b"}
+    assert open_container(old, Path("x"), mode, options=options) == ("x", mode, options, "surrogateescape")
+    assert open_container(new, Path("x"), mode, options=options) == ("x", mode, options)
 
 
 @pytest.mark.parametrize("colours", [{}, {"colorspace": 1, "color_range": 2}, {"colorspace": 6, "color_range": 1}])
