@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar, get_args, ge
 
 import numpy as np
 
+from passgraph import signatures
 from passgraph.arguments import flag, one_of, text
 from passgraph.effects.annotations import check, check_fields
 from passgraph.errors import GraphError
@@ -46,7 +47,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     Traceback (most recent call last):
     passgraph.errors.GraphError: dimmed: share must be 0 to 1, got 2.0
     """
-    signature = inspect.signature(function)
+    signature = signatures.signature(function)
     name = function.__name__
     for suffix in SUFFIXES:
         name = name.removesuffix(suffix)
@@ -55,7 +56,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     def hints() -> dict[str, Any]:
         return get_type_hints(function, include_extras=True)
 
-    @functools.wraps(function)
+    @signatures.wraps(function)
     def wrapper(*args: P.args, **options: P.kwargs) -> R:
         bound = signature.bind(*args, **options)
         for argument, value in bound.arguments.items():
@@ -76,9 +77,9 @@ def with_surface_depth(function: Callable[P, R]) -> Callable[P, R]:
     """
     from passgraph.graph.targets import Target
 
-    signature = inspect.signature(function)
+    signature = signatures.signature(function)
 
-    @functools.wraps(function)
+    @signatures.wraps(function)
     def wrapper(*args: P.args, **options: P.kwargs) -> R:
         bound = signature.bind(*args, **options)
         depth = bound.arguments.get("depth")
@@ -158,7 +159,7 @@ def effect(
     one_of(alpha, "effect: alpha", get_args(Alpha))
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
-        for parameter in inspect.signature(function).parameters.values():
+        for parameter in signatures.signature(function).parameters.values():
             if parameter.annotation is inspect.Parameter.empty:
                 raise GraphError(
                     f"effect {name!r}: parameter {parameter.name!r} needs a type, such as {parameter.name}: float, or "

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
 from collections.abc import Callable
 from typing import Any, ParamSpec, Protocol
 
 import passgraph as pg
+from passgraph.signatures import set_annotations, signature, wraps
 
 P = ParamSpec("P")
 
@@ -32,17 +31,20 @@ def picture_of(passes: Callable[P, HasPicture]) -> Callable[[Callable[..., Any]]
     >>> @picture_of(two_passes)
     ... def two() -> None:
     ...     '''Documented once.'''
+    >>> import inspect
     >>> inspect.signature(two).parameters["height"].default, two(pg.Scene.shipped()).name
     (0.5, 'frame')
     """
 
     def decorate(described: Callable[..., Any]) -> Callable[P, pg.Target]:
-        @functools.wraps(described, updated=())
+        @wraps(described)
         def wrapper(*args: P.args, **options: P.kwargs) -> pg.Target:
             return passes(*args, **options).picture
 
-        wrapper.__signature__ = inspect.signature(passes).replace(return_annotation=pg.Target)  # type: ignore[attr-defined]
-        wrapper.__annotations__ = {**passes.__annotations__, "return": pg.Target}
+        # Types written as text are looked up in the module of the innermost wrapped function.
+        wrapper.__wrapped__ = passes  # type: ignore[attr-defined]
+        wrapper.__signature__ = signature(passes).replace(return_annotation=pg.Target)  # type: ignore[attr-defined]
+        set_annotations(wrapper, {**passes.__annotations__, "return": pg.Target})
         return wrapper
 
     return decorate

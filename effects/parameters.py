@@ -14,6 +14,7 @@ import passgraph as pg
 from passgraph.effects.annotations import words_of
 from passgraph.effects.checked import POSITIONAL, Choice
 from passgraph.language.types import Type
+from passgraph.signatures import signature
 
 ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture", "text", "value"]
 #: ``*these`` and ``**these``.
@@ -158,7 +159,7 @@ def _arguments(function: Callable[..., Any]) -> Iterator[tuple[str, Any, Any, st
     """Yield name, annotation, default (none: `inspect.Parameter.empty`) and help of keyword arguments."""
     hints, texts = get_type_hints(function, include_extras=True), help_of(function)
     mark = getattr(function, "effect", None)
-    for place, (name, parameter) in enumerate(inspect.signature(function).parameters.items()):
+    for place, (name, parameter) in enumerate(signature(function).parameters.items()):
         by_position = mark is None or place < POSITIONAL[mark.takes] or parameter.kind in _ANY_NUMBER
         if parameter.default is not inspect.Parameter.empty or not by_position:
             yield name, hints.get(name, Any), parameter.default, texts.get(name, "")

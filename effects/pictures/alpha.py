@@ -4,7 +4,6 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, get_args
@@ -14,6 +13,7 @@ from passgraph import Image, vec3, vec4
 from passgraph.arguments import one_of
 from passgraph.effects.checked import Alpha, Mark
 from passgraph.formats import FORMATS
+from passgraph.signatures import signature
 
 
 @pg.kernel
@@ -77,7 +77,7 @@ def on_straight_alpha(effect: Callable[..., pg.Target], alpha: Alpha | None = No
     if mode == "straight":
         return effect
     before = premultiply if mode == "premultiplied" else opaque
-    takes_into = "into" in inspect.signature(effect).parameters
+    takes_into = "into" in signature(effect).parameters
 
     def converted(picture: pg.Target) -> pg.Target:
         into = pg.target(f"{picture.name}_{before.name}", "rgba32f", like=picture)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -16,6 +15,7 @@ from passgraph.effects.checked import Alpha
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.graph.targets import Target
+from passgraph.signatures import wraps
 
 if TYPE_CHECKING:
     from passgraph.effects.parameters import Parameter

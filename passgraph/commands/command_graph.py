@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,6 +27,7 @@ from passgraph.graph.run_values import Value, sources_of
 from passgraph.graph.targets import Input, InputSpec, Target, named_outputs, target
 from passgraph.pictures import load, load_stored
 from passgraph.run.caller_arrays import format_of
+from passgraph.signatures import signature
 
 if TYPE_CHECKING:
     from passgraph.scene import Scene
@@ -265,4 +265,4 @@ def _size_text(picture: NDArray[Any]) -> str:
 
 def accepts(effect: Effect, parameter: str) -> bool:
     """Return True if an effect's function has a keyword, also one that its parameter table does not list."""
-    return parameter in inspect.signature(effect.function).parameters
+    return parameter in signature(effect.function).parameters

@@ -32,6 +32,7 @@ from passgraph.hosts.gl_pictures import EmptyPictureError, RegionError
 from passgraph.language.native import MATH, Math
 from passgraph.plan.dependencies import passes_behind
 from passgraph.shaders.containers.effect import ShaderEffect, checked
+from passgraph.signatures import signature
 
 LOG = logging.getLogger("passgraph.engines")
 #: A function from the target "frame" to a target; see :class:`Attachment`.
@@ -231,7 +232,7 @@ class Attachment:
         """Set the effect and its parameters."""
         self._effect = arguments.function(effect, f"{self.engine}: the effect", pg.InputError)
         _check_takes_frames(self.engine, effect)
-        parameters = inspect.signature(effect).parameters
+        parameters = signature(effect).parameters
         self._takes = {name for name in _PER_FRAME if name in parameters}
         self._handles = _handles_of(effect)
         self._names = set(parameters) - {next(iter(parameters), ""), *_PER_FRAME}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +22,7 @@ from passgraph.pictures import load
 from passgraph.plan.dependencies import passes_behind
 from passgraph.run.caller_arrays import format_of
 from passgraph.run.program import Program
+from passgraph.signatures import signature
 from passgraph.viewer.subject import Control, Drawing, Loaded
 
 if TYPE_CHECKING:
