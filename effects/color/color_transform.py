@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import passgraph as pg
 from passgraph.arguments import near
 from passgraph.effects.checked import effect
+from passgraph.effects.color.ocio_files import LutFiles, advice_on
 from passgraph.effects.parameters import Text
 from passgraph.effects.quantities import Exposure
 
@@ -59,7 +60,8 @@ def color_transform(
     look : look of the config, or several with commas, as OpenColorIO writes them
     file : path of a LUT or transform file: .cube .3dl .csp .spi1d .spi3d .spimtx .clf .ctf .cdl .cc .ccc .lut …
     direction : "inverse" undoes the transform
-    interpolation : of LUT files: "best" is tetrahedral for 3-D LUTs and linear for others
+    interpolation : of LUT files: "best" is tetrahedral for 3-D tables and linear for others; "nearest" is linear in
+        OpenColorIO: trilinear for 3-D tables
     exposure_stops : added in scene-linear light before the transform of a display, factor 2 a stop
     contrast : power about middle gray (0.18) in scene-linear light, before the transform of a display
     gamma : 1/gamma is the power that the display's code values are raised to, after the transform of a display
@@ -94,9 +96,10 @@ def color_transform(
         named = _Named(src, dst, display, view, look, file, interpolation)
         transform = _transform(found, named, frozenset(changed))
         way = ocio.TRANSFORM_DIR_FORWARD if direction == "forward" else ocio.TRANSFORM_DIR_INVERSE
-        processor = found.getProcessor(transform, way)
+        processor = _LUT_FILES.processor(found, transform, way)
     except (ocio.Exception, ocio.ExceptionMissingFile) as error:
-        raise pg.GraphError(f"color_transform: {' '.join(str(error).split())}") from None
+        advice = "" if file is None else advice_on(file)
+        raise pg.GraphError(f"color_transform: {' '.join(str(error).split())}{advice}") from None
     from passgraph.shaders.containers.ocio import read_processor
 
     kernel = read_processor(processor, name)
@@ -104,6 +107,7 @@ def color_transform(
     return kernel(frame, into or pg.target(name, "rgba32f"), uniforms)
 
 
+_LUT_FILES = LutFiles()
 #: What OpenColorIO calls the uniforms of its exposure and contrast transform.
 _UNIFORMS = {
     "exposure_stops": "ocio_exposure_contrast_exposureVal",
