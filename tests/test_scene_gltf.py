@@ -358,11 +358,50 @@ def test_wrap_modes_are_read(tmp_path: Path, number: int, wrap: str) -> None:
     assert scene.warnings == ()
 
 
-def test_two_wrap_modes_are_named(tmp_path: Path) -> None:
+def test_each_axis_has_its_wrap_mode(tmp_path: Path) -> None:
     material = {"name": "wood", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
     scene = plain(tmp_path, material, UVS, **pictured(wrapS=33071, wrapT=10497))
-    expected = "wood base colour: it wraps by clamp across and repeat down; clamp is used for both"
-    assert scene.warnings == (expected,)
+    texture = scene.nodes[0].material.base_color_texture
+    assert texture is not None
+    assert texture.wraps == ("clamp", "repeat")
+    assert scene.warnings == ()
+
+
+def test_a_gray_texture_may_have_alpha(tmp_path: Path) -> None:
+    uri = png(np.dstack([PIXELS[..., 0], PIXELS[..., 1]]))
+    material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+    texture = plain(tmp_path, material, UVS, **pictured(uri)).nodes[0].material.base_color_texture
+    assert texture is not None
+    assert np.array_equal(texture.pixels, PIXELS[..., [0, 0, 0, 1]])
+
+
+def test_unlit_and_cutoff_are_read(tmp_path: Path) -> None:
+    material = {"extensions": {"KHR_materials_unlit": {}}, "alphaMode": "MASK", "alphaCutoff": 1.5}
+    scene = plain(tmp_path, material, extensionsRequired=["KHR_materials_unlit"])
+    shown = scene.nodes[0].material
+    assert (shown.unlit, shown.alpha_mode, shown.alpha_cutoff) == (True, "mask", 1.5)
+    assert scene.warnings == ()
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_joints_that_mirror_keep_outer_sides_outside(tmp_path: Path, mirrored: bool) -> None:
+    """One joint at (±2, 1, 1): the triangle is scaled, and its normals and winding go on facing +z."""
+    file = File()
+    attributes = {
+        "POSITION": file.accessor(TRIANGLE),
+        "NORMAL": file.accessor([[0, 0, 1]] * 3),
+        "JOINTS_0": file.accessor([[0, 0, 0, 0]] * 3, BYTE),
+        "WEIGHTS_0": file.accessor([[1, 0, 0, 0]] * 3),
+    }
+    nodes = [{"mesh": 0, "skin": 0}, {"scale": [-2 if mirrored else 2, 1, 1]}]
+    scene = file.load(
+        tmp_path, {"attributes": attributes}, nodes=nodes, skins=[{"joints": [1]}], scenes=[{"nodes": [0, 1]}]
+    )
+    mesh = scene.nodes[0].mesh
+    a, b, c = mesh.positions[mesh.triangles[0]]
+    assert np.cross(b - a, c - a).tolist() == [0.0, 0.0, 2.0]
+    assert mesh.normals.tolist() == [[0.0, 0.0, 1.0]] * 3
+    assert mesh.positions[:, 0].min() == (-2.0 if mirrored else 0.0)
 
 
 @pytest.mark.parametrize(
@@ -393,7 +432,6 @@ def test_filters_are_read(tmp_path: Path, filters: dict[str, int], magnify: str,
             {"pbrMetallicRoughness": {"metallicFactor": 0.8}},
             "material 'wood': its metal is not shown; it looks diffuse",
         ),
-        ({"extensions": {"KHR_materials_unlit": {}}}, "material 'wood': KHR_materials_unlit is not shown"),
         ({"occlusionTexture": {"index": 0}}, "material 'wood': its occlusion map is not used"),
         ({"normalTexture": {"index": 0, "scale": 2}}, "material 'wood': the scale of its normal map is not applied"),
         ({"extensions": {"KHR_materials_sheen": {}}}, "material 'wood': KHR_materials_sheen is not shown"),

@@ -18,7 +18,7 @@ from passgraph.effects.checked import checked, effect
 from passgraph.effects.color.tone_map import tone_map
 from passgraph.effects.effect_options import picture_of
 from passgraph.effects.quantities import Color, NotNegative, Reach, Share
-from passgraph.effects.shadows.shadow_light import ambient_light
+from passgraph.effects.shadows.shadow_light import ambient_light, is_lit
 from passgraph.effects.shadows.soft_shadow import soft_shadow_passes
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.views import Casters, View
@@ -52,7 +52,7 @@ def dim_ambient(lit: Image, base: Image, ambient: Image, occlusion: Image, bounc
     """Darken only the ambient part of a surface's light."""
     here = lit[0, 0]
     share = vec3(occlusion[0, 0].r)
-    color = base[0, 0].rgb
+    color = base[0, 0].rgb if is_lit(base[0, 0]) else vec3(0.0)
     if bounces:
         share = after_bounces(occlusion[0, 0].r, color)
     return vec4(max(here.rgb - color * ambient[0, 0].rgb * (1.0 - share), vec3(0.0)), here.a)

@@ -22,7 +22,7 @@ from passgraph.effects.quantities import Color, Height, NotNegative, Share, Widt
 from passgraph.effects.shadows.shadow_light import KINDS, light_at
 from passgraph.effects.surfaces.batches import batches, merged
 from passgraph.effects.surfaces.engine_depth import DepthFrame, depth_frame, distance_held
-from passgraph.effects.surfaces.material_textures import texture_input
+from passgraph.effects.surfaces.material_textures import addressed, texture_input, wrap_number
 from passgraph.effects.surfaces.views import LightFrame, View, view_from_world
 from passgraph.scene.matrices import translation
 
@@ -174,14 +174,14 @@ def light_on(lights: mat4, colors: mat4, axes: mat4, place: vec3, normal: vec3, 
 @pg.fragment
 def lit_object(
     surface: Lit, base_map: Image, lights: mat4, colors: mat4, axes: mat4, ambient: vec3, keep: float,
-    has_map: Const[bool], cutoff: float,
+    has_map: Const[bool], map_wrap: Const[int], cutoff: float,
 ) -> vec4:  # fmt: skip
     """Shade a lit surface; ``keep`` is the side of the plane that is drawn, 0 for both."""
     if surface.height * keep < 0.0:
         discard()
     color = surface.color
     if has_map:
-        color = color * base_map.sample(surface.uv)
+        color = color * base_map.sample(addressed(base_map, surface.uv, map_wrap))
     if color.a < cutoff:
         discard()
     return vec4(color.rgb * light_on(lights, colors, axes, surface.place, surface.normal, ambient), color.a)
@@ -190,12 +190,12 @@ def lit_object(
 @pg.fragment
 def lit_plane(
     surface: Lit, base_map: Image, lights: mat4, colors: mat4, axes: mat4, ambient: vec3, face: vec4, side: float,
-    has_map: Const[bool],
+    has_map: Const[bool], map_wrap: Const[int],
 ) -> vec4:  # fmt: skip
     """Shade the visible face of the plane, with that face's color and opacity."""
     color = face.rgb
     if has_map:
-        color = color * base_map.sample(surface.uv).rgb
+        color = color * base_map.sample(addressed(base_map, surface.uv, map_wrap)).rgb
     return vec4(color * light_on(lights, colors, axes, surface.place, vec3(0.0, side, 0.0), ambient), face.a)
 
 
@@ -285,6 +285,7 @@ class Draws:
                 **self._placed(batch.origin, matrix),
                 **self._map(material),
                 **self.light_values,
+                **({"colors": np.zeros((4, 4)), "ambient": (1.0,) * 3} if material.unlit else {}),
                 "keep": self.side if mirrored else 0.0,
                 "cutoff": material.alpha_cutoff if material.alpha_mode == "mask" else -1.0,
             }
@@ -371,7 +372,7 @@ class Draws:
     def _map(self, material: pg.Material) -> dict[str, object]:
         texture = material.base_color_texture
         found = self.white if texture is None else texture_input(texture, "base color")
-        return {"base_map": found, "has_map": texture is not None}
+        return {"base_map": found, "has_map": texture is not None, "map_wrap": wrap_number(texture)}
 
 
 Fog = Literal["none", "linear", "exp", "exp2"]

@@ -22,7 +22,7 @@ from passgraph.effects.shadows.shadow_map import NOTHING, caster_meshes, shadow_
 from passgraph.effects.surfaces.batches import Batch, batches
 from passgraph.effects.surfaces.g_buffer import Surface, place, sided
 from passgraph.effects.surfaces.geometry import facing
-from passgraph.effects.surfaces.material_textures import texture_input
+from passgraph.effects.surfaces.material_textures import addressed, texture_input, wrap_number
 from passgraph.effects.surfaces.views import Casters, LightFrame, MapView, View
 from passgraph.srgb import linear_to_srgb
 
@@ -58,9 +58,11 @@ def compared(
     surface: Surface, map: Image, base_map: Image, map_from_view: mat4, depth_row: vec4, light_place: vec3,
     light_texel: float, light_bias: float, cutoff: float,
     kind: Const[int], double_sided: Const[bool], receives: Const[bool], masked: Const[bool], has_base: Const[bool],
+    base_wrap: Const[int],
 ) -> float:  # fmt: skip
     """Pass 2: compare nine texels of the shadow map one by one, and average."""
-    if masked and surface.color.a * (base_map.sample(surface.uv).a if has_base else 1.0) < cutoff:
+    at = addressed(base_map, surface.uv, base_wrap)
+    if masked and surface.color.a * (base_map.sample(at).a if has_base else 1.0) < cutoff:
         discard()
     if not receives:
         return 1.0
@@ -82,12 +84,13 @@ def compared(
 def lit(
     surface: Surface, mask: Image, spotlight: Image, base_map: Image, map_from_view: mat4, light_place: vec3,
     light_color: vec3, ambient: float, cutoff: float,
-    kind: Const[int], double_sided: Const[bool], masked: Const[bool], has_base: Const[bool], display: Const[bool],
+    kind: Const[int], double_sided: Const[bool], masked: Const[bool], has_base: Const[bool], base_wrap: Const[int],
+    unlit: Const[bool], display: Const[bool],
 ) -> vec4:  # fmt: skip
     """Pass 5: multiply light per pixel by the mask and the spotlight's picture."""
     color = surface.color
     if has_base:
-        color = color * base_map.sample(surface.uv)
+        color = color * base_map.sample(addressed(base_map, surface.uv, base_wrap))
     if masked and color.a < cutoff:
         discard()
     # the spotlight's picture replaces the cone: the light itself shines in all directions
@@ -102,7 +105,7 @@ def lit(
         at = vec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w)
         spot = spotlight.sample(at).rgb
     shadow = mask.sample((vec2(pixel()) + 0.5) / vec2(output_size())).r
-    shaded = color.rgb * (vec3(ambient) + arriving * spot * shadow)
+    shaded = color.rgb * (vec3(1.0) if unlit else vec3(ambient) + arriving * spot * shadow)
     if display:
         shaded = min(max(shaded, vec3(0.0)), vec3(1.0))
         shaded = vec3(encode_srgb_wide(shaded.r), encode_srgb_wide(shaded.g), encode_srgb_wide(shaded.b))
@@ -157,7 +160,12 @@ def five_pass_targets(
     into: pg.Target | pg.TargetSpec = pg.target("mask", mask_format, scale=1.0, clear=1.0)
     depth: pg.Target | pg.TargetSpec = pg.target("mask_test", "depth32f", scale=1.0)
     for batch in opaque:
-        values = {**common, **for_mask, **_surface(batch, view, map_), "receives": batch.receives}
+        values = {
+            **common,
+            **for_mask,
+            **_surface(batch, view, map_),
+            "receives": batch.receives and not batch.material.unlit,
+        }
         into = _draw(batch, compared, into, depth, "pass 2: mask", values)
         depth = into.depth
     assert isinstance(into, pg.Target)
@@ -168,7 +176,7 @@ def five_pass_targets(
     depth = pg.target("picture_test", "depth32f", scale=1.0)
     for batch in opaque:
         values = {**common, **for_light, **_surface(batch, view, picture)}
-        values |= {"mask": blurred, "ambient": ambient, "display": display}
+        values |= {"mask": blurred, "ambient": ambient, "unlit": batch.material.unlit, "display": display}
         into = _draw(batch, lit, into, depth, "pass 5: lit scene", values)
         depth = into.depth
     assert isinstance(into, pg.Target)
@@ -229,6 +237,7 @@ def _surface(batch: Batch, view: View, stand_in: pg.Target) -> dict[str, object]
         "view_from_local": view.view_from(batch.origin),
         "base_map": stand_in if texture is None else texture_input(texture, "base color"),
         "has_base": texture is not None,
+        "base_wrap": wrap_number(texture),
         "cutoff": material.alpha_cutoff,
         "masked": material.alpha_mode == "mask",
         "double_sided": material.double_sided,

@@ -101,6 +101,12 @@ def share_of(shadowed: float, free: float) -> float:
     return shadowed / free if free > 1e-12 else 1.0
 
 
+@pg.function
+def is_lit(base: vec4) -> bool:
+    """Return False for the base color of an unlit surface (`passgraph.effects.surfaces.g_buffer.UNLIT`)."""
+    return base.a > -0.5
+
+
 @pg.struct
 class Parts:
     """A pixel of RTT1 and RTT2."""
@@ -117,7 +123,7 @@ def parts(free: Image, shadowed: Image, color: Image, depth: Image) -> Parts:
     dim = shadowed[0, 0].rgb
     share = vec3(share_of(dim.r, light.r), share_of(dim.g, light.g), share_of(dim.b, light.b))
     here = depth[0, 0].r > 0.0
-    lit = base.rgb * light if here else base.rgb
+    lit = base.rgb * light if here and is_lit(base) else base.rgb
     return Parts(lit, vec4(share if here and base.a > 0.5 else vec3(1.0), 1.0))
 
 
@@ -139,14 +145,15 @@ def split_rgb(free: Image, shadowed: Image, color: Image, depth: Image) -> tuple
 def lit(free: Image, color: Image, depth: Image, background_alpha: float) -> vec4:
     """Write the textured scene if nothing casts a shadow."""
     base = color[0, 0]
-    return vec4(base.rgb * free[0, 0].rgb, 1.0) if depth[0, 0].r > 0.0 else vec4(base.rgb, background_alpha)
+    light = free[0, 0].rgb if is_lit(base) else vec3(1.0)
+    return vec4(base.rgb * light, 1.0) if depth[0, 0].r > 0.0 else vec4(base.rgb, background_alpha)
 
 
 @pg.kernel
 def lit_rgb(free: Image, color: Image, depth: Image) -> vec3:
     """`lit` for 96-bit targets."""
     base = color[0, 0]
-    return base.rgb * free[0, 0].rgb if depth[0, 0].r > 0.0 else base.rgb
+    return base.rgb * free[0, 0].rgb if depth[0, 0].r > 0.0 and is_lit(base) else base.rgb
 
 
 @pg.kernel

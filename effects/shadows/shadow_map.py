@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 import passgraph as pg
-from passgraph import Image, discard, dot, mat4, vec2, vec4
+from passgraph import Const, Image, discard, dot, mat4, vec2, vec4
 from passgraph.effects.surfaces.batches import merged
-from passgraph.effects.surfaces.material_textures import texture_input
+from passgraph.effects.surfaces.material_textures import addressed, texture_input, wrap_number
 from passgraph.effects.surfaces.views import Casters, MapView
 
 #: Depth where a map shows no caster: farther than any receiver.
@@ -38,9 +40,17 @@ def distance_of(caster: Caster) -> float:
 
 
 @pg.fragment
-def distance_of_cut_out(caster: Caster, base_map: Image, cutoff: float) -> float:
+def distance_of_cut_out(caster: Caster, base_map: Image, base_wrap: Const[int], cutoff: float) -> float:
     """Return the same for a caster whose texture has holes."""
-    if caster.alpha * base_map.sample(caster.uv).a < cutoff:
+    if caster.alpha * base_map.sample(addressed(base_map, caster.uv, base_wrap)).a < cutoff:
+        discard()
+    return caster.depth
+
+
+@pg.fragment
+def distance_of_faded(caster: Caster, cutoff: float) -> float:
+    """Return the same for a caster whose vertices' alpha makes holes."""
+    if caster.alpha < cutoff:
         discard()
     return caster.depth
 
@@ -57,12 +67,20 @@ def caster_meshes(casters: Casters) -> list[CasterMesh]:
     """Return solid casters as one mesh, and one more for each cut-out material; all lights share them."""
     groups: dict[int | None, list[pg.Node]] = {}
     for node in casters.nodes:
-        cut_out = node.material.alpha_mode == "mask" and node.material.base_color_texture is not None
-        groups.setdefault(id(node.material) if cut_out else None, []).append(node)
+        groups.setdefault(id(node.material) if _has_holes(node) else None, []).append(node)
     return [
         CasterMesh(merged(nodes, casters.origin), None if key is None else nodes[0].material)
         for key, nodes in groups.items()
     ]
+
+
+def _has_holes(node: pg.Node) -> bool:
+    material = node.material
+    if material.alpha_mode != "mask":
+        return False
+    # in float32, as the kernel compares
+    least = (node.mesh.colors[:, 3] * np.float32(material.base_color[3])).min()
+    return material.base_color_texture is not None or bool(least < np.float32(material.alpha_cutoff))
 
 
 def shadow_map(view: MapView, meshes: list[CasterMesh], map_size: int, name: str) -> pg.Target:
@@ -80,13 +98,16 @@ def shadow_map(view: MapView, meshes: list[CasterMesh], map_size: int, name: str
             "clip_from_local": view.clip_from(origin),
             "depth_row": view.depth_row(origin),
         }
-        texture = part.cut_out.base_color_texture if part.cut_out is not None else None
-        if part.cut_out is not None and texture is not None:
-            values |= {"base_map": texture_input(texture, "base color"), "cutoff": part.cut_out.alpha_cutoff}
+        fragment = distance_of
+        if part.cut_out is not None:
+            texture = part.cut_out.base_color_texture
+            fragment = distance_of_faded if texture is None else distance_of_cut_out
+            values |= {"cutoff": part.cut_out.alpha_cutoff}
+            if texture is not None:
+                values |= {"base_map": texture_input(texture, "base color"), "base_wrap": wrap_number(texture)}
         into = pg.draw(
-            part.mesh, vertex=toward_light, fragment=distance_of if texture is None else distance_of_cut_out,
-            into=into, depth=depth, name=name, values=values,
-        )  # fmt: skip
+            part.mesh, vertex=toward_light, fragment=fragment, into=into, depth=depth, name=name, values=values
+        )
         assert isinstance(into, pg.Target)
         depth = into.depth
     assert isinstance(into, pg.Target)

@@ -60,7 +60,7 @@ def bounds_of(nodes: Sequence[pg.Node]) -> Float64:
 
 def _plain(material: pg.Material) -> tuple[object, ...]:
     cutoff = material.alpha_cutoff if material.alpha_mode == "mask" else None
-    return (material.alpha_mode, cutoff)
+    return (material.alpha_mode, cutoff, material.unlit)
 
 
 def _batch(nodes: list[pg.Node]) -> Batch:

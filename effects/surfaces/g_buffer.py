@@ -39,6 +39,8 @@ from passgraph.effects.surfaces.views import View
 PARALLAX_STEPS = 8
 #: The view is treated as no flatter than this (cosine), or the texture would smear at grazing angles.
 FLATTEST_VIEW = 0.25
+#: The alpha of the base color of surfaces that no light and no shadow changes.
+UNLIT = -1.0
 
 
 @pg.struct
@@ -195,7 +197,8 @@ class GBuffer:
 
     Attributes
     ----------
-    color : rgba16f, linear base color, translucent surfaces blended in; alpha is 1 where shadows are received
+    color : rgba16f, linear base color, translucent surfaces blended in; alpha is 1 where shadows are received, and
+        `UNLIT` on unlit surfaces
     normals : rgba16f, packed: the normal after normal maps (red, green) and that of the surface (blue, alpha)
     depth : r32f, distance along the view axis in scene units; 0 where there is no surface
     rises : rg32f, increase of `passgraph.effects.surfaces.geometry.linear_on_planes` of the depth on the plane of the
@@ -249,7 +252,7 @@ def _draw(
     material = batch.material
     values: dict[str, object] = {
         "double_sided": material.double_sided,
-        "receives": float(batch.receives),
+        "receives": UNLIT if material.unlit else float(batch.receives),
         "masked": material.alpha_mode == "mask",
         "cutoff": material.alpha_cutoff,
         "in_perspective": view.in_perspective(),
@@ -319,7 +322,8 @@ class SceneSurfaces:
     ----------
     depth : r32f, distance along the view axis in scene units
     normals : rgba32f, a unit vector and 1
-    base_color : rgba16f, linear and unlit; translucent surfaces mixed in, alpha 1 where shadows are received
+    base_color : rgba16f, linear, without light; translucent surfaces mixed in; alpha is 1 where shadows are received,
+        and -1 on unlit surfaces
     """
 
     depth: pg.Target

@@ -41,14 +41,14 @@ class Mips:
     count: int
 
 
-def mips_of(pixels: NDArray[np.float32], use: Use, wrap: Wrap) -> Mips:
+def mips_of(pixels: NDArray[np.float32], use: Use, wraps: tuple[Wrap, Wrap]) -> Mips:
     """Return the levels of a texture (h, w, 4) of linear values, each a mean over the areas of its texels.
 
     Colors are weighted by their alpha; normals (xyz in 0..1) are normalized again.
 
     The picture of a texture too small for any level is empty.
 
-    >>> mips_of(np.ones((4, 8, 4), np.float32), "base color", "repeat").picture.shape
+    >>> mips_of(np.ones((4, 8, 4), np.float32), "base color", ("repeat", "clamp")).picture.shape
     (7, 6, 4)
     """
     height, width = pixels.shape[:2]
@@ -59,7 +59,8 @@ def mips_of(pixels: NDArray[np.float32], use: Use, wrap: Wrap) -> Mips:
     for number in range(1, count + 1):
         level = _resized(_resized(level, size[1] >> number, 0), size[0] >> number, 1)
         top = _top(size[1], number)
-        shown = np.pad(_spread(level, use), ((1, 1), (1, 1), (0, 0)), _PADS[wrap])
+        shown = np.pad(_spread(level, use), ((0, 0), (1, 1), (0, 0)), _PADS[wraps[0]])
+        shown = np.pad(shown, ((1, 1), (0, 0), (0, 0)), _PADS[wraps[1]])
         picture[top : top + shown.shape[0], : shown.shape[1]] = shown
         level = _gathered(_spread(level, use), use) if use == "normals" else level
     return Mips(picture, size, count)
@@ -120,13 +121,34 @@ def level_at(uv: vec2, size: vec2) -> float:
 
 
 @pg.function
-def wrapped(at: vec2, wrap: int) -> vec2:
-    """Map coordinates into 0..1 by the wrap mode of `Texture.wrap`."""
+def wrapped_axis(at: float, wrap: int) -> float:
+    """Map a coordinate into 0..1 by the number of a wrap mode."""
     if wrap == 0:
         return fract(at)
     if wrap == 1:
-        return clamp(at, vec2(0.0), vec2(1.0))
+        return clamp(at, 0.0, 1.0)
     return 1.0 - abs(fract(at * 0.5) * 2.0 - 1.0)
+
+
+@pg.function
+def wrapped(at: vec2, wrap: int) -> vec2:
+    """Map coordinates into 0..1 by the number of `wrap_number`."""
+    return vec2(wrapped_axis(at.x, wrap % 3), wrapped_axis(at.y, wrap // 3))
+
+
+@pg.function
+def edge_wrapped(at: float, wrap: int, size: int) -> float:
+    """Map a coordinate onto the texels of a picture that repeats, for modes in which the outermost texels go on."""
+    half = 0.5 / float(size)
+    return at if wrap == 0 else clamp(wrapped_axis(at, wrap), half, 1.0 - half)
+
+
+@pg.function
+def addressed(map: Image, at: vec2, wrap: int) -> vec2:
+    """Return where to sample the picture of a texture: its border rule does one wrap mode, but not two of them."""
+    if wrap % 3 == wrap // 3:
+        return at
+    return vec2(edge_wrapped(at.x, wrap % 3, map.size.x), edge_wrapped(at.y, wrap // 3, map.size.y))
 
 
 @pg.function
@@ -147,9 +169,10 @@ def mipped(
     if minify == NEAREST_LEVEL:
         level = floor(level + 0.5)
     if count == 0 or level < 1.0:
-        color = base.sample(at)
+        place = addressed(base, at, wrap)
+        color = base.sample(place)
         if minify > 0 and level_by_size > 0.0:
-            color = base.nearest(at)
+            color = base.nearest(place)
     if count > 0 and level > 0.0:
         inside = wrapped(at, wrap)
         lower = min(int(floor(level)), count - 1)
@@ -160,9 +183,10 @@ def mipped(
     return color
 
 
-def wrap_number(wrap: Wrap) -> int:
-    """Return the number of a wrap mode for `wrapped`."""
-    return WRAPS.index(wrap)
+def wrap_number(texture: Texture | None) -> int:
+    """Return the number of a texture's wrap modes for `wrapped` and `addressed`."""
+    across, down = ("repeat", "repeat") if texture is None else texture.wraps
+    return WRAPS.index(across) + 3 * WRAPS.index(down)
 
 
 #: The inputs of each texture by use. All effects on a scene share them, so that one graph may hold several effects.
@@ -199,7 +223,9 @@ def texture_input(texture: Texture, use: Use) -> pg.Target:
             kind = "rgba16f" if use == "base color" else "rgba8"
         return pg.Input(name, kind, texture.size, static=True, default=np.ascontiguousarray(pixels))
 
-    return _shared_input(texture, use, make).border(texture.wrap).filter(texture.magnify)
+    # for two modes see `addressed`
+    border = texture.wrap if isinstance(texture.wrap, str) else "repeat"
+    return _shared_input(texture, use, make).border(border).filter(texture.magnify)
 
 
 def texture_levels(texture: Texture, use: Use) -> dict[str, object]:
@@ -208,7 +234,7 @@ def texture_levels(texture: Texture, use: Use) -> dict[str, object]:
     count = min(size).bit_length() - 1
 
     def make(name: str) -> pg.Target:
-        mips = mips_of(texture.decode(), use, texture.wrap)
+        mips = mips_of(texture.decode(), use, texture.wraps)
         kind = "rgba16f" if use == "base color" else "rgba8"
         return pg.Input(name, kind, mips.picture.shape[1::-1], static=True, default=mips.picture)
 
@@ -221,6 +247,6 @@ def texture_levels(texture: Texture, use: Use) -> dict[str, object]:
         "levels": levels,
         "size": tuple(map(float, size)),
         "count": 0 if texture.minify == "nearest" else count,
-        "wrap": wrap_number(texture.wrap),
+        "wrap": wrap_number(texture),
         "minify": MINIFY.index(texture.minify),
     }

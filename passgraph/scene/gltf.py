@@ -32,6 +32,7 @@ READABLE = (
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
 )
@@ -79,7 +80,10 @@ def check_header(header: dict[str, Any], file: Path) -> None:
     """Raise InputError for compressed geometry, excessive counts and node cycles."""
     for extension in UNREADABLE:
         if extension in header.get("extensionsRequired", []):
-            raise InputError(f"{file}: compressed with {extension}, which is not read; save it uncompressed")
+            raise InputError(
+                f"{file}: compressed with {extension}, which is not read; save it uncompressed, with glTF-Transform or "
+                "Blender"
+            )
     for extension in header.get("extensionsRequired", []):
         if extension not in READABLE:
             raise InputError(

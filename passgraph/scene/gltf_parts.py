@@ -17,6 +17,7 @@ from passgraph.scene.matrices import Float64
 from passgraph.scene.model_data import Arrays, PlacedMeshes, rgba, texture_of
 
 GLOSSY = "KHR_materials_pbrSpecularGlossiness"
+UNLIT = "KHR_materials_unlit"
 TRANSFORM = "KHR_texture_transform"
 WEBP = "EXT_texture_webp"
 # glTF 2.0, section 5.26: filters of a sampler that read one texel. Others are linear, with mipmaps for minification.
@@ -72,8 +73,9 @@ class GltfMaterials:
             self._texture(picture, "srgb", f"{name} base colour"),
             self._texture(bump, "linear", f"{name} normal map"),
             alpha_mode=cast(AlphaMode, mode),
-            alpha_cutoff=min(max(float(source.get("alphaCutoff", 0.5)), 0.0), 1.0),
+            alpha_cutoff=max(float(source.get("alphaCutoff", 0.5)), 0.0),
             double_sided=bool(source.get("doubleSided", False)),
+            unlit=UNLIT in source.get("extensions", {}),
         )
         return material, own
 
@@ -98,7 +100,7 @@ class GltfMaterials:
         if source.get("normalTexture", {}).get("scale", 1.0) != 1.0:
             add("the scale of its normal map is not applied", where)
         for extension in source.get("extensions", {}):
-            if extension != GLOSSY:
+            if extension not in (GLOSSY, UNLIT):
                 add(f"{extension} is not shown", where)
 
     def _coordinates(self, picture: dict[str, Any] | None, where: str) -> Coordinates:
@@ -133,16 +135,15 @@ class GltfMaterials:
         if data is None:
             return None
         sampler = self.data.entry("samplers", texture["sampler"]) if "sampler" in texture else {}
-        decoded = texture_of(data, space, what, self.data.notes, str(self.data.file), self._wrap(sampler, what))
+        decoded = texture_of(data, space, what, self.data.notes, str(self.data.file), _wrap(sampler))
         magnify = MAGNIFY.get(sampler.get("magFilter"), "linear")
         minify = MINIFY.get(sampler.get("minFilter"), "linear mipmap linear")
         return decoded and dataclasses.replace(decoded, magnify=magnify, minify=minify)
 
-    def _wrap(self, sampler: dict[str, Any], what: str) -> Wrap:
-        across, down = (WRAPS.get(sampler.get(key, 10497), "repeat") for key in ("wrapS", "wrapT"))
-        if across != down:
-            self.data.notes.add(f"it wraps by {across} across and {down} down; {across} is used for both", what)
-        return across
+
+def _wrap(sampler: dict[str, Any]) -> Wrap | tuple[Wrap, Wrap]:
+    across, down = (WRAPS.get(sampler.get(key, 10497), "repeat") for key in ("wrapS", "wrapT"))
+    return across if across == down else (across, down)
 
 
 TRIANGLES, STRIP, FAN = 4, 5, 6
@@ -199,7 +200,8 @@ def uvs_of(data: GltfData, primitive: dict[str, Any], number: int, where: str) -
 def skinned(data: GltfData, arrays: Arrays, primitive: dict[str, Any], skin: Any, where: str) -> Arrays:
     """Return the vertices transformed by the joints of the default pose, in the world.
 
-    The transform of the node that draws them is ignored, as in the specification.
+    The transform of the node that draws them is ignored, as in the specification. Joints that mirror reverse the
+    triangles, so that their outer sides stay outside.
     """
     attributes = primitive.get("attributes", {})
     count = len(arrays.positions)
@@ -220,13 +222,15 @@ def skinned(data: GltfData, arrays: Arrays, primitive: dict[str, Any], skin: Any
     blended[free] = np.eye(4)
     blended /= np.where(free, 1.0, total)[:, None, None]
     positions = np.einsum("nij,nj->ni", blended[:, :3, :3], arrays.positions) + blended[:, :3, 3]
+    mirrored = np.linalg.det(blended[:, :3, :3]) < 0.0
+    triangles = np.where(mirrored[arrays.triangles[:, :1]], arrays.triangles[:, ::-1], arrays.triangles)
     normals = arrays.normals
     if normals is not None:
-        # the cofactor matrix transforms normals as the inverse transpose does, without division
+        # the cofactor matrix transforms normals as the inverse transpose does, up to a factor: the determinant
         a, b, c = blended[:, 0, :3], blended[:, 1, :3], blended[:, 2, :3]
         cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
-        normals = np.einsum("nij,nj->ni", cofactors, normals)
-    return Arrays(positions, arrays.triangles, normals, arrays.uvs, arrays.colors)
+        normals = np.einsum("nij,nj->ni", cofactors, normals) * np.where(mirrored, -1.0, 1.0)[:, None]
+    return Arrays(positions, triangles, normals, arrays.uvs, arrays.colors)
 
 
 def _joint_matrices(data: GltfData, skin: dict[str, Any]) -> Float64:
@@ -282,7 +286,7 @@ def nodes_of(data: GltfData, turn: Float64) -> tuple[list[Node], list[str]]:
         _note_extensions(data, node, f"node {node.get('name', number)!r}")
         for index, primitive in enumerate(primitives[number]):
             _place(data, placed, materials, node, world, primitive, (number, index))
-    return placed.done(False)
+    return placed.done()
 
 
 def _copies(data: GltfData, node: dict[str, Any], placed: PlacedMeshes) -> list[Float64]:

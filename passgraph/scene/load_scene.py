@@ -1,4 +1,4 @@
-"""Load a model file as a `Scene`: glTF directly, since trimesh reads only a part of it; others through trimesh."""
+"""Load a model file as a `Scene`: OBJ and STL through trimesh, the others directly, since it reads parts of them."""
 
 from __future__ import annotations
 
@@ -18,16 +18,20 @@ from passgraph.scene.gltf import GltfData
 from passgraph.scene.gltf_parts import nodes_of
 from passgraph.scene.ground import lacks_ground
 from passgraph.scene.lights import Light
-from passgraph.scene.materials import Material, Node
+from passgraph.scene.materials import Node
 from passgraph.scene.matrices import LEAST_RADIUS, MOST_RADIUS, Float64, sphere_of
-from passgraph.scene.model_data import MtlReader, PlacedMeshes, arrays_of
+from passgraph.scene.model_data import Arrays, MtlReader, PlacedMeshes, arrays_of, arrays_of_polygons
 from passgraph.scene.model_files import MAX_FILE_BYTES, FolderReader, Notes, as_utf8, checked_path, read_model
-from passgraph.scene.sides import with_outside
+from passgraph.scene.off import read_off
+from passgraph.scene.ply import read_ply
+from passgraph.scene.polygons import split_obj_polygons
 
 if TYPE_CHECKING:
     from passgraph.scene.scene import Scene
 
 
+# Formats that hold one surface of polygons.
+POLYGON_READERS = {".off": read_off, ".ply": read_ply}
 # Rotates a file with z up, so that z becomes y.
 _Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 
@@ -94,7 +98,13 @@ def _load(make: type[Scene], file: Path, ground: bool | None, up: Literal["y", "
         data = GltfData(file, header, binary, folder, notes)
         nodes, lines = nodes_of(data, turn)
     else:
-        nodes, lines = _nodes(_read(file, folder), file, MtlReader(str(file), folder, notes), turn)
+        placed = PlacedMeshes(file, turn, flat=file.suffix.lower() == ".stl")
+        reader = MtlReader(str(file), folder, notes)
+        if file.suffix.lower() in POLYGON_READERS:
+            _place_surface(_read(file, folder), placed, reader)
+        else:
+            _place_meshes(_read(file, folder), placed, reader)
+        nodes, lines = placed.done()
     lines += [f"{name}: not found beside {file.name}; left out" for name in folder.missing]
     lines += [f"{sentence}; left out" for sentence in folder.refused]
     scene = _framed(make, nodes, file, notes.lines() + lines)
@@ -122,6 +132,7 @@ def default_light() -> Light:
 
 
 def _read(file: Path, folder: FolderReader) -> Any:
+    """Return the arrays of the only mesh, or the scene of trimesh."""
     import trimesh
 
     kind = file.suffix.lower()[1:]
@@ -130,8 +141,12 @@ def _read(file: Path, folder: FolderReader) -> Any:
     resolver: Any = folder
     try:
         with np.errstate(all="ignore"):  # NaN in a file is reported by our own checks
+            if file.suffix.lower() in POLYGON_READERS:
+                surface = POLYGON_READERS[file.suffix.lower()](data)
+                folder.picture = surface.picture
+                return arrays_of_polygons(surface, file.name)
             return trimesh.load_scene(
-                BytesIO(as_utf8(data) if kind == "obj" else data),
+                BytesIO(split_obj_polygons(as_utf8(data)) if kind == "obj" else data),
                 file_type=kind,
                 resolver=resolver,
                 process=False,
@@ -145,14 +160,12 @@ def _read(file: Path, folder: FolderReader) -> Any:
         raise InputError(f"{file}: cannot be read as {kind.upper()}, it is corrupt or truncated ({detail})") from None
 
 
-def _nodes(loaded: Any, file: Path, reader: MtlReader, turn: Float64) -> tuple[list[Node], list[str]]:
-    """Return the nodes of a trimesh scene, and warnings about meshes."""
+def _place_meshes(loaded: Any, placed: PlacedMeshes, reader: MtlReader) -> None:
+    """Place the geometries of a trimesh scene."""
     import trimesh
 
-    placed = PlacedMeshes(file, turn, flat=file.suffix.lower() == ".stl")
-    bodies: dict[Any, bool] = {}
-    both_sides: dict[Material, Material] = {}
     names = list(loaded.graph.nodes_geometry)
+    placed.others += len(loaded.geometry) if not names else 0
     placed.check_count(len(names))
     for name in names:
         matrix, key = loaded.graph[name]
@@ -160,16 +173,21 @@ def _nodes(loaded: Any, file: Path, reader: MtlReader, turn: Float64) -> tuple[l
         if not isinstance(geometry, trimesh.Trimesh) or len(geometry.faces) == 0:
             placed.others += 1
             continue
+        label = f"{placed.file.name}:{key}"
         if key not in placed.meshes:
-            placed.make(key, arrays_of(geometry, f"{file.name}:{key}"), f"{file.name}:{key}")
-            mesh, offset = placed.meshes[key]
-            mesh, bodies[key] = with_outside(mesh)
-            placed.meshes[key] = mesh, offset
-        material = reader.read(getattr(geometry.visual, "material", None))
-        if not bodies[key]:
-            material = both_sides.setdefault(material, replace(material, double_sided=True))
+            placed.make(key, arrays_of(geometry, label), label, find_outside=True)
+        source = getattr(geometry.visual, "material", None)
+        material = reader.read(None if source is None else str(source.name or ""))
         placed.put(key, np.asarray(matrix, dtype=np.float64), material, str(name))
-    return placed.done(len(loaded.geometry) > 0)
+
+
+def _place_surface(arrays: Arrays, placed: PlacedMeshes, reader: MtlReader) -> None:
+    """Place the mesh of a file that holds one."""
+    if not len(arrays.triangles):
+        placed.others += 1
+        return
+    placed.make(None, arrays, placed.file.name, find_outside=True)
+    placed.put(None, np.eye(4), reader.read(None if arrays.uvs is None else ""), placed.file.stem)
 
 
 def _framed(make: type[Scene], nodes: list[Node], file: Path, notes: list[str]) -> Scene:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import inf
 from typing import Literal, get_args
 
 import numpy as np
@@ -34,7 +35,7 @@ class Texture:
     pixels : (h, w, 4) uint8
     color_space : "srgb" for colors (alpha is always linear), "linear" for normals and heights
     name : used in messages
-    wrap : the wrap mode in both directions: repeat, mirrored repeat, or clamp to the edge
+    wrap : the wrap mode: repeat, mirrored repeat, or clamp to the edge; a pair has one across and one down
     magnify : the magnification filter: linear (four texels) or nearest
     minify : the minification filter, as OpenGL's GL_TEXTURE_MIN_FILTER; "nearest" aliases
     """
@@ -42,7 +43,7 @@ class Texture:
     pixels: NDArray[np.uint8]
     color_space: ColorSpace = "srgb"
     name: str = "texture"
-    wrap: Wrap = "repeat"
+    wrap: Wrap | tuple[Wrap, Wrap] = "repeat"
     magnify: Magnify = "linear"
     minify: Minify = "linear mipmap linear"
 
@@ -54,23 +55,29 @@ class Texture:
             raise InputError(
                 f"{where}: expected (h, w, 4) uint8 pixels (pg.Texture.make checks and converts), got {got}"
             )
-        choices = (("color_space", ColorSpace), ("wrap", Wrap), ("magnify", Magnify), ("minify", Minify))
-        for field_name, choice in choices:
+        pair = isinstance(self.wrap, tuple) and len(self.wrap) == 2
+        choices = (
+            ("color_space", self.color_space, ColorSpace),
+            *(("wrap", wrap, Wrap) for wrap in (self.wrap if pair else (self.wrap,))),
+            ("magnify", self.magnify, Magnify),
+            ("minify", self.minify, Minify),
+        )
+        for field_name, value, choice in choices:
             *first, last = map(repr, get_args(choice))
-            if not arguments.among(getattr(self, field_name), get_args(choice)):
-                got = arguments.shown(getattr(self, field_name))
+            if not arguments.among(value, get_args(choice)):
+                got = arguments.shown(value)
                 raise InputError(f"{where}: {field_name}: expected {', '.join(first)} or {last}, got {got}")
 
     @classmethod
     def make(
-        cls, pixels: ArrayLike, color_space: ColorSpace = "srgb", name: str = "texture", wrap: Wrap = "repeat",
-        magnify: Magnify = "linear", minify: Minify = "linear mipmap linear",
+        cls, pixels: ArrayLike, color_space: ColorSpace = "srgb", name: str = "texture",
+        wrap: Wrap | tuple[Wrap, Wrap] = "repeat", magnify: Magnify = "linear", minify: Minify = "linear mipmap linear",
     ) -> Texture:  # fmt: skip
         """Create a texture from an array of bytes, converted to four channels.
 
         Parameters
         ----------
-        pixels : (h, w), (h, w, 1), (h, w, 3) or (h, w, 4) uint8
+        pixels : uint8: gray (h, w) or (h, w, 1), gray and alpha (h, w, 2), RGB (h, w, 3) or RGBA (h, w, 4)
         color_space, name, wrap, magnify, minify : see the class
 
         Raises
@@ -82,18 +89,19 @@ class Texture:
         [1.0, 1.0, 1.0, 1.0]
         """
         where = f"texture {arguments.string(name, 'the name of a texture')!r}"
-        array = arguments.numbers(pixels, where, "be uint8 pixels (h, w, 1, 3 or 4)")
+        array = arguments.numbers(pixels, where, "be uint8 pixels (h, w, 1 to 4)")
         if array.ndim == 2:
             array = array[:, :, None]
-        if array.ndim != 3 or array.shape[2] not in (1, 3, 4) or 0 in array.shape:
-            raise InputError(f"texture {name!r}: expected shape (h, w, 1, 3 or 4), got {np.shape(pixels)}")
+        if array.ndim != 3 or array.shape[2] not in (1, 2, 3, 4) or 0 in array.shape:
+            raise InputError(f"texture {name!r}: expected shape (h, w, 1 to 4), got {np.shape(pixels)}")
         if array.dtype != np.uint8:
             raise InputError(f"texture {name!r}: expected uint8, got {array.dtype}; scale to 0..255 first")
         height, width, channels = array.shape
         check_texels(width, height, f"texture {name!r}")
         full = np.full((height, width, 4), 255, np.uint8)
-        if channels == 1:
-            full[:, :, :3] = array
+        if channels < 3:
+            full[:, :, :3] = array[:, :, :1]
+            full[:, :, 4 - (channels - 1) :] = array[:, :, 1:]
         else:
             full[:, :, :channels] = array
         full.setflags(write=False)
@@ -103,6 +111,11 @@ class Texture:
     def size(self) -> tuple[int, int]:
         """Width and height in texels."""
         return self.pixels.shape[1], self.pixels.shape[0]
+
+    @property
+    def wraps(self) -> tuple[Wrap, Wrap]:
+        """The wrap modes across and down."""
+        return self.wrap if isinstance(self.wrap, tuple) else (self.wrap, self.wrap)
 
     @cached_property
     def has_alpha(self) -> bool:
@@ -130,8 +143,9 @@ class Material:
     height_texture : linear; red 255 is the surface itself, 0 is ``height_scale`` below it
     height_scale : depth of the height map in texture units: 1 is as deep as the texture is wide
     alpha_mode : "opaque" ignores alpha, "mask" drops texels below ``alpha_cutoff``, "blend" mixes
-    alpha_cutoff : in [0, 1], used by "mask"
+    alpha_cutoff : used by "mask"; above 1, everything is dropped
     double_sided : back faces are drawn, with the normal flipped
+    unlit : it has its own color, whatever light and shadow reach it
 
     >>> Material(base_color=(1, 0.5, 0, 1)).alpha_mode
     'opaque'
@@ -146,6 +160,7 @@ class Material:
     alpha_mode: AlphaMode = "opaque"
     alpha_cutoff: float = 0.5
     double_sided: bool = False
+    unlit: bool = False
 
     def __post_init__(self) -> None:
         where = f"material {arguments.string(self.name, 'the name of a material')!r}"
@@ -155,14 +170,18 @@ class Material:
             raise InputError(f"{where}: base_color: expected four numbers in [0, 1], got {got}")
         object.__setattr__(self, "base_color", tuple(float(c) for c in color))
         object.__setattr__(self, "height_scale", number(self.height_scale, f"{where}: height_scale", 0.0, 1.0))
-        object.__setattr__(self, "alpha_cutoff", number(self.alpha_cutoff, f"{where}: alpha_cutoff", 0.0, 1.0))
+        object.__setattr__(self, "alpha_cutoff", number(self.alpha_cutoff, f"{where}: alpha_cutoff", 0.0, inf))
         if not arguments.among(self.alpha_mode, ("opaque", "mask", "blend")):
             got = arguments.shown(self.alpha_mode)
             raise InputError(f"{where}: alpha_mode: expected 'opaque', 'mask' or 'blend', got {got}")
         for name in ("base_color_texture", "normal_texture", "height_texture"):
             if getattr(self, name) is not None:
                 arguments.instance(getattr(self, name), Texture, f"{where}: {name}", "a pg.Texture", InputError)
-        arguments.flag(self.double_sided, f"{where}: double_sided", InputError)
+        if self.height_texture is not None and len(set(self.height_texture.wraps)) > 1:
+            got = arguments.shown(self.height_texture.wrap)
+            raise InputError(f"{where}: height_texture: expected one wrap mode for both axes, got {got}")
+        for switch in ("double_sided", "unlit"):
+            arguments.flag(getattr(self, switch), f"{where}: {switch}", InputError)
 
     @property
     def needs_tangents(self) -> bool:

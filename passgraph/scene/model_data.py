@@ -17,6 +17,8 @@ from passgraph.scene.materials import AlphaMode, ColorSpace, Material, Node, Tex
 from passgraph.scene.matrices import Float64, is_singular, translation
 from passgraph.scene.meshes import Mesh, creased_normals, smooth_normals
 from passgraph.scene.model_files import FolderReader, Notes, plain_name
+from passgraph.scene.polygons import Polygons
+from passgraph.scene.sides import with_outside
 from passgraph.srgb import srgb_to_linear
 
 
@@ -36,11 +38,10 @@ class MtlReader:
     notes: Notes
     _done: dict[str, Material] = field(default_factory=dict)
 
-    def read(self, source: Any) -> Material:
-        """Return a material; ``source`` is trimesh's SimpleMaterial, which has a name, or None."""
-        if source is None:
+    def read(self, name: str | None) -> Material:
+        """Return a material by its name, which may be empty; None is a surface without one."""
+        if name is None:
             return Material(name="default")
-        name = str(source.name or "")
         if name not in self._done:
             self._done[name] = self._from_mtl(name, self.folder.materials.get(name, {}))
         return self._done[name]
@@ -110,7 +111,9 @@ class MtlReader:
         return texture_of(data, space, what, self.notes, str(Path(self.where).parent / name), wrap)
 
 
-def texture_of(data: bytes, space: ColorSpace, what: str, notes: Notes, where: str, wrap: Wrap) -> Texture | None:
+def texture_of(
+    data: bytes, space: ColorSpace, what: str, notes: Notes, where: str, wrap: Wrap | tuple[Wrap, Wrap]
+) -> Texture | None:
     """Return a picture file as a texture; None with a note if it is missing, since surfaces can be drawn without it.
 
     Raises
@@ -204,6 +207,30 @@ def arrays_of(geometry: Any, name: str) -> Arrays:
     return dataclasses.replace(arrays.apart(), colors=np.repeat(face_colors, 3, axis=0))
 
 
+def arrays_of_polygons(surface: Polygons, name: str) -> Arrays:
+    """Return the triangles of a surface, whose colors are sRGB-encoded; ``name`` is for errors."""
+    triangles = surface.triangles()
+    colors = surface.vertex_colors
+    arrays = Arrays(
+        surface.positions,
+        surface.corners[triangles],
+        surface.normals,
+        _v_down(surface.uvs),
+        None if colors is None else _linear(colors),
+    )
+    by_polygon = surface.polygon_colors if colors is None else None
+    if surface.corner_uvs is None and by_polygon is None:
+        return arrays
+    _check(arrays.positions, arrays.triangles, name)
+    arrays = arrays.apart()
+    if surface.corner_uvs is not None:
+        arrays = dataclasses.replace(arrays, uvs=_v_down(surface.corner_uvs[triangles.reshape(-1)]))
+    if by_polygon is not None:
+        counts = 3 * np.maximum(surface.lengths - 2, 0)
+        arrays = dataclasses.replace(arrays, colors=np.repeat(_linear(by_polygon), counts, axis=0))
+    return arrays
+
+
 def mesh_of(arrays: Arrays, name: str, flat: bool, warnings: list[str]) -> tuple[Mesh, Float64]:
     """Return a checked mesh, and the (4, 4) float64 matrix from its coordinates to the file's.
 
@@ -246,6 +273,7 @@ class PlacedMeshes:
     turn : (4, 4), the file's axes to the scene's
     flat : see `mesh_of`
     meshes : by any key, with the matrix of `mesh_of`
+    both_sides : keys of meshes of which both sides are seen
     others : parts without triangles
     """
 
@@ -254,14 +282,22 @@ class PlacedMeshes:
         self.meshes: dict[Any, tuple[Mesh, Float64]] = {}
         self.nodes: list[Node] = []
         self.warnings: list[str] = []
+        self.both_sides: set[Any] = set()
         self.others = 0
+        self._double_sided: dict[Material, Material] = {}
 
     def check_count(self, count: int) -> None:
         if count > MAX_NODES:
             raise InputError(f"{self.file}: {count} nodes are more than the limit of {MAX_NODES}; merge them")
 
-    def make(self, key: Any, arrays: Arrays, name: str) -> None:
-        self.meshes[key] = mesh_of(arrays, name, self.flat, self.warnings)
+    def make(self, key: Any, arrays: Arrays, name: str, *, find_outside: bool = False) -> None:
+        """Add a mesh; ``find_outside`` is for formats without double-sided materials (`passgraph.scene.sides`)."""
+        mesh, offset = mesh_of(arrays, name, self.flat, self.warnings)
+        if find_outside:
+            mesh, closed = with_outside(mesh)
+            if not closed:
+                self.both_sides.add(key)
+        self.meshes[key] = mesh, offset
 
     def put(self, key: Any, matrix: Float64, material: Material, name: str) -> None:
         mesh, offset = self.meshes[key]
@@ -269,14 +305,16 @@ class PlacedMeshes:
         if not np.isfinite(transform).all() or is_singular(transform):
             self.warnings.append(f"node {name!r}: its transform has a scale of zero or is not finite; skipped")
             return
+        if key in self.both_sides:
+            material = self._double_sided.setdefault(material, dataclasses.replace(material, double_sided=True))
         self.nodes.append(Node(mesh, material, transform, name))
 
-    def done(self, has_meshes: bool) -> tuple[list[Node], list[str]]:
+    def done(self) -> tuple[list[Node], list[str]]:
         """Return the nodes and warnings; raise `InputError` if there is nothing to draw."""
         if self.others and self.nodes:
             self.warnings.append(f"{self.others} parts without triangles (points or lines) were skipped")
         if not self.nodes:
-            what = "only points or lines" if self.others or has_meshes else "no mesh"
+            what = "only points or lines" if self.others else "no mesh"
             raise InputError(f"{self.file}: holds {what}; expected at least one triangle in its scene")
         return self.nodes, self.warnings
 
@@ -307,12 +345,18 @@ def _mended(normals: Float64, smooth: NDArray[np.float32], name: str, warnings: 
 
 
 def _uvs(geometry: Any) -> Float64 | None:
-    """Return texture coordinates with v = 0 at the top row; trimesh has v = 0 at the bottom for every format."""
+    """Return texture coordinates; trimesh has v = 0 at the bottom for every format."""
     uvs = getattr(geometry.visual, "uv", None)
     if uvs is None or len(uvs) != len(geometry.vertices) or np.ndim(uvs) != 2:
         return None
-    result = np.array(uvs, dtype=np.float64)[:, :2]
-    result[:, 1] = 1.0 - result[:, 1]
+    return _v_down(np.asarray(uvs, np.float64))
+
+
+def _v_down(uvs: Float64 | None) -> Float64 | None:
+    """Return texture coordinates with v = 0 at the top row, from those with v = 0 at the bottom."""
+    if uvs is None:
+        return None
+    result = np.stack([uvs[:, 0], 1.0 - uvs[:, 1]], axis=1)
     return np.nan_to_num(result, nan=0.0, posinf=0.0, neginf=0.0)
 
 

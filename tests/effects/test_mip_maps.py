@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from math import tan
 from typing import Any
 
@@ -112,7 +113,7 @@ def test_levels_are_means_over_areas(size: tuple[int, int]) -> None:
     """Each texel of level 1 by integration over 60 × 60 places inside it."""
     pixels = noise().random((size[1], size[0], 4)).astype(np.float32)
     pixels[..., 3] = 1.0
-    mips = mips_of(pixels, "base color", "repeat")
+    mips = mips_of(pixels, "base color", ("repeat", "repeat"))
     width, height = mips.size[0] // 2, mips.size[1] // 2
     assert mips.count == min(mips.size).bit_length() - 1
     fine = 60 * np.array([height, width])
@@ -128,14 +129,14 @@ def test_what_cannot_be_seen_gives_no_colour() -> None:
     pixels = np.zeros((2, 2, 4), np.float32)
     pixels[0, 0] = 1.0, 0.5, 0.25, 1.0
     pixels[1, 1, :3] = 1.0
-    assert mips_of(pixels, "base color", "repeat").picture[1, 1].tolist() == [1.0, 0.5, 0.25, 0.25]
+    assert mips_of(pixels, "base color", ("repeat", "repeat")).picture[1, 1].tolist() == [1.0, 0.5, 0.25, 0.25]
 
 
 def test_normals_of_levels_have_length_1() -> None:
     way = noise().normal(size=(16, 16, 3)) * [0.5, 0.5, 0.1] + [0, 0, 1]
     way /= np.linalg.norm(way, axis=2, keepdims=True)
     pixels = np.dstack([way * 0.5 + 0.5, np.ones((16, 16))]).astype(np.float32)
-    level = mips_of(pixels, "normals", "repeat").picture[1:9, 1:9, :3] * 2 - 1
+    level = mips_of(pixels, "normals", ("repeat", "repeat")).picture[1:9, 1:9, :3] * 2 - 1
     expected = way.reshape(8, 2, 8, 2, 3).mean((1, 3))
     assert np.allclose(level, expected / np.linalg.norm(expected, axis=2, keepdims=True), atol=1e-5)
 
@@ -155,14 +156,15 @@ def looked_up(
 
 
 @pytest.mark.parametrize("level", [-3.0, 1.0, 1.75, 3.0, 9.0])
-@pytest.mark.parametrize("wrap", WRAPS)
-def test_a_level_wraps_as_the_texture_does(wrap: Any, level: float) -> None:
+@pytest.mark.parametrize(("across", "down"), list(product(WRAPS, WRAPS)))
+def test_a_level_wraps_as_the_texture_does(across: Any, down: Any, level: float) -> None:
     pixels = noise().random((8, 16, 4)).astype(np.float32)
     pixels[..., 3] = 1.0
-    mips = mips_of(pixels, "base color", wrap)
-    base = pg.Input("base", "rgba32f", (16, 8), border=wrap, default=pixels)
+    mips = mips_of(pixels, "base color", (across, down))
+    border = across if across == down else "repeat"
+    base = pg.Input("base", "rgba32f", (16, 8), border=border, default=pixels)
     levels = pg.Input("levels", "rgba32f", (mips.picture.shape[1], mips.picture.shape[0]), default=mips.picture)
-    given = tuple(map(float, mips.size)), mips.count, WRAPS.index(wrap), 0
+    given = tuple(map(float, mips.size)), mips.count, WRAPS.index(across) + 3 * WRAPS.index(down), 0
     out = looked_up(base, levels, *given, level, into=pg.target("out", "rgba32f", (64, 64)))
     with pg.compile(out, backend="numpy") as program:
         shown = program()["out"]
@@ -172,7 +174,8 @@ def test_a_level_wraps_as_the_texture_does(wrap: Any, level: float) -> None:
     def on(number: int) -> Any:
         small = pixels.reshape(8 >> number, 1 << number, 16 >> number, 1 << number, 4).mean((1, 3))
         height, width = small.shape[:2]
-        wide = np.pad(small, ((2 * height, 2 * height), (2 * width, 2 * width), (0, 0)), PADS[wrap])
+        wide = np.pad(small, ((0, 0), (2 * width, 2 * width), (0, 0)), PADS[across])
+        wide = np.pad(wide, ((2 * height, 2 * height), (0, 0), (0, 0)), PADS[down])
         at = (np.arange(64) + 0.37) / 16.0 - 1.5
         u, v = np.meshgrid(at * width - 0.5 + 2 * width, at * height - 0.5 + 2 * height)
         return np.stack([bilinear(wide[..., k], u, v) for k in range(4)], -1)
