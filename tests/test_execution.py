@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -387,3 +388,30 @@ def test_a_process_without_memory_for_the_compiler_is_told_so(tmp_path: Path) ->
         timeout=300, env={**os.environ, "PASSGRAPH_CACHE": str(tmp_path)},
     )  # fmt: skip
     assert "llvmlite, which cannot be loaded here; its library takes about 300 MB" in made.stdout, made.stderr
+
+
+def test_a_struct_of_the_user_may_be_named_vertex() -> None:
+    """The type of a parameter decides what the draw hands in, here and in a document; its name does not."""
+    kernels = """
+import passgraph as pg
+
+class Vertex:
+    shift: vec3
+
+class Corner:
+    position: vec4
+
+def place(vertex: pg.Vertex, extra: Vertex) -> Corner:
+    return Corner(vec4(vertex.position + extra.shift, 1.0))
+
+def paint(corner: Corner) -> vec4:
+    return vec4(0.25)
+"""
+    triangle = pg.Mesh.make(positions=[[-1, -1, 0], [3, -1, 0], [-1, 3, 0]], triangles=[[0, 1, 2]])
+    color = pg.draw(
+        triangle, vertex=pg.vertex(source=kernels, name="place"), fragment=pg.fragment(source=kernels, name="paint"),
+        into=pg.target("color", "rgba32f"), values={"extra": SimpleNamespace(shift=(1.0, 0.0, 0.0))},
+    )  # fmt: skip
+    for graph in (color, pg.from_data(pg.to_data(color))["color"]):
+        with pg.compile(graph, size=(4, 2)) as program:
+            assert program()["color"][0, :, 0].tolist() == [0.0, 0.0, 0.25, 0.25]

@@ -14,6 +14,7 @@ from passgraph.graph.calls import _check_result, pass_name, split_arguments
 from passgraph.graph.draw_state import BLENDS, Blend, DrawState, Geometry, Stencil, frozen
 from passgraph.graph.targets import DrawPass, Target, TargetSpec
 from passgraph.language.kernel import Kernel
+from passgraph.language.signature import VERTEX
 from passgraph.language.types import Struct
 
 #: Optional attributes of a mesh, and the number of components of each.
@@ -295,4 +296,4 @@ class _ParameterSubset:
 def _is_plain(kernel: Kernel, name: str) -> bool:
     """Return True if a struct parameter is neither the vertex nor the varyings."""
     parameter = next(p for p in kernel.parameters if p.name == name)
-    return kernel.stage == "vertex" and str(parameter.type) != "Vertex"
+    return kernel.stage == "vertex" and parameter.type != VERTEX

@@ -400,7 +400,7 @@ class _Graph:
 
 def _is_handed_in(stage: ir.Stage, type_: Type) -> bool:
     """Return True for a parameter that the stage supplies: the mesh's vertex, or the vertex kernel's outputs."""
-    return isinstance(type_, Struct) and (stage == "fragment" or (stage == "vertex" and type_.name == VERTEX.name))
+    return isinstance(type_, Struct) and (stage == "fragment" or (stage == "vertex" and type_ == VERTEX))
 
 
 def _formula(data: object, depth: int = 0) -> Any:
