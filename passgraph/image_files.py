@@ -20,6 +20,7 @@ import numpy as np
 
 from passgraph.errors import InputError
 from passgraph.image_formats import EXPECTED, READABLE, Metadata, Pixels, WritableFormat
+from passgraph.misread import mending_of
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
@@ -139,23 +140,32 @@ class ImageFile:
         spec = self.spec
         if spec.deep or spec.depth > 1:
             raise InputError(f"{file}: holds {'deep samples' if spec.deep else 'a volume'}; expected a flat picture")
+        self._mending = mending = mending_of(file, name, opened)
+        if mending.order is not None:
+            self.order = mending.order
+        if mending.has_alpha is not None:
+            self.has_alpha = mending.has_alpha
         self.channels = len(self.order)
-        stored = {str(spec.channelformat(channel)) for channel in self.order}
-        kinds = [_TYPES.get(kind) for kind in sorted(stored)]
-        if None in kinds:
-            named = ", ".join(sorted(stored))
-            raise InputError(
-                f"{file}: holds {named}; expected 8 or 16 bits without sign, or floats; convert it, for example to "
-                "an RGB PNG or a float TIFF"
-            )
-        self.dtype = np.result_type(*kinds) if kinds else np.dtype(np.uint8)
+        self.dtype = self._dtype() if mending.dtype is None else mending.dtype
         self._windowed = self.format == "openexr"
         self.width, self.height = (spec.full_width, spec.full_height) if self._windowed else (spec.width, spec.height)
         self.orientation = int(_attribute(spec, "Orientation", 1))
         first, last = min(self.order), max(self.order)
         stored_bytes = spec.width * spec.height * (last - first + 1) * self.dtype.itemsize
         tile = 8 * spec.tile_width * spec.tile_height * spec.nchannels
-        self.held = stored_bytes + spec.width * spec.height * _HELD_BY_READER.get(self.format, 0) + tile
+        by_reader = max(_HELD_BY_READER.get(self.format, 0), mending.held)
+        self.held = stored_bytes + spec.width * spec.height * by_reader + tile
+
+    def _dtype(self) -> np.dtype[Any]:
+        stored = {str(self.spec.channelformat(channel)) for channel in self.order}
+        kinds = [_TYPES.get(kind) for kind in sorted(stored)]
+        if None in kinds:
+            named = ", ".join(sorted(stored))
+            raise InputError(
+                f"{self._file}: holds {named}; expected 8 or 16 bits without sign, or floats; convert it, for example "
+                "to an RGB PNG or a float TIFF"
+            )
+        return np.dtype(np.result_type(*kinds) if kinds else np.uint8)
 
     @property
     def data_size(self) -> tuple[int, int]:
@@ -175,6 +185,8 @@ class ImageFile:
     @property
     def is_associated(self) -> bool:
         """Return True if color is stored multiplied by alpha."""
+        if self._mending.associated is not None:
+            return self._mending.associated and self.has_alpha
         said = _attribute(self.spec, "oiio:UnassociatedAlpha", 0)
         return self.format in _ASSOCIATED and not said and self.has_alpha
 
@@ -197,6 +209,8 @@ class ImageFile:
 
     def read(self) -> Pixels:
         """Return (height, width, channels) as stored, in the display window; pixels outside the data window are 0."""
+        if self._mending.decode is not None:
+            return self._mending.decode()[..., self.order]
         spec, first, last = self.spec, min(self.order), max(self.order)
         kind = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}[self.dtype.name]
         pixels: Any = self.input.read_image(self.subimage, 0, first, last + 1, kind)
@@ -208,8 +222,8 @@ class ImageFile:
         order = [channel - first for channel in self.order]
         if order != list(range(pixels.shape[2])):
             pixels = pixels[..., order]
-        if self.format == "tiff" and _attribute(spec, "tiff:PhotometricInterpretation", 1) == 0 and _is_wide(spec):
-            pixels = np.iinfo(pixels.dtype).max - pixels  # white is zero; the reader inverts 8-bit files only
+        if self._mending.adjust is not None:
+            pixels = self._mending.adjust(pixels)
         return _in_window(spec, pixels) if self._windowed else pixels
 
     def close(self) -> None:
@@ -507,10 +521,6 @@ def _layer_names(names: Sequence[str]) -> list[str]:
 def _attribute(spec: oiio.ImageSpec, name: str, default: Any) -> Any:
     value = spec.getattribute(name)
     return default if value is None else value
-
-
-def _is_wide(spec: oiio.ImageSpec) -> bool:
-    return str(spec.format) == "uint16"
 
 
 def _one_line(reason: object) -> str:
