@@ -7,16 +7,17 @@ import functools
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeAlias, TypeVar, get_args, get_type_hints
 
 import numpy as np
 
-from passgraph import signatures
+from passgraph import arguments, signatures
 from passgraph.arguments import flag, one_of, text
 from passgraph.effects.annotations import check, check_fields
 from passgraph.errors import GraphError
 
 if TYPE_CHECKING:
+    from passgraph.color_tags import ColorSpace
     from passgraph.graph.targets import Target
 
 P = ParamSpec("P")
@@ -28,6 +29,8 @@ SUFFIXES = ("_passes", "_targets")
 Takes = Literal["nothing", "picture", "picture+depth", "scene", "world2d"]
 #: Meaning of color and alpha for an effect, see `effect`.
 Alpha = Literal["straight", "premultiplied", "ignored"]
+#: See `effect`.
+ResultSpace: TypeAlias = "Callable[..., ColorSpace | None]"
 #: Number of positional arguments; the others are parameters.
 POSITIONAL: dict[Takes, int] = {"nothing": 0, "picture": 1, "picture+depth": 2, "scene": 1, "world2d": 2}
 
@@ -120,6 +123,7 @@ class Mark:
     linear : True if pictures of 8 and 16 bits are decoded from sRGB to linear light by default
     alpha : meaning of its pictures' alpha
     encodes : True if it returns colors for a display, not linear light
+    result_space : the color space of its results, see `effect`; None if colors stay in their space
     """
 
     name: str
@@ -127,10 +131,17 @@ class Mark:
     linear: bool
     alpha: Alpha = "straight"
     encodes: bool = False
+    result_space: ResultSpace | None = None
 
 
 def effect(
-    name: str, takes: Takes = "picture", *, linear: bool = False, alpha: Alpha = "straight", encodes: bool = False
+    name: str,
+    takes: Takes = "picture",
+    *,
+    linear: bool = False,
+    alpha: Alpha = "straight",
+    encodes: bool = False,
+    result_space: ResultSpace | None = None,
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Decorate a `checked` function, so that command line, documentation and conformance find it by name.
 
@@ -150,11 +161,15 @@ def effect(
         pixel's color. "ignored": alpha is not opacity; the effect gets 1 and the result keeps the picture's. `apply`
         converts, as does `on_straight_alpha` (`passgraph.effects.pictures.alpha`)
     encodes : True for an effect that takes linear light and returns colors for a display, such as a tone map
+    result_space : for an effect that converts colors, a function that takes the effect's parameters by name and returns
+        the `passgraph.color_tags.ColorSpace` of its results, or None if the colors stay in their space. `apply` writes
+        its tags into files, instead of the source's
     """
 
     mark = Mark(
-        text(name, "effect: name"), takes, flag(linear, "effect: linear"), alpha, flag(encodes, "effect: encodes")
-    )
+        text(name, "effect: name"), takes, flag(linear, "effect: linear"), alpha, flag(encodes, "effect: encodes"),
+        None if result_space is None else arguments.function(result_space, "effect: result_space"),
+    )  # fmt: skip
     one_of(takes, "effect: takes", get_args(Takes))
     one_of(alpha, "effect: alpha", get_args(Alpha))
 

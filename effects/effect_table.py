@@ -18,6 +18,7 @@ from passgraph.cached import cached_property
 from passgraph.errors import GraphError, UnknownNameError
 
 if TYPE_CHECKING:
+    from passgraph.color_tags import ColorSpace
     from passgraph.effects.checked import Alpha, Takes
     from passgraph.effects.parameters import Parameter
 
@@ -93,6 +94,12 @@ class Effect:
         """Return the alpha mode of the effect, see `passgraph.effects.checked.effect`."""
         mark = getattr(self.function, "effect", None)
         return "straight" if mark is None else mark.alpha
+
+    def result_space(self, parameters: Mapping[str, Any]) -> ColorSpace | None:
+        """Return the color space of its results with these parameters; None if colors stay in their space."""
+        mark = getattr(self.function, "effect", None)
+        found = None if mark is None else mark.result_space
+        return None if found is None else found(**parameters)
 
     def for_opaque(self) -> Effect:
         """Return the effect for pictures without transparency: without conversions that change none of these."""

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from passgraph.color_tags import SRGB
 from passgraph.errors import InputError
 from passgraph.image_formats import EXPECTED, READABLE, Metadata, Pixels, WritableFormat
 from passgraph.misread import mending_of
@@ -53,9 +54,11 @@ _TYPES = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": n
 #: Metadata about the source file, not the picture.
 _OF_THE_FILE = (
     "oiio:", "jpeg:", "png:", "tiff:", "openexr:", "dpx:", "webp:", "bmp:", "gif:", "targa:", "pnm:", "psd:", "dds:",
-    "compression", "planarconfig", "thumbnail", "ICCProfile:", "screenWindow", "chromaticities",
+    "compression", "planarconfig", "thumbnail", "ICCProfile:", "screenWindow", "colorInteropID",
     "Exif:ColorSpace", "Exif:YCbCrPositioning", "textureformat", "wrapmodes", "worldto", "name", "view", "chunkCount",
 )  # fmt: skip
+#: Formats whose files state a color space other than by a profile.
+_STATING = ("openexr", "png", "dpx")
 #: Size and orientation (EXIF 2.32) are not copied: pixels are stored upright, at a size of their own.
 _SIZE_AND_ORIENTATION = (
     "Orientation", "Exif:PixelXDimension", "Exif:PixelYDimension", "Exif:ImageWidth", "Exif:ImageLength"
@@ -201,11 +204,15 @@ class ImageFile:
             for entry in self.spec.extra_attribs
             if not entry.name.startswith(_OF_THE_FILE) and entry.name not in _SIZE_AND_ORIENTATION
         )
-        found = Metadata(entries, not self.has_alpha, self.dtype == np.uint16)
+        found = Metadata(entries, not self.has_alpha, self.dtype == np.uint16, self._stated_space())
         # ICC.1:2022, section 7.2.6: the color space of the data; the result is RGB.
         if found.profile and found.profile[16:20] != b"RGB ":
             return replace(found, entries=tuple(entry for entry in entries if entry[0] != "ICCProfile"))
         return found
+
+    def _stated_space(self) -> str:
+        """Return the color space in the file's own words; "" for what OpenImageIO assumes of its format."""
+        return self.encoding if self.format in _STATING and self.encoding != SRGB else ""
 
     def read(self) -> Pixels:
         """Return (height, width, channels) as stored, in the display window; pixels outside the data window are 0."""
@@ -383,7 +390,7 @@ def write_image(file: Path, to: Path, pixels: Pixels, kind: WritableFormat, meta
         spec.attribute("oiio:UnassociatedAlpha", 1)
     for name, value in kind.attributes:
         spec.attribute(name, value)
-    for name, type_, value in metadata.entries:
+    for name, type_, value in metadata.attributes_for(kind.writer):
         spec.attribute(name, type_, value)
     if max(width, height) > kind.largest:
         raise InputError(f"{file}: {kind.name} cannot hold {width}×{height} pixels; save as .png or .exr")

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from passgraph.color_tags import LINEAR, ColorSpace, Recoded, gamut_named
 
 Pixels = NDArray[Any]  # (h, w, channels) uint8, uint16, float16 or float32
 
@@ -88,6 +90,18 @@ WRITABLE = {
 }
 
 
+#: Entries that describe colors. Those of OpenEXR that name transforms hold for the source's colors only.
+_COLOR_ENTRIES = (
+    "ICCProfile", "CICP", "colorInteropID", "chromaticities", "adoptedNeutral", "whiteLuminance",
+    "renderingTransform", "lookModTransform", "acesImageContainerFlag",
+)  # fmt: skip
+#: The writers that store them, by OpenImageIO's names; an ICC profile is left to each writer.
+_STORED_BY = dict.fromkeys(_COLOR_ENTRIES[2:], ("openexr",)) | {"CICP": ("png",)}
+#: OpenImageIO's attribute by which its writers choose color tags. PNG's writes sRGB, gAMA and cHRM without it, even
+#: beside other tags (3.2.2); a name that it does not know writes none.
+_COLOR_SPACE, NO_TAGS = "oiio:ColorSpace", "unknown"
+
+
 @dataclass(frozen=True)
 class Metadata:
     """Metadata of a picture file, to be written to a picture made from it.
@@ -97,11 +111,13 @@ class Metadata:
     entries : (name, OpenImageIO's type, value): ICC profile, resolution, EXIF, time code ...
     opaque : True if the file has no alpha
     deep : True if it holds 16-bit integers
+    space : the color space that the file states, by its Color Interop ID or as OpenImageIO names it; "" if none
     """
 
     entries: tuple[tuple[str, str, Any], ...] = ()
     opaque: bool = False
     deep: bool = False
+    space: str = ""
 
     def get(self, name: str) -> Any:
         """Return the value of an entry, or None."""
@@ -112,6 +128,55 @@ class Metadata:
         """Return the ICC profile; empty if there is none."""
         value = self.get("ICCProfile")
         return b"" if value is None else bytes(np.asarray(value, np.uint8))
+
+    @property
+    def gamut(self) -> str:
+        """Return the name of the gamut in IDs: "rec709" if the file states nothing, "" for one without a name."""
+        if self.space or self.profile:
+            return ColorSpace("", self.space).gamut
+        chromaticities = self.get("chromaticities")
+        return "rec709" if chromaticities is None else gamut_named(chromaticities)
+
+    def in_space(self, space: ColorSpace | Recoded) -> Metadata:
+        """Return the metadata of a result in another color space, with the tags of that space only.
+
+        >>> source = Metadata((("Make", "string", "a camera"), ("ICCProfile", "uint8[4]", (1, 2, 3, 4))))
+        >>> source.in_space(ColorSpace("ACEScg", "lin_ap1_scene"))
+        Metadata(entries=(('Make', 'string', 'a camera'),), opaque=False, deep=False, space='lin_ap1_scene')
+        """
+        if isinstance(space, Recoded):
+            space = space.of(self.gamut)
+        kept = tuple(entry for entry in self.entries if entry[0] not in _COLOR_ENTRIES)
+        return replace(self, entries=kept, space=space.interop or NO_TAGS)
+
+    def attributes_for(self, writer: str) -> Iterator[tuple[str, str, Any]]:
+        """Yield the entries for a writer of OpenImageIO, color tags among them: the one place that decides on these."""
+        for entry in self.entries:
+            if writer in _STORED_BY.get(entry[0], (writer,)):
+                yield entry
+        space = ColorSpace("", self.space)
+        if writer == "openexr":
+            if self.space not in ("", NO_TAGS):
+                yield "colorInteropID", "string", self.space
+            if space.chromaticities is not None and self.get("chromaticities") is None:
+                yield "chromaticities", "float[8]", space.chromaticities
+        elif writer == "png":
+            yield from self._png_attributes(space)
+        elif writer == "dpx" and self.space:
+            yield _COLOR_SPACE, "string", self.space
+
+    def _png_attributes(self, space: ColorSpace) -> Iterator[tuple[str, str, Any]]:
+        """Yield PNG's color tags: sRGB, gAMA and cHRM, or gAMA, or cICP; none of these beside a profile."""
+        is_profiled = bool(self.profile)
+        if not is_profiled and (space.is_srgb or not self.space):
+            return  # the writer's own choice
+        if not is_profiled and space.has_gamma:
+            yield _COLOR_SPACE, "string", self.space
+            return
+        yield _COLOR_SPACE, "string", NO_TAGS
+        codes = None if is_profiled else space.codes
+        if codes is not None and self.get("CICP") is None:
+            yield "CICP", "int[4]", (codes.primaries, codes.transfer, 0, 1)
 
     @property
     def resolution(self) -> tuple[float, float] | None:
@@ -130,6 +195,29 @@ class Metadata:
             return pixels
         unused = pixels[..., 3].min() == _opaque(pixels.dtype)
         return np.ascontiguousarray(pixels[..., :3]) if unused else pixels
+
+
+def unstated(kind: WritableFormat, space: ColorSpace) -> str:
+    """Return why a file of a format does not state a color space; "" if it does, or is read as that without tags.
+
+    >>> unstated(WRITABLE[".jpg"], ColorSpace("Rec.2100-PQ - Display", "pq_rec2020_display"))
+    'JPEG files state no color space Rec.2100-PQ - Display; readers take them as sRGB; save as .png or .exr'
+    >>> unstated(WRITABLE[".png"], ColorSpace("Rec.2100-PQ - Display", "pq_rec2020_display"))
+    ''
+    """
+    if kind.name in ("npy", "PFM"):
+        return ""  # numbers without a color space
+    if kind.writer == "openexr":
+        stated, taken = bool(space.interop), "linear Rec. 709"
+    elif kind.writer == "hdr":
+        stated, taken = space.interop == LINEAR, "linear Rec. 709"
+    else:
+        stated, taken = space.is_srgb, "sRGB"
+        stated |= kind.writer == "png" and (space.has_gamma or space.codes is not None)
+    if stated:
+        return ""
+    mend = "; save as .png or .exr" if space.codes is not None else "; save as .exr" if space.interop else ""
+    return f"{kind.name} files state no color space {space.name}; readers take them as {taken}{mend}"
 
 
 def _opaque(dtype: np.dtype[Any]) -> Any:

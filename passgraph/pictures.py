@@ -22,9 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph import arguments
+from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError, reason
 from passgraph.image_files import MAX_BYTES, associated, opened_image, straight, upright, write_image
-from passgraph.image_formats import WRITABLE, Metadata, WritableFormat
+from passgraph.image_formats import WRITABLE, Metadata, WritableFormat, unstated
 from passgraph.quantise import check_no_nan, quantised
 from passgraph.reading import check_regular, read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
@@ -269,6 +270,7 @@ def save(
     linear: bool = False,
     like: str | os.PathLike[str] | Metadata | None = None,
     bits: int | None = None,
+    color: ColorSpace | Recoded | str | None = None,
 ) -> None:
     """Save a picture file atomically: an existing file stays until the new one is complete.
 
@@ -280,12 +282,15 @@ def save(
         Floats are clipped to [0, 1] and rounded half to even for integer formats and written unchanged to float
         formats. uint8 and uint16 are stored as they are; float formats store them divided by 255 and 65535.
     linear : encode the colors of floats from linear light to sRGB for integer formats.
-    like : a picture file to copy metadata from, as far as the format supports it: color profile (ICC), resolution,
+    like : a picture file to copy metadata from, as far as the format supports it: color tags, resolution,
         EXIF, time code; not size, orientation and thumbnail. If that file has no alpha and the picture is opaque, none
         is stored. If that file has 16 bits, floats are stored in 16 bits if the format supports it; else a warning is
         given.
     bits : 8 or 16 for integers; 16 or 32 for floats, also in TIFF and JPEG XL (32). The default is the array's own for
         uint8, uint16 and float16, if the format supports it.
+    color : the color space of the picture, for color tags: a Color Interop ID such as ``"lin_ap1_scene"``, or "" for
+        no tags. By default the tags of ``like``, which are wrong for a picture that was converted. A warning is given
+        for a format that cannot state it.
 
     Raises
     ------
@@ -303,6 +308,8 @@ def save(
     kind = format_of_suffix(file)
     pixels = _checked(file, picture)
     metadata = _metadata(like)
+    if color is not None:
+        metadata = metadata.in_space(_space(file, kind, color))
     if bits is None and metadata.deep and pixels.dtype.kind == "f" and not kind.is_float:
         if "uint16" in kind.dtypes:
             bits = 16
@@ -395,6 +402,16 @@ def _metadata(like: str | os.PathLike[str] | Metadata | None) -> Metadata:
     if like is None or isinstance(like, Metadata):
         return like or Metadata()
     return metadata_of(arguments.path(like, "the picture to copy metadata from"))
+
+
+def _space(file: Path, kind: WritableFormat, color: ColorSpace | Recoded | str) -> ColorSpace | Recoded:
+    """Return a color space by its ID, with a warning if the format cannot state it; the command has told of others."""
+    if isinstance(color, (ColorSpace, Recoded)):
+        return color
+    space = ColorSpace(color, arguments.string(color, f"{file}: color"))
+    if color and (loss := unstated(kind, space)):
+        warnings.warn(f"{file}: {loss}", stacklevel=3)
+    return space
 
 
 def _stored_dtype(file: Path, pixels: Stored, kind: WritableFormat, bits: int | None) -> np.dtype[Any]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import passgraph as pg
 from passgraph.arguments import near
+from passgraph.color_tags import ColorSpace
 from passgraph.effects.checked import effect
 from passgraph.effects.color.ocio_files import LutFiles, advice_on
 from passgraph.effects.parameters import Text
@@ -26,7 +27,52 @@ MOST_NAMED = 12
 MIDDLE_GRAY = 0.18
 
 
-@effect("color-transform")
+def _result_space(
+    src: str | None = None,
+    dst: str | None = None,
+    display: str | None = None,
+    view: str | None = None,
+    look: str | None = None,
+    file: str | None = None,
+    direction: str = "forward",
+    config: str | None = None,
+    **_: object,
+) -> ColorSpace | None:
+    """Return the color space of the results of `color_transform` with these parameters; None if it is the source's."""
+    if file is not None:
+        return ColorSpace(f"of LUT {file}")
+    found = _config(config)
+    if not (dst or display or look):
+        display = found.getDefaultDisplay()
+    result = dst
+    if display is not None:
+        result = found.getDisplayViewColorSpaceName(display, view or found.getDefaultView(display))
+        result = display if result == _OF_THE_DISPLAY else result
+    if result is None:
+        return None  # a look alone
+    source = src or _library().ROLE_SCENE_LINEAR
+    return converted_space(found, *((source, result) if direction == "forward" else (result, source)))
+
+
+#: OpenColorIO's name of a shared view's color space, which is the one with the display's name.
+_OF_THE_DISPLAY = "<USE_DISPLAY_NAME>"
+
+
+def converted_space(config: ocio.Config, source: str, result: str) -> ColorSpace | None:
+    """Return the color space ``result`` of a config; None if a conversion from ``source`` changes nothing."""
+    before, after = config.getColorSpace(source), config.getColorSpace(result)
+    if after is None or after.isData() or (before is not None and before.getName() == after.getName()):
+        return None
+    interop = after.getInteropID() if hasattr(after, "getInteropID") else ""  # from 2.5 on
+    return ColorSpace(after.getName(), interop)
+
+
+def space_between(source: str, result: str, config: str | None) -> ColorSpace | None:
+    """Return the color space ``result`` of a config that `color_transform` takes, as `converted_space`."""
+    return converted_space(_config(config), source, result)
+
+
+@effect("color-transform", result_space=_result_space)
 def color_transform(
     frame: pg.Target,
     src: Words | None = None,

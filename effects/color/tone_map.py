@@ -9,6 +9,7 @@ from typing import Literal, get_args
 
 import passgraph as pg
 from passgraph import Const, Image, clamp, exp2, log2, mix, sqrt, vec3, vec4
+from passgraph.color_tags import LINEAR, SRGB, ColorSpace
 from passgraph.effects.checked import effect
 from passgraph.effects.quantities import Exposure
 
@@ -169,7 +170,11 @@ def tone(color: Image, exposure_stops: float, curve: Const[int], encode: Const[b
     return vec4(shown, min(finite(here.a), 1.0))
 
 
-@effect("tone-map", linear=True, encodes=True)
+def _result_space(encode: bool = True, **_: object) -> ColorSpace:
+    return ColorSpace("sRGB", SRGB) if encode else ColorSpace("linear Rec. 709", LINEAR)
+
+
+@effect("tone-map", linear=True, encodes=True, result_space=_result_space)
 def tone_map(
     frame: pg.Target,
     exposure_stops: Exposure | pg.Value | pg.Derived = 0.0,

@@ -21,7 +21,7 @@ from passgraph.commands.clips import (
     inputs_of,
     sources_of,
 )
-from passgraph.commands.color_spaces import color_space_options, take_color_spaces
+from passgraph.commands.color_spaces import color_space_options, space_of_results, take_color_spaces
 from passgraph.commands.command_graph import (
     RENDER_SIZE,
     generator_job,
@@ -56,6 +56,7 @@ from passgraph.commands.written_files import (
     is_several,
     rate_of,
     tell_of_lost_bits,
+    tell_of_lost_space,
     tell_of_several,
 )
 from passgraph.effects.effect_table import EFFECTS, Effect, by_family
@@ -218,6 +219,7 @@ def apply_effect(
     sound = open_audio(effect, split_sound(effect, inputs, audio)[1])
     inputs = inputs_in_layer(inputs, options.pop("layer"))
     effect = take_color_spaces(effect, inputs, output, options)
+    options["color"] = space_of_results(effect, parameters, inputs, output, options["linear"])
     sources = FrameSources(inputs, options["frames"], depth=depth, depth_buffer=depth_buffer, audio=sound)
     if is_one_picture(inputs, output) and sources.frames is None and not pictures_beside(effect, parameters):
         check_no_ramps(effect, parameters)
@@ -293,6 +295,7 @@ def apply_to_one(
     bits = sink.bits or bits_of(output, picture)
     check_outputs(output, options["capture"], bits)
     tell_of_lost_bits(sink, Pictures([picture]))
+    tell_of_lost_space(output, options["color"])
     if options["resume"] and is_made(output, [picture]):
         click.echo(f"{output}: is there already")
         return 0
@@ -300,7 +303,7 @@ def apply_to_one(
     job = picture_job(effect, picture, depth, options["linear"], parameters, read.depth_buffer)
     if read.audio is not None:
         job.given["audio"] = audio_picture(read.audio, effect, parameters, 0)
-    run_and_save(job, output, RunOptions.from_options(options), bits, picture)
+    run_and_save(job, output, RunOptions.from_options(options), bits, picture, options["color"])
     return 0
 
 
@@ -405,5 +408,5 @@ def writing_of(options: dict[str, Any], sound: bool | Path) -> Writing:
         codec_options[key] = value
     return Writing(
         None if raw is None else Raw.parsed(raw), None if rate is None else rate_of(rate), options["codec"],
-        codec_options, sound, options["bits"],
+        codec_options, sound, options["bits"], options.get("color"),
     )  # fmt: skip

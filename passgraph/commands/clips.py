@@ -13,6 +13,7 @@ from typing import Any
 
 import click
 
+from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.commands.written_files import (
     STREAM,
     check_apart,
@@ -22,6 +23,7 @@ from passgraph.commands.written_files import (
     check_picture_path,
     is_folder,
     tell_of_lost_bits,
+    tell_of_lost_space,
     tell_of_unread,
 )
 from passgraph.errors import InputError
@@ -94,14 +96,17 @@ class Writing:
     codec_options: dict[str, str] = field(default_factory=dict)
     sound: bool | Path = True
     bits: int | None = None
+    color: ColorSpace | Recoded | None = None
 
     def pictures(self, paths: Mapping[int, Path] | Pattern) -> ToPictures:
-        return ToPictures(paths, self.bits)
+        return ToPictures(paths, self.bits, self.color)
 
     def film(self, path: Path) -> Film:
         if not is_video(path):
             return ToAnimation(path, rate=self.rate)
-        return ToVideo(path, rate=self.rate, codec=self.codec, options=self.codec_options, sound=self.sound)
+        return ToVideo(
+            path, rate=self.rate, codec=self.codec, options=self.codec_options, sound=self.sound, color=self.color
+        )
 
 
 @dataclass(frozen=True)
@@ -277,6 +282,10 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
     for clip in clips:
         if isinstance(clip.sink, ToPictures):
             tell_of_lost_bits(clip.sink, clip.source)
+            if outputs := outputs_of(clip):
+                tell_of_lost_space(outputs[0][0], writing.color)
+        if isinstance(clip.sink, ToVideo):
+            tell_of_lost_space(clip.sink.path, writing.color)
         if isinstance(clip.source, Video) and clip.source.is_interlaced:
             click.echo(f"passgraph: warning: {clip.source.path}: {INTERLACED}", err=True)
     if writing.raw and not any(isinstance(clip.source, Pipe) or isinstance(clip.sink, ToPipe) for clip in clips):

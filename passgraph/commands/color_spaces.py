@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
+from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.commands.options import Decorated, together
 from passgraph.commands.written_files import FLOAT_SUFFIXES
 from passgraph.effects.checked import Alpha
 from passgraph.effects.effect_table import Effect
 from passgraph.errors import InputError
 from passgraph.graph.targets import Target
+from passgraph.pictures import split_layer
 from passgraph.signatures import wraps
 
 if TYPE_CHECKING:
@@ -57,12 +59,25 @@ def take_color_spaces(effect: Effect, inputs: tuple[str, ...], output: str, opti
             raise InputError("--color-config goes with --from-space or --to-space")
         return with_straight_alpha(effect, alpha, options["linear"] and not _holds_floats(output, inputs))
     if source is None:
-        from passgraph.pictures import split_layer
-
         file, _ = split_layer(Path(inputs[0]))
         source = LINEAR if file.suffix.lower() in FLOAT_SUFFIXES else ENCODED
     options["linear"] = False
     return _converted(effect, alpha, source=source, result=result or source, config=config)
+
+
+def space_of_results(
+    effect: Effect, parameters: Mapping[str, Any], inputs: tuple[str, ...], output: str, linear: bool
+) -> ColorSpace | Recoded | None:
+    """Return the color space of an effect's results, for color tags; None if it is that of the inputs.
+
+    ``linear`` is the option of that name: pictures of integers are decoded from sRGB, and results encoded.
+    """
+    space = effect.result_space(parameters)
+    if space is not None or not linear or not inputs:
+        return space
+    source, _ = split_layer(Path(inputs[0]))
+    was_light, is_light = source.suffix.lower() in FLOAT_SUFFIXES, _holds_floats(output, inputs)
+    return None if was_light == is_light else Recoded("lin" if is_light else "srgb")
 
 
 def with_straight_alpha(effect: Effect, alpha: Alpha, encoded: bool) -> Effect:
@@ -110,6 +125,13 @@ class ConvertedEffect(Effect):
     @property
     def signals(self) -> tuple[str, ...]:
         return self.effect.signals
+
+    def result_space(self, parameters: Mapping[str, Any]) -> ColorSpace | None:
+        if self.source is None or self.result is None:
+            return self.effect.result_space(parameters)
+        from passgraph.effects.color.color_transform import space_between
+
+        return space_between(self.source, self.result, self.config)
 
     def for_opaque(self) -> Effect:
         if self.effect_alpha != self.effect.alpha:

@@ -29,6 +29,7 @@ from passgraph.run.finite_checks import NonFinite
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from passgraph.color_tags import ColorSpace, Recoded
     from passgraph.files.frame import Outcome
     from passgraph.graph.targets import Target
     from passgraph.run.program import Program
@@ -188,11 +189,18 @@ def program_of(
     return program
 
 
-def run_and_save(job: Job, output: Path, run: RunOptions, bits: int = 8, like: Path | None = None) -> None:
+def run_and_save(
+    job: Job,
+    output: Path,
+    run: RunOptions,
+    bits: int = 8,
+    like: Path | None = None,
+    color: ColorSpace | Recoded | None = None,
+) -> None:
     """Run a job once and write its first output.
 
-    ``bits``: 8 or 16 a channel, for formats that have both. ``like``: the source picture file, whose color profile is
-    kept.
+    ``bits``: 8 or 16 a channel, for formats that have both. ``like``: the source picture file, whose metadata is kept.
+    ``color``: the color space of the output, if it is not the source's.
     """
     observer = None if run.capture is None else Capture(run.capture)
     # Values that are not finite are reported for formats that cannot store them, which needs float results.
@@ -213,7 +221,7 @@ def run_and_save(job: Job, output: Path, run: RunOptions, bits: int = 8, like: P
         is_whole = array.dtype.kind == "u" or output.suffix.lower() in FLOAT_SUFFIXES
         stored = array if is_whole else quantised(array, np.dtype(f"u{bits // 8}"), str(output))
         is_half = bits == 16 and output.suffix.lower() in FLOAT_SUFFIXES
-        save(output, stored, like=like, bits=16 if is_half else None)
+        save(output, stored, like=like, bits=16 if is_half else None, color=color)
     height, width = array.shape[:2]
     looking = " (with capture)" if observer is not None else ""
     click.echo(

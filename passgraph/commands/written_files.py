@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING
 import click
 
 from passgraph.arguments import shown
+from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError, reason
 from passgraph.files.animation import is_animated
 from passgraph.files.names import Pattern, has_wildcard, is_film, is_video, unread_files
-from passgraph.image_formats import WRITABLE
+from passgraph.image_formats import WRITABLE, unstated
 from passgraph.pictures import format_of_suffix, holds_several, split_layer
 from passgraph.writing import NewFile
 
@@ -85,6 +86,18 @@ def tell_of_lost_bits(sink: ToPictures, source: Source) -> None:
     """Warn if 16-bit pictures are written in an 8-bit format."""
     if loss := sink.lost_bits(source):
         click.echo(f"passgraph: warning: {loss}", err=True)
+
+
+def tell_of_lost_space(path: Path, space: ColorSpace | Recoded | None) -> None:
+    """Warn if a picture format, or a video, cannot state the color space of the results."""
+    if not isinstance(space, ColorSpace):
+        return
+    if not is_video(path):
+        loss = unstated(format_of_suffix(path), space)
+    else:
+        loss = "" if space.codes else f"videos state no color space {space.name}; its color tags are left out"
+    if loss:
+        click.echo(f"passgraph: warning: {path}: {loss}", err=True)
 
 
 def check_picture_path(path: Path) -> None:

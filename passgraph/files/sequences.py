@@ -14,6 +14,7 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.cached import cached_property
+from passgraph.color_tags import ColorSpace, Recoded
 from passgraph.errors import InputError
 from passgraph.files.frame import Frame, Sink, Source, Stored
 from passgraph.files.names import Pattern
@@ -102,19 +103,27 @@ class ToPictures(Sink):
     paths : the files by the frames' numbers, or a `Pattern`
     bits : 8, or 16 for .png and .tif. By default as the source: 16 if its picture file has 16, or its video more than
         8, with a warning if the format holds only 8.
+    color : the color space of the results, as for `passgraph.save`; by default the source's color tags are kept
 
-    Integer formats hold rounded results; .exr and .npy hold the floats. Frames of `Pictures` keep their color profile,
+    Integer formats hold rounded results; .exr and .npy hold the floats. Frames of `Pictures` keep their color tags,
     resolution and EXIF.
     """
 
     whole_when_prepared = True
 
-    def __init__(self, paths: Mapping[int, Path] | Pattern, bits: int | None = None) -> None:
+    def __init__(
+        self,
+        paths: Mapping[int, Path] | Pattern,
+        bits: int | None = None,
+        color: ColorSpace | Recoded | str | None = None,
+    ) -> None:
         if bits not in (None, 8, 16):
             raise InputError(f"bits of pictures are 8 or 16, got {arguments.shown(bits)}")
         self.paths, self.bits = paths, bits
+        self.color = ColorSpace(color, color) if isinstance(color, str) else color
         self._inputs: Mapping[int, Path] = {}
         self._deep = False
+        self._of_source: Metadata | None = None
 
     @property
     def name(self) -> str:
@@ -129,6 +138,7 @@ class ToPictures(Sink):
     def begin(self, source: Source) -> None:
         self._inputs = source.paths if isinstance(source, Pictures) else {}
         self._deep = getattr(source, "deep", False)
+        self._of_source = getattr(source, "picture_metadata", None)
         if loss := self.lost_bits(source):
             warnings.warn(loss, stacklevel=2)
         for path in self._named:
@@ -158,7 +168,8 @@ class ToPictures(Sink):
     def notes(self, frame: Frame) -> Metadata | None:
         """Return the metadata that a frame's output keeps of its source file."""
         input_path = self._inputs.get(frame.number)
-        return None if input_path is None else metadata_of(input_path)
+        kept = self._of_source if input_path is None else metadata_of(input_path)
+        return kept if self.color is None else (kept or Metadata()).in_space(self.color)
 
     def holds(self, frame: Frame) -> bool:
         input_path = self._inputs.get(frame.number)

@@ -15,9 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from passgraph import arguments
+from passgraph.color_tags import wide_space_named
 from passgraph.errors import InputError, reason
 from passgraph.files.frame import Frame, Stored
 from passgraph.files.video_pixels import FULL, LIMITED, Conversion
+from passgraph.image_formats import NO_TAGS, Metadata
 from passgraph.reading import check_regular
 
 if TYPE_CHECKING:
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
 
 #: Matrix coefficients of ITU-T H.273, as in libavutil: identity, BT.709, BT.601, and unspecified.
 RGB, BT709, BT601, UNSPECIFIED = 0, 1, 6, 2
+#: Primaries of BT.709 and BT.601 (625 and 525 lines).
+_AS_SRGB = (1, 5, 6)
 #: Allowed file formats, by libavformat's names. Others, such as playlists, can open further files and URLs.
 _FORMATS = (
     "mov,matroska,avi,mpegts,mpeg,mpegvideo,h264,hevc,ivf,ogg,asf,flv,mxf,nut,wav,w64,mp3,flac,aac,ac3,aiff,caf,au,wv"
@@ -84,6 +88,7 @@ class Video:
     rate : frames a second on average, or None
     time_base : the unit of ``pts`` in a frame's metadata, in seconds
     matrix, colour_range, primaries, transfer : color tags of the file, as in libavutil; `ToVideo` keeps them
+    picture_metadata : those of pictures that are made of its frames
     is_interlaced : True if a frame is two fields; they are read as one picture, with a warning
     deep, has_alpha, has_chroma : True if it has more than 8 bits, alpha, and colors as Y'CbCr
 
@@ -126,6 +131,14 @@ class Video:
         if self.frames:
             return int(self.frames)
         return round(float(self.duration * self.rate)) if self.duration and self.rate else None
+
+    @property
+    def picture_metadata(self) -> Metadata | None:
+        """Return the color tags of pictures made of its frames; None for BT.709 and BT.601, which are taken as sRGB."""
+        if {self.primaries, self.transfer} & {UNSPECIFIED} or self.primaries in _AS_SRGB:
+            return None
+        tags = ("CICP", "int[4]", (self.primaries, self.transfer, 0, 1))
+        return Metadata((tags,), deep=self.deep, space=wide_space_named(self.primaries, self.transfer) or NO_TAGS)
 
     def __iter__(self) -> Iterator[Frame]:
         position, conversion = _Position(), Conversion()

@@ -12,12 +12,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from passgraph import arguments
+from passgraph.color_tags import Codes, ColorSpace, Recoded
 from passgraph.errors import InputError, reason
 from passgraph.files.film import Film
 from passgraph.files.frame import Frame, OutputError, Source, Stored
+from passgraph.files.sequences import Pictures
 from passgraph.files.stored import with_channels
 from passgraph.files.video import BT709, OPENING, RGB, UNSPECIFIED, Video, import_av, open_container, opened, stated
 from passgraph.files.video_pixels import FULL, LIMITED, Conversion, is_matrix
+from passgraph.image_formats import Metadata
+from passgraph.pictures import metadata_of
 
 if TYPE_CHECKING:
     from passgraph.files.video import Video
@@ -100,21 +104,24 @@ class Coding(NamedTuple):
     stored_matrix: int
 
 
-def coding_of(encoder: str, suffix: str, form: Any, source: Video | None, height: int) -> Coding:
+def coding_of(
+    encoder: str, suffix: str, form: Any, source: Video | None, height: int, matrix: int = UNSPECIFIED
+) -> Coding:
     """Return the matrix and range that readers assume for an encoder's file with this suffix.
 
     Parameters
     ----------
     encoder : libavcodec's name
     form : PyAV's pixel format of the frames to encode
-    source : a video whose matrix and range are kept if the file can store them
+    source : a video whose range is kept if the file can store it
     height : lines of a picture
+    matrix : the wanted matrix, if the file can store it
     """
     if form.is_rgb:
         return Coding(BT709, FULL, RGB)
-    matrix, colour_range = UNSPECIFIED, FULL if form.name.startswith("yuvj") else 0
+    colour_range = FULL if form.name.startswith("yuvj") else 0
     if source is not None and source.has_chroma:
-        matrix, colour_range = source.matrix, stated(source.matrix, source.colour_range, source.format, height)[1]
+        _, colour_range = stated(source.matrix, source.colour_range, source.format, height)
     if sum(not part.is_alpha for part in form.components) == 1:
         colour_range = FULL  # the only range of gray formats in libswscale
     if encoder in _FIXED:
@@ -159,8 +166,10 @@ class ToVideo(Film):
     sound : copy the sound and subtitles of a source video, or those of a file until the last frame ends, without
         encoding them again
 
-    The source's matrix, range, primaries and transfer are kept. Its pixel format is kept if the encoder has it; if not,
-    and the source has alpha, a format with alpha is chosen if the encoder has one.
+    color : the color space of the results, as for `passgraph.save`; by default the source's color tags are kept
+
+    The source's range is kept, and its matrix, primaries and transfer without ``color``. Its pixel format is kept if
+    the encoder has it; if not, and the source has alpha, a format with alpha is chosen if the encoder has one.
     """
 
     kind = "a video"
@@ -173,14 +182,17 @@ class ToVideo(Film):
         codec: str | None = None,
         options: Mapping[str, str] | None = None,
         sound: bool | str | os.PathLike[str] = True,
+        color: ColorSpace | Recoded | str | None = None,
     ) -> None:
         super().__init__(path, rate)
+        self.color = ColorSpace(color, color) if isinstance(color, str) else color
         self.codec, self.options = codec, dict(options or {})
         self.sound = sound if isinstance(sound, bool) else arguments.path(sound, "the sound of a video")
 
     def begin(self, source: Source) -> None:
         self._av, self._conversion = import_av(self.path), Conversion()
         self._video = source if isinstance(source, Video) else None
+        self._codes = self._codes_of(source)
         self._base: Fraction | None = getattr(source, "time_base", None)
         self._sound: Sound | None = None
         self._stream: Any = None
@@ -200,6 +212,17 @@ class ToVideo(Film):
         except BaseException:
             self.abandon()
             raise
+
+    def _codes_of(self, source: Source) -> Codes:
+        """Return the color tags of the results: those of ``color``, else the source's."""
+        if isinstance(source, Video) and not isinstance(self.color, ColorSpace):
+            matrix = source.matrix if source.has_chroma else UNSPECIFIED
+            return Codes(source.primaries, source.transfer, matrix)
+        first = next(iter(source.paths.values()), None) if isinstance(source, Pictures) else None
+        metadata = Metadata() if first is None else metadata_of(first)
+        if self.color is not None:
+            metadata = metadata.in_space(self.color)
+        return ColorSpace("", metadata.space).codes or Codes(UNSPECIFIED, UNSPECIFIED, UNSPECIFIED)
 
     @property
     def _sound_file(self) -> Path | None:
@@ -244,7 +267,8 @@ class ToVideo(Film):
 
     def _coding_of(self, width: int, height: int) -> Coding:
         form = self._av.VideoFormat(self._format, width, height)
-        return coding_of(self._encoder.name, self.path.suffix.lower(), form, self._video, height)
+        suffix = self.path.suffix.lower()
+        return coding_of(self._encoder.name, suffix, form, self._video, height, self._codes.matrix)
 
     def _pixel_format(self, width: int, height: int) -> str:
         """Return the source's pixel format if the encoder has it, else the nearest; 4:2:0 needs even sides."""
@@ -317,8 +341,8 @@ class ToVideo(Film):
             # Frames have individual durations; the last one's is kept only if frames are stored in presentation order.
             context.flags, context.max_b_frames = context.flags | _FRAME_DURATION, 0
         context.colorspace, context.color_range = self._coding.stored_matrix, self._coding.colour_range
+        context.color_primaries, context.color_trc = self._codes.primaries, self._codes.transfer
         if video is not None:
-            context.color_primaries, context.color_trc = video.primaries, video.transfer
             if video.aspect:
                 context.sample_aspect_ratio = video.aspect
             self._container.metadata.update(

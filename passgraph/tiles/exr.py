@@ -104,7 +104,7 @@ class ExrSink:
         spec.tile_width = spec.tile_height = TILE
         for name, value in (*WRITABLE[".exr"].attributes, ("openexr:lineOrder", "randomY")):
             spec.attribute(name, value)
-        for name, type_, value in (metadata or Metadata()).entries:
+        for name, type_, value in (metadata or Metadata()).attributes_for("openexr"):
             spec.attribute(name, type_, value)
         path.touch(exist_ok=False)  # raises OSError if the path cannot be written
         output: Any = oiio.ImageOutput.create("openexr")
