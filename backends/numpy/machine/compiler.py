@@ -11,7 +11,7 @@ import itertools
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -24,6 +24,9 @@ from passgraph.backends.numpy.machine.llvm import POINTS
 _own = threading.local()
 #: Libraries whose code is no longer used.
 _unloaded: list[Any] = []
+#: Libraries of one linker.  It takes 115 kB, and keeps 9 kB of each unloaded library (LLVM's JITDylib; seen in
+#: llvmlite 0.50).
+LIBRARIES = 16
 #: Make the names of libraries unique.
 _numbers = itertools.count()
 
@@ -141,15 +144,16 @@ def load_object(code: bytes, function: str) -> tuple[int, Callable[[], object]]:
     while _unloaded:
         _unloaded.pop().close()
     builder = llvm.JITLibraryBuilder().add_object_img(code).add_current_process().export_symbol(function)
-    library = builder.link(_linker(), f"{function}.{next(_numbers)}")
+    number = next(_numbers)
+    library = builder.link(_linker(number // LIBRARIES), f"{function}.{number}")
     return int(library[function]), partial(_unloaded.append, library)
 
 
-@cache
-def _linker() -> Any:
-    """Return the linker of this process.
+@lru_cache(maxsize=1)
+def _linker(generation: int) -> Any:
+    """Return the linker of the newest libraries; older ones are freed with their last library.
 
     JITLink maps the sections of an object together.  LLVM's older loader (MCJIT) maps them wherever there is room,
     and ends the process where that is more than 2 GiB apart.
     """
-    return llvm.create_lljit_compiler(_new_machine(), use_jit_link=True)
+    return llvm.create_lljit_compiler(machine(), use_jit_link=True)

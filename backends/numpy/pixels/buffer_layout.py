@@ -393,7 +393,7 @@ class _Step:
         return cls(program.key, program.builtins, step.size, step.image_formats, step.output_formats, program)
 
 
-@lru_cache(maxsize=512)
+@lru_cache(maxsize=128)  # of some 16 kB each
 def _layout(chain: tuple[Stage, ...], lanes: int) -> Layout:
     wide = tuple(StageLayout(chain, number, lanes) for number in range(len(chain)))
     # An iteration wider than a row computes unused results, and the used ones are copied number by number.

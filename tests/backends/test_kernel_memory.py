@@ -1,0 +1,72 @@
+"""A process that compiles, runs and closes ever new kernels does not grow."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import require
+
+pytestmark = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory of a process is told by /proc")
+
+#: The first kernels fill caches of fixed size.  What malloc keeps for later is given back before memory is read.
+MEASURE = """
+import ctypes, gc, mmap, sys
+import numpy as np, passgraph as pg
+
+def resident():
+    gc.collect()
+    ctypes.CDLL(None).malloc_trim(0)
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * mmap.PAGESIZE
+
+def kernels(first, count):
+    for number in range(first, first + count):
+        kernel = pg.kernel(source=f"def scaled(color: Image) -> vec4: return color[0, 0] * {number}.5")
+        with pg.compile(kernel(pg.Input("frame")), backend=backend) as program:
+            assert program(frame=picture)["scaled"][0, 0, 0] == number + 0.5
+
+picture = np.ones((9, 7, 4), np.float32)
+backend, warm, count = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
+kernels(0, warm)
+before = resident()
+kernels(warm, count)
+print((resident() - before) / count)
+"""
+
+
+def bytes_of_a_kernel(backend: str, warm: int, count: int, cache: Path, monkeypatch: pytest.MonkeyPatch) -> float:
+    """Return how much a new process grows with each kernel that it compiles, runs once and closes."""
+    require(backend)
+    monkeypatch.setenv("PASSGRAPH_CACHE", str(cache))
+    command = [sys.executable, "-c", MEASURE, backend, str(warm), str(count)]
+    made = subprocess.run(command, capture_output=True, text=True, timeout=3600, check=False)
+    assert made.returncode == 0, made.stderr
+    return float(made.stdout)
+
+
+@pytest.mark.parametrize(("backend", "count"), [("numpy", 400), ("gl", 150), ("webgpu", 150)])
+def test_hundreds_of_kernels_leave_no_memory(
+    backend: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert bytes_of_a_kernel(backend, 200, count, tmp_path, monkeypatch) < 8 << 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("backend", "count"),
+    [
+        ("numpy", 3000),
+        ("gl", 3000),
+        ("webgpu", 3000),
+        ("opencl", 300),  # PoCL takes half a second each, and keeps the libraries of the last 128
+    ],
+)
+def test_thousands_of_kernels_leave_no_memory(
+    backend: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # On numpy 1.5 kB of each compilation stay, of LLVM's pass builder (seen in llvmlite 0.50).
+    assert bytes_of_a_kernel(backend, 600, count, tmp_path, monkeypatch) < 3 << 10
