@@ -8,7 +8,9 @@
 #   PYTHON            the interpreter to build the virtual environment with (default: python3, 3.11 or later)
 #   PASSGRAPH_VENV    where that environment is (default: .venv-tests in the checkout)
 #   PASSGRAPH_EXPECT  devices that must be here; a missing one fails, it does not skip (default:
-#                     gl,opencl,webgpu,numpy)
+#                     gl,opencl,webgpu,numpy). With them, each system package that the distribution has must install,
+#                     and each Python package that pyproject.toml names for this Python. Tests that need another one
+#                     are skipped; pytest's last lines count them by what they need
 #   GALLIVM_PERF      how Mesa's software renderer compiles shaders (default: nopt, not optimised, which saves a third
 #                     of the time of tests that draw; tests/conformance/test_driver.py, slow, has it as users do).
 #                     Empty, it is as users have it throughout, and so it is where the arguments choose marks, as
@@ -46,6 +48,7 @@ stop() {
     exit 2
 }
 
+failed=()
 venv=${PASSGRAPH_VENV:-.venv-tests}
 export PASSGRAPH_EXPECT=${PASSGRAPH_EXPECT-gl,opencl,webgpu,numpy}
 
@@ -88,13 +91,18 @@ else
         if as_root apt-get update -q; then
             # One at a time: a distribution that lacks one of them still gets the others.
             for package in "${missing[@]}"; do
-                as_root apt-get install -q -y --no-install-recommends "$package" || left+=("$package")
+                if [ -z "$(apt-cache madison "$package")" ]; then
+                    echo "$package is not in this distribution; tests that need it are skipped"
+                else
+                    as_root apt-get install -q -y --no-install-recommends "$package" || left+=("$package")
+                fi
             done
         else
             left=("${missing[@]}")
         fi
         if [ ${#left[@]} -gt 0 ]; then
-            echo "could not install them here; tests that need one of them fail, and without Chromium are skipped. Install them with:"
+            failed+=("installation of ${left[*]}")
+            echo "could not install them here. Install them with:"
             echo "    sudo apt-get update && sudo apt-get install ${left[*]}"
         fi
     fi
@@ -125,7 +133,6 @@ export PATH="$bin:$PATH"
 # Python keeps what it compiles, whatever the environment says: finding the tests takes half as long from the second time.
 export PYTHONDONTWRITEBYTECODE=
 
-failed=()
 step() {
     heading "$*"
     "$bin/$1" "${@:2}" || failed+=("$*")

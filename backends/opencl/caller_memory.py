@@ -22,7 +22,7 @@ from passgraph.errors import InputError
 from passgraph.formats import FORMATS, Format, colour_format
 
 #: Most steps in a search for a common pixel; beyond that, interleaved ranges count as overlapping.
-OVERLAP_WORK = 10_000
+OVERLAP_WORK: Any = 10_000  # NumPy 2.4 declares 0 and -1 only
 _ORDERS = ("rgba", "bgra", "argb", "abgr", "rgb", "bgr", "rg", "r")
 
 
@@ -106,7 +106,7 @@ class BufferPicture(OpenCLPicture):
         if not isinstance(other, BufferPicture) or self.in_memory[0] != other.in_memory[0]:
             return False
         try:
-            return np.shares_memory(self._places(), other._places(), max_work=OVERLAP_WORK)  # type: ignore[arg-type]
+            return np.shares_memory(self._places(), other._places(), max_work=OVERLAP_WORK)
         except np.exceptions.TooHardError:
             return True
 

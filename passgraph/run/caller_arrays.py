@@ -104,7 +104,7 @@ Picture: TypeAlias = "NDArray[Any] | DevicePicture"
 #: A picture (h, w) without a channel axis is gray; for an input of undeclared format it fills this many channels.
 GREY_CHANNELS = 3
 #: Most steps in a search for shared memory: enough for pictures side by side in one array.
-OVERLAP_WORK = 10_000
+OVERLAP_WORK: Any = 10_000  # NumPy 2.4 declares 0 and -1 only
 _FLOAT32 = np.dtype(np.float32)
 
 
@@ -344,7 +344,7 @@ def _pairs(into: Mapping[str, Any], pictures: Mapping[str, NDArray[Any]]) -> Ite
 
 def _overlap(one: NDArray[Any], other: NDArray[Any]) -> bool:
     try:
-        return np.shares_memory(one, other, max_work=OVERLAP_WORK)  # type: ignore[arg-type]
+        return np.shares_memory(one, other, max_work=OVERLAP_WORK)
     except np.exceptions.TooHardError:
         return True  # the search gave up; their memory ranges overlap
 

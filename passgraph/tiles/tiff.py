@@ -106,7 +106,7 @@ class TiffSource(Source):
     def _fill(self, place: int, into: NDArray[np.uint8]) -> None:
         file = self._tiff.filehandle
         file.seek(place)
-        if file.readinto(memoryview(into)) != into.size:  # type: ignore[arg-type]
+        if file.readinto(into.data) != into.size:
             raise InputError(f"{self.name}: ends before its picture does; make or copy it again")
 
     def _segments(self, part: Part) -> Numbers:
